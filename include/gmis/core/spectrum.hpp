@@ -1,0 +1,85 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <glm/vec3.hpp>
+
+namespace gmis {
+
+/// How the library reads a spectrum. Known are one floating-point number and any GLM vector of them (RGB is
+/// `glm::vec3`); for a type of one's own, specialise this with the same three members.
+template <class S>
+struct SpectrumTraits;
+
+template <std::floating_point T>
+struct SpectrumTraits<T> {
+  using Scalar = T;
+  static constexpr int channel_count = 1;
+  static constexpr T channel(T s, int) noexcept { return s; }
+};
+
+template <int N, std::floating_point T, glm::qualifier Q>
+struct SpectrumTraits<glm::vec<N, T, Q>> {
+  using Scalar = T;
+  static constexpr int channel_count = N;
+  static constexpr T channel(const glm::vec<N, T, Q>& s, int i) noexcept { return s[i]; }
+};
+
+template <class S>
+using ScalarOf = typename SpectrumTraits<S>::Scalar;
+
+/// Light in `SpectrumTraits<S>::channel_count` channels: a vector space with a channel-wise product.
+template <class S>
+concept Spectrum = std::copyable<S> && requires(const S& s, S m, ScalarOf<S> scalar, int i) {
+  { SpectrumTraits<S>::channel(s, i) } -> std::convertible_to<ScalarOf<S>>;
+  { s + s } -> std::convertible_to<S>;
+  { s* s } -> std::convertible_to<S>;
+  { s* scalar } -> std::convertible_to<S>;
+  {m += s};
+  {S(scalar)};
+};
+
+template <Spectrum S>
+[[nodiscard]] constexpr ScalarOf<S> max_channel(const S& s) noexcept {
+  ScalarOf<S> largest = SpectrumTraits<S>::channel(s, 0);
+  for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i)
+    largest = std::max(largest, SpectrumTraits<S>::channel(s, i));
+  return largest;
+}
+
+template <Spectrum S>
+[[nodiscard]] constexpr ScalarOf<S> min_channel(const S& s) noexcept {
+  ScalarOf<S> smallest = SpectrumTraits<S>::channel(s, 0);
+  for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i)
+    smallest = std::min(smallest, SpectrumTraits<S>::channel(s, i));
+  return smallest;
+}
+
+template <Spectrum S>
+[[nodiscard]] constexpr ScalarOf<S> mean_channel(const S& s) noexcept {
+  ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
+  for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);
+  return sum / static_cast<ScalarOf<S>>(SpectrumTraits<S>::channel_count);
+}
+
+/// True when every channel is zero.
+template <Spectrum S>
+[[nodiscard]] constexpr bool is_black(const S& s) noexcept {
+  for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i)
+    if (SpectrumTraits<S>::channel(s, i) != ScalarOf<S>(0)) return false;
+  return true;
+}
+
+template <Spectrum S>
+[[nodiscard]] inline bool is_finite(const S& s) noexcept {
+  // x − x is 0 for a finite x and NaN otherwise, so one sum tests all channels.
+  ScalarOf<S> sum(0);
+  for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i) {
+    const ScalarOf<S> channel = SpectrumTraits<S>::channel(s, i);
+    sum += channel - channel;
+  }
+  return sum == ScalarOf<S>(0);
+}
+
+}  // namespace gmis
