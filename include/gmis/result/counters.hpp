@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+
+namespace gmis {
+
+/// What a run did, counted. A technique that is off leaves its counts at exactly 0.
+struct Counters {
+  std::uint64_t camera_paths = 0;
+  std::uint64_t light_subpaths = 0;  ///< light trees
+  std::uint64_t rays = 0;            ///< closest-hit queries
+  std::uint64_t shadow_rays = 0;     ///< visibility queries
+  std::uint64_t connections = 0;     ///< pairs of vertices evaluated, whether or not they saw each other
+  std::uint64_t splats = 0;          ///< contributions of light vertices to the image
+  std::uint64_t merge_queries = 0;
+  std::uint64_t merges = 0;
+  std::uint64_t photons_stored = 0;
+  std::uint64_t grids_built = 0;
+  std::uint64_t contributions = 0;  ///< offered to the film, the rejected ones included
+  std::uint64_t rejected_non_finite = 0;
+  std::uint64_t rejected_negative = 0;
+  std::uint64_t rejected_zero_pdf = 0;  ///< samples drawn where their own density is zero or not finite
+
+  constexpr Counters& operator+=(const Counters& other) noexcept {
+    camera_paths += other.camera_paths;
+    light_subpaths += other.light_subpaths;
+    rays += other.rays;
+    shadow_rays += other.shadow_rays;
+    connections += other.connections;
+    splats += other.splats;
+    merge_queries += other.merge_queries;
+    merges += other.merges;
+    photons_stored += other.photons_stored;
+    grids_built += other.grids_built;
+    contributions += other.contributions;
+    rejected_non_finite += other.rejected_non_finite;
+    rejected_negative += other.rejected_negative;
+    rejected_zero_pdf += other.rejected_zero_pdf;
+    return *this;
+  }
+
+  [[nodiscard]] constexpr std::uint64_t rejected() const noexcept {
+    return rejected_non_finite + rejected_negative + rejected_zero_pdf;
+  }
+};
+
+}  // namespace gmis

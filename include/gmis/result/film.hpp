@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <span>
+#include <vector>
+
+#include "gmis/core/spectrum.hpp"
+
+namespace gmis {
+
+/// The image as the mean over independent iterations, with the variance between them, pixel by pixel and channel by
+/// channel.
+///
+/// Means are updated in double by Welford's recurrence, which does not drift: a constant stream of 1e9 samples is
+/// reproduced to the last bits. Pixels are stored by rows from the upper left.
+template <Spectrum S>
+class Film {
+ public:
+  using Scalar = ScalarOf<S>;
+  static constexpr int channel_count = SpectrumTraits<S>::channel_count;
+
+  explicit Film(glm::ivec2 resolution)
+      : resolution_(resolution),
+        moments_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count) {}
+
+  /// Adds one iteration: an unbiased estimate (but for merging) of every pixel, independent of the others.
+  void add_iteration(std::span<const S> frame) {
+    ++iterations_;
+    const double weight = 1.0 / static_cast<double>(iterations_);
+    std::size_t i = 0;
+    for (const S& pixel : frame)
+      for (int c = 0; c < channel_count; ++c, ++i) {
+        Moments& moments = moments_[i];
+        const double value = static_cast<double>(SpectrumTraits<S>::channel(pixel, c));
+        const double difference = value - moments.mean;
+        moments.mean += difference * weight;
+        moments.sum_of_squares += difference * (value - moments.mean);
+      }
+  }
+
+  [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
+  [[nodiscard]] std::uint64_t iterations() const noexcept { return iterations_; }
+  [[nodiscard]] std::size_t pixel_count() const noexcept { return moments_.size() / channel_count; }
+
+  [[nodiscard]] double mean(std::size_t pixel, int channel) const noexcept { return at(pixel, channel).mean; }
+
+  /// Estimated variance of `mean`: the variance between iterations over their number; 0 until there are two.
+  [[nodiscard]] double variance_of_mean(std::size_t pixel, int channel) const noexcept {
+    if (iterations_ < 2) return 0.0;
+    const double n = static_cast<double>(iterations_);
+    return at(pixel, channel).sum_of_squares / (n * (n - 1.0));
+  }
+
+ private:
+  struct Moments {
+    double mean = 0.0;
+    double sum_of_squares = 0.0;  ///< of the deviations from the mean
+  };
+
+  [[nodiscard]] const Moments& at(std::size_t pixel, int channel) const noexcept {
+    return moments_[pixel * channel_count + static_cast<std::size_t>(channel)];
+  }
+
+  glm::ivec2 resolution_;
+  std::uint64_t iterations_ = 0;
+  std::vector<Moments> moments_;
+};
+
+/// The figures of a film as a whole: mean value, mean variance of the pixel means, and the relative error
+/// √(mean of variance / (value² + 0.01)).
+struct ImageEstimate {
+  double mean = 0.0;
+  double variance = 0.0;
+  double relative_error = 0.0;
+};
+
+template <Spectrum S>
+[[nodiscard]] ImageEstimate estimate_of(const Film<S>& film) {
+  ImageEstimate result;
+  double relative = 0.0;
+  for (std::size_t p = 0; p < film.pixel_count(); ++p)
+    for (int c = 0; c < Film<S>::channel_count; ++c) {
+      const double value = film.mean(p, c);
+      const double variance = film.variance_of_mean(p, c);
+      result.mean += value;
+      result.variance += variance;
+      relative += variance / (value * value + 0.01);
+    }
+  const double count = static_cast<double>(film.pixel_count()) * Film<S>::channel_count;
+  result.mean /= count;
+  result.variance /= count;
+  result.relative_error = std::sqrt(relative / count);
+  return result;
+}
+
+}  // namespace gmis
