@@ -1,7 +1,7 @@
 #pragma once
 
 // The one place that knows which major version of Catch2 is here.
-#if GMIS_CATCH2_MAJOR >= 3
+#if __has_include(<catch2/catch_all.hpp>)
 #include <catch2/catch_all.hpp>
 using Catch::Approx;
 #else

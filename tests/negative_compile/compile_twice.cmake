@@ -1,0 +1,21 @@
+# Run by gmis_add_negative_compile_test.
+set(command ${COMPILER} ${STANDARD} -fsyntax-only)
+foreach(directory IN LISTS INCLUDES)
+  list(APPEND command -I ${directory})
+endforeach()
+foreach(directory IN LISTS SYSTEM_INCLUDES)
+  list(APPEND command -idirafter ${directory})
+endforeach()
+
+execute_process(COMMAND ${command} -DGMIS_EXPECT_OK ${SOURCE} RESULT_VARIABLE result ERROR_VARIABLE message)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "Does not compile even where the fault is absent:\n${message}")
+endif()
+
+execute_process(COMMAND ${command} ${SOURCE} RESULT_VARIABLE result ERROR_VARIABLE message)
+if(result EQUAL 0)
+  message(FATAL_ERROR "Compiles, though it should fail with a message matching: ${EXPECTED}")
+endif()
+if(NOT message MATCHES "${EXPECTED}")
+  message(FATAL_ERROR "Fails, as it should, but no message matches: ${EXPECTED}\n${message}")
+endif()
