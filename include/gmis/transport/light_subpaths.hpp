@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/split.hpp"
+#include "gmis/transport/vertex.hpp"
+
+namespace gmis {
+
+/// Traces the tree of light subpaths that starts at one emission and hands every vertex to `visit(vertex, source)`, in
+/// the order in which they are made. `Split` says how many children a vertex has; without splitting the tree is one
+/// path.
+template <class Context>
+class LightTree {
+ public:
+  using Sc = typename Context::SceneType;
+  using Vertex = LightVertex<Sc>;
+  using S = typename Vertex::S;
+  using T = typename Vertex::T;
+  using Split = typename Context::IntegratorType::Split;
+
+  LightTree(const Context& context, Counters& counters) : context_(context), counters_(counters) {}
+
+  /// `expanded(bsdf, drawn)` is called where children were drawn from a vertex, with how many.
+  template <UniformSource Source, class Visit, class Expanded>
+  void trace(Source source, Visit&& visit, Expanded&& expanded) {
+    if (context_.max_depth < 2) return;  // light seen directly is the camera's alone
+    ++counters_.light_subpaths;
+    source.at_vertex(0);
+    std::optional<Vertex> vertex = emit(source);
+    std::uint32_t number = 0;  // of the vertex within the tree: what its random numbers are keyed by
+    if constexpr (!Split::splits) {
+      while (vertex) {
+        source.at_vertex(++number);
+        visit(*vertex, source);
+        if (!goes_on(*vertex)) return;
+        const auto step = scatter(vertex->bsdf, vertex->point, vertex->to_prev, TransportMode::importance,
+                                  survival_probability(vertex->bsdf), vertex->children, source);
+        if (!step) return;
+        vertex = arrive(*vertex, *step);
+      }
+    } else {
+      int remaining = context_.split.budget();
+      queue_.clear();
+      if (vertex) queue_.push_back(*vertex);
+      for (std::size_t next = 0; next < queue_.size(); ++next) {
+        const Vertex at = queue_[next];  // a copy: the queue may move when it grows
+        source.at_vertex(++number);
+        visit(at, source);
+        if (!goes_on(at) || context_.split.stops_at(remaining)) continue;
+        const int drawn = context_.split.expand(at, remaining, source, [&](const Step<S>& step) {
+          if (const std::optional<Vertex> child = arrive(at, step)) queue_.push_back(*child);
+        });
+        expanded(at.bsdf, drawn);
+        remaining -= drawn;
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] bool goes_on(const Vertex& at) const noexcept { return at.depth + 1 < context_.max_depth; }
+
+  template <UniformSource Source>
+  [[nodiscard]] std::optional<Vertex> emit(Source& source) {
+    const auto choice = context_.scene.sample_light(uniform<T>(source));
+    const Vec2<T> uv_origin(uniform<T>(source), uniform<T>(source));
+    const Vec2<T> uv_direction(uniform<T>(source), uniform<T>(source));
+    if (choice.light == nullptr) return std::nullopt;
+    const auto emission = choice.light->sample_emission(uv_origin, uv_direction);
+    if (!emission) return std::nullopt;
+
+    ++counters_.rays;
+    const auto hit = context_.scene.intersect(leave(emission->origin, emission->direction));
+    if (!hit) return std::nullopt;
+    const Vec3<T> offset = hit->point.position - emission->origin.position;
+    const T distance_squared = glm::dot(offset, offset);
+    const bool is_infinite = choice.light->is_infinite();
+    const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
+    const T density = emission->density.first * (is_infinite ? cos_here : cos_here / distance_squared);
+    if (!is_usable(density)) return std::nullopt;
+
+    T to_origin = T(0);
+    if (!choice.light->is_delta())
+      to_origin = is_infinite ? T(1)
+                              : solid_angle_per_area(glm::dot(emission->origin.geometric_normal, emission->direction),
+                                                     distance_squared);
+    const T next_event = choice.light->next_event_density(emission->origin, emission->direction, hit->point);
+    const PartialWeights<T> weights =
+        context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
+                                              choice.selection_probability * next_event, density, to_origin);
+    return vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1);
+  }
+
+  [[nodiscard]] std::optional<Vertex> arrive(const Vertex& from, const Step<S>& step) {
+    ++counters_.rays;
+    const auto hit = context_.scene.intersect(leave(from.point, step.to_next));
+    if (!hit) return std::nullopt;
+    const Vec3<T> offset = hit->point.position - from.point.position;
+    const T distance_squared = glm::dot(offset, offset);
+    const T density =
+        step.forward * solid_angle_per_area(glm::dot(hit->point.geometric_normal, step.to_next), distance_squared);
+    if (!is_usable(density)) return std::nullopt;
+    const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
+    return vertex_at(*hit, step.to_next, from.throughput * step.weight,
+                     context_.recursion.extend_light(from.weights, step.is_delta, step.reverse, to_area_back, density),
+                     from.depth + 1);
+  }
+
+  [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
+                                 const PartialWeights<T>& weights, std::int32_t depth) const {
+    const T survival = survival_probability(hit.bsdf);
+    const T light_children = survival * context_.split.nominal_children(hit.bsdf);
+    return {hit.point, hit.bsdf, -direction, throughput, weights, {light_children, survival}, depth};
+  }
+
+  /// A density that a weight can be formed with; anything else is a sample that should not exist, and is counted.
+  [[nodiscard]] bool is_usable(T density) noexcept {
+    if (density > T(0) && density <= std::numeric_limits<T>::max()) [[likely]]
+      return true;
+    ++counters_.rejected_zero_pdf;
+    return false;
+  }
+
+  const Context& context_;
+  Counters& counters_;
+  std::vector<Vertex> queue_;  // kept from tree to tree: no allocation once it has grown
+};
+
+}  // namespace gmis

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/vertex.hpp"
+
+namespace gmis {
+
+/// s, t ≥ 2: the camera vertex is connected with a vertex of a light tree.
+struct Connect {
+  template <class Context, class Vertex, class Output>
+  static void connect(const Context& context, const Vertex& vertex, const typename Context::StoredVertex& light,
+                      Output& output) {
+    using S = typename Vertex::S;
+    using T = typename Vertex::T;
+    const auto& point = vertex.hit.point;
+    const auto link = Link<T>::between(point.position, light.point.position);
+    if (!(link.distance_squared > T(0))) return;
+    ++output.counters.connections;
+
+    const auto camera_bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, link.direction, TransportMode::radiance);
+    if (is_black(camera_bsdf.value)) return;
+    const auto light_bsdf = light.bsdf.evaluate(light.to_prev, -link.direction, TransportMode::importance);
+    if (is_black(light_bsdf.value)) return;
+
+    const T geometry = scattering_cosine(point, vertex.to_prev, link.direction, TransportMode::radiance) *
+                       scattering_cosine(light.point, light.to_prev, -link.direction, TransportMode::importance) /
+                       link.distance_squared;
+    const S value = vertex.throughput * camera_bsdf.value * light_bsdf.value * light.throughput * geometry;
+    if (is_black(value)) return;
+
+    ++output.counters.shadow_rays;
+    if (!context.scene.visible(segment(point, light.point, link.direction))) return;
+
+    const T weight = context.recursion.connect(
+        light.weights, light.children.reverse * light_bsdf.pdf.reverse.value,
+        vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point), vertex.weights,
+        vertex.is_first(), vertex.children.reverse * camera_bsdf.pdf.reverse.value,
+        light.children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
+    output.add(
+        {Technique::connect, static_cast<std::int16_t>(light.depth + 1), static_cast<std::int16_t>(vertex.depth + 1)},
+        value, weight);
+  }
+};
+
+}  // namespace gmis

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/vertex.hpp"
+
+namespace gmis {
+
+/// s = 0: the camera subpath meets a light, on a surface or in the sky.
+struct EmitterHit {
+  /// `from` is the vertex before this one.
+  template <class Context, class Vertex, class Point, class Output>
+  static void at_camera_vertex(const Context& context, const Vertex& vertex, const Point& from, Output& output) {
+    if (vertex.hit.light == nullptr) return;
+    add(context, *vertex.hit.light, vertex.hit.point, vertex.to_prev, vertex.throughput, vertex.weights, vertex.depth,
+        from, output);
+  }
+
+  /// The ray left the scene along −`emission_direction`; `weights` and `depth` are those of the vertex at infinity.
+  template <class Context, class Direction, class S, class Weights, class Point, class Output>
+  static void at_escape(const Context& context, const Direction& emission_direction, const S& throughput,
+                        const Weights& weights, int depth, const Point& from, Output& output) {
+    for (const auto* light : context.scene.infinite_lights())
+      if (!light->is_delta())
+        add(context, *light, Point{}, emission_direction, throughput, weights, depth, from, output);
+  }
+
+ private:
+  template <class Context, class L, class Point, class Direction, class S, class Weights, class Output>
+  static void add(const Context& context, const L& light, const Point& origin, const Direction& direction,
+                  const S& throughput, const Weights& weights, int depth, const Point& from, Output& output) {
+    const auto emitted = light.emitted(origin, direction);
+    if (is_black(emitted.radiance)) return;
+    // Light seen directly can be made in no other way.
+    ScalarOf<S> weight(1);
+    if (depth > 1) {
+      const ScalarOf<S> choice = context.scene.selection_probability(light);
+      weight = context.recursion.emitter_hit(weights, choice * emitted.density.origin,
+                                             choice * light.next_event_density(origin, direction, from),
+                                             emitted.density.first);
+    }
+    output.add({Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1)}, throughput * emitted.radiance,
+               weight);
+  }
+};
+
+}  // namespace gmis

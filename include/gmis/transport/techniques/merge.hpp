@@ -1,0 +1,40 @@
+#pragma once
+
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/vertex.hpp"
+
+namespace gmis {
+
+/// The camera vertex takes the light of all light vertices within the merging radius for its own: density estimation
+/// with a constant kernel, biased by what the light varies over the disk.
+struct Merge {
+  template <class Context, class Vertex, class Output>
+  static void at_camera_vertex(const Context& context, const Vertex& vertex, Output& output) {
+    using S = typename Vertex::S;
+    using T = typename Vertex::T;
+    ++output.counters.merge_queries;
+    const auto& point = vertex.hit.point;
+    context.grid.query(point.position, [&](std::uint32_t index) {
+      const auto& light = context.stored_vertex(index);
+      if (light.depth + vertex.depth > context.max_depth) return;
+      const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, light.to_prev, TransportMode::radiance);
+      if (is_black(bsdf.value)) return;
+      // Photons lie on the surface as the geometric normal sees it; f wants irradiance under the shading normal.
+      T correction = context.merge_normalization;
+      if (point.shading_normal != point.geometric_normal) {
+        const T geometric = std::abs(glm::dot(point.geometric_normal, light.to_prev));
+        correction *= geometric > T(0) ? std::abs(glm::dot(point.shading_normal, light.to_prev)) / geometric : T(0);
+      }
+      const S value = vertex.throughput * bsdf.value * light.throughput * correction;
+      const T weight =
+          context.recursion.merge(light.weights, vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
+                                  vertex.is_first(), vertex.children.reverse * bsdf.pdf.reverse.value);
+      ++output.counters.merges;
+      output.add(
+          {Technique::merge, static_cast<std::int16_t>(light.depth + 1), static_cast<std::int16_t>(vertex.depth + 1)},
+          value, weight);
+    });
+  }
+};
+
+}  // namespace gmis

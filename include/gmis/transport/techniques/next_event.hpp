@@ -1,0 +1,58 @@
+#pragma once
+
+#include "gmis/core/random.hpp"
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/vertex.hpp"
+
+namespace gmis {
+
+/// s = 1: a point on a light, sampled for the vertex that it is to light.
+struct NextEvent {
+  template <class Context, class Vertex, class Output>
+  static void at_camera_vertex(const Context& context, const Vertex& vertex, UniformSource auto& source,
+                               Output& output) {
+    using S = typename Vertex::S;
+    using T = typename Vertex::T;
+    const auto choice = context.scene.sample_light(uniform<T>(source));
+    const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
+    if (choice.light == nullptr) return;
+    const auto& point = vertex.hit.point;
+    const auto sample = choice.light->sample_next_event(point, uv);
+    if (!sample) return;
+
+    const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, sample->to_light, TransportMode::radiance);
+    if (is_black(bsdf.value)) return;
+    const T cosine = scattering_cosine(point, vertex.to_prev, sample->to_light, TransportMode::radiance);
+    const S value = vertex.throughput * bsdf.value * sample->weight * (cosine / choice.selection_probability);
+    if (is_black(value)) return;
+
+    const bool is_infinite = choice.light->is_infinite();
+    ++output.counters.shadow_rays;
+    if (!context.scene.visible(is_infinite ? leave(point, sample->to_light)
+                                           : segment(point, sample->origin, sample->to_light)))
+      return;
+
+    T to_light_area = T(1);  // at x_0, from solid angle at the vertex
+    T to_vertex_area = std::abs(glm::dot(point.geometric_normal, sample->to_light));  // at the vertex, from the light
+    if (!is_infinite) {
+      const T distance_squared = square_distance(point.position, sample->origin.position);
+      to_vertex_area /= distance_squared;
+      to_light_area = std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared;
+    }
+    const T hit = choice.light->is_delta() ? T(0) : vertex.children.forward * bsdf.pdf.forward.value * to_light_area;
+    const T weight = context.recursion.next_event(
+        vertex.weights, vertex.is_first(), choice.selection_probability * sample->density.origin,
+        choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
+        vertex.children.reverse * bsdf.pdf.reverse.value);
+    output.add({Technique::next_event, 1, static_cast<std::int16_t>(vertex.depth + 1)}, value, weight);
+  }
+
+ private:
+  template <std::floating_point T>
+  static T square_distance(const Vec3<T>& a, const Vec3<T>& b) noexcept {
+    const Vec3<T> offset = a - b;
+    return glm::dot(offset, offset);
+  }
+};
+
+}  // namespace gmis

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "gmis/core/random.hpp"
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/vertex.hpp"
+
+namespace gmis {
+
+/// t = 1: the light vertex is connected with the camera and lands in whatever pixel sees it.
+struct Splat {
+  template <class Context, class Stored, class Output>
+  static void at_light_vertex(const Context& context, const Stored& light, UniformSource auto& source, Output& output) {
+    using S = typename Stored::S;
+    using T = typename Stored::T;
+    const auto& camera = context.scene.camera();
+    const auto seen = camera.project(light.point.position, {uniform<T>(source), uniform<T>(source)});
+    if (!seen) return;
+    const std::int64_t pixel = context.pixel_index(seen->pixel);
+    if (pixel < 0) return;
+
+    const auto bsdf = light.bsdf.evaluate(light.to_prev, seen->to_camera, TransportMode::importance);
+    if (is_black(bsdf.value)) return;
+    const auto link = Link<T>::between(light.point.position, seen->origin.position);
+    const T falloff = camera.has_parallel_rays() ? T(1) : T(1) / link.distance_squared;
+    // The density of the pixel's own camera rays is also its response, so the camera subpath's estimate is radiance
+    // itself.
+    const T response = seen->density * falloff;
+    const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
+    const S value = light.throughput * bsdf.value * seen->weight * (cosine * response / context.light_tree_count);
+    if (is_black(value)) return;
+
+    ++output.counters.shadow_rays;
+    if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
+
+    const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
+    const T weight =
+        context.recursion.splat(light.weights, light.children.reverse * bsdf.pdf.reverse.value, camera_density);
+    ++output.counters.splats;
+    output.add_splat(static_cast<std::uint32_t>(pixel),
+                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1}, value, weight);
+  }
+};
+
+}  // namespace gmis

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "gmis/core/concepts.hpp"
+#include "gmis/transport/partial_weights.hpp"
+#include "gmis/transport/scatter.hpp"
+
+namespace gmis {
+
+/// A vertex of a light subpath, kept for connecting and merging.
+template <Scene Sc>
+struct LightVertex {
+  using S = typename Sc::Spectrum;
+  using T = ScalarOf<S>;
+  SurfacePoint<T> point;
+  typename Sc::Bsdf bsdf;
+  Vec3<T> to_prev;
+  S throughput;  ///< flux that arrives here, per expected tree; no MIS weight
+  PartialWeights<T> weights;
+  NominalChildren<T> children;  ///< forward: as a light subpath
+  std::int32_t depth;           ///< edges from the light
+};
+
+/// The vertex that a camera subpath is at.
+template <Scene Sc>
+struct CameraVertex {
+  using S = typename Sc::Spectrum;
+  using T = ScalarOf<S>;
+  Hit<T, typename Sc::Bsdf, typename Sc::Light> hit;
+  Vec3<T> to_prev;
+  S throughput;
+  PartialWeights<T> weights;
+  NominalChildren<T> children{};  ///< forward: as a camera subpath
+  std::int32_t depth;             ///< edges from the camera
+
+  [[nodiscard]] bool is_first() const noexcept { return depth == 1; }
+};
+
+/// Two points that see each other or not: the unit vector from `from` to `to` and the factors between them.
+template <std::floating_point T>
+struct Link {
+  Vec3<T> direction;
+  T distance_squared;
+
+  [[nodiscard]] static Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept {
+    const Vec3<T> offset = to - from;
+    const T distance_squared = glm::dot(offset, offset);
+    return {offset * (T(1) / std::sqrt(distance_squared)), distance_squared};
+  }
+  /// Change from solid angle at the other end to area at `point`.
+  [[nodiscard]] T to_area(const SurfacePoint<T>& point) const noexcept {
+    return solid_angle_per_area(glm::dot(point.geometric_normal, direction), distance_squared);
+  }
+};
+
+}  // namespace gmis
