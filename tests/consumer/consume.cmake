@@ -1,0 +1,20 @@
+# Configures, builds and runs the project in CONSUMER_DIR, after installing gmis to a fresh prefix if WAY is `installed`.
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "${command}\n${output}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK_DIR})
+if(WAY STREQUAL "installed")
+  run(${CMAKE_COMMAND} --install ${GMIS_BUILD_DIR} --prefix ${WORK_DIR}/prefix --component gmis)
+  set(location -Dgmis_ROOT=${WORK_DIR}/prefix)
+else()
+  set(location -DGMIS_DIR=${GMIS_DIR} -DGMIS_FETCH_DEPENDENCIES=${GMIS_FETCH_DEPENDENCIES})
+endif()
+run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER}
+    "-DCMAKE_CXX_FLAGS=${WARNINGS}" -Dglm_DIR=${glm_DIR} ${location})
+run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
+run(${WORK_DIR}/build/my_renderer)
