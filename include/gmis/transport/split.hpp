@@ -5,9 +5,10 @@
 #include <cstdint>
 #include <optional>
 
+#include "gmis/transport/lobe_proposals.hpp"
 #include "gmis/transport/scatter.hpp"
 #include "gmis/transport/settings.hpp"
-#include "gmis/transport/split_round.hpp"
+
 #include "gmis/transport/vertex.hpp"
 
 /// \file
