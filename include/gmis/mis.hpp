@@ -1,0 +1,12 @@
+#pragma once
+
+/// \file
+/// Multiple importance sampling: proposals, the fifteen pairs of selection and weighting, estimates, heuristics. The exact
+/// variances are not here but in gmis/mis/diagnostics.hpp.
+
+#include "gmis/mis/estimate.hpp"
+#include "gmis/mis/proposal.hpp"
+#include "gmis/mis/proposal_set.hpp"
+#include "gmis/mis/round.hpp"
+#include "gmis/mis/scheme.hpp"
+#include "gmis/mis/shares.hpp"

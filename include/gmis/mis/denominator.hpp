@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+
+#include "gmis/mis/mixture.hpp"
+#include "gmis/mis/scheme.hpp"
+
+namespace gmis {
+
+/// The density of the proposal that made a sample, at that sample, and what the sample is divided by.
+template <class Set>
+struct OwnAndDenominator {
+  Denominator<Set> own;
+  Denominator<Set> denominator;
+};
+
+/// φ_n at the point of `densities`, for sample n of the round, made by proposal `index`. Reads `workspace` as
+/// `IndexSelector` left it.
+template <Scheme scheme, Selection selection, class Set, class ShareType, class WorkspaceType>
+[[nodiscard]] OwnAndDenominator<Set> denominator_of(DensitiesAt<Set>& densities, const Set& set,
+                                                    const ShareType& shares, const WorkspaceType& workspace,
+                                                    std::size_t index, std::size_t n, std::size_t sample_count) {
+  using T = typename Set::Density;
+  MixtureSum<T, is_log_set<Set>> mixture;
+  T own(0);
+  // Adds proposal k, `times` over, and keeps the density of the proposal that made the sample.
+  const auto add = [&](std::size_t k, auto... times) {
+    const T density = densities[k];
+    if (k == index) own = density;
+    mixture.add(density, times...);
+  };
+
+  if constexpr (scheme == Scheme::R1 || scheme == Scheme::N1) {  // q_j
+    own = densities[index];
+    const Denominator<Set> denominator = DensitiesAt<Set>::as_denominator(own);
+    return {denominator, denominator};
+  } else if constexpr (scheme == Scheme::R3 || scheme == Scheme::N3) {  // ψ
+    densities.expect_all();
+    T normaliser(1);
+    if constexpr (ShareType::is_equal) {
+      for (std::size_t k = 0; k < set.size(); ++k) add(k);
+      normaliser = static_cast<T>(set.size());
+    } else {
+      for (std::size_t k = 0; k < set.size(); ++k) {
+        const T coefficient = selection == Selection::S1 ? shares.weight(k) : static_cast<T>(shares.count(k));
+        if (coefficient > T(0)) add(k, coefficient);
+      }
+      if constexpr (selection != Selection::S1) normaliser = static_cast<T>(sample_count);
+    }
+    return {DensitiesAt<Set>::as_denominator(own), mixture.over(normaliser)};
+  } else if constexpr (scheme == Scheme::R2) {  // what this round drew, each distinct index evaluated once
+    for (std::size_t k = 0; k < set.size(); ++k)
+      if (workspace.multiplicity[k] > 0) add(k, static_cast<T>(workspace.multiplicity[k]));
+    return {DensitiesAt<Set>::as_denominator(own), mixture.over(static_cast<T>(sample_count))};
+  } else {  // N2: what could still be drawn, this sample included; summed afresh, since a difference would cancel
+    if constexpr (ShareType::is_equal) {
+      for (std::size_t m = sample_count; m-- > n;) add(workspace.order[m]);
+    } else {
+      for (std::size_t k = 0; k < set.size(); ++k)
+        if (workspace.multiplicity[k] > 0) add(k, static_cast<T>(workspace.multiplicity[k]));
+    }
+    return {DensitiesAt<Set>::as_denominator(own), mixture.over(static_cast<T>(sample_count - n))};
+  }
+}
+
+}  // namespace gmis

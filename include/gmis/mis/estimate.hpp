@@ -1,0 +1,211 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <type_traits>
+
+#include "gmis/core/random.hpp"
+#include "gmis/mis/contribution.hpp"
+#include "gmis/mis/moments.hpp"
+#include "gmis/mis/round.hpp"
+
+namespace gmis {
+
+/// Samples that contributed zero because something was wrong with them, by cause.
+struct Rejected {
+  std::uint64_t non_finite_integrand = 0;     ///< f was NaN or infinite (in any channel)
+  std::uint64_t zero_density = 0;             ///< a proposal gave its own sample a density of zero
+  std::uint64_t non_finite_density = 0;       ///< a density was infinite, NaN or negative
+  std::uint64_t non_finite_contribution = 0;  ///< f and φ were fine, f / φ left the range of the accumulator
+
+  [[nodiscard]] constexpr std::uint64_t total() const noexcept {
+    return non_finite_integrand + zero_density + non_finite_density + non_finite_contribution;
+  }
+  friend constexpr bool operator==(const Rejected&, const Rejected&) = default;
+};
+
+/// What `estimate` returns. V is double (long double for long double integrands), or a vector of it for a spectrum.
+template <class V>
+struct Estimate {
+  V mean{};                           ///< the estimate of ∫ f
+  std::optional<V> variance{};        ///< of *one round*, estimated between rounds; nothing for a single round
+  std::optional<V> standard_error{};  ///< of `mean`; nothing for a single round
+  std::uint64_t rounds = 0;           ///< k
+  std::uint64_t samples = 0;          ///< M = kN, failed and rejected ones included
+  std::uint64_t density_evaluations = 0;
+  std::uint64_t integrand_evaluations = 0;
+  std::uint64_t failed_samples = 0;  ///< `sample` returned nothing; no error
+  Rejected rejected{};
+};
+
+/// A type that `estimate` can add up: a number, a GLM vector, any type with SpectrumTraits, or a LogValue.
+template <class F>
+concept Summable = requires(const F& f, int i) {
+  typename SpectrumTraits<F>::Scalar;
+  SpectrumTraits<F>::channel(f, i);
+  { is_finite(f) } -> std::convertible_to<bool>;
+};
+
+/// An integrand for a set of proposals.
+template <class F, class Set>
+concept IntegrandFor = requires(F& f, const typename Set::Value& x) {
+  requires Summable<std::remove_cvref_t<decltype(f(x))>>;
+};
+
+/// Sums the rounds of one estimate: the state between `estimate`'s rounds, for a loop of one's own. Partial ones from
+/// several threads can be merged.
+template <Summable F>
+class EstimateAccumulator {
+  using Traits = SpectrumTraits<F>;
+  using A = AccumulatorOf<typename Traits::Scalar>;
+  static constexpr int channel_count = Traits::channel_count;
+
+ public:
+  using Mean = typename Rebound<std::conditional_t<channel_count == 1, A, F>, A>::Type;
+
+  /// Runs one round with `run_round(visit)`, which is to call `visit(x, denominator, index)` and to return RoundCounts.
+  template <class Integrand, class RunRound>
+  void add_round(Integrand& f, std::size_t sample_count, RunRound&& run_round) {
+    std::array<A, static_cast<std::size_t>(channel_count)> sum{};
+    const RoundCounts counts = run_round([&](const auto& x, auto denominator, std::size_t) {
+      ++integrand_evaluations_;
+      const F value = f(x);
+      if (!is_finite(value)) [[unlikely]] {
+        ++rejected_.non_finite_integrand;
+        return;
+      }
+      add_contribution(value, denominator, sum);
+    });
+    for (std::size_t c = 0; c < sum.size(); ++c) moments_[c].add(sum[c] / static_cast<A>(sample_count));
+    samples_ += sample_count;
+    density_evaluations_ += counts.density_evaluations;
+    failed_samples_ += counts.failed_samples;
+    rejected_.zero_density += counts.zero_density;
+    rejected_.non_finite_density += counts.non_finite_density;
+  }
+
+  void merge(const EstimateAccumulator& other) noexcept {
+    for (std::size_t c = 0; c < moments_.size(); ++c) moments_[c].merge(other.moments_[c]);
+    samples_ += other.samples_;
+    density_evaluations_ += other.density_evaluations_;
+    integrand_evaluations_ += other.integrand_evaluations_;
+    failed_samples_ += other.failed_samples_;
+    rejected_.non_finite_integrand += other.rejected_.non_finite_integrand;
+    rejected_.zero_density += other.rejected_.zero_density;
+    rejected_.non_finite_density += other.rejected_.non_finite_density;
+    rejected_.non_finite_contribution += other.rejected_.non_finite_contribution;
+  }
+
+  [[nodiscard]] Estimate<Mean> result() const {
+    Estimate<Mean> estimate;
+    estimate.rounds = moments_[0].count();
+    estimate.mean = gather([](const Moments<A>& m) { return m.mean(); });
+    if (estimate.rounds > 1) {
+      estimate.variance = gather([](const Moments<A>& m) { return m.variance(); });
+      estimate.standard_error =
+          gather([](const Moments<A>& m) { return std::sqrt(m.variance() / static_cast<A>(m.count())); });
+    }
+    estimate.samples = samples_;
+    estimate.density_evaluations = density_evaluations_;
+    estimate.integrand_evaluations = integrand_evaluations_;
+    estimate.failed_samples = failed_samples_;
+    estimate.rejected = rejected_;
+    return estimate;
+  }
+
+ private:
+  template <class D, class Sum>
+  void add_contribution(const F& value, D denominator, Sum& sum) noexcept {
+    Sum contribution;
+    A difference(0);  // x − x is zero for finite x alone, so one sum tests all channels
+    for (std::size_t c = 0; c < sum.size(); ++c) {
+      contribution[c] = ratio<A>(Traits::channel(value, static_cast<int>(c)), denominator);
+      difference += contribution[c] - contribution[c];
+    }
+    if (difference != A(0)) [[unlikely]] {
+      ++rejected_.non_finite_contribution;
+      return;
+    }
+    for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += contribution[c];
+  }
+
+  template <class Get>
+  [[nodiscard]] Mean gather(Get get) const {
+    if constexpr (channel_count == 1) {
+      return get(moments_[0]);
+    } else {
+      Mean mean;
+      for (std::size_t c = 0; c < moments_.size(); ++c)
+        mean[static_cast<typename std::conditional_t<requires { Mean{}.length(); }, int, std::size_t>>(c)] =
+            get(moments_[c]);
+      return mean;
+    }
+  }
+
+  std::array<Moments<A>, static_cast<std::size_t>(channel_count)> moments_;
+  std::uint64_t samples_ = 0;
+  std::uint64_t density_evaluations_ = 0;
+  std::uint64_t integrand_evaluations_ = 0;
+  std::uint64_t failed_samples_ = 0;
+  Rejected rejected_;
+};
+
+/// Estimates ∫ f with `rounds` ≥ 1 independent rounds of samples from `proposals`, chosen and weighted as the pair says.
+///
+/// `f(x)` is a number or a spectrum. `shares` says how the samples of a round are divided among the proposals
+/// (`EqualShares{}`: one each). The estimate is unbiased when every point with f ≠ 0 is covered as the scheme needs
+/// it; see `needs_full_support` and `check_coverage`. A non-finite value of f is counted, not summed. Allocates once,
+/// before the first round, and only when N is not known at compile time.
+template <Selection selection, Weighting weighting, class Integrand, Proposals P, UniformSource Source,
+          class ShareType = EqualShares>
+[[nodiscard]] auto estimate(Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
+                            const ShareType& shares = {}) {
+  const auto& set = as_proposal_set(proposals);
+  using Set = std::remove_cvref_t<decltype(set)>;
+  static_assert(IntegrandFor<std::remove_reference_t<Integrand>, Set>,
+                "the integrand must accept a sample and return a number, a LogValue or a type with SpectrumTraits");
+  using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
+  // Unequal shares can ask for more samples than there are proposals.
+  constexpr std::size_t capacity = ShareType::is_equal ? capacity_of<Set> : dynamic_capacity;
+  Workspace<typename Set::Density, capacity> workspace;
+  const std::size_t sample_count = shares.sample_count(set.size());
+
+  EstimateAccumulator<F> accumulator;
+  for (std::uint64_t round = 0; round < rounds; ++round)
+    accumulator.add_round(f, sample_count, [&](auto&& visit) {
+      return sample_round<selection, weighting>(set, shares, source, workspace, visit);
+    });
+  return accumulator.result();
+}
+
+/// The same for a scheme, run as its cheapest pair.
+template <Scheme scheme, class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
+[[nodiscard]] auto estimate(Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
+                            const ShareType& shares = {}) {
+  constexpr SelectionAndWeighting pair = cheapest_pair(scheme);
+  return estimate<pair.selection, pair.weighting>(f, proposals, rounds, source, shares);
+}
+
+/// The same for a scheme that is chosen at run time.
+template <class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
+[[nodiscard]] auto estimate(Scheme scheme, Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
+                            const ShareType& shares = {}) {
+  return dispatch(scheme,
+                  [&](auto fixed) { return estimate<decltype(fixed)::value>(f, proposals, rounds, source, shares); });
+}
+
+/// The same for a pair that is chosen at run time.
+template <class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
+[[nodiscard]] auto estimate(Selection selection, Weighting weighting, Integrand&& f, const P& proposals,
+                            std::uint64_t rounds, Source& source, const ShareType& shares = {}) {
+  return dispatch(selection, weighting, [&](auto fixed_selection, auto fixed_weighting) {
+    return estimate<decltype(fixed_selection)::value, decltype(fixed_weighting)::value>(f, proposals, rounds, source,
+                                                                                        shares);
+  });
+}
+
+}  // namespace gmis

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <type_traits>
+
+#include "gmis/mis/proposal_set.hpp"
+
+/// \file
+/// Densities of a set at one point and weighted sums of them, in one notation for plain densities and for logarithms.
+
+namespace gmis {
+
+/// What a sample is divided by: T, or LogDensity<T> for a set that works with logarithms.
+template <class Set>
+using Denominator = std::conditional_t<is_log_set<Set>, LogDensity<typename Set::Density>, typename Set::Density>;
+
+/// Σ c_i q_i, and then over a normaliser.
+template <std::floating_point T, bool in_logarithms>
+class MixtureSum {
+ public:
+  void add(T density) noexcept { sum_ += density; }
+  void add(T density, T coefficient) noexcept { sum_ += coefficient * density; }
+  [[nodiscard]] T over(T normaliser) const noexcept { return sum_ / normaliser; }
+
+ private:
+  T sum_{0};
+};
+
+template <std::floating_point T>
+class MixtureSum<T, true> {
+ public:
+  void add(T log_density) noexcept { sum_.add(log_density); }
+  void add(T log_density, T coefficient) noexcept { sum_.add(log_density + std::log(coefficient)); }
+  [[nodiscard]] LogDensity<T> over(T normaliser) const noexcept { return {sum_.log() - std::log(normaliser)}; }
+
+ private:
+  LogSum<T> sum_;
+};
+
+template <std::floating_point T>
+[[nodiscard]] constexpr bool is_finite_number(T x) noexcept {
+  return x >= std::numeric_limits<T>::lowest() && x <= std::numeric_limits<T>::max();
+}
+
+enum class DensityState : unsigned char { usable, zero, non_finite };
+
+/// Whether a sample can be divided by this density; for logarithms, whether its logarithm is a number.
+template <std::floating_point T>
+[[nodiscard]] constexpr DensityState state_of(T density) noexcept {
+  if (density > T(0)) return density <= std::numeric_limits<T>::max() ? DensityState::usable : DensityState::non_finite;
+  return density == T(0) ? DensityState::zero : DensityState::non_finite;
+}
+template <std::floating_point T>
+[[nodiscard]] constexpr DensityState state_of(LogDensity<T> density) noexcept {
+  if (is_finite_number(density.log)) return DensityState::usable;
+  return density.log == -std::numeric_limits<T>::infinity() ? DensityState::zero : DensityState::non_finite;
+}
+
+/// The densities of a set at one point x. One at a time where the set can, so that what a scheme does not need is not
+/// evaluated; a set that only evaluates all at once does so here. Counts what it evaluates.
+template <ProposalSet Set>
+class DensitiesAt {
+ public:
+  using T = typename Set::Density;
+  static constexpr bool one_at_a_time = SetHasPdf<Set> || SetHasLogPdf<Set>;
+  static constexpr bool all_at_once = SetHasPdfs<Set> || SetHasLogPdfs<Set>;
+
+  /// `buffer`: room for `set.size()` numbers.
+  DensitiesAt(const Set& set, const typename Set::Value& x, T* buffer, std::size_t& evaluations)
+      : set_(set), x_(x), buffer_(buffer), evaluations_(evaluations) {
+    if constexpr (!one_at_a_time) evaluate_all();
+  }
+
+  /// Says that all densities will be asked for, so that the set may evaluate them together.
+  void expect_all() {
+    if constexpr (one_at_a_time && all_at_once) {
+      evaluate_all();
+      have_all_ = true;
+    }
+  }
+
+  /// The density, or its logarithm, of proposal k.
+  [[nodiscard]] T operator[](std::size_t k) {
+    if constexpr (!one_at_a_time) {
+      return buffer_[k];
+    } else {
+      if constexpr (all_at_once)
+        if (have_all_) return buffer_[k];
+      ++evaluations_;
+      if constexpr (is_log_set<Set>)
+        return set_.log_pdf(k, x_);
+      else
+        return set_.pdf(k, x_);
+    }
+  }
+
+  [[nodiscard]] static Denominator<Set> as_denominator(T density) noexcept {
+    if constexpr (is_log_set<Set>)
+      return {density};
+    else
+      return density;
+  }
+
+ private:
+  void evaluate_all() {
+    const std::span<T> out(buffer_, set_.size());
+    if constexpr (is_log_set<Set>)
+      set_.log_pdfs(x_, out);
+    else
+      set_.pdfs(x_, out);
+    evaluations_ += out.size();
+  }
+
+  const Set& set_;
+  const typename Set::Value& x_;
+  T* buffer_;
+  std::size_t& evaluations_;
+  bool have_all_ = false;
+};
+
+}  // namespace gmis

@@ -1,0 +1,206 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "gmis/mis/log_density.hpp"
+#include "gmis/mis/proposal.hpp"
+#include "gmis/mis/storage.hpp"
+
+/// \file
+/// A set of N proposals, seen in one way whatever it is made of: an array, a vector or span, a tuple of different
+/// types, or a type of the user's own.
+
+namespace gmis {
+
+/// One density of the k-th proposal: `pdf(k, x)` or `log_pdf(k, x)`.
+template <class S>
+concept SetHasPdf = requires(const S& s, const typename S::Value& x) {
+  { s.pdf(std::size_t{}, x) } -> std::floating_point;
+};
+template <class S>
+concept SetHasLogPdf = requires(const S& s, const typename S::Value& x) {
+  { s.log_pdf(std::size_t{}, x) } -> std::floating_point;
+};
+/// All densities at once: `pdfs(x, out)` or `log_pdfs(x, out)` fill `out`, a span of `size()` numbers of type `Density`.
+template <class S>
+concept SetHasPdfs = requires(const S& s, const typename S::Value& x, std::span<typename S::Density> out) {
+  s.pdfs(x, out);
+};
+template <class S>
+concept SetHasLogPdfs = requires(const S& s, const typename S::Value& x, std::span<typename S::Density> out) {
+  s.log_pdfs(x, out);
+};
+
+/// What the rounds work on, and what a type of yours can offer in place of a container of proposals:
+/// - `Value`, `Density`: the type of a sample, and the floating-point type of a density;
+/// - `size()`: N; and, if N has a bound known at compile time, `static constexpr std::size_t capacity`;
+/// - `sample(k, source)`: a Value, or an optional one, from proposal k;
+/// - `pdf(k, x)`, or all at once `pdfs(x, out)`, or both; or the same with logarithms: `log_pdf(k, x)`,
+///   `log_pdfs(x, out)`.
+template <class S, class Source = Philox>
+concept ProposalSet = requires(const S& s, Source& source) {
+  typename S::Value;
+  requires std::floating_point<typename S::Density>;
+  { s.size() } -> std::convertible_to<std::size_t>;
+  s.sample(std::size_t{}, source);
+}
+&&(SetHasPdf<S> || SetHasLogPdf<S> || SetHasPdfs<S> || SetHasLogPdfs<S>);
+
+/// True when the densities of the set are handled as logarithms.
+template <class S>
+inline constexpr bool is_log_set = SetHasLogPdf<S> || SetHasLogPdfs<S>;
+
+/// N, when it or a bound on it is known at compile time, else `dynamic_capacity`.
+template <class S>
+inline constexpr std::size_t capacity_of = [] {
+  if constexpr (requires { S::capacity; })
+    return static_cast<std::size_t>(S::capacity);
+  else
+    return dynamic_capacity;
+}();
+
+/// The density type of one proposal.
+template <class P, class X>
+struct DensityOf;
+template <class P, class X>
+requires HasLogPdf<P, X>
+struct DensityOf<P, X> {
+  using Type = std::remove_cvref_t<decltype(std::declval<const P&>().log_pdf(std::declval<const X&>()))>;
+};
+template <class P, class X>
+requires(HasPdf<P, X> && !HasLogPdf<P, X>) struct DensityOf<P, X> {
+  using Type = std::remove_cvref_t<decltype(std::declval<const P&>().pdf(std::declval<const X&>()))>;
+};
+
+/// `Count` proposals of one type side by side in memory, by reference.
+template <AnyProposal P, std::size_t Count = dynamic_capacity>
+class ProposalSpan {
+ public:
+  using Value = ValueOf<P>;
+  using Density = typename DensityOf<P, Value>::Type;
+  static constexpr std::size_t capacity = Count;
+
+  constexpr ProposalSpan(const P* proposals, std::size_t size) noexcept : proposals_(proposals), size_(size) {}
+
+  [[nodiscard]] constexpr std::size_t size() const noexcept {
+    if constexpr (Count == dynamic_capacity)
+      return size_;
+    else
+      return Count;
+  }
+  template <class Source>
+  [[nodiscard]] constexpr auto sample(std::size_t k, Source& source) const {
+    return proposals_[k].sample(source);
+  }
+  [[nodiscard]] constexpr Density pdf(std::size_t k, const Value& x) const requires(!HasLogPdf<P, Value>) {
+    return proposals_[k].pdf(x);
+  }
+  [[nodiscard]] constexpr Density log_pdf(std::size_t k, const Value& x) const requires HasLogPdf<P, Value> {
+    return proposals_[k].log_pdf(x);
+  }
+
+ private:
+  const P* proposals_;
+  std::size_t size_;
+};
+
+/// Proposals of different types, by reference. All make the same Value; densities meet in their common type.
+template <AnyProposal... P>
+class ProposalTuple {
+ public:
+  using Value = ValueOf<std::tuple_element_t<0, std::tuple<P...>>>;
+  static_assert((Proposal<P, Value> && ...), "all proposals of a set must make the same type of value");
+  using Density = std::common_type_t<typename DensityOf<P, Value>::Type...>;
+  static constexpr std::size_t capacity = sizeof...(P);
+  static constexpr bool any_log = (HasLogPdf<P, Value> || ...);
+
+  explicit constexpr ProposalTuple(const std::tuple<P...>& proposals) noexcept : proposals_(&proposals) {}
+
+  [[nodiscard]] constexpr std::size_t size() const noexcept { return sizeof...(P); }
+
+  template <class Source>
+  [[nodiscard]] constexpr auto sample(std::size_t k, Source& source) const {
+    constexpr bool can_fail =
+        (SampleResult<decltype(std::declval<const P&>().sample(std::declval<Source&>()))>::can_fail || ...);
+    using Result = std::conditional_t<can_fail, std::optional<Value>, Value>;
+    return visit<Result>(k, [&](const auto& proposal) -> Result { return proposal.sample(source); });
+  }
+  [[nodiscard]] constexpr Density pdf(std::size_t k, const Value& x) const requires(!any_log) {
+    return visit<Density>(k, [&](const auto& proposal) { return static_cast<Density>(proposal.pdf(x)); });
+  }
+  [[nodiscard]] constexpr Density log_pdf(std::size_t k, const Value& x) const requires any_log {
+    return visit<Density>(k, [&](const auto& proposal) { return log_pdf_of(proposal, x); });
+  }
+  constexpr void pdfs(const Value& x, std::span<Density> out) const requires(!any_log) {
+    std::apply(
+        [&](const auto&... proposal) {
+          std::size_t k = 0;
+          ((out[k++] = static_cast<Density>(proposal.pdf(x))), ...);
+        },
+        *proposals_);
+  }
+  constexpr void log_pdfs(const Value& x, std::span<Density> out) const requires any_log {
+    std::apply(
+        [&](const auto&... proposal) {
+          std::size_t k = 0;
+          ((out[k++] = log_pdf_of(proposal, x)), ...);
+        },
+        *proposals_);
+  }
+
+ private:
+  template <class Q>
+  [[nodiscard]] static constexpr Density log_pdf_of(const Q& proposal, const Value& x) {
+    if constexpr (HasLogPdf<Q, Value>)
+      return static_cast<Density>(proposal.log_pdf(x));
+    else
+      return static_cast<Density>(std::log(proposal.pdf(x)));
+  }
+
+  template <class Result, std::size_t K = 0, class F>
+  [[nodiscard]] constexpr Result visit(std::size_t k, F&& f) const {
+    if constexpr (K + 1 == sizeof...(P)) {
+      return f(std::get<K>(*proposals_));
+    } else {
+      return k == K ? f(std::get<K>(*proposals_)) : visit<Result, K + 1>(k, f);
+    }
+  }
+
+  const std::tuple<P...>* proposals_;
+};
+
+/// Sees anything accepted as a set of proposals as a `ProposalSet`. Containers and tuples are referred to, not copied.
+template <AnyProposal P, std::size_t N>
+[[nodiscard]] constexpr auto as_proposal_set(const std::array<P, N>& proposals) noexcept {
+  return ProposalSpan<P, N>(proposals.data(), N);
+}
+template <AnyProposal... P>
+[[nodiscard]] constexpr auto as_proposal_set(const std::tuple<P...>& proposals) noexcept {
+  return ProposalTuple<P...>(proposals);
+}
+template <ProposalSet S>
+[[nodiscard]] constexpr const S& as_proposal_set(const S& proposals) noexcept {
+  return proposals;
+}
+template <class R>
+requires(std::ranges::contiguous_range<R>&& AnyProposal<std::ranges::range_value_t<R>>)
+    [[nodiscard]] constexpr auto as_proposal_set(const R& proposals) noexcept {
+  return ProposalSpan<std::ranges::range_value_t<R>>(std::ranges::data(proposals), std::ranges::size(proposals));
+}
+
+/// std::array, std::vector, std::span or std::tuple of proposals, or a type that meets `ProposalSet`.
+template <class S>
+concept Proposals = requires(const S& s) {
+  as_proposal_set(s);
+};
+
+}  // namespace gmis

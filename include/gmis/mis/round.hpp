@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+#include "gmis/core/random.hpp"
+#include "gmis/mis/denominator.hpp"
+#include "gmis/mis/mixture.hpp"
+#include "gmis/mis/proposal_set.hpp"
+#include "gmis/mis/scheme.hpp"
+#include "gmis/mis/selection.hpp"
+#include "gmis/mis/shares.hpp"
+#include "gmis/mis/workspace.hpp"
+
+namespace gmis {
+
+/// What happened in one round. Samples that were not made, or whose density is zero or not finite, are not visited:
+/// they contribute zero.
+struct RoundCounts {
+  std::size_t density_evaluations = 0;
+  std::size_t failed_samples = 0;      ///< `sample` returned nothing; no error
+  std::size_t zero_density = 0;        ///< a proposal's density at its own sample was zero; an error of the proposal
+  std::size_t non_finite_density = 0;  ///< a density was infinite, NaN or negative; an error of the proposal
+};
+
+/// Draws one round of samples and calls `visit(x, denominator, index)` for each: the sample, the density φ(x) that
+/// the pair of selection and weighting divides it by, and the index of the proposal that made it. With n =
+/// `shares.sample_count(N)` samples in the round, (1/n) Σ f(x) / φ(x) estimates ∫ f.
+///
+/// `denominator` is a `Set::Density`, or a `LogDensity` of it for a set with logarithms. No allocation beyond
+/// `workspace.prepare`, and none at all for a workspace with fixed capacity. Every estimator of the library is made of
+/// this function.
+template <Selection selection, Weighting weighting, ProposalSet Set, class ShareType, UniformSource Source,
+          std::size_t Capacity, class Visit>
+RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
+                         Workspace<typename Set::Density, Capacity>& workspace, Visit&& visit) {
+  constexpr Scheme scheme = scheme_of(selection, weighting);
+  const std::size_t proposal_count = set.size();
+  const std::size_t sample_count = shares.sample_count(proposal_count);
+  workspace.prepare(proposal_count, sample_count);
+
+  RoundCounts counts;
+  IndexSelector<selection, scheme, ShareType, Source, Workspace<typename Set::Density, Capacity>> selector(
+      shares, source, workspace, proposal_count, sample_count);
+  for (std::size_t n = 0; n < sample_count; ++n) {
+    const std::size_t index = selector.next(n);
+    const auto result = set.sample(index, source);
+    using Result = SampleResult<std::remove_cvref_t<decltype(result)>>;
+    const typename Set::Value* x = nullptr;
+    if constexpr (Result::can_fail) {
+      if (!result) {
+        ++counts.failed_samples;
+        selector.discard(n);
+        continue;
+      }
+      x = &*result;
+    } else {
+      x = &result;
+    }
+
+    DensitiesAt<Set> densities(set, *x, workspace.densities.data(), counts.density_evaluations);
+    const auto [own, denominator] =
+        denominator_of<scheme, selection>(densities, set, shares, workspace, index, n, sample_count);
+    selector.discard(n);
+    const DensityState own_state = state_of(own);
+    const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
+    if (state == DensityState::usable) [[likely]]
+      visit(*x, denominator, index);
+    else if (state == DensityState::zero)
+      ++counts.zero_density;
+    else
+      ++counts.non_finite_density;
+  }
+  return counts;
+}
+
+/// The same for a scheme, run as its cheapest pair.
+template <Scheme scheme, ProposalSet Set, class ShareType, UniformSource Source, std::size_t Capacity, class Visit>
+RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
+                         Workspace<typename Set::Density, Capacity>& workspace, Visit&& visit) {
+  constexpr SelectionAndWeighting pair = cheapest_pair(scheme);
+  return sample_round<pair.selection, pair.weighting>(set, shares, source, workspace, std::forward<Visit>(visit));
+}
+
+/// The same for anything accepted as a set of proposals, in equal shares; the workspace is on the stack when a bound on
+/// the number of proposals is known at compile time.
+template <Scheme scheme, Proposals P, UniformSource Source, class Visit>
+RoundCounts sample_round(const P& proposals, Source& source, Visit&& visit) {
+  const auto& set = as_proposal_set(proposals);
+  using Set = std::remove_cvref_t<decltype(set)>;
+  static_assert(capacity_of<Set> != dynamic_capacity,
+                "the number of proposals is not bounded at compile time: pass shares and a Workspace");
+  Workspace<typename Set::Density, capacity_of<Set>> workspace;
+  return sample_round<scheme>(set, EqualShares{}, source, workspace, std::forward<Visit>(visit));
+}
+
+}  // namespace gmis
