@@ -1,0 +1,47 @@
+# The library behind gmis-render, which the tests link too: scene files in, images in and out.
+# Included from examples/ and from tests/render/, whichever comes first.
+if(TARGET gmis_scene_reader)
+  return()
+endif()
+
+set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
+find_package(OpenEXR CONFIG QUIET)
+find_package(PNG QUIET)
+find_package(assimp CONFIG QUIET)
+find_package(TBB CONFIG QUIET)
+unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
+
+# gmis_optional_part(TARGET-OF-THE-LIBRARY MACRO "what is missing without it")
+function(gmis_optional_part library macro consequence)
+  if(TARGET ${library})
+    target_compile_definitions(gmis_scene_reader PUBLIC ${macro}=1)
+    target_link_libraries(gmis_scene_reader PUBLIC ${library})
+  else()
+    target_compile_definitions(gmis_scene_reader PUBLIC ${macro}=0)
+    message(STATUS "gmis: ${library} not found: ${consequence}")
+  endif()
+endfunction()
+
+set(support ${CMAKE_CURRENT_LIST_DIR}/support)
+add_library(gmis_scene_reader STATIC
+  ${support}/image/exr.cpp
+  ${support}/image/image.cpp
+  ${support}/image/pfm.cpp
+  ${support}/image/png.cpp
+  ${support}/pbrt/directives.cpp
+  ${support}/pbrt/lexer.cpp
+  ${support}/pbrt/lights.cpp
+  ${support}/pbrt/materials.cpp
+  ${support}/pbrt/parameters.cpp
+  ${support}/pbrt/parser.cpp
+  ${support}/pbrt/reader.cpp
+  ${support}/pbrt/shapes.cpp
+  ${support}/pbrt/transform.cpp
+  ${support}/ply_mesh.cpp
+  ${support}/scene_description.cpp)
+target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+target_link_libraries(gmis_scene_reader PUBLIC gmis::gmis PRIVATE gmis_warnings)
+gmis_optional_part(OpenEXR::OpenEXR GMIS_HAS_OPENEXR "gmis-render reads and writes no .exr")
+gmis_optional_part(PNG::PNG GMIS_HAS_PNG "gmis-render writes no .png")
+gmis_optional_part(assimp::assimp GMIS_HAS_ASSIMP "gmis-render reads no plymesh")
+gmis_optional_part(TBB::tbb GMIS_HAS_TBB "gmis-render runs on one thread")

@@ -1,0 +1,84 @@
+#include "support/image/image.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+
+#include "support/diagnostics.hpp"
+#include "support/image/formats.hpp"
+
+namespace gmis::tools {
+namespace {
+
+enum class Format { exr, pfm, png };
+
+Format format_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (ending == ".pfm") return Format::pfm;
+  if (ending == ".exr") {
+    if (!has_exr()) throw InputError(file.string() + ": this program was built without OpenEXR: use .pfm");
+    return Format::exr;
+  }
+  if (ending == ".png") {
+    if (!has_png()) throw InputError(file.string() + ": this program was built without libpng: use .pfm");
+    return Format::png;
+  }
+  throw InputError(file.string() + ": the ending " + in_quotes(ending) + " is not known: use .exr, .pfm or .png");
+}
+
+}  // namespace
+
+Image cropped(const Image& image, int x0, int y0, int x1, int y1) {
+  Image result(x1 - x0, y1 - y0);
+  for (int y = y0; y < y1; ++y)
+    std::copy_n(image.rgb.begin() + static_cast<std::ptrdiff_t>(image.index(x0, y)), 3 * (x1 - x0),
+                result.rgb.begin() + static_cast<std::ptrdiff_t>(result.index(0, y - y0)));
+  return result;
+}
+
+std::string image_hash(const Image& image) {
+  std::uint64_t hash = 0xCBF29CE484222325U;
+  const auto mix = [&](std::uint32_t word) {
+    for (int byte = 0; byte < 4; ++byte) {
+      hash = (hash ^ (word & 0xFFU)) * 0x100000001B3U;
+      word >>= 8U;
+    }
+  };
+  mix(static_cast<std::uint32_t>(image.width));
+  mix(static_cast<std::uint32_t>(image.height));
+  for (const float value : image.rgb) mix(std::bit_cast<std::uint32_t>(value));
+  std::string digits(16, '0');
+  for (std::size_t i = 16; i-- > 0; hash >>= 4U) digits[i] = "0123456789abcdef"[hash & 0xFU];
+  return digits;
+}
+
+void require_writable_format(const std::filesystem::path& file) {
+  (void)format_of(file);
+}
+
+void write_image(const Image& image, const std::filesystem::path& file) {
+  switch (format_of(file)) {
+    case Format::exr:
+      return write_exr(image, file);
+    case Format::pfm:
+      return write_pfm(image, file);
+    case Format::png:
+      return write_png(image, file);
+  }
+}
+
+Image read_image(const std::filesystem::path& file) {
+  switch (format_of(file)) {
+    case Format::exr:
+      return read_exr(file);
+    case Format::pfm:
+      return read_pfm(file);
+    case Format::png:
+      break;
+  }
+  throw InputError(file.string() + ": PNG files are too coarse to compare with: use .exr or .pfm");
+}
+
+}  // namespace gmis::tools

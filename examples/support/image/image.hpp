@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace gmis::tools {
+
+/// Linear RGB, three floats per pixel, rows from the top.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<float> rgb;
+
+  Image() = default;
+  Image(int w, int h) : width(w), height(h), rgb(3 * static_cast<std::size_t>(w) * static_cast<std::size_t>(h), 0.0F) {}
+
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
+  }
+};
+
+/// The part of `image` with x0 ≤ x < x1 and y0 ≤ y < y1.
+[[nodiscard]] Image cropped(const Image& image, int x0, int y0, int x1, int y1);
+
+/// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
+[[nodiscard]] std::string image_hash(const Image& image);
+
+/// Picks the format by the ending of the name. These throw `InputError` when it is not known or not in this build,
+/// or when the file cannot be read or written.
+void write_image(const Image& image, const std::filesystem::path& file);
+[[nodiscard]] Image read_image(const std::filesystem::path& file);
+/// Throws what `write_image` would throw because of the ending: to be called before the work.
+void require_writable_format(const std::filesystem::path& file);
+
+}  // namespace gmis::tools

@@ -1,0 +1,343 @@
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <utility>
+
+#include "support/pbrt/parser.hpp"
+
+namespace gmis::tools::pbrt {
+namespace {
+
+/// Beyond this, squares and volumes leave the range of float.
+constexpr double farthest = 1e9;
+
+Transform matrix_of(const std::vector<double>& numbers) {
+  Transform m(1);
+  for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = numbers[static_cast<std::size_t>(i)];
+  return m;
+}
+
+bool is_within_range(const ShapeDescription& shape) {
+  const auto near = [](const Point& p) {
+    return std::abs(p.x) <= farthest && std::abs(p.y) <= farthest && std::abs(p.z) <= farthest;
+  };
+  if (const auto* sphere = std::get_if<SphereDescription>(&shape.geometry))
+    return near(sphere->center) && sphere->radius <= farthest;
+  const auto& positions = std::get<MeshDescription>(shape.geometry).positions;
+  return std::all_of(positions.begin(), positions.end(), near);
+}
+
+}  // namespace
+
+void Parser::ignored_with_note() {
+  const std::string kind = expect_string("a name");
+  Parameters parameters = parse_parameters(kind);
+  parameters.ignore_all();
+  diagnostics_.note(directive_.where, named_directive(kind) + " is ignored");
+}
+
+// ---- transforms ----------------------------------------------------------------------------------------------------
+
+void Parser::concat(const Transform& m) {
+  const Transform next = state_.transform * m;
+  if (!is_invertible_affine(m) || !is_invertible_affine(next))
+    throw InputError(directive_.where, directive_.text +
+                                           " flattens space or leaves the range of numbers: use factors "
+                                           "that are not 0 and a last column of 0 0 0 1");
+  state_.transform = next;
+}
+
+void Parser::translate() {
+  const auto n = expect_numbers(3);
+  concat(translation({n[0], n[1], n[2]}));
+}
+
+void Parser::scale() {
+  const auto n = expect_numbers(3);
+  concat(scaling({n[0], n[1], n[2]}));
+}
+
+void Parser::rotate() {
+  const auto n = expect_numbers(4);
+  const glm::dvec3 axis(n[1], n[2], n[3]);
+  if (!(glm::length(axis) > 0)) throw InputError(directive_.where, "Rotate needs an axis that is not 0 0 0");
+  concat(rotation(n[0], axis));
+}
+
+void Parser::look_at_directive() {
+  const auto n = expect_numbers(9);
+  const auto m = look_at({n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]});
+  if (!m)
+    throw InputError(directive_.where,
+                     "LookAt needs an eye apart from its target and an up that is not along the view");
+  concat(*m);
+}
+
+void Parser::transform() {
+  state_.transform = Transform(1);
+  concat_transform();
+}
+
+void Parser::concat_transform() {
+  concat(matrix_of(expect_numbers(16)));
+}
+
+void Parser::coordinate_system() {
+  coordinate_systems_[expect_string("the name of a coordinate system")] = state_.transform;
+}
+
+void Parser::coord_sys_transform() {
+  const std::string name = expect_string("the name of a coordinate system");
+  const auto found = coordinate_systems_.find(name);
+  if (found == coordinate_systems_.end())
+    throw InputError(directive_.where, "the coordinate system " + in_quotes(name) + " is not defined above this line");
+  state_.transform = found->second;
+}
+
+// ---- blocks --------------------------------------------------------------------------------------------------------
+
+void Parser::save(const std::string& closed_by) {
+  constexpr std::size_t deepest = 10000;
+  if (saved_.size() >= deepest) throw InputError(directive_.where, "blocks are nested more than 10000 deep");
+  saved_.push_back({state_, closed_by, directive_.where});
+}
+
+void Parser::restore(const std::string& closed_by) {
+  if (saved_.empty()) throw InputError(directive_.where, directive_.text + " closes nothing: take it out");
+  if (saved_.back().closed_by != closed_by)
+    throw InputError(directive_.where, directive_.text + " comes where " + saved_.back().closed_by +
+                                           " must close the block of " + saved_.back().where.to_string());
+  state_ = std::move(saved_.back().state);
+  saved_.pop_back();
+}
+
+void Parser::transform_begin() {
+  save("TransformEnd");
+}
+
+void Parser::transform_end() {
+  GraphicsState current = state_;
+  restore("TransformEnd");
+  current.transform = state_.transform;
+  state_ = std::move(current);
+}
+
+void Parser::attribute() {
+  const std::string target = expect_string("shape, light, material or texture");
+  Parameters unused = parse_parameters(target);
+  if (target != "shape" && target != "light" && target != "material" && target != "texture" && target != "medium")
+    throw InputError(directive_.where,
+                     "Attribute " + in_quotes(target) + " is not understood: use shape, light, material or texture");
+  for (const Parameter& parameter : unused.all()) {
+    auto& list = state_.defaults[target];
+    std::erase_if(list, [&](const Parameter& p) { return p.name == parameter.name; });
+    list.push_back(parameter);
+  }
+}
+
+void Parser::include() {
+  const std::string file = expect_string("a file name");
+  parse_file(resolve(file));
+}
+
+void Parser::import() {
+  const std::string file = expect_string("a file name");
+  save("the end of the imported file");
+  const std::size_t depth = saved_.size();
+  parse_file(resolve(file));
+  if (saved_.size() > depth)
+    throw InputError(saved_.back().where, "this is never closed: add " + saved_.back().closed_by);
+  state_ = std::move(saved_.back().state);
+  saved_.pop_back();
+}
+
+void Parser::world_begin() {
+  if (!saved_.empty())
+    throw InputError(directive_.where,
+                     "WorldBegin stands inside a block: close that of " + saved_.back().where.to_string());
+  in_world_ = true;
+  state_.transform = Transform(1);
+  coordinate_systems_["world"] = state_.transform;
+}
+
+// ---- the picture ---------------------------------------------------------------------------------------------------
+
+void Parser::film() {
+  const std::string kind = expect_string("a kind of film");
+  Parameters parameters = parse_parameters(kind);
+  if (kind != "rgb") diagnostics_.warning(directive_.where, "the film " + in_quotes(kind) + " is taken for \"rgb\"");
+  FilmDescription& film = scene_.film;
+  film.width = parameters.integer("xresolution").value_or(film.width);
+  film.height = parameters.integer("yresolution").value_or(film.height);
+  for (const auto& [name, size] : {std::pair{"xresolution", film.width}, std::pair{"yresolution", film.height}})
+    if (size < 1 || size > 32768) parameters.fail(name, "must be from 1 to 32768");
+  film.file_name = parameters.string("filename").value_or(film.file_name);
+  film.where = directive_.where;
+  for (const char* name : {"sensor", "iso", "maxcomponentvalue"})
+    if (parameters.has(name))
+      diagnostics_.note(directive_.where, "Film: sensor and exposure are ignored, the picture holds plain radiance");
+  parameters.ignore({"sensor", "iso", "maxcomponentvalue", "diagonal", "savefp16", "imagingratio", "exposuretime"});
+  parameters.warn_of_unused(diagnostics_);
+}
+
+void Parser::pixel_filter() {
+  const std::string kind = expect_string("a kind of filter");
+  Parameters parameters = parse_parameters(kind);
+  const double x = parameters.number_or("xradius", 0.5), y = parameters.number_or("yradius", 0.5);
+  parameters.ignore_all();
+  if (kind != "box" || x != 0.5 || y != 0.5)
+    diagnostics_.warning(directive_.where, named_directive(kind) + ": a box filter of radius 0.5 is used instead");
+}
+
+void Parser::camera() {
+  const std::string kind = expect_string("a kind of camera");
+  Parameters parameters = parse_parameters(kind);
+  if (kind != "perspective")
+    throw InputError(directive_.where, "the camera " + in_quotes(kind) + " is not understood: use perspective");
+  CameraDescription& camera = scene_.camera;
+  camera.where = directive_.where;
+  camera.field_of_view = parameters.number_or("fov", 90);
+  if (!(camera.field_of_view >= 1e-3 && camera.field_of_view <= 179))
+    parameters.fail("fov", "must be from 0.001 to 179 degrees");
+  camera.frame_aspect_ratio = parameters.number("frameaspectratio");
+  if (camera.frame_aspect_ratio && !(*camera.frame_aspect_ratio > 1e-3 && *camera.frame_aspect_ratio < 1e3))
+    parameters.fail("frameaspectratio", "must be between 0.001 and 1000");
+  if (parameters.has("screenwindow")) {
+    const auto window = parameters.numbers("screenwindow");
+    if (window.size() != 4 || !(window[0] < window[1]) || !(window[2] < window[3]))
+      parameters.fail("screenwindow", "must be four numbers x0 x1 y0 y1 with x0 < x1 and y0 < y1");
+    camera.screen_window = std::array{window[0], window[1], window[2], window[3]};
+  }
+  if (parameters.number_or("lensradius", 0) != 0)
+    diagnostics_.warning(directive_.where, "a lens is not supported: the camera is a pinhole and all is sharp");
+  parameters.ignore({"focaldistance", "shutteropen", "shutterclose"});
+  parameters.warn_of_unused(diagnostics_);
+  if (!similarity_scale(state_.transform))
+    throw InputError(directive_.where, "the transforms above Camera stretch space: scale all axes alike");
+  camera.world_from_camera = glm::inverse(state_.transform);
+  coordinate_systems_["camera"] = camera.world_from_camera;
+}
+
+// ---- surfaces and light --------------------------------------------------------------------------------------------
+
+void Parser::texture() {
+  const std::string name = expect_string("the name of a texture");
+  const std::string type = expect_string("float or spectrum");
+  const std::string kind = expect_string("a kind of texture");
+  Parameters parameters = parse_parameters(name, "texture");
+  if (kind != "constant")
+    throw InputError(directive_.where, "the texture " + in_quotes(name) + " is of kind " + in_quotes(kind) +
+                                           ", which is not supported: use constant");
+  if (type == "float") {
+    textures_.numbers[name] = parameters.number_or("value", 1);
+  } else if (type == "spectrum") {
+    textures_.colors[name] = parameters.color("value").value_or(Rgb(1));
+  } else {
+    throw InputError(directive_.where, "a texture is of type float or spectrum, not " + in_quotes(type));
+  }
+  parameters.warn_of_unused(diagnostics_);
+}
+
+void Parser::material() {
+  const std::string kind = expect_string("a material");
+  Parameters parameters = parse_parameters(kind, "material");
+  scene_.materials.push_back(make_material(kind, parameters, diagnostics_));
+  parameters.warn_of_unused(diagnostics_);
+  state_.material = scene_.materials.size() - 1;
+}
+
+void Parser::make_named_material() {
+  const std::string name = expect_string("the name of a material");
+  Parameters parameters = parse_parameters(name, "material");
+  const auto kind = parameters.string("type");
+  if (!kind) throw InputError(directive_.where, "MakeNamedMaterial " + in_quotes(name) + ": add \"string type\"");
+  if (named_materials_.contains(name))
+    throw InputError(directive_.where, "the material " + in_quotes(name) + " is defined twice: rename one");
+  scene_.materials.push_back(make_material(*kind, parameters, diagnostics_));
+  parameters.warn_of_unused(diagnostics_);
+  named_materials_[name] = scene_.materials.size() - 1;
+}
+
+void Parser::named_material() {
+  const std::string name = expect_string("the name of a material");
+  const auto found = named_materials_.find(name);
+  if (found == named_materials_.end())
+    throw InputError(directive_.where,
+                     "the material " + in_quotes(name) + " is not defined above this line: add MakeNamedMaterial");
+  state_.material = found->second;
+}
+
+void Parser::light_source() {
+  const std::string kind = expect_string("a kind of light");
+  Parameters parameters = parse_parameters(kind, "light");
+  if (auto light = make_light(kind, parameters, state_.transform, diagnostics_))
+    scene_.lights.push_back(std::move(*light));
+  parameters.warn_of_unused(diagnostics_);
+}
+
+void Parser::area_light_source() {
+  const std::string kind = expect_string("a kind of area light");
+  Parameters parameters = parse_parameters(kind, "light");
+  state_.area_light = make_area_light(kind, parameters);
+  parameters.warn_of_unused(diagnostics_);
+}
+
+void Parser::shape() {
+  const std::string kind = expect_string("a kind of shape");
+  Parameters parameters = parse_parameters(kind, "shape");
+  ShapeDescription shape = make_shape(kind, parameters, state_.reverse_orientation, folder_, diagnostics_);
+  parameters.warn_of_unused(diagnostics_);
+  shape.material = state_.material;
+  if (open_object_.empty()) return place_shape(std::move(shape), state_.transform);
+  if (state_.area_light)
+    diagnostics_.warning(shape.where, "a shape inside ObjectBegin cannot be a light: it does not shine");
+  auto placed = transformed(std::move(shape), state_.transform);
+  if (!placed) throw InputError(directive_.where, "a sphere cannot be stretched: scale all axes alike");
+  objects_[open_object_].push_back(std::move(*placed));
+}
+
+void Parser::place_shape(ShapeDescription shape, const Transform& world_from_shape) {
+  auto placed = transformed(std::move(shape), world_from_shape);
+  if (!placed) throw InputError(directive_.where, "a sphere cannot be stretched: scale all axes alike");
+  if (!is_within_range(*placed))
+    throw InputError(directive_.where, "a coordinate is above 1e9 scene units: use larger units");
+  if (state_.area_light && open_object_.empty()) placed->emission = emission_of(*state_.area_light, *placed);
+  constexpr std::size_t most = 200'000'000;
+  if (const auto* mesh = std::get_if<MeshDescription>(&placed->geometry)) triangle_count_ += mesh->triangles.size();
+  if (triangle_count_ > most) throw InputError(directive_.where, "the scene has more than 200 million triangles");
+  scene_.shapes.push_back(std::move(*placed));
+}
+
+void Parser::object_begin() {
+  const std::string name = expect_string("the name of an object");
+  if (!open_object_.empty())
+    throw InputError(directive_.where, "ObjectBegin stands inside the object of " + open_object_where_.to_string());
+  if (name.empty()) throw InputError(directive_.where, "an object needs a name");
+  if (objects_.contains(name))
+    throw InputError(directive_.where, "the object " + in_quotes(name) + " is defined twice: rename one");
+  save("ObjectEnd");
+  open_object_ = name;
+  open_object_where_ = directive_.where;
+  objects_[name];
+}
+
+void Parser::object_end() {
+  restore("ObjectEnd");
+  open_object_.clear();
+}
+
+void Parser::object_instance() {
+  const std::string name = expect_string("the name of an object");
+  if (!open_object_.empty())
+    throw InputError(directive_.where,
+                     "ObjectInstance cannot stand inside an object: end that of " + open_object_where_.to_string());
+  const auto found = objects_.find(name);
+  if (found == objects_.end())
+    throw InputError(directive_.where, "the object " + in_quotes(name) + " is not defined above this line");
+  const std::optional<AreaLight> area_light = std::exchange(state_.area_light, std::nullopt);
+  for (const ShapeDescription& shape : found->second) place_shape(shape, state_.transform);
+  state_.area_light = area_light;
+}
+
+}  // namespace gmis::tools::pbrt

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "support/pbrt/parameters.hpp"
+#include "support/pbrt/transform.hpp"
+#include "support/scene_description.hpp"
+
+/// \file
+/// What the directives Material, LightSource, AreaLightSource and Shape make of their parameters. Each function throws
+/// `InputError` for a kind it does not know and for parameters that make no sense.
+
+namespace gmis::tools::pbrt {
+
+[[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters,
+                                                Diagnostics& diagnostics);
+
+/// Nothing when the light is black.
+[[nodiscard]] std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
+                                                         const Transform& world_from_light, Diagnostics& diagnostics);
+
+/// What an area light emits, before it is known how large it is.
+struct AreaLight {
+  EmissionDescription emission;
+  std::optional<double> power;  ///< of the whole shape, over all directions and (if so) both sides
+  SourcePosition where;
+};
+[[nodiscard]] AreaLight make_area_light(const std::string& kind, Parameters& parameters);
+/// The emission of `light` on `shape`; nothing when it is black.
+[[nodiscard]] std::optional<EmissionDescription> emission_of(const AreaLight& light, const ShapeDescription& shape);
+
+/// A shape in its own space, without material and emission.
+[[nodiscard]] ShapeDescription make_shape(const std::string& kind, Parameters& parameters, bool reverse_orientation,
+                                          const std::filesystem::path& folder, Diagnostics& diagnostics);
+
+[[nodiscard]] double luminance(const Rgb& color);
+
+}  // namespace gmis::tools::pbrt

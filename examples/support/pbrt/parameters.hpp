@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "support/pbrt/lexer.hpp"
+#include "support/scene_description.hpp"
+
+namespace gmis::tools::pbrt {
+
+/// One `"type name" [ values ]` of a directive.
+struct Parameter {
+  std::string type, name;
+  std::vector<double> numbers;
+  std::vector<std::string> strings;
+  SourcePosition where;
+  bool is_used = false;
+
+  [[nodiscard]] bool is_of(std::initializer_list<const char*> types) const;
+};
+
+/// The constant textures known so far.
+struct Textures {
+  std::map<std::string, double> numbers;
+  std::map<std::string, Rgb> colors;
+};
+
+/// The parameters of one directive, with typed access. A getter marks its parameter as understood, and throws
+/// `InputError` when it has the wrong type, the wrong number of values, or a value that cannot be meant.
+class Parameters {
+ public:
+  /// `directive` is what messages call it, e.g. `Shape "sphere"`.
+  Parameters(std::string directive, SourcePosition where, std::vector<Parameter> parameters, const Textures& textures)
+      : directive_(std::move(directive)),
+        where_(std::move(where)),
+        parameters_(std::move(parameters)),
+        textures_(&textures) {}
+
+  [[nodiscard]] const SourcePosition& where() const { return where_; }
+  [[nodiscard]] const std::string& directive() const { return directive_; }
+
+  [[nodiscard]] bool has(const std::string& name) const;
+  /// There, and given as a spectrum or a colour.
+  [[nodiscard]] bool is_spectrum(const std::string& name) const;
+  [[nodiscard]] std::optional<double> number(const std::string& name);
+  [[nodiscard]] double number_or(const std::string& name, double otherwise) { return number(name).value_or(otherwise); }
+  [[nodiscard]] std::optional<int> integer(const std::string& name);
+  [[nodiscard]] bool boolean_or(const std::string& name, bool otherwise);
+  [[nodiscard]] std::optional<std::string> string(const std::string& name);
+  [[nodiscard]] std::optional<Point> point(const std::string& name);
+  [[nodiscard]] std::vector<Point> points(const std::string& name);
+  [[nodiscard]] std::vector<Point> normals(const std::string& name);
+  [[nodiscard]] std::vector<int> integers(const std::string& name);
+  [[nodiscard]] std::vector<double> numbers(const std::string& name);
+
+  /// A colour given as `rgb`, as a constant `spectrum`, or as a constant `texture`. `named` turns the name of a
+  /// spectrum into a colour, or gives nothing when it does not know it.
+  using NamedSpectra = std::function<std::optional<Rgb>(const std::string&)>;
+  [[nodiscard]] std::optional<Rgb> color(const std::string& name, const NamedSpectra& named = {});
+
+  /// Understood, without effect.
+  void ignore(std::initializer_list<const char*> names);
+  void ignore_all();
+  [[nodiscard]] const std::vector<Parameter>& all() const { return parameters_; }
+  /// A warning for every parameter that nobody asked for.
+  void warn_of_unused(Diagnostics& diagnostics) const;
+
+  [[noreturn]] void fail(const std::string& name, const std::string& message) const;
+
+ private:
+  [[nodiscard]] Parameter* find(const std::string& name);
+  [[nodiscard]] std::vector<Point> triples(const std::string& name, std::initializer_list<const char*> types);
+  [[nodiscard]] Rgb spectrum(const Parameter& parameter, const NamedSpectra& named) const;
+  void require_type(const Parameter& parameter, std::initializer_list<const char*> types) const;
+  void require_count(const Parameter& parameter, std::size_t count) const;
+
+  std::string directive_;
+  SourcePosition where_;
+  std::vector<Parameter> parameters_;
+  const Textures* textures_;
+};
+
+/// True when `type` is one that pbrt-v4 knows for parameters.
+[[nodiscard]] bool is_parameter_type(const std::string& type);
+
+}  // namespace gmis::tools::pbrt

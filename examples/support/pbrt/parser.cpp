@@ -1,0 +1,246 @@
+#include "support/pbrt/parser.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace gmis::tools::pbrt {
+
+Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics)
+    : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics) {
+  scene_.materials.push_back({DiffuseDescription{}, {}});  // for shapes before the first Material
+}
+
+const std::map<std::string, Parser::Directive>& Parser::directives() {
+  using Place = Directive::Place;
+  static const std::map<std::string, Directive> table{
+      {"Accelerator", {&Parser::accelerator, Place::before_world}},
+      {"AreaLightSource", {&Parser::area_light_source, Place::in_world}},
+      {"Attribute", {&Parser::attribute}},
+      {"AttributeBegin", {&Parser::attribute_begin, Place::in_world}},
+      {"AttributeEnd", {&Parser::attribute_end, Place::in_world}},
+      {"Camera", {&Parser::camera, Place::before_world}},
+      {"ColorSpace", {&Parser::accelerator}},
+      {"ConcatTransform", {&Parser::concat_transform}},
+      {"CoordSysTransform", {&Parser::coord_sys_transform}},
+      {"CoordinateSystem", {&Parser::coordinate_system}},
+      {"Film", {&Parser::film, Place::before_world}},
+      {"Identity", {&Parser::identity}},
+      {"Import", {&Parser::import, Place::in_world}},
+      {"Include", {&Parser::include}},
+      {"Integrator", {&Parser::accelerator, Place::before_world}},
+      {"LightSource", {&Parser::light_source, Place::in_world}},
+      {"LookAt", {&Parser::look_at_directive}},
+      {"MakeNamedMaterial", {&Parser::make_named_material, Place::in_world}},
+      {"Material", {&Parser::material, Place::in_world}},
+      {"NamedMaterial", {&Parser::named_material, Place::in_world}},
+      {"ObjectBegin", {&Parser::object_begin, Place::in_world}},
+      {"ObjectEnd", {&Parser::object_end, Place::in_world}},
+      {"ObjectInstance", {&Parser::object_instance, Place::in_world}},
+      {"PixelFilter", {&Parser::pixel_filter, Place::before_world}},
+      {"ReverseOrientation", {&Parser::reverse_orientation, Place::in_world}},
+      {"Rotate", {&Parser::rotate}},
+      {"Sampler", {&Parser::accelerator, Place::before_world}},
+      {"Scale", {&Parser::scale}},
+      {"Shape", {&Parser::shape, Place::in_world}},
+      {"Texture", {&Parser::texture, Place::in_world}},
+      {"Transform", {&Parser::transform}},
+      {"TransformBegin", {&Parser::transform_begin}},
+      {"TransformEnd", {&Parser::transform_end}},
+      {"Translate", {&Parser::translate}},
+      {"WorldBegin", {&Parser::world_begin, Place::before_world}},
+  };
+  return table;
+}
+
+void Parser::parse_file(const std::filesystem::path& file) {
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(file, error);
+  std::ifstream stream(file, std::ios::binary);
+  if (is_folder || !stream) {
+    const std::string message = "the file " + in_quotes(file.string()) + " cannot be read: check its name";
+    if (lexer_ == nullptr) throw InputError(file.string() + ": this file cannot be read: check its name");
+    throw InputError(directive_.where, message);
+  }
+  parse_text({std::istreambuf_iterator<char>(stream), {}}, file.string());
+}
+
+void Parser::parse_text(std::string text, const std::string& name) {
+  Lexer lexer(std::move(text), name);
+  parse_nested(lexer);
+}
+
+void Parser::parse_nested(Lexer& lexer) {
+  constexpr int deepest = 32;
+  if (++include_depth_ > deepest)
+    throw InputError(directive_.where, "files include each other more than 32 deep: does one include itself?");
+  Lexer* const outer = std::exchange(lexer_, &lexer);
+  for (Token token = lexer.next(); token.kind != Token::Kind::end; token = lexer.next()) parse_directive(token);
+  lexer_ = outer;
+  --include_depth_;
+}
+
+void Parser::parse_directive(const Token& word) {
+  if (word.kind != Token::Kind::word)
+    throw InputError(word.where,
+                     "found " + in_quotes(word.text) + " where a directive like Shape or Material must stand");
+  directive_ = word;
+  const auto found = directives().find(word.text);
+  if (found == directives().end()) return skip_unknown(word);
+  using Place = Directive::Place;
+  if (found->second.place == Place::before_world && in_world_)
+    throw InputError(word.where, word.text + " must stand before WorldBegin");
+  if (found->second.place == Place::in_world && !in_world_)
+    throw InputError(word.where, word.text + " must stand after WorldBegin");
+  (this->*found->second.handler)();
+}
+
+void Parser::skip_unknown(const Token& word) {
+  const bool could_be_directive = std::all_of(word.text.begin(), word.text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  });
+  if (!could_be_directive)
+    throw InputError(word.where,
+                     "found " + in_quotes(word.text) + ", which no scene file holds: is this a pbrt-v4 scene?");
+  diagnostics_.warning(word.where, "the directive " + in_quotes(word.text) + " is not understood and is ignored");
+  for (bool in_brackets = false;;) {
+    const Token& token = lexer_->peek();
+    if (token.kind == Token::Kind::end) return;
+    const bool is_value = token.kind != Token::Kind::word || token.text == "true" || token.text == "false";
+    if (!is_value && !in_brackets) return;
+    if (token.kind == Token::Kind::open_bracket) in_brackets = true;
+    if (token.kind == Token::Kind::close_bracket) in_brackets = false;
+    (void)lexer_->next();
+  }
+}
+
+std::string Parser::expect_string(const char* what) {
+  const Token token = lexer_->next();
+  if (token.kind == Token::Kind::end)
+    throw InputError(token.where, "the file ends after " + directive_.text + ", where " + what + " must stand");
+  if (token.kind != Token::Kind::string)
+    throw InputError(token.where, "found " + in_quotes(token.text) + " after " + directive_.text + ", where " + what +
+                                      " must stand in quotation marks");
+  return token.text;
+}
+
+std::vector<double> Parser::expect_numbers(std::size_t count) {
+  const bool has_brackets = lexer_->peek().kind == Token::Kind::open_bracket;
+  if (has_brackets) (void)lexer_->next();
+  std::vector<double> numbers;
+  while (numbers.size() < count) {
+    const Token token = lexer_->next();
+    if (token.kind != Token::Kind::number)
+      throw InputError(token.where,
+                       directive_.text + " needs " + std::to_string(count) + " numbers, found " +
+                           (token.kind == Token::Kind::end ? "the end of the file" : in_quotes(token.text)) +
+                           " after " + std::to_string(numbers.size()));
+    numbers.push_back(token.number);
+  }
+  if (has_brackets) {
+    const Token token = lexer_->next();
+    if (token.kind != Token::Kind::close_bracket)
+      throw InputError(token.where, directive_.text + " needs " + std::to_string(count) + " numbers and then a \"]\"");
+  }
+  return numbers;
+}
+
+Parameters Parser::parse_parameters(const std::string& kind, const char* defaults_of) {
+  std::vector<Parameter> parameters;
+  while (lexer_->peek().kind == Token::Kind::string) {
+    parameters.push_back(parse_parameter());
+    for (std::size_t i = 0; i + 1 < parameters.size(); ++i)
+      if (parameters[i].name == parameters.back().name)
+        throw InputError(parameters.back().where, "parameter " + in_quotes(parameters.back().name) + " is given twice");
+  }
+  if (defaults_of != nullptr) {
+    for (const Parameter& otherwise : state_.defaults[defaults_of]) {
+      const bool is_set = std::any_of(parameters.begin(), parameters.end(),
+                                      [&](const Parameter& p) { return p.name == otherwise.name; });
+      if (is_set) continue;
+      parameters.push_back(otherwise);
+      parameters.back().is_used = true;  // it may be meant for another kind
+    }
+  }
+  return {named_directive(kind), directive_.where, std::move(parameters), textures_};
+}
+
+std::string Parser::named_directive(const std::string& kind) const {
+  return kind.empty() ? directive_.text : directive_.text + " " + in_quotes(kind);
+}
+
+Parameter Parser::parse_parameter() {
+  const Token declaration = lexer_->next();
+  Parameter parameter;
+  parameter.where = declaration.where;
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+  const auto& text = declaration.text;
+  const auto type_begin = std::find_if_not(text.begin(), text.end(), is_blank);
+  const auto type_end = std::find_if(type_begin, text.end(), is_blank);
+  const auto name_begin = std::find_if_not(type_end, text.end(), is_blank);
+  const auto name_end = std::find_if(name_begin, text.end(), is_blank);
+  parameter.type.assign(type_begin, type_end);
+  parameter.name.assign(name_begin, name_end);
+  if (parameter.name.empty() || std::find_if_not(name_end, text.end(), is_blank) != text.end())
+    throw InputError(declaration.where, in_quotes(text) + " is no parameter: write \"type name\" and then its value");
+  if (!is_parameter_type(parameter.type))
+    throw InputError(declaration.where, in_quotes(text) + " has the unknown type " + in_quotes(parameter.type) +
+                                            ": use float, integer, bool, string, point3, normal, rgb or spectrum");
+  if (lexer_->peek().kind != Token::Kind::open_bracket) {
+    parse_value(parameter);
+    return parameter;
+  }
+  (void)lexer_->next();
+  while (lexer_->peek().kind != Token::Kind::close_bracket) parse_value(parameter);
+  (void)lexer_->next();
+  return parameter;
+}
+
+void Parser::parse_value(Parameter& parameter) {
+  const Token token = lexer_->next();
+  if (token.kind == Token::Kind::end)
+    throw InputError(token.where, "the file ends inside parameter " + in_quotes(parameter.name));
+  const bool takes_both = parameter.is_of({"spectrum", "blackbody"});
+  const bool takes_text = parameter.is_of({"string", "bool", "texture"});
+  const bool is_truth = token.kind == Token::Kind::word && (token.text == "true" || token.text == "false");
+  if (token.kind == Token::Kind::number && !takes_text) {
+    parameter.numbers.push_back(token.number);
+  } else if ((token.kind == Token::Kind::string && (takes_text || takes_both)) ||
+             (is_truth && parameter.type == "bool")) {
+    parameter.strings.push_back(token.text);
+  } else {
+    throw InputError(token.where, "found " + in_quotes(token.text) + " where parameter " + in_quotes(parameter.name) +
+                                      " needs " +
+                                      (parameter.type == "bool" ? "true or false"
+                                       : takes_text             ? "text in quotation marks"
+                                                                : "a number"));
+  }
+  if (!parameter.numbers.empty() && !parameter.strings.empty())
+    throw InputError(token.where, "parameter " + in_quotes(parameter.name) + " mixes numbers and text");
+}
+
+std::filesystem::path Parser::resolve(const std::string& file) const {
+  // pbrt-v4 looks beside the scene that was asked for; files written for older readers mean their own folder.
+  const std::filesystem::path beside_scene = folder_ / file;
+  std::error_code error;
+  if (std::filesystem::exists(beside_scene, error) || !directive_.where.file) return beside_scene;
+  const std::filesystem::path beside_this = std::filesystem::path(*directive_.where.file).parent_path() / file;
+  return std::filesystem::exists(beside_this, error) ? beside_this : beside_scene;
+}
+
+void Parser::finish(const std::string& name) {
+  const auto where = [&](const SourcePosition& p) { return p.file ? p : SourcePosition{nullptr, 0}; };
+  if (!saved_.empty())
+    throw InputError(where(saved_.back().where), "this is never closed: add " + saved_.back().closed_by);
+  if (!open_object_.empty()) throw InputError(open_object_where_, "this is never closed: add ObjectEnd");
+  if (!in_world_) throw InputError(name + ":1: there is no WorldBegin: is this a whole pbrt-v4 scene?");
+  if (scene_.shapes.empty()) throw InputError(name + ":1: the scene holds no shape: add one after WorldBegin");
+  const bool has_light = !scene_.lights.empty() || std::any_of(scene_.shapes.begin(), scene_.shapes.end(),
+                                                               [](const auto& s) { return s.emission.has_value(); });
+  if (!has_light)
+    diagnostics_.warning({std::make_shared<const std::string>(name), 1}, "the scene has no light: it will be black");
+}
+
+}  // namespace gmis::tools::pbrt

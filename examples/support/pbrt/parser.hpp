@@ -1,0 +1,114 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "support/pbrt/elements.hpp"
+
+namespace gmis::tools::pbrt {
+
+/// Walks through the directives of a scene and fills in a `SceneDescription`.
+class Parser {
+ public:
+  Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics);
+
+  /// Reads all of `text`, with the files it includes.
+  void parse_text(std::string text, const std::string& name);
+  void parse_file(const std::filesystem::path& file);
+  /// Checks what can be known at the end only.
+  void finish(const std::string& name);
+
+ private:
+  struct GraphicsState {
+    Transform transform{1};
+    bool reverse_orientation = false;
+    std::size_t material = 0;
+    std::optional<AreaLight> area_light;
+    std::map<std::string, std::vector<Parameter>> defaults;  ///< by target of the directive Attribute
+  };
+  struct Saved {
+    GraphicsState state;
+    std::string closed_by;
+    SourcePosition where;
+  };
+  using Handler = void (Parser::*)();
+  struct Directive {
+    Handler handler;
+    enum class Place { anywhere, before_world, in_world } place = Place::anywhere;
+  };
+  static const std::map<std::string, Directive>& directives();
+
+  // Reading.
+  void parse_directive(const Token& word);
+  void skip_unknown(const Token& word);
+  [[nodiscard]] std::string expect_string(const char* what);
+  [[nodiscard]] std::vector<double> expect_numbers(std::size_t count);
+  [[nodiscard]] Parameters parse_parameters(const std::string& kind, const char* defaults_of = nullptr);
+  [[nodiscard]] Parameter parse_parameter();
+  void parse_value(Parameter& parameter);
+  void parse_nested(Lexer& lexer);
+  [[nodiscard]] std::filesystem::path resolve(const std::string& file) const;
+  [[nodiscard]] std::string named_directive(const std::string& kind) const;
+  void ignored_with_note();
+
+  // State.
+  void concat(const Transform& m);
+  void save(const std::string& closed_by);
+  void restore(const std::string& closed_by);
+  void place_shape(ShapeDescription shape, const Transform& world_from_shape);
+
+  // One for each directive.
+  void accelerator() { ignored_with_note(); }
+  void attribute();
+  void attribute_begin() { save("AttributeEnd"); }
+  void attribute_end() { restore("AttributeEnd"); }
+  void area_light_source();
+  void camera();
+  void concat_transform();
+  void coordinate_system();
+  void coord_sys_transform();
+  void film();
+  void identity() { state_.transform = Transform(1); }
+  void import();
+  void include();
+  void light_source();
+  void look_at_directive();
+  void make_named_material();
+  void material();
+  void named_material();
+  void object_begin();
+  void object_end();
+  void object_instance();
+  void pixel_filter();
+  void reverse_orientation() { state_.reverse_orientation = !state_.reverse_orientation; }
+  void rotate();
+  void scale();
+  void shape();
+  void texture();
+  void transform();
+  void transform_begin();
+  void transform_end();
+  void translate();
+  void world_begin();
+
+  std::filesystem::path folder_;
+  SceneDescription& scene_;
+  Diagnostics& diagnostics_;
+  Lexer* lexer_ = nullptr;
+  int include_depth_ = 0;
+  Token directive_;
+  bool in_world_ = false;
+  GraphicsState state_;
+  std::vector<Saved> saved_;
+  Textures textures_;
+  std::map<std::string, Transform> coordinate_systems_;
+  std::map<std::string, std::size_t> named_materials_;
+  std::map<std::string, std::vector<ShapeDescription>> objects_;
+  std::string open_object_;
+  SourcePosition open_object_where_;
+  std::size_t triangle_count_ = 0;
+};
+
+}  // namespace gmis::tools::pbrt

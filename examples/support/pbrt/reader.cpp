@@ -1,0 +1,24 @@
+#include "support/pbrt/reader.hpp"
+
+#include "support/pbrt/parser.hpp"
+
+namespace gmis::tools {
+
+SceneDescription read_pbrt_scene(const std::filesystem::path& file, Diagnostics& diagnostics) {
+  SceneDescription scene;
+  pbrt::Parser parser(file.parent_path(), scene, diagnostics);
+  parser.parse_file(file);
+  parser.finish(file.string());
+  return scene;
+}
+
+SceneDescription read_pbrt_text(const std::string& text, const std::string& name, const std::filesystem::path& folder,
+                                Diagnostics& diagnostics) {
+  SceneDescription scene;
+  pbrt::Parser parser(folder, scene, diagnostics);
+  parser.parse_text(text, name);
+  parser.finish(name);
+  return scene;
+}
+
+}  // namespace gmis::tools

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <array>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "support/diagnostics.hpp"
+
+/// \file
+/// A scene as it was read: plain data in double precision and world coordinates, instances already copied out, every
+/// element with its place in the file. Colours are linear RGB; light is radiance, radiant intensity or irradiance.
+
+namespace gmis::tools {
+
+using Rgb = glm::dvec3;
+using Point = glm::dvec3;
+
+struct DiffuseDescription {
+  Rgb reflectance{0.5};
+};
+/// f = reflectance/π + specular · (n + 2)/(2π) cosⁿ, on the upper side only.
+struct PhongDescription {
+  Rgb reflectance{0.5}, specular{0};
+  double exponent = 1;
+};
+/// A delta reflection with a constant reflectance.
+struct MirrorDescription {
+  Rgb reflectance{1};
+};
+/// `alpha` is that of GGX; 0 is a smooth surface.
+struct ConductorDescription {
+  Rgb eta{1}, k{1};
+  double alpha = 0;
+};
+/// Smooth, with a constant index of refraction.
+struct DielectricDescription {
+  double eta = 1.5;
+};
+/// A diffuse base under a dielectric coat; `alpha` 0 is a smooth coat.
+struct CoatedDiffuseDescription {
+  Rgb reflectance{0.5};
+  double alpha = 0;
+  double eta = 1.5;
+};
+
+struct MaterialDescription {
+  std::variant<DiffuseDescription, PhongDescription, MirrorDescription, ConductorDescription, DielectricDescription,
+               CoatedDiffuseDescription>
+      kind;
+  SourcePosition where;
+};
+
+/// The geometric normal of a triangle is that of its winding, (b − a) × (c − a); the reader has already applied
+/// ReverseOrientation, mirroring transforms and the side that vertex normals choose.
+struct MeshDescription {
+  std::vector<Point> positions;
+  std::vector<glm::dvec3> normals;  ///< one per position, unit, or none
+  std::vector<std::array<int, 3>> triangles;
+};
+
+struct SphereDescription {
+  Point center{0};
+  double radius = 1;
+  bool normal_points_inward = false;
+};
+
+struct EmissionDescription {
+  Rgb radiance{1};
+  bool is_two_sided = false;
+};
+
+struct ShapeDescription {
+  std::variant<MeshDescription, SphereDescription> geometry;
+  std::size_t material = 0;  ///< index into `SceneDescription::materials`
+  std::optional<EmissionDescription> emission;
+  SourcePosition where;
+};
+
+struct PointLightDescription {
+  Point position{0};
+  Rgb intensity{1};
+};
+struct DistantLightDescription {
+  glm::dvec3 to_light{0, 0, 1};  ///< unit
+  Rgb irradiance{1};             ///< on a plane perpendicular to it
+};
+struct InfiniteLightDescription {
+  Rgb radiance{1};
+};
+
+struct LightDescription {
+  std::variant<PointLightDescription, DistantLightDescription, InfiniteLightDescription> kind;
+  SourcePosition where;
+};
+
+/// Camera space is left-handed: x to the right of the picture, y up, z forward. `world_from_camera` may mirror.
+struct CameraDescription {
+  glm::dmat4 world_from_camera{1};
+  double field_of_view = 90;                           ///< in degrees, across the shorter side of the picture
+  std::optional<double> frame_aspect_ratio;            ///< width over height when not that of the film
+  std::optional<std::array<double, 4>> screen_window;  ///< x0, x1, y0, y1
+  SourcePosition where;
+};
+
+struct FilmDescription {
+  int width = 1280;
+  int height = 720;
+  std::string file_name = "pbrt.exr";
+  SourcePosition where;
+};
+
+struct SceneDescription {
+  FilmDescription film;
+  CameraDescription camera;
+  std::vector<MaterialDescription> materials;
+  std::vector<ShapeDescription> shapes;
+  std::vector<LightDescription> lights;
+};
+
+/// The rectangle x0, x1, y0, y1 that the picture spans on the plane z = 1 of camera space, y up.
+[[nodiscard]] std::array<double, 4> window_at_unit_distance(const CameraDescription& camera, int width, int height);
+
+}  // namespace gmis::tools

@@ -1,0 +1,172 @@
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gmis/result/image_error.hpp"
+#include "support/catch.hpp"
+#include "support/diagnostics.hpp"
+#include "support/image/formats.hpp"
+
+#if GMIS_HAS_PNG
+#include <png.h>
+#endif
+
+using namespace gmis::tools;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of this test's own, gone at the end.
+struct ScratchFolder {
+  fs::path path = fs::temp_directory_path() / ("gmis_image_test_" + std::to_string(std::random_device{}()));
+  ScratchFolder() { fs::create_directories(path); }
+  ~ScratchFolder() { fs::remove_all(path); }
+};
+
+Image noise(int width, int height) {
+  Image image(width, height);
+  std::mt19937 random(7);
+  for (float& value : image.rgb)
+    value = std::ldexp(static_cast<float>(random()), static_cast<int>(random() % 60U) - 60);
+  return image;
+}
+
+bool same_bits(const Image& a, const Image& b) {
+  return a.width == b.width && a.height == b.height && a.rgb.size() == b.rgb.size() &&
+         std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+}  // namespace
+
+TEST_CASE("PFM and EXR give back every bit") {
+  const ScratchFolder folder;
+  const Image image = noise(7, 5);
+  for (const char* name : {"a.pfm", "a.PFM", "a.exr"}) {
+    CAPTURE(name);
+    if (std::string(name) == "a.exr" && !has_exr()) continue;
+    write_image(image, folder.path / name);
+    CHECK(same_bits(read_image(folder.path / name), image));
+  }
+}
+
+TEST_CASE("PFM holds rows from the bottom, little-endian") {
+  const ScratchFolder folder;
+  Image image(1, 2);
+  image.rgb = {1, 2, 3, 4, 5, 6};
+  write_pfm(image, folder.path / "a.pfm");
+  const std::string text = text_of(folder.path / "a.pfm");
+  const std::string header = "PF\n1 2\n-1.0\n";
+  REQUIRE(text.size() == header.size() + 24);
+  CHECK(text.substr(0, header.size()) == header);
+  // 4.0f is 0x40800000.
+  CHECK(text.substr(header.size(), 4) == std::string("\x00\x00\x80\x40", 4));
+}
+
+TEST_CASE("PFM in the other byte order, and grey") {
+  const ScratchFolder folder;
+  std::ofstream(folder.path / "big.pfm", std::ios::binary) << "Pf\n2 1\n1.0\n"
+                                                           << std::string("\x40\x80\x00\x00\x3f\x80\x00\x00", 8);
+  const Image image = read_pfm(folder.path / "big.pfm");
+  CHECK(image.rgb == std::vector<float>{4, 4, 4, 1, 1, 1});
+}
+
+TEST_CASE("Files that are no images are refused") {
+  const ScratchFolder folder;
+  for (const char* text :
+       {"", "P6\n1 1\n255\n", "PF\n0 1\n-1\n", "PF\n99999999 99999999\n-1\n", "PF\n2 2\n-1\nabc", "PF\n1 1\nnan\n"}) {
+    CAPTURE(text);
+    std::ofstream(folder.path / "a.pfm", std::ios::binary) << text;
+    CHECK_THROWS_AS(read_image(folder.path / "a.pfm"), InputError);
+    if (!has_exr()) continue;
+    std::ofstream(folder.path / "a.exr", std::ios::binary) << text;
+    CHECK_THROWS_AS(read_image(folder.path / "a.exr"), InputError);
+  }
+  CHECK_THROWS_AS(read_image(folder.path / "absent.pfm"), InputError);
+  CHECK_THROWS_AS(read_image(folder.path / "a.jpg"), InputError);
+  CHECK_THROWS_AS(require_writable_format("a.jpg"), InputError);
+  CHECK_THROWS_AS(write_image(Image(1, 1), folder.path / "no_such_folder" / "a.pfm"), InputError);
+}
+
+#if GMIS_HAS_PNG
+TEST_CASE("PNG holds the sRGB curve and survives any value") {
+  const ScratchFolder folder;
+  Image image(4, 1);
+  const float infinity = std::numeric_limits<float>::infinity();
+  // 0.21404114 is the linear value of sRGB 0.5; 0.002 lies on the straight part: 12.92 * 0.002 * 255 = 6.6.
+  image.rgb = {0, 1, 0.21404114F, 0.002F, -1, 7, infinity, -infinity, std::numeric_limits<float>::quiet_NaN(), 0.5F,
+               0, 0};
+  write_png(image, folder.path / "a.png");
+  png_image read{};
+  read.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_file(&read, (folder.path / "a.png").c_str()) != 0);
+  read.format = PNG_FORMAT_RGB;
+  std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(read));
+  REQUIRE(png_image_finish_read(&read, nullptr, bytes.data(), 0, nullptr) != 0);
+  CHECK(bytes == std::vector<unsigned char>{0, 255, 128, 7, 0, 255, 255, 0, 0, 188, 0, 0});
+}
+#endif
+
+TEST_CASE("The hash sees every bit and the shape") {
+  Image image = noise(6, 4);
+  const std::string before = image_hash(image);
+  CHECK(before.size() == 16);
+  CHECK(image_hash(noise(6, 4)) == before);
+  image.rgb[5] = std::bit_cast<float>(std::bit_cast<std::uint32_t>(image.rgb[5]) ^ 1U);
+  CHECK(image_hash(image) != before);
+  Image turned = noise(6, 4);
+  std::swap(turned.width, turned.height);
+  CHECK(image_hash(turned) != before);
+}
+
+TEST_CASE("A crop is the pixels of its rectangle") {
+  const Image image = noise(6, 4);
+  const Image part = cropped(image, 2, 1, 5, 3);
+  REQUIRE(part.width == 3);
+  REQUIRE(part.height == 2);
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 3; ++x) CHECK(part.rgb[part.index(x, y)] == image.rgb[image.index(x + 2, y + 1)]);
+}
+
+TEST_CASE("Image errors, by hand") {
+  SECTION("two pixels of one channel") {
+    const std::vector<float> image{1.5F, 0.0F};
+    const std::vector<float> reference{1.0F, 0.1F};
+    const auto error = gmis::image_error(std::span<const float>(image), std::span<const float>(reference), 1);
+    CHECK(error.relmse == Approx((0.25 / 1.01 + 0.01 / 0.02) / 2).epsilon(1e-6));
+    CHECK(error.rmse == Approx(std::sqrt((0.25 + 0.01) / 2)).epsilon(1e-6));
+    CHECK(error.relmse_trimmed == error.relmse);  // 0.1 % of 2 pixels is none
+  }
+  SECTION("the worst pixels are dropped whole") {
+    std::vector<double> image(3 * 2000, 1.1);
+    const std::vector<double> reference(3 * 2000, 1.0);
+    image[300] = 1000.0;
+    image[3001] = 500.0;
+    const auto error = gmis::image_error(std::span<const double>(image), std::span<const double>(reference), 3);
+    CHECK(error.relmse_trimmed == Approx(0.01 / 1.01));
+    CHECK(error.relmse == Approx(((6000 - 2) * 0.01 + 999.0 * 999.0 + 499.0 * 499.0) / 1.01 / 6000));
+  }
+  SECTION("NaN shows in the full error and is trimmed as the worst") {
+    std::vector<float> image(1000, 1.0F);
+    const std::vector<float> reference(1000, 1.0F);
+    image[3] = std::numeric_limits<float>::quiet_NaN();
+    const auto error = gmis::image_error(std::span<const float>(image), std::span<const float>(reference), 1);
+    CHECK(std::isnan(error.relmse));
+    CHECK(error.relmse_trimmed == 0.0);
+  }
+  SECTION("nothing to compare") {
+    const std::vector<float> none;
+    CHECK(gmis::image_error(std::span<const float>(none), std::span<const float>(none), 3).relmse == 0.0);
+  }
+}

@@ -1,0 +1,222 @@
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/pbrt/reader.hpp"
+
+using namespace gmis::tools;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string triangle =
+    "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]\n";
+
+/// The message with which reading `text` fails, or nothing when it succeeds.
+std::string error_of(const std::string& text) {
+  Diagnostics diagnostics;
+  try {
+    (void)read_pbrt_text(text, "t.pbrt", ".", diagnostics);
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+struct Case {
+  const char* text;
+  const char* start;  ///< of the message
+  const char* part;   ///< found in it
+};
+
+void check(const std::vector<Case>& cases) {
+  for (const Case& c : cases) {
+    CAPTURE(c.text);
+    const std::string error = error_of(c.text);
+    CAPTURE(error);
+    CHECK(error.find(c.start) == 0);
+    CHECK(error.find(c.part) != std::string::npos);
+    CHECK(error.find('\n') == std::string::npos);
+  }
+}
+
+std::string file_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+struct ScratchFolder {
+  fs::path path = fs::temp_directory_path() / ("gmis_reader_errors_test_" + std::to_string(std::random_device{}()));
+  ScratchFolder() { fs::create_directories(path); }
+  ~ScratchFolder() { fs::remove_all(path); }
+};
+
+}  // namespace
+
+TEST_CASE("Errors of syntax name the line") {
+  check({
+      {"", "t.pbrt:1: ", "WorldBegin"},
+      {"WorldBegin", "t.pbrt:1: ", "no shape"},
+      {"\n\n42", "t.pbrt:3: ", "\"42\""},
+      {"\n\x01\x02\x7f", "t.pbrt:2: ", "pbrt-v4"},
+      {"\"Film\"", "t.pbrt:1: ", "directive"},
+      {"Film", "t.pbrt:1: ", "the file ends after Film"},
+      {"Film rgb", "t.pbrt:1: ", "quotation marks"},
+      {"Film \"rgb\"\n\"integer xresolution\" [ 1", "t.pbrt:2: ", "the file ends inside"},
+      {"Film \"rgb\"\n\"integer xresolution", "t.pbrt:2: ", "not closed"},
+      {"Film \"rgb\" \"xresolution\" 5", "t.pbrt:1: ", "no parameter"},
+      {"Film \"rgb\" \"int xresolution\" 5", "t.pbrt:1: ", "unknown type"},
+      {"Film \"rgb\" \"integer xresolution\" 5 \"integer xresolution\" 6", "t.pbrt:1: ", "twice"},
+      {"Film \"rgb\" \"integer xresolution\" \"five\"", "t.pbrt:1: ", "needs a number"},
+      {"Film \"rgb\" \"integer xresolution\" nan", "t.pbrt:1: ", "needs a number"},
+      {"Film \"rgb\" \"integer xresolution\" [ [ 5 ] ]", "t.pbrt:1: ", "needs a number"},
+      {"Film \"rgb\" \"string filename\" 5", "t.pbrt:1: ", "quotation marks"},
+      {"LookAt 1 2 3\n4 5", "t.pbrt:2: ", "9 numbers"},
+      {"LookAt 1 2 3 4 5 x", "t.pbrt:1: ", "\"x\""},
+      {"Transform [ 1 2 3 ]", "t.pbrt:1: ", "16 numbers"},
+      {"Translate 1 2 1e999", "t.pbrt:1: ", "too large"},
+  });
+}
+
+TEST_CASE("Errors of structure name the line") {
+  check({
+      {"Material \"diffuse\"", "t.pbrt:1: ", "after WorldBegin"},
+      {"WorldBegin\nFilm \"rgb\"", "t.pbrt:2: ", "before WorldBegin"},
+      {"WorldBegin WorldBegin", "t.pbrt:1: ", "before WorldBegin"},
+      {"WorldBegin\nAttributeEnd", "t.pbrt:2: ", "closes nothing"},
+      {"WorldBegin\nAttributeBegin\n", "t.pbrt:2: ", "AttributeEnd"},
+      {"WorldBegin\nTransformBegin\nAttributeEnd", "t.pbrt:3: ", "TransformEnd"},
+      {"WorldBegin\nObjectBegin \"a\"\n", "t.pbrt:2: ", "ObjectEnd"},
+      {"WorldBegin ObjectBegin \"a\"\nObjectBegin \"b\"", "t.pbrt:2: ", "inside the object"},
+      {"WorldBegin ObjectBegin \"a\" ObjectEnd\nObjectBegin \"a\"", "t.pbrt:2: ", "twice"},
+      {"WorldBegin ObjectBegin \"a\"\nObjectInstance \"a\"", "t.pbrt:2: ", "inside an object"},
+      {"WorldBegin\nObjectInstance \"a\"", "t.pbrt:2: ", "not defined"},
+      {"WorldBegin\nObjectEnd", "t.pbrt:2: ", "closes nothing"},
+      {"WorldBegin\nNamedMaterial \"a\"", "t.pbrt:2: ", "not defined"},
+      {"CoordSysTransform \"a\"", "t.pbrt:1: ", "not defined"},
+      {"Include \"no such file\"", "t.pbrt:1: ", "cannot be read"},
+      {"Include \".\"", "t.pbrt:1: ", "cannot be read"},
+      {"TransformBegin WorldBegin", "t.pbrt:1: ", "inside a block"},
+  });
+}
+
+TEST_CASE("Values that cannot be meant are refused") {
+  check({
+      {"Film \"rgb\" \"integer xresolution\" 0", "t.pbrt:1: ", "from 1 to 32768"},
+      {"Film \"rgb\" \"integer xresolution\" -5", "t.pbrt:1: ", "from 1 to 32768"},
+      {"Film \"rgb\" \"integer xresolution\" 1e9", "t.pbrt:1: ", "from 1 to 32768"},
+      {"Film \"rgb\" \"integer xresolution\" 1.5", "t.pbrt:1: ", "whole numbers"},
+      {"Film \"rgb\" \"integer xresolution\" 1e300", "t.pbrt:1: ", "whole numbers"},
+      {"Film \"rgb\" \"float xresolution\" 5", "t.pbrt:1: ", "declare it as integer"},
+      {"Film \"rgb\" \"integer xresolution\" [ 5 6 ]", "t.pbrt:1: ", "give it 1"},
+      {"Camera \"orthographic\"", "t.pbrt:1: ", "use perspective"},
+      {"Camera \"perspective\" \"float fov\" 0", "t.pbrt:1: ", "degrees"},
+      {"Camera \"perspective\" \"float fov\" 180", "t.pbrt:1: ", "degrees"},
+      {"Camera \"perspective\" \"float screenwindow\" [ 1 -1 -1 1 ]", "t.pbrt:1: ", "screenwindow"},
+      {"Scale 1 2 1 Camera \"perspective\"", "t.pbrt:1: ", "stretch"},
+      {"Scale 0 1 1", "t.pbrt:1: ", "flattens"},
+      {"Scale 1e200 1e200 1e200", "t.pbrt:1: ", "range"},
+      {"Rotate 30 0 0 0", "t.pbrt:1: ", "axis"},
+      {"LookAt 1 1 1  1 1 1  0 1 0", "t.pbrt:1: ", "LookAt"},
+      {"LookAt 0 0 0  0 1 0  0 1 0", "t.pbrt:1: ", "LookAt"},
+      {"Transform [ 1 0 0 .5  0 1 0 0  0 0 1 0  0 0 0 1 ]", "t.pbrt:1: ", "0 0 0 1"},
+      {"WorldBegin Material \"velvet\"", "t.pbrt:1: ", "\"velvet\" is not understood"},
+      {"WorldBegin Material \"diffuse\" \"rgb reflectance\" [ .5 .5 ]", "t.pbrt:1: ", "give it 3"},
+      {"WorldBegin Material \"diffuse\" \"rgb reflectance\" [ -1 0 0 ]", "t.pbrt:1: ", "negative"},
+      {"WorldBegin Material \"diffuse\" \"float reflectance\" .5", "t.pbrt:1: ", "declare it as rgb"},
+      {"WorldBegin Material \"diffuse\" \"spectrum reflectance\" [ 400 .1 700 .2 ]", "t.pbrt:1: ", "give it as rgb"},
+      {"WorldBegin Material \"diffuse\" \"spectrum reflectance\" \"stuff\"", "t.pbrt:1: ", "not known"},
+      {"WorldBegin Material \"diffuse\" \"texture reflectance\" \"wood\"", "t.pbrt:1: ", "not defined"},
+      {"WorldBegin Material \"conductor\" \"spectrum eta\" \"metal-Xx-eta\"", "t.pbrt:1: ", "not known"},
+      {"WorldBegin Material \"conductor\" \"rgb eta\" [ 1 1 1 ] \"rgb reflectance\" [ 1 1 1 ]",
+       "t.pbrt:1: ", "one or the other"},
+      {"WorldBegin Material \"conductor\" \"float roughness\" -1", "t.pbrt:1: ", "negative"},
+      {"WorldBegin Material \"dielectric\" \"float roughness\" .1", "t.pbrt:1: ", "smooth glass"},
+      {"WorldBegin Material \"dielectric\" \"float eta\" 0", "t.pbrt:1: ", "between"},
+      {"WorldBegin Material \"phong\" \"float exponent\" -2", "t.pbrt:1: ", "exponent"},
+      {"WorldBegin MakeNamedMaterial \"a\"", "t.pbrt:1: ", "string type"},
+      {"WorldBegin Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"", "t.pbrt:1: ", "imagemap"},
+      {"WorldBegin Texture \"a\" \"color\" \"constant\"", "t.pbrt:1: ", "float or spectrum"},
+      {"WorldBegin Shape \"cylinder\"", "t.pbrt:1: ", "\"cylinder\" is not understood"},
+      {"WorldBegin Shape \"sphere\" \"float radius\" 0", "t.pbrt:1: ", "above 0"},
+      {"WorldBegin Shape \"sphere\" \"float zmax\" .5", "t.pbrt:1: ", "full spheres"},
+      {"WorldBegin Scale 1 2 1 Shape \"sphere\"", "t.pbrt:1: ", "stretched"},
+      {"WorldBegin Shape \"trianglemesh\"", "t.pbrt:1: ", "point3 P"},
+      {"WorldBegin Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 ]", "t.pbrt:1: ", "threes"},
+      {"WorldBegin Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ]\n\"integer indices\" [ 0 1 3 ]",
+       "t.pbrt:2: ", "holds 3"},
+      {"WorldBegin Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ]\n\"integer indices\" [ 0 1 -1 ]",
+       "t.pbrt:2: ", "holds -1"},
+      {"WorldBegin Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 ]",
+       "t.pbrt:1: ", "groups of 3"},
+      {"WorldBegin Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"normal N\" [ 0 0 1 ]",
+       "t.pbrt:1: ", "give one each"},
+      {"WorldBegin Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1e30 0 ]", "t.pbrt:1: ", "1e9"},
+      {"WorldBegin Shape \"plymesh\"", "t.pbrt:1: ", "filename"},
+      {"WorldBegin Shape \"plymesh\" \"string filename\" \"absent.ply\"", "t.pbrt:1: ", "absent.ply"},
+      {"WorldBegin LightSource \"spot\"", "t.pbrt:1: ", "\"spot\" is not understood"},
+      {"WorldBegin LightSource \"point\" \"rgb I\" [ -1 1 1 ]", "t.pbrt:1: ", "negative"},
+      {"WorldBegin LightSource \"point\" \"blackbody I\" 5000", "t.pbrt:1: ", "declare it as rgb"},
+      {"WorldBegin LightSource \"point\" \"rgb I\" [ 1 1 1 ] \"float scale\" 1e300", "t.pbrt:1: ", "1e20"},
+      {"WorldBegin LightSource \"distant\" \"point3 to\" [ 0 0 0 ]", "t.pbrt:1: ", "direction"},
+      {"WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"", "t.pbrt:1: ", "environment image"},
+      {"WorldBegin AreaLightSource \"spot\"", "t.pbrt:1: ", "use diffuse"},
+      {"WorldBegin AreaLightSource \"diffuse\" \"bool twosided\" \"maybe\"", "t.pbrt:1: ", "true or false"},
+      {"WorldBegin Attribute \"planet\"", "t.pbrt:1: ", "shape, light, material or texture"},
+  });
+}
+
+TEST_CASE("An include that includes itself ends in an error") {
+  const ScratchFolder folder;
+  std::ofstream(folder.path / "loop.pbrt") << "\nInclude \"loop.pbrt\"\n";
+  Diagnostics diagnostics;
+  std::string message;
+  try {
+    (void)read_pbrt_scene(folder.path / "loop.pbrt", diagnostics);
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  CHECK(message.find((folder.path / "loop.pbrt").string() + ":2: ") == 0);
+  CHECK(message.find("include") != std::string::npos);
+  CHECK_THROWS_AS(read_pbrt_scene(folder.path / "absent.pbrt", diagnostics), InputError);
+  CHECK_THROWS_AS(read_pbrt_scene(folder.path, diagnostics), InputError);
+}
+
+TEST_CASE("A scene cut short anywhere gives an error or a scene, never a crash") {
+  const std::string text = file_text(fs::path(GMIS_REFERENCE_FOLDER) / "tung2.pbrt");
+  REQUIRE(text.size() > 2000);
+  int whole = 0;
+  for (std::size_t length = 0; length < text.size(); length += 3) {
+    const std::string error = error_of(text.substr(0, length));
+    if (error.empty()) {
+      ++whole;
+    } else {
+      CAPTURE(error);
+      CHECK(error.find("t.pbrt:") == 0);
+    }
+  }
+  // Between two blocks of the world, a cut scene is a smaller scene.
+  CHECK(whole > 0);
+}
+
+TEST_CASE("A scene with bytes changed at random gives an error or a scene, never a crash") {
+  const std::string text = file_text(fs::path(GMIS_REFERENCE_FOLDER) / "tung1.pbrt");
+  std::mt19937 random(1);
+  for (int round = 0; round < 1000; ++round) {
+    std::string broken = text;
+    const int changes = 1 + static_cast<int>(random() % 8U);
+    for (int i = 0; i < changes; ++i) broken[random() % broken.size()] = static_cast<char>(random() % 256U);
+    const std::string error = error_of(broken);
+    if (!error.empty()) CHECK(error.find("t.pbrt:") == 0);
+  }
+}
+
+TEST_CASE("Deep nesting is bounded") {
+  std::string text = "WorldBegin\n";
+  for (int i = 0; i < 20000; ++i) text += "AttributeBegin\n";
+  CHECK(error_of(text).find("nested") != std::string::npos);
+}

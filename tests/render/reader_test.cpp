@@ -1,0 +1,439 @@
+#include "support/pbrt/reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "support/catch.hpp"
+#include "support/ply_mesh.hpp"
+
+using namespace gmis::tools;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Read {
+  SceneDescription scene;
+  Diagnostics diagnostics;
+};
+
+Read read(const std::string& text, const fs::path& folder = ".") {
+  Read result;
+  result.scene = read_pbrt_text(text, "t.pbrt", folder, result.diagnostics);
+  return result;
+}
+
+/// A world with one triangle, so that the scene counts as one.
+const std::string triangle =
+    "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]\n";
+
+Read read_world(const std::string& world) {
+  return read("WorldBegin\n" + world + triangle);
+}
+
+MaterialDescription material_of(const std::string& directive) {
+  const Read result = read_world(directive + "\n");
+  return result.scene.materials.at(result.scene.shapes.at(0).material);
+}
+
+const MeshDescription& mesh(const Read& result, std::size_t shape = 0) {
+  return std::get<MeshDescription>(result.scene.shapes.at(shape).geometry);
+}
+
+const SphereDescription& sphere(const Read& result, std::size_t shape = 0) {
+  return std::get<SphereDescription>(result.scene.shapes.at(shape).geometry);
+}
+
+glm::dvec3 normal_of(const MeshDescription& m, std::size_t triangle_index = 0) {
+  const auto& t = m.triangles.at(triangle_index);
+  const auto at = [&](std::size_t k) { return m.positions.at(static_cast<std::size_t>(t[k])); };
+  return glm::normalize(glm::cross(at(1) - at(0), at(2) - at(0)));
+}
+
+bool near(const glm::dvec3& a, const glm::dvec3& b, double tolerance = 1e-12) {
+  return glm::length(a - b) <= tolerance * (1 + glm::length(b));
+}
+
+bool has_message(const Read& result, const std::string& part) {
+  return std::any_of(result.diagnostics.all().begin(), result.diagnostics.all().end(),
+                     [&](const Diagnostic& d) { return d.to_string().find(part) != std::string::npos; });
+}
+
+struct ScratchFolder {
+  fs::path path = fs::temp_directory_path() / ("gmis_reader_test_" + std::to_string(std::random_device{}()));
+  ScratchFolder() { fs::create_directories(path); }
+  ~ScratchFolder() { fs::remove_all(path); }
+  void write(const std::string& name, const std::string& text) const {
+    fs::create_directories((path / name).parent_path());
+    std::ofstream(path / name, std::ios::binary) << text;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The picture: film, filter, camera") {
+  const Read result = read(
+      "Film \"rgb\" \"integer xresolution\" [ 320 ] \"integer yresolution\" 200 \"string filename\" [ \"x.exr\" ]\n"
+      "Sampler \"halton\" \"integer pixelsamples\" 16\nIntegrator \"path\"\nColorSpace \"srgb\"\n"
+      "PixelFilter \"box\" \"float xradius\" .5\n"
+      "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 60\nWorldBegin\n" +
+      triangle);
+  CHECK(result.scene.film.width == 320);
+  CHECK(result.scene.film.height == 200);
+  CHECK(result.scene.film.file_name == "x.exr");
+  CHECK(result.scene.camera.field_of_view == 60.0);
+  const auto& m = result.scene.camera.world_from_camera;
+  CHECK(near(glm::dvec3(m[3]), {0, 0, -5}));
+  CHECK(near(glm::dvec3(m[2]), {0, 0, 1}));  // forward
+  CHECK(near(glm::dvec3(m[1]), {0, 1, 0}));  // up
+  CHECK(near(glm::dvec3(m[0]), {1, 0, 0}));  // right: camera space is left-handed
+  CHECK(has_message(result, "t.pbrt:2: note: Sampler"));
+  CHECK(has_message(result, "t.pbrt:3: note: Integrator"));
+  CHECK(has_message(result, "t.pbrt:4: note: ColorSpace"));
+  CHECK_FALSE(has_message(result, "warning: PixelFilter"));
+}
+
+TEST_CASE("Scale -1 1 1 before LookAt mirrors the picture, and WorldBegin forgets it") {
+  const Read result =
+      read("Scale -1 1 1 LookAt 0 1 6.8  0 1 5.8  0 1 0 Camera \"perspective\"\nWorldBegin\n" + triangle);
+  const auto& m = result.scene.camera.world_from_camera;
+  CHECK(near(glm::dvec3(m[3]), {0, 1, 6.8}));
+  CHECK(near(glm::dvec3(m[2]), {0, 0, -1}));
+  CHECK(near(glm::dvec3(m[0]), {1, 0, 0}));  // without the Scale it is -1 0 0
+  CHECK(near(normal_of(mesh(result)), {0, 0, 1}));
+}
+
+TEST_CASE("The window of the picture on the plane at distance 1") {
+  CameraDescription camera;
+  camera.field_of_view = 90;
+  const auto wide = window_at_unit_distance(camera, 200, 100);
+  CHECK(wide[1] == Approx(2));
+  CHECK(wide[2] == Approx(-1));
+  const auto tall = window_at_unit_distance(camera, 100, 200);
+  CHECK(tall[0] == Approx(-1));
+  CHECK(tall[3] == Approx(2));
+  camera.frame_aspect_ratio = 1;
+  CHECK(window_at_unit_distance(camera, 200, 100)[1] == Approx(1));
+  camera.screen_window = std::array{-0.5, 1.0, -0.25, 0.75};
+  CHECK(window_at_unit_distance(camera, 200, 100)[0] == Approx(-0.5));
+  CHECK(window_at_unit_distance(camera, 200, 100)[3] == Approx(0.75));
+}
+
+TEST_CASE("Transforms compose as pbrt's do") {
+  SECTION("the last one acts first") {
+    const Read result = read_world("Translate 10 0 0 Rotate 90 0 0 1 Scale 2 3 4\n");
+    // (1,0,0) is scaled to (2,0,0), turned to (0,2,0), moved to (10,2,0).
+    CHECK(near(mesh(result).positions[1], {10, 2, 0}));
+    CHECK(near(mesh(result).positions[2], {7, 0, 0}));
+  }
+  SECTION("matrices are written by columns") {
+    const Read moved = read_world("Translate 1 1 1 ConcatTransform [ 1 0 0 0  0 1 0 0  0 0 1 0  5 6 7 1 ]\n");
+    CHECK(near(mesh(moved).positions[0], {6, 7, 8}));
+    const Read set = read_world("Translate 1 1 1 Transform [ 0 1 0 0  -1 0 0 0  0 0 1 0  5 6 7 1 ]\n");
+    CHECK(near(mesh(set).positions[0], {5, 6, 7}));
+    CHECK(near(mesh(set).positions[1], {5, 7, 7}));
+    CHECK(near(mesh(read_world("Translate 1 1 1 Identity\n")).positions[0], {0, 0, 0}));
+  }
+  SECTION("named coordinate systems") {
+    const Read result =
+        read_world("Translate 1 2 3 CoordinateSystem \"here\" Translate 9 9 9 CoordSysTransform \"here\"\n");
+    CHECK(near(mesh(result).positions[0], {1, 2, 3}));
+    const Read camera =
+        read("LookAt 3 4 5  3 4 6  0 1 0 Camera \"perspective\" WorldBegin CoordSysTransform \"camera\"\n" + triangle);
+    CHECK(near(mesh(camera).positions[0], {3, 4, 5}));
+    CHECK(near(mesh(read_world("Translate 1 1 1 CoordSysTransform \"world\"\n")).positions[0], {0, 0, 0}));
+  }
+  SECTION("blocks restore") {
+    const Read result = read_world(
+        "AttributeBegin Translate 5 0 0 ReverseOrientation Material \"mirror\" AttributeEnd\n"
+        "TransformBegin Translate 5 0 0 TransformEnd\n");
+    CHECK(near(mesh(result).positions[0], {0, 0, 0}));
+    CHECK(near(normal_of(mesh(result)), {0, 0, 1}));
+    CHECK(std::holds_alternative<DiffuseDescription>(result.scene.materials[result.scene.shapes[0].material].kind));
+    const Read kept = read_world("TransformBegin Translate 5 0 0 Material \"mirror\" TransformEnd\n");
+    CHECK(std::holds_alternative<MirrorDescription>(kept.scene.materials[kept.scene.shapes[0].material].kind));
+  }
+}
+
+TEST_CASE("The side of a surface") {
+  CHECK(near(normal_of(mesh(read_world(""))), {0, 0, 1}));
+  CHECK(near(normal_of(mesh(read_world("ReverseOrientation\n"))), {0, 0, -1}));
+  CHECK(near(normal_of(mesh(read_world("ReverseOrientation ReverseOrientation\n"))), {0, 0, 1}));
+  // A mirroring transform keeps the side: the surface's normal is carried along, whatever its winding becomes.
+  CHECK(near(normal_of(mesh(read_world("Scale -1 1 1\n"))), {0, 0, 1}));
+  CHECK(near(normal_of(mesh(read_world("Scale 1 1 -1\n"))), {0, 0, -1}));
+  CHECK(near(normal_of(mesh(read_world("Scale -1 1 1 ReverseOrientation\n"))), {0, 0, -1}));
+  SECTION("vertex normals decide it") {
+    const std::string with_normals =
+        "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"normal N\" [ 0 0 -2  0 .1 -1  .1 0 -1 ]\n";
+    const Read result = read("WorldBegin " + with_normals);
+    CHECK(near(normal_of(mesh(result)), {0, 0, -1}));
+    CHECK(near(mesh(result).normals[0], {0, 0, -1}));
+    const Read reversed = read("WorldBegin ReverseOrientation " + with_normals);
+    CHECK(near(normal_of(mesh(reversed)), {0, 0, 1}));
+    CHECK(near(mesh(reversed).normals[0], {0, 0, 1}));
+    // Normals go with the inverse transpose: stretching x by 2 halves their x.
+    const Read stretched = read("WorldBegin Scale 2 1 1 " + with_normals);
+    CHECK(near(mesh(stretched).normals[2], glm::normalize(glm::dvec3(0.05, 0, -1))));
+  }
+  SECTION("spheres face outwards unless reversed") {
+    CHECK_FALSE(sphere(read_world("Shape \"sphere\"\n")).normal_points_inward);
+    CHECK_FALSE(sphere(read_world("Scale -1 1 1 Shape \"sphere\"\n")).normal_points_inward);
+    CHECK(sphere(read_world("ReverseOrientation Shape \"sphere\"\n")).normal_points_inward);
+  }
+}
+
+TEST_CASE("Shapes") {
+  SECTION("a sphere under a similarity") {
+    const Read result =
+        read_world("Translate 1 2 3 Rotate 30 1 1 0 Scale -2 2 2 Shape \"sphere\" \"float radius\" 1.5\n");
+    CHECK(near(sphere(result).center, {1, 2, 3}));
+    CHECK(sphere(result).radius == Approx(3));
+  }
+  SECTION("bilinear patches become triangles of the same side") {
+    const Read result = read("WorldBegin Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0  1 1 0 ]");
+    REQUIRE(mesh(result).triangles.size() == 2);
+    CHECK(near(normal_of(mesh(result), 0), {0, 0, 1}));
+    CHECK(near(normal_of(mesh(result), 1), {0, 0, 1}));
+    CHECK_FALSE(has_message(result, "not flat"));
+    CHECK(
+        has_message(read("WorldBegin Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0  1 1 1 ]"), "not flat"));
+  }
+  SECTION("PLY meshes") {
+    const ScratchFolder folder;
+    folder.write("meshes/square.ply",
+                 "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+                 "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                 "0 0 0\n2 0 0\n2 2 0\n0 2 0\n4 0 1 2 3\n");
+    if (!can_read_ply()) {
+      CHECK_THROWS_AS(read("WorldBegin Shape \"plymesh\" \"string filename\" \"meshes/square.ply\"", folder.path),
+                      InputError);
+    } else {
+      const Read result =
+          read("WorldBegin Translate 0 0 1 Shape \"plymesh\" \"string filename\" \"meshes/square.ply\"", folder.path);
+      REQUIRE(mesh(result).triangles.size() == 2);
+      CHECK(near(normal_of(mesh(result), 0), {0, 0, 1}));
+      double area = 0;
+      for (const auto& [a, b, c] : mesh(result).triangles) {
+        const auto at = [&](int i) { return mesh(result).positions.at(static_cast<std::size_t>(i)); };
+        CHECK(at(a).z == 1.0);
+        area += glm::length(glm::cross(at(b) - at(a), at(c) - at(a))) / 2;
+      }
+      CHECK(area == Approx(4));
+    }
+  }
+}
+
+TEST_CASE("Objects are copied at their instances") {
+  const Read result = read(
+      "WorldBegin ObjectBegin \"pair\" Translate 1 0 0 Material \"mirror\" Shape \"sphere\" \"float radius\" .5\n" +
+      triangle +
+      "ObjectEnd\nAttributeBegin Scale 2 2 2 ObjectInstance \"pair\" AttributeEnd\n"
+      "Translate 0 0 7 Scale 1 1 -1 ObjectInstance \"pair\"\n");
+  REQUIRE(result.scene.shapes.size() == 4);
+  CHECK(near(sphere(result, 0).center, {2, 0, 0}));
+  CHECK(sphere(result, 0).radius == Approx(1));
+  CHECK(near(mesh(result, 1).positions[1], {4, 0, 0}));
+  CHECK(near(sphere(result, 2).center, {1, 0, 7}));
+  CHECK(near(normal_of(mesh(result, 3)), {0, 0, -1}));
+  CHECK(std::holds_alternative<MirrorDescription>(result.scene.materials[result.scene.shapes[3].material].kind));
+  // Lights inside objects do not shine, here as in pbrt, and that is said.
+  const Read dark =
+      read("WorldBegin ObjectBegin \"o\" AreaLightSource \"diffuse\" " + triangle + "ObjectEnd ObjectInstance \"o\"");
+  CHECK_FALSE(dark.scene.shapes[0].emission.has_value());
+  CHECK(has_message(dark, "does not shine"));
+}
+
+TEST_CASE("Materials") {
+  const auto diffuse =
+      std::get<DiffuseDescription>(material_of("Material \"diffuse\" \"rgb reflectance\" [ .1 .2 .3 ]").kind);
+  CHECK(diffuse.reflectance == Rgb(0.1, 0.2, 0.3));
+  CHECK(std::get<DiffuseDescription>(material_of("").kind).reflectance == Rgb(0.5));
+  const auto constant = material_of("Material \"diffuse\" \"spectrum reflectance\" [ 400 .25  700 .25 ]");
+  CHECK(std::get<DiffuseDescription>(constant.kind).reflectance == Rgb(0.25));
+  CHECK(std::get<MirrorDescription>(material_of("Material \"mirror\" \"rgb reflectance\" [ .9 .8 .7 ]").kind)
+            .reflectance == Rgb(0.9, 0.8, 0.7));
+  const auto phong = std::get<PhongDescription>(
+      material_of(
+          "Material \"phong\" \"rgb reflectance\" [ .1 .1 .1 ] \"rgb specular\" [ .7 .6 .5 ] \"float exponent\" 90")
+          .kind);
+  CHECK(phong.specular == Rgb(0.7, 0.6, 0.5));
+  CHECK(phong.exponent == 90.0);
+
+  SECTION("roughness maps to GGX alpha") {
+    const auto alpha = [](const std::string& parameters) {
+      return std::get<ConductorDescription>(material_of("Material \"conductor\" " + parameters).kind).alpha;
+    };
+    CHECK(alpha("") == 0.0);
+    CHECK(alpha("\"float roughness\" .25") == Approx(0.5));
+    CHECK(alpha("\"float roughness\" .25 \"bool remaproughness\" false") == Approx(0.25));
+    CHECK(alpha("\"float roughness\" .25 \"bool remaproughness\" [ \"false\" ]") == Approx(0.25));
+    CHECK(alpha("\"float uroughness\" .04 \"float vroughness\" .04") == Approx(0.2));
+    CHECK(alpha("\"float uroughness\" .04 \"float vroughness\" .12") == Approx(std::sqrt(0.08)));
+    CHECK(alpha("\"float roughness\" 9.9e-7") == 0.0);  // alpha just below 1e-3
+    CHECK(alpha("\"float roughness\" 1.1e-6") > 0.0);
+  }
+  SECTION("metals") {
+    const auto copper = std::get<ConductorDescription>(
+        material_of("Material \"conductor\" \"spectrum eta\" \"metal-Cu-eta\" \"spectrum k\" \"metal-Cu-k\"").kind);
+    CHECK(copper.eta == Rgb(0.200438, 0.924033, 1.10221));
+    CHECK(copper.k == Rgb(3.91295, 2.45285, 2.14219));
+    CHECK(std::get<ConductorDescription>(material_of("Material \"conductor\"").kind).k == copper.k);  // the default
+    // With eta = 1, reflectance head on is k²/(4 + k²).
+    const auto given =
+        std::get<ConductorDescription>(material_of("Material \"conductor\" \"rgb reflectance\" [ .9 .5 0 ]").kind);
+    CHECK(given.eta == Rgb(1));
+    CHECK(given.k.x * given.k.x / (4 + given.k.x * given.k.x) == Approx(0.9));
+    CHECK(given.k.y * given.k.y / (4 + given.k.y * given.k.y) == Approx(0.5));
+    CHECK(given.k.z == 0.0);
+  }
+  SECTION("glass") {
+    CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\"").kind).eta == 1.5);
+    CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\" \"float eta\" 1.6").kind).eta == 1.6);
+    CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"").kind)
+              .eta == Approx(1.5168));
+  }
+  SECTION("coateddiffuse") {
+    const auto coated = std::get<CoatedDiffuseDescription>(
+        material_of("Material \"coateddiffuse\" \"rgb reflectance\" [ .2 .4 .6 ] \"float roughness\" .01").kind);
+    CHECK(coated.reflectance == Rgb(0.2, 0.4, 0.6));
+    CHECK(coated.alpha == Approx(0.1));
+    CHECK(coated.eta == 1.5);
+  }
+  SECTION("named materials and constant textures") {
+    const auto named = material_of(
+        "Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [ .3 .2 .1 ]\nTexture \"r\" \"float\" \"constant\" "
+        "\"float value\" .16\n"
+        "MakeNamedMaterial \"m\" \"string type\" \"coateddiffuse\" \"texture reflectance\" \"t\" \"texture roughness\" "
+        "\"r\"\n"
+        "Material \"mirror\" NamedMaterial \"m\"");
+    const auto coated = std::get<CoatedDiffuseDescription>(named.kind);
+    CHECK(coated.reflectance == Rgb(0.3, 0.2, 0.1));
+    CHECK(coated.alpha == Approx(0.4));
+  }
+  SECTION("Attribute sets what is not given") {
+    const auto set = material_of("Attribute \"material\" \"rgb reflectance\" [ .1 .1 .1 ]\nMaterial \"diffuse\"");
+    CHECK(std::get<DiffuseDescription>(set.kind).reflectance == Rgb(0.1));
+    const auto given = material_of(
+        "Attribute \"material\" \"rgb reflectance\" [ .1 .1 .1 ]\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 1 ]");
+    CHECK(std::get<DiffuseDescription>(given.kind).reflectance == Rgb(0, 0, 1));
+  }
+}
+
+TEST_CASE("Lights") {
+  const auto light_of = [](const std::string& text) { return read_world(text + "\n").scene.lights.at(0).kind; };
+  SECTION("point") {
+    const auto light = std::get<PointLightDescription>(light_of(
+        "Translate 1 0 0 LightSource \"point\" \"rgb I\" [ 1 2 3 ] \"float scale\" 2 \"point3 from\" [ 0 5 0 ]"));
+    CHECK(near(light.position, {1, 5, 0}));
+    CHECK(light.intensity == Rgb(2, 4, 6));
+    // Power over the whole sphere, as luminance.
+    const auto powered =
+        std::get<PointLightDescription>(light_of("LightSource \"point\" \"rgb I\" [ 2 2 2 ] \"float power\" 100"));
+    CHECK(powered.intensity.y == Approx(100 / (4 * std::numbers::pi)));
+  }
+  SECTION("distant") {
+    const auto light =
+        std::get<DistantLightDescription>(light_of("Rotate 90 0 0 1 LightSource \"distant\" \"rgb L\" [ 1 1 1 ] "
+                                                   "\"point3 from\" [ 3 0 0 ] \"point3 to\" [ 1 0 0 ]"));
+    CHECK(near(light.to_light, {0, 1, 0}));
+    const auto standard = std::get<DistantLightDescription>(light_of("LightSource \"distant\""));
+    CHECK(near(standard.to_light, {0, 0, -1}));
+    const auto set = std::get<DistantLightDescription>(light_of("LightSource \"distant\" \"float illuminance\" 7"));
+    CHECK(set.irradiance.x == Approx(7));
+  }
+  SECTION("infinite") {
+    CHECK(
+        std::get<InfiniteLightDescription>(light_of("LightSource \"infinite\" \"rgb L\" [ 1 0 0 ] \"float scale\" .5"))
+            .radiance == Rgb(0.5, 0, 0));
+    CHECK(std::get<InfiniteLightDescription>(light_of("LightSource \"infinite\" \"float illuminance\" 3")).radiance.x ==
+          Approx(3 / std::numbers::pi));
+  }
+  SECTION("area") {
+    const Read result =
+        read_world("AreaLightSource \"diffuse\" \"rgb L\" [ 4 5 6 ] \"float scale\" .5 \"bool twosided\" true\n");
+    CHECK(result.scene.shapes[0].emission.value().radiance == Rgb(2, 2.5, 3));
+    CHECK(result.scene.shapes[0].emission.value().is_two_sided);
+    // Flux of a Lambertian emitter: π · area · radiance; this triangle, scaled by 2, has area 2.
+    const Read powered = read_world("Scale 2 2 2 AreaLightSource \"diffuse\" \"rgb L\" [ 3 3 3 ] \"float power\" 10\n");
+    CHECK(powered.scene.shapes[0].emission.value().radiance.x == Approx(10 / (std::numbers::pi * 2)));
+    const Read ball =
+        read("WorldBegin AreaLightSource \"diffuse\" \"float power\" 8 Shape \"sphere\" \"float radius\" 2");
+    CHECK(ball.scene.shapes[0].emission.value().radiance.x == Approx(8 / (16 * std::numbers::pi * std::numbers::pi)));
+  }
+  SECTION("black ones are left out") {
+    const Read result =
+        read_world("LightSource \"point\" \"rgb I\" [ 0 0 0 ]\nAreaLightSource \"diffuse\" \"float scale\" 0\n");
+    CHECK(result.scene.lights.empty());
+    CHECK_FALSE(result.scene.shapes[0].emission.has_value());
+    CHECK(has_message(result, "no light"));
+  }
+}
+
+TEST_CASE("Files include others, found beside the scene") {
+  const ScratchFolder folder;
+  folder.write("main.pbrt", "WorldBegin\nInclude \"parts/a.pbrt\"\nImport \"parts/c.pbrt\"\n" + triangle);
+  folder.write("parts/a.pbrt", "Translate 1 0 0\nInclude \"parts/b.pbrt\"\n");
+  folder.write("parts/b.pbrt", "Translate 0 1 0\n");
+  folder.write("parts/c.pbrt", "Translate 0 0 100\n" + triangle);
+  Diagnostics diagnostics;
+  const SceneDescription scene = read_pbrt_scene(folder.path / "main.pbrt", diagnostics);
+  REQUIRE(scene.shapes.size() == 2);
+  CHECK(near(std::get<MeshDescription>(scene.shapes[0].geometry).positions[0], {1, 1, 100}));
+  CHECK(near(std::get<MeshDescription>(scene.shapes[1].geometry).positions[0], {1, 1, 0}));
+  CHECK(scene.shapes[0].where.to_string() == (folder.path / "parts/c.pbrt").string() + ":2");
+  CHECK(scene.shapes[1].where.to_string() == (folder.path / "main.pbrt").string() + ":4");
+}
+
+TEST_CASE("What is not understood but harmless is said once, with its place") {
+  const Read result = read_world(
+      "MediumInterface \"a\" \"b\"\nMediumInterface \"a\" \"b\"\nFoo \"bar\" \"float x\" [ 1 2 ] true\n"
+      "Shape \"sphere\" \"float radious\" 2\nShape \"sphere\" \"float radious\" 3\n");
+  const auto count = [&](const std::string& part) {
+    return std::count_if(result.diagnostics.all().begin(), result.diagnostics.all().end(),
+                         [&](const Diagnostic& d) { return d.to_string().find(part) != std::string::npos; });
+  };
+  CHECK(count("t.pbrt:2: warning: the directive \"MediumInterface\"") == 1);
+  CHECK(count("MediumInterface") == 1);
+  CHECK(count("t.pbrt:4: warning: the directive \"Foo\"") == 1);
+  CHECK(count("t.pbrt:5: warning: Shape \"sphere\": parameter \"radious\"") == 1);
+  CHECK(count("radious") == 1);
+  CHECK(has_message(read("PixelFilter \"gaussian\" WorldBegin " + triangle), "t.pbrt:1: warning: PixelFilter"));
+  CHECK(has_message(read("Camera \"perspective\" \"float lensradius\" .1 WorldBegin " + triangle), "pinhole"));
+}
+
+TEST_CASE("The reference scenes and the example scenes are read without a warning") {
+  int scenes = 0;
+  for (const char* folder : {GMIS_REFERENCE_FOLDER, GMIS_SCENE_FOLDER})
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      if (entry.path().extension() != ".pbrt") continue;
+      CAPTURE(entry.path().string());
+      Diagnostics diagnostics;
+      const SceneDescription scene = read_pbrt_scene(entry.path(), diagnostics);
+      CHECK(diagnostics.all().empty());
+      CHECK(scene.shapes.size() >= 6);
+      ++scenes;
+    }
+  CHECK(scenes >= 4);
+}
+
+TEST_CASE("Facts of the reference scenes") {
+  Diagnostics diagnostics;
+  const SceneDescription tung1 = read_pbrt_scene(fs::path(GMIS_REFERENCE_FOLDER) / "tung1.pbrt", diagnostics);
+  CHECK(tung1.shapes.size() == 12);
+  const ShapeDescription& lamp = tung1.shapes[5];
+  REQUIRE(lamp.emission.has_value());
+  CHECK(lamp.emission->radiance == Rgb(40));
+  CHECK(near(normal_of(std::get<MeshDescription>(lamp.geometry)), {0, -1, 0}));  // it shines down
+  const SceneDescription svcm0 = read_pbrt_scene(fs::path(GMIS_REFERENCE_FOLDER) / "svcm0.pbrt", diagnostics);
+  REQUIRE(svcm0.lights.size() == 1);
+  const auto sun = std::get<DistantLightDescription>(svcm0.lights[0].kind);
+  CHECK(near(sun.to_light, glm::normalize(glm::dvec3(1, -1.5, 1))));
+  CHECK(sun.irradiance == Rgb(10, 4, 0));
+  CHECK(svcm0.film.width == 128);
+}
