@@ -1,0 +1,11 @@
+#pragma once
+
+/// \file
+/// Everything for simulating light transport over a scene of one's own (gmis/core/concepts.hpp says what it must offer).
+
+#include "gmis/core/concepts.hpp"
+#include "gmis/result/counters.hpp"
+#include "gmis/result/film.hpp"
+#include "gmis/transport/engine.hpp"
+#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/path_densities.hpp"

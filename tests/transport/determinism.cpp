@@ -1,0 +1,108 @@
+#include <atomic>
+#include <cstring>
+#include <thread>
+#include <vector>
+
+#include "gmis/transport/integrators.hpp"
+#include "support/catch.hpp"
+#include "transport/furnace_scene.hpp"
+
+namespace {
+
+/// Chunks are taken by whichever thread is free, so their order differs from run to run.
+class ThreadExecutor {
+ public:
+  explicit ThreadExecutor(unsigned threads) : threads_(threads) {}
+  template <class Work>
+  void parallel_for(std::size_t count, Work&& work) {
+    std::atomic<std::size_t> next{0};
+    std::vector<std::thread> threads;
+    for (unsigned t = 0; t < threads_; ++t)
+      threads.emplace_back([&] {
+        for (std::size_t i = next++; i < count; i = next++) work(i);
+      });
+    for (std::thread& thread : threads) thread.join();
+  }
+
+ private:
+  unsigned threads_;
+};
+
+gmis::RenderSettings settings() {
+  gmis::RenderSettings result;
+  result.max_depth = 6;
+  result.radius = 0.05;
+  result.seed = 3;
+  return result;
+}
+
+template <class I>
+std::vector<float> frame_with(unsigned threads) {
+  const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
+  gmis::Engine<gmis_test::FurnaceScene<float>, I> engine(scene, settings());
+  ThreadExecutor executor(threads);
+  engine.iterate(executor);
+  engine.iterate(executor);
+  return {engine.frame().begin(), engine.frame().end()};
+}
+
+template <class I>
+void check_threads() {
+  const auto one = frame_with<I>(1);
+  for (const unsigned threads : {2U, 7U, 16U}) {
+    const auto many = frame_with<I>(threads);
+    CAPTURE(threads);
+    CHECK(std::memcmp(one.data(), many.data(), one.size() * sizeof(float)) == 0);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the same seed gives the same bits for any number of threads") {
+  using namespace gmis::integrators;
+  SECTION("pt") {
+    check_threads<Pt>();
+  }
+  SECTION("bpt") {
+    check_threads<Bpt>();
+  }
+  SECTION("vcm") {
+    check_threads<Vcm>();
+  }
+  SECTION("gmis") {
+    check_threads<Gmis<>>();
+  }
+}
+
+TEST_CASE("other seeds and other iterations give other images") {
+  const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 8);
+  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis::integrators::Vcm>;
+  gmis::SerialExecutor executor;
+  auto other = settings();
+  other.seed = 4;
+  Engine first(scene, settings()), second(scene, other);
+  first.iterate(executor);
+  second.iterate(executor);
+  const std::vector<float> iteration1(first.frame().begin(), first.frame().end());
+  CHECK(iteration1 != std::vector<float>(second.frame().begin(), second.frame().end()));
+  first.iterate(executor);
+  CHECK(iteration1 != std::vector<float>(first.frame().begin(), first.frame().end()));
+}
+
+TEST_CASE("a crop is the same rectangle of the whole image, bit by bit") {
+  const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 24, 2);
+  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis::integrators::Gmis<>>;
+  gmis::SerialExecutor executor;
+  const gmis::PixelBounds crop{{5, 3}, {17, 9}};
+  Engine whole(scene, settings()), part(scene, settings(), crop);
+  whole.iterate(executor);
+  part.iterate(executor);
+  int differences = 0;
+  for (int y = 0; y < 24; ++y)
+    for (int x = 0; x < 24; ++x) {
+      const auto i = static_cast<std::size_t>(y * 24 + x);
+      const bool inside = x >= crop.lower.x && x < crop.upper.x && y >= crop.lower.y && y < crop.upper.y;
+      differences += part.frame()[i] != (inside ? whole.frame()[i] : 0.0F);
+    }
+  CHECK(differences == 0);
+}
