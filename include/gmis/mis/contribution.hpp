@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <limits>
 
 #include "gmis/core/spectrum.hpp"
 #include "gmis/mis/log_density.hpp"
@@ -52,5 +53,17 @@ struct SpectrumTraits<LogValue<T>> {
   static constexpr int channel_count = 1;
   static constexpr const LogValue<T>& channel(const LogValue<T>& value, int) noexcept { return value; }
 };
+
+/// True when every channel of f is zero.
+template <class F>
+[[nodiscard]] inline bool is_zero_integrand(const F& f) noexcept {
+  for (int c = 0; c < SpectrumTraits<F>::channel_count; ++c)
+    if (SpectrumTraits<F>::channel(f, c) != 0) return false;
+  return true;
+}
+template <std::floating_point T>
+[[nodiscard]] inline bool is_zero_integrand(const LogValue<T>& f) noexcept {
+  return f.sign == T(0) || f.log_magnitude == -std::numeric_limits<T>::infinity();
+}
 
 }  // namespace gmis

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "gmis/core/random.hpp"
+#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/moments.hpp"
+
+namespace gmis {
+
+/// A variance averaged over random draws of the indices, with its 99 % confidence interval value ± half_width (normal
+/// approximation).
+struct AveragedVariance {
+  double value;
+  double half_width;
+};
+
+/// The variance of one round under R2 or N2 for any N: quadrature given the indices, averaged over `draws` ≥ 2 random
+/// draws of them. Costs N (R2: 2N) passes over the nodes a draw. Throws std::invalid_argument for the other schemes, whose
+/// `exact_variance` is cheap for every N, and when the proposals lack full support.
+template <UniformSource Source>
+[[nodiscard]] AveragedVariance averaged_variance(Scheme scheme, const TabulatedProblem& problem, std::uint64_t draws,
+                                                 Source& source) {
+  if (scheme != Scheme::R2 && scheme != Scheme::N2)
+    throw std::invalid_argument("only R2 and N2 need averaging: use exact_variance");
+  if (!problem.has_full_support()) throw std::invalid_argument("averaged_variance needs full support");
+  const std::size_t n = problem.proposal_count();
+  const double count = static_cast<double>(n);
+  const double integral = problem.integral();
+  std::vector<double> sum(problem.node_count()), divided(problem.node_count()), multiplicity(n);
+  std::vector<std::size_t> order(n);
+  Moments<double> moments;
+
+  for (std::uint64_t draw = 0; draw < draws; ++draw) {
+    std::fill(sum.begin(), sum.end(), 0.0);
+    if (scheme == Scheme::R2) {
+      std::fill(multiplicity.begin(), multiplicity.end(), 0.0);
+      for (std::size_t i = 0; i < n; ++i) multiplicity[uniform_index(source, static_cast<std::uint32_t>(n))] += 1.0;
+      for (std::size_t k = 0; k < n; ++k)
+        if (multiplicity[k] > 0.0) problem.add_density(k, multiplicity[k], sum.data(), sum.data());
+      problem.divide(count, sum.data(), divided.data());
+      moments.add(
+          detail::conditional_variance(problem, divided.data(), count, [&](auto k) { return multiplicity[k]; }));
+    } else {
+      // One order of drawing holds one subset of every size: its first 1, 2, … N from the far end.
+      double second_moment = 0.0;
+      for (std::size_t i = 0; i < n; ++i) order[i] = i;
+      for (std::size_t size = 1; size <= n; ++size) {
+        const std::size_t left = n - size + 1;
+        std::swap(order[left - 1], order[uniform_index(source, static_cast<std::uint32_t>(left))]);
+        problem.add_density(order[left - 1], 1.0, sum.data(), sum.data());
+        problem.divide(static_cast<double>(size), sum.data(), divided.data());
+        second_moment += problem.squared_over(divided.data()) / count;
+      }
+      moments.add((second_moment - integral * integral) / count);
+    }
+  }
+  constexpr double two_sided_99 = 2.5758293035489004;
+  return {moments.mean(), two_sided_99 * std::sqrt(moments.variance() / static_cast<double>(draws))};
+}
+
+}  // namespace gmis

@@ -1,0 +1,10 @@
+#pragma once
+
+/// \file
+/// Exact means and variances of the six schemes for one-dimensional problems, by quadrature, beside which measured ones can
+/// be put. For study and tests: no estimate uses any of this, and gmis/mis.hpp does not include it.
+
+#include "gmis/mis/averaged_variance.hpp"
+#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/quadrature.hpp"
+#include "gmis/mis/tabulated_problem.hpp"

@@ -1,0 +1,211 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <vector>
+
+#include "gmis/mis/scheme.hpp"
+#include "gmis/mis/tabulated_problem.hpp"
+
+namespace gmis {
+
+/// The largest N for which R2 (over multisets) and N2 (over subsets) are summed exactly: a second of work or less at
+/// a thousand nodes.
+inline constexpr std::size_t max_exact_r2 = 10;
+inline constexpr std::size_t max_exact_n2 = 16;
+
+/// Mean and variance of the estimate of one round.
+struct ExactMoments {
+  double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
+  double variance;  ///< about that mean
+};
+
+namespace detail {
+
+/// Mean and variance of a round whose indices are given, φ being the same for all its samples: `count_of(k)` samples of
+/// proposal k, n in all. `divided` is what `TabulatedProblem::divide` wrote for φ.
+template <class CountOf>
+[[nodiscard]] double conditional_variance(const TabulatedProblem& problem, const double* divided, double n,
+                                          CountOf count_of) {
+  double squared_means = 0.0;
+  for (std::size_t k = 0; k < problem.proposal_count(); ++k) {
+    const double count = count_of(k);
+    if (count == 0.0) continue;
+    const double mean = problem.mean_under(k, divided);
+    squared_means += count * mean * mean;
+  }
+  return problem.squared_over(divided) / n - squared_means / (n * n);
+}
+
+/// Sums over all multisets of N indices, proposal by proposal; the densities of a common beginning are added up once.
+class MultisetSum {
+ public:
+  explicit MultisetSum(const TabulatedProblem& problem)
+      : problem_(problem),
+        n_(problem.proposal_count()),
+        counts_(n_),
+        partial_((n_ + 1) * problem.node_count()),
+        divided_(problem.node_count()) {
+    visit(0, n_, 1.0);
+  }
+  [[nodiscard]] ExactMoments moments() const noexcept {
+    return {mean_, conditional_ + (squared_mean_ - mean_ * mean_)};
+  }
+
+ private:
+  // `probability`: of the counts chosen so far, times the number of orders of what remains, over N^N.
+  void visit(std::size_t k, std::size_t remaining, double probability) {
+    const double* const base = partial_.data() + k * problem_.node_count();
+    double* const sum = partial_.data() + (k + 1) * problem_.node_count();
+    const bool is_last = k + 1 == n_;
+    double ways = 1.0;  // binomial(remaining, count) / N^count
+    for (std::size_t count = 0; count <= remaining; ++count) {
+      if (count > 0)
+        ways *= static_cast<double>(remaining - count + 1) / static_cast<double>(count) / static_cast<double>(n_);
+      if (is_last && count != remaining) continue;
+      counts_[k] = static_cast<double>(count);
+      problem_.add_density(k, counts_[k], base, sum);
+      if (is_last)
+        add(sum, probability * ways);
+      else
+        visit(k + 1, remaining - count, probability * ways);
+    }
+  }
+  void add(const double* density_sum, double probability) {
+    const double n = static_cast<double>(n_);
+    problem_.divide(n, density_sum, divided_.data());
+    const double mean = problem_.covered_integral(density_sum);
+    conditional_ +=
+        probability * conditional_variance(problem_, divided_.data(), n, [&](auto k) { return counts_[k]; });
+    mean_ += probability * mean;
+    squared_mean_ += probability * mean * mean;
+  }
+
+  const TabulatedProblem& problem_;
+  std::size_t n_;
+  std::vector<double> counts_;
+  std::vector<double> partial_;
+  std::vector<double> divided_;
+  double conditional_ = 0.0;
+  double mean_ = 0.0;
+  double squared_mean_ = 0.0;
+};
+
+/// Sums over all non-empty subsets of the proposals still undrawn; `probability` of each is 1 / (N binomial(N, size)):
+/// a sample at a uniform place in the order meets sizes equally often, and sets of one size too.
+class SubsetSum {
+ public:
+  explicit SubsetSum(const TabulatedProblem& problem)
+      : problem_(problem),
+        n_(problem.proposal_count()),
+        partial_((n_ + 1) * problem.node_count()),
+        divided_(problem.node_count()) {
+    visit(0, 0);
+  }
+  [[nodiscard]] double mean() const noexcept { return mean_; }
+  /// (1/N) Σ_r E ∫ f²/p_S.
+  [[nodiscard]] double second_moment() const noexcept { return second_moment_; }
+
+ private:
+  // Level `size` of the partial sums holds the densities of the `size` proposals included so far.
+  void visit(std::size_t k, std::size_t size) {
+    if (k == n_) {
+      if (size > 0) add(size);
+      return;
+    }
+    visit(k + 1, size);
+    const double* const base = partial_.data() + size * problem_.node_count();
+    problem_.add_density(k, 1.0, base, partial_.data() + (size + 1) * problem_.node_count());
+    visit(k + 1, size + 1);
+  }
+  void add(std::size_t size) {
+    const double n = static_cast<double>(n_);
+    double binomial = 1.0;
+    for (std::size_t i = 0; i < size; ++i) binomial *= (n - static_cast<double>(i)) / static_cast<double>(i + 1);
+    const double* const density_sum = partial_.data() + size * problem_.node_count();
+    problem_.divide(static_cast<double>(size), density_sum, divided_.data());
+    const double probability = 1.0 / (n * binomial);
+    second_moment_ += probability * problem_.squared_over(divided_.data());
+    mean_ += probability * problem_.covered_integral(density_sum);
+  }
+
+  const TabulatedProblem& problem_;
+  std::size_t n_;
+  std::vector<double> partial_;
+  std::vector<double> divided_;
+  double mean_ = 0.0;
+  double second_moment_ = 0.0;
+};
+
+/// ψ at all nodes.
+[[nodiscard]] inline std::vector<double> mixture(const TabulatedProblem& problem) {
+  std::vector<double> psi(problem.node_count());
+  const double n = static_cast<double>(problem.proposal_count());
+  for (std::size_t k = 0; k < problem.proposal_count(); ++k) problem.add_density(k, 1.0 / n, psi.data(), psi.data());
+  return psi;
+}
+
+}  // namespace detail
+
+/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), in equal shares; for
+/// counts n_k with S2 or S3, repeat proposal k in the problem n_k times. Holds for partial support too, except that the
+/// variance of N2 needs full support (its draws are correlated otherwise).
+///
+/// Throws std::invalid_argument for R2 with N > max_exact_r2, N2 with N > max_exact_n2, and N2 with partial support.
+[[nodiscard]] inline ExactMoments exact_moments(Scheme scheme, const TabulatedProblem& problem) {
+  const double n = static_cast<double>(problem.proposal_count());
+  std::vector<double> divided(problem.node_count());
+  switch (scheme) {
+    case Scheme::R1:
+    case Scheme::N1: {
+      // (1/N²) Σ_k ∫ f²/q_k, less what the indices make no noise in: I²/N at random, (1/N²) Σ_k I_k² one by one.
+      double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
+      for (std::size_t k = 0; k < problem.proposal_count(); ++k) {
+        problem.divide(1.0, problem.densities(k), divided.data());
+        const double covered = problem.covered_integral(problem.densities(k));
+        second_moment += problem.squared_over(divided.data()) / n;
+        mean += covered / n;
+        squared_means += covered * covered / n;
+      }
+      return {mean, (second_moment - (scheme == Scheme::R1 ? mean * mean : squared_means)) / n};
+    }
+    case Scheme::R2: {
+      if (problem.proposal_count() > max_exact_r2)
+        throw std::invalid_argument("too many proposals for an exact R2: use averaged_variance");
+      return detail::MultisetSum(problem).moments();
+    }
+    case Scheme::N2: {
+      if (problem.proposal_count() > max_exact_n2)
+        throw std::invalid_argument("too many proposals for an exact N2: use averaged_variance");
+      if (!problem.has_full_support()) throw std::invalid_argument("the exact variance of N2 needs full support");
+      // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is subtracted.
+      // The printed form leaves out a part of the noise, see docs/paper-corrections.md [Elvira, corrected].
+      const detail::SubsetSum sum(problem);
+      return {sum.mean(), (sum.second_moment() - sum.mean() * sum.mean()) / n};
+    }
+    case Scheme::R3:
+    case Scheme::N3:
+      break;
+  }
+  const std::vector<double> psi = detail::mixture(problem);
+  problem.divide(1.0, psi.data(), divided.data());
+  const double mean = problem.covered_integral(psi.data());
+  if (scheme == Scheme::R3) return {mean, (problem.squared_over(divided.data()) - mean * mean) / n};
+  return {mean, detail::conditional_variance(problem, divided.data(), n, [](auto) { return 1.0; })};
+}
+
+/// What `scheme` converges to: ∫ f when the proposals cover f as it needs, else less. Also for N2 with partial support.
+/// Throws std::invalid_argument as `exact_moments` does for its N.
+[[nodiscard]] inline double exact_mean(Scheme scheme, const TabulatedProblem& problem) {
+  if (scheme != Scheme::N2) return exact_moments(scheme, problem).mean;
+  if (problem.proposal_count() > max_exact_n2) throw std::invalid_argument("too many proposals for an exact N2");
+  return detail::SubsetSum(problem).mean();
+}
+
+/// The variance of one round. Throws as `exact_moments` does.
+[[nodiscard]] inline double exact_variance(Scheme scheme, const TabulatedProblem& problem) {
+  return exact_moments(scheme, problem).variance;
+}
+
+}  // namespace gmis

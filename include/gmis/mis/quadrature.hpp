@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace gmis {
+
+/// One point of a quadrature rule: ∫ g ≈ Σ weight · g(x).
+struct QuadratureNode {
+  double x;
+  double weight;
+};
+
+/// The Gauss–Legendre rule with `count` points on [−1, 1], exact for polynomials of degree 2 count − 1. The nodes are the
+/// roots of the Legendre polynomial, by Newton's method from the asymptotic formula (Abramowitz, Stegun 22.16.6).
+[[nodiscard]] inline std::vector<QuadratureNode> gauss_legendre(std::size_t count) {
+  constexpr double pi = 3.14159265358979323846;
+  std::vector<QuadratureNode> nodes(count);
+  const double n = static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    double x = -std::cos(pi * (static_cast<double>(i) + 0.75) / (n + 0.5));
+    double derivative = 0.0;
+    for (int iteration = 0; iteration < 100; ++iteration) {
+      double previous = 1.0;
+      double value = x;
+      for (std::size_t degree = 2; degree <= count; ++degree) {
+        const double d = static_cast<double>(degree);
+        const double next = ((2.0 * d - 1.0) * x * value - (d - 1.0) * previous) / d;
+        previous = value;
+        value = next;
+      }
+      derivative = n * (x * value - previous) / (x * x - 1.0);
+      const double step = value / derivative;
+      x -= step;
+      if (std::abs(step) < 1e-15) break;
+    }
+    nodes[i] = {x, 2.0 / ((1.0 - x * x) * derivative * derivative)};
+  }
+  return nodes;
+}
+
+/// A composite Gauss–Legendre rule over the intervals between consecutive `breakpoints` (ascending: the ends of the
+/// domain, and every place where an integrand or a density jumps), each cut into `panels` equal parts of `order` points.
+[[nodiscard]] inline std::vector<QuadratureNode> composite_gauss_legendre(std::span<const double> breakpoints,
+                                                                          std::size_t panels, std::size_t order = 16) {
+  const std::vector<QuadratureNode> reference = gauss_legendre(order);
+  std::vector<QuadratureNode> nodes;
+  nodes.reserve((breakpoints.size() - 1) * panels * order);
+  for (std::size_t interval = 0; interval + 1 < breakpoints.size(); ++interval) {
+    const double half_width = 0.5 * (breakpoints[interval + 1] - breakpoints[interval]) / static_cast<double>(panels);
+    for (std::size_t panel = 0; panel < panels; ++panel) {
+      const double centre = breakpoints[interval] + half_width * (2.0 * static_cast<double>(panel) + 1.0);
+      for (const QuadratureNode& node : reference)
+        nodes.push_back({centre + half_width * node.x, half_width * node.weight});
+    }
+  }
+  return nodes;
+}
+
+}  // namespace gmis

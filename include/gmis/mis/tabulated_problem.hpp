@@ -1,0 +1,122 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "gmis/mis/proposal_set.hpp"
+#include "gmis/mis/quadrature.hpp"
+
+namespace gmis {
+
+/// A one-dimensional problem tabulated at the points of a quadrature rule.
+class TabulatedProblem {
+ public:
+  /// `f(x)` and the densities of `proposals` at every node. Throws std::invalid_argument when a value is not finite.
+  template <class Integrand, Proposals P>
+  TabulatedProblem(Integrand&& f, const P& proposals, std::span<const QuadratureNode> nodes)
+      : node_count_(nodes.size()), weighted_f_(nodes.size()), f_(nodes.size()) {
+    const auto& set = as_proposal_set(proposals);
+    proposal_count_ = set.size();
+    densities_.resize(proposal_count_ * node_count_);
+    for (std::size_t i = 0; i < node_count_; ++i) {
+      f_[i] = static_cast<double>(f(nodes[i].x));
+      weighted_f_[i] = nodes[i].weight * f_[i];
+      if (!std::isfinite(f_[i])) throw std::invalid_argument("the integrand is not finite at a quadrature node");
+      for (std::size_t k = 0; k < proposal_count_; ++k) {
+        const double density = density_of(set, k, nodes[i].x);
+        if (!std::isfinite(density)) throw std::invalid_argument("a density is not finite at a quadrature node");
+        densities_[k * node_count_ + i] = density;
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t proposal_count() const noexcept { return proposal_count_; }
+  [[nodiscard]] std::size_t node_count() const noexcept { return node_count_; }
+  /// q_k at all nodes.
+  [[nodiscard]] const double* densities(std::size_t k) const noexcept { return densities_.data() + k * node_count_; }
+
+  /// ∫ f.
+  [[nodiscard]] double integral() const noexcept {
+    double sum = 0.0;
+    for (const double term : weighted_f_) sum += term;
+    return sum;
+  }
+
+  /// False when some proposal is zero on a part of the domain that carries more than 1e-12 of ∫ |f|.
+  [[nodiscard]] bool has_full_support() const noexcept {
+    double whole = 0.0;
+    for (std::size_t i = 0; i < node_count_; ++i) whole += std::abs(weighted_f_[i]);
+    for (std::size_t k = 0; k < proposal_count_; ++k) {
+      double missed = 0.0;
+      for (std::size_t i = 0; i < node_count_; ++i) missed += densities(k)[i] > 0.0 ? 0.0 : std::abs(weighted_f_[i]);
+      if (missed > 1e-12 * whole) return false;
+    }
+    return true;
+  }
+
+  /// Adds `times` q_k at all nodes: `sum[i] = base[i] + times · q_k(x_i)`. `sum` may be `base`.
+  void add_density(std::size_t k, double times, const double* base, double* sum) const noexcept {
+    const double* const q = densities(k);
+    for (std::size_t i = 0; i < node_count_; ++i) sum[i] = base[i] + times * q[i];
+  }
+
+  /// Writes (quadrature weight) · f · scale / denominator to `out`, zero where the denominator is zero.
+  void divide(double scale, const double* denominator, double* out) const noexcept {
+    for (std::size_t i = 0; i < node_count_; ++i) {
+      const double safe = denominator[i] > 0.0 ? denominator[i] : 1.0;
+      out[i] = denominator[i] > 0.0 ? weighted_f_[i] * (scale / safe) : 0.0;
+    }
+  }
+
+  /// ∫ f over the places where `denominator` is positive.
+  [[nodiscard]] double covered_integral(const double* denominator) const noexcept {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < node_count_; ++i) sum += denominator[i] > 0.0 ? weighted_f_[i] : 0.0;
+    return sum;
+  }
+  /// ∫ f²/φ from what `divide` wrote for φ.
+  [[nodiscard]] double squared_over(const double* divided) const noexcept { return dot(divided, f_.data()); }
+  /// ∫ f q_k/φ, the mean of f/φ under q_k, from what `divide` wrote for φ.
+  [[nodiscard]] double mean_under(std::size_t k, const double* divided) const noexcept {
+    return dot(divided, densities(k));
+  }
+
+ private:
+  // In eight partial sums: that much faster than one, and rounding errors grow that much more slowly.
+  [[nodiscard]] double dot(const double* a, const double* b) const noexcept {
+    double lanes[8] = {};
+    std::size_t i = 0;
+    for (; i + 8 <= node_count_; i += 8)
+      for (std::size_t lane = 0; lane < 8; ++lane) lanes[lane] += a[i + lane] * b[i + lane];
+    for (; i < node_count_; ++i) lanes[0] += a[i] * b[i];
+    return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
+  }
+
+  template <class Set>
+  [[nodiscard]] static double density_of(const Set& set, std::size_t k, double x) {
+    const auto value = static_cast<typename Set::Value>(x);
+    if constexpr (SetHasLogPdf<Set>) {
+      return std::exp(static_cast<double>(set.log_pdf(k, value)));
+    } else if constexpr (SetHasPdf<Set>) {
+      return static_cast<double>(set.pdf(k, value));
+    } else {
+      std::vector<typename Set::Density> all(set.size());
+      if constexpr (is_log_set<Set>)
+        set.log_pdfs(value, std::span(all));
+      else
+        set.pdfs(value, std::span(all));
+      return is_log_set<Set> ? std::exp(static_cast<double>(all[k])) : static_cast<double>(all[k]);
+    }
+  }
+
+  std::size_t proposal_count_ = 0;
+  std::size_t node_count_;
+  std::vector<double> weighted_f_;  // quadrature weight · f
+  std::vector<double> f_;
+  std::vector<double> densities_;  // proposal by proposal
+};
+
+}  // namespace gmis
