@@ -5,4 +5,6 @@
 
 float from_second_unit();
 
-int main() { return from_second_unit() == gmis::Vec3<float>(1, 2, 3).z ? EXIT_SUCCESS : EXIT_FAILURE; }
+int main() {
+  return from_second_unit() == gmis::Vec3<float>(1, 2, 3).z ? EXIT_SUCCESS : EXIT_FAILURE;
+}

@@ -3,4 +3,6 @@
 
 float from_second_unit();
 
-float from_second_unit() { return gmis::Vec3<float>(1, 2, 3).z; }
+float from_second_unit() {
+  return gmis::Vec3<float>(1, 2, 3).z;
+}
