@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cmath>
-
 namespace gmis {
 
-/// A running sum whose rounding error does not grow with the number of terms (Neumaier 1974).
+/// A running sum whose rounding error does not grow with the number of terms: the sum is kept in two `T`, renormalised after
+/// every term, so it is as good as one in twice the precision (error about n ε² Σ|terms|) [Dekker 1971; Knuth's two-sum].
 ///
 /// `T` is a floating-point type. A sum that was ever infinite or NaN reads as the plain sum does.
 template <class T>
@@ -15,10 +14,13 @@ class CompensatedSum {
 
   constexpr void add(T term) noexcept {
     const T next = sum_ + term;
-    const bool sum_is_larger = (sum_ < T(0) ? -sum_ : sum_) >= (term < T(0) ? -term : term);
-    // The larger operand loses nothing; what the smaller one lost is what the rounded sum does not account for.
-    correction_ += sum_is_larger ? (sum_ - next) + term : (term - next) + sum_;
-    sum_ = next;
+    const T term_part = next - sum_;
+    const T lost = (sum_ - (next - term_part)) + (term - term_part);
+    const T tail = correction_ + lost;
+    sum_ = next + tail;
+    correction_ = tail - (sum_ - next);
+    if (sum_ != sum_ && next == next) sum_ = next;  // inf − inf in the correction must not hide an infinite sum
+    if (correction_ != correction_) correction_ = T(0);
   }
 
   constexpr CompensatedSum& operator+=(T term) noexcept {
@@ -28,14 +30,11 @@ class CompensatedSum {
 
   constexpr CompensatedSum& operator+=(const CompensatedSum& other) noexcept {
     add(other.sum_);
-    correction_ += other.correction_;
+    add(other.correction_);
     return *this;
   }
 
-  [[nodiscard]] constexpr T value() const noexcept {
-    const T corrected = sum_ + correction_;
-    return corrected == corrected ? corrected : sum_;  // inf − inf in the correction must not hide an infinite sum
-  }
+  [[nodiscard]] constexpr T value() const noexcept { return sum_ + correction_; }
 
  private:
   T sum_{};
