@@ -1,0 +1,91 @@
+#!/usr/bin/env bash
+# Instructions an iteration and error an iteration of pt, bpt and vcm on svcm0 and svcm1 (128×128, 10 segments), beside the
+# figures of SmallVCM for the same settings (tests/render/reference/README.md). Instructions, counted by callgrind, because
+# seconds differ from machine to machine: the difference between runs of 3 and of 1 iterations, so that reading the scene
+# and building its tree do not count.
+#
+# Usage: bench/instructions.sh [instructions|errors]   (default: both)
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+what=${1:-both}
+cmake --preset bench >/dev/null
+cmake --build --preset bench --target gmis-render >/dev/null
+render=build/bench/examples/gmis-render
+reference=tests/render/reference
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+# The settings of SmallVCM: half the diagonal of its bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
+settings=(--max-depth 10 --alpha 0.75 --radius 0.003 --threads 1 --quiet)
+
+# scene integrator → millions of instructions an iteration of SmallVCM
+smallvcm_instructions() {
+  case "$1 $2" in
+    'svcm0 pt') echo 203 ;; 'svcm0 bpt') echo 385 ;; 'svcm0 vcm') echo 414 ;;
+    'svcm1 pt') echo 223 ;; 'svcm1 bpt') echo 572 ;; 'svcm1 vcm') echo 608 ;;
+  esac
+}
+
+# scene integrator iterations → relMSE of SmallVCM, and without the worst 0.1 % of the pixels (mean of 3 seeds)
+smallvcm_error() {
+  case "$1 $2 $3" in
+    'svcm0 pt 1') echo 2.42 .429 ;; 'svcm0 pt 4') echo .599 .228 ;; 'svcm0 pt 16') echo .171 .123 ;;
+    'svcm0 pt 64') echo .0749 .0688 ;;
+    'svcm0 bpt 1') echo 1.91 .491 ;; 'svcm0 bpt 4') echo .446 .164 ;; 'svcm0 bpt 16') echo .204 .0548 ;;
+    'svcm0 bpt 64') echo .0417 .0232 ;;
+    'svcm0 vcm 1') echo 1.38 .604 ;; 'svcm0 vcm 4') echo .464 .205 ;; 'svcm0 vcm 16') echo .0995 .0638 ;;
+    'svcm0 vcm 64') echo .0335 .0231 ;;
+    'svcm1 pt 1') echo 17.1 2.44 ;; 'svcm1 pt 4') echo 4.16 2.23 ;; 'svcm1 pt 16') echo 1.03 .838 ;;
+    'svcm1 pt 64') echo .248 .222 ;;
+    'svcm1 bpt 1') echo 1.80 .165 ;; 'svcm1 bpt 4') echo .468 .0518 ;; 'svcm1 bpt 16') echo .108 .0312 ;;
+    'svcm1 bpt 64') echo .0265 .0163 ;;
+    'svcm1 vcm 1') echo .319 .191 ;; 'svcm1 vcm 4') echo .0902 .0652 ;; 'svcm1 vcm 16') echo .0243 .0198 ;;
+    'svcm1 vcm 64') echo .0073 .0060 ;;
+  esac
+}
+
+instructions_of() { # scene integrator iterations
+  valgrind --tool=callgrind --callgrind-out-file=/dev/null "$render" "$reference/$1.pbrt" --integrator "$2" \
+    "${settings[@]}" --iterations "$3" --out "$folder/out.pfm" 2>&1 |
+    sed -n 's/.*Collected : \([0-9]*\).*/\1/p'
+}
+
+statistic() { # file key
+  sed -n "s/.*\"$2\": *\([-+.0-9e]*\).*/\1/p" "$1" | head -n 1
+}
+
+if [[ $what != errors ]]; then
+  printf '%-6s %-4s %12s %12s %7s\n' scene '' 'M instr/it.' 'SmallVCM' ratio
+  for scene in svcm0 svcm1; do
+    for integrator in pt bpt vcm; do
+      one=$(instructions_of "$scene" "$integrator" 1)
+      three=$(instructions_of "$scene" "$integrator" 3)
+      awk -v s="$scene" -v i="$integrator" -v a="$one" -v b="$three" -v r="$(smallvcm_instructions "$scene" "$integrator")" \
+        'BEGIN { m = (b - a) / 2e6; printf "%-6s %-4s %12.1f %12d %7.2f\n", s, i, m, r, m / r }'
+    done
+  done
+fi
+
+if [[ $what != instructions ]]; then
+  [[ $what == errors ]] || echo
+  seeds=${SEEDS:-8}
+  printf '%-6s %-4s %10s %20s %20s   (relMSE, in brackets trimmed; ours: mean of %d seeds)\n' scene '' iterations ours SmallVCM "$seeds"
+  for scene in svcm0 svcm1; do
+    for integrator in pt bpt vcm; do
+      for iterations in 1 4 16 64; do
+        : >"$folder/errors"
+        for ((seed = 1; seed <= seeds; ++seed)); do
+          "$render" "$reference/$scene.pbrt" --integrator "$integrator" --max-depth 10 --alpha 0.75 --radius 0.003 --quiet \
+            --iterations "$iterations" --seed "$seed" --reference "$reference/$scene.pfm" --stats "$folder/stats.json" \
+            --out "$folder/out.pfm"
+          echo "$(statistic "$folder/stats.json" relmse) $(statistic "$folder/stats.json" relmse_trimmed)" >>"$folder/errors"
+        done
+        # shellcheck disable=SC2046
+        awk -v s="$scene" -v i="$integrator" -v n="$iterations" -v r="$(smallvcm_error "$scene" "$integrator" "$iterations")" '
+          { e += $1; t += $2 }
+          END { split(r, ref, " "); printf "%-6s %-4s %10d %9.4f (%8.4f) %9.4f (%8.4f)\n", s, i, n, e / NR, t / NR, ref[1], ref[2] }' \
+          "$folder/errors"
+      done
+    done
+  done
+fi
