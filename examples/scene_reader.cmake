@@ -1,15 +1,19 @@
 # The library behind gmis-render, which the tests link too: scene files in, images in and out.
-# Included from examples/ and from tests/render/, whichever comes first.
-if(TARGET gmis_scene_reader)
-  return()
-endif()
+# Included from examples/ and from tests/render/, whichever comes first. Sets GMIS_RENDER_CAN_BE_BUILT.
 
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 find_package(OpenEXR CONFIG QUIET)
 find_package(PNG QUIET)
 find_package(assimp CONFIG QUIET)
 find_package(TBB CONFIG QUIET)
+find_package(CLI11 CONFIG QUIET)
+find_package(nlohmann_json CONFIG QUIET)
 unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
+
+set(GMIS_RENDER_CAN_BE_BUILT OFF)
+if(TARGET CLI11::CLI11 AND TARGET nlohmann_json::nlohmann_json)
+  set(GMIS_RENDER_CAN_BE_BUILT ON)
+endif()
 
 # gmis_optional_part(TARGET-OF-THE-LIBRARY MACRO "what is missing without it")
 function(gmis_optional_part library macro consequence)
@@ -21,6 +25,10 @@ function(gmis_optional_part library macro consequence)
     message(STATUS "gmis: ${library} not found: ${consequence}")
   endif()
 endfunction()
+
+if(TARGET gmis_scene_reader)
+  return()
+endif()
 
 set(support ${CMAKE_CURRENT_LIST_DIR}/support)
 add_library(gmis_scene_reader STATIC

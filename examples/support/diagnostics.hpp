@@ -26,6 +26,12 @@ class InputError : public std::runtime_error {
       : std::runtime_error(where.to_string() + ": " + message) {}
 };
 
+/// A result could not be written. `what()` is one line.
+class OutputError : public std::runtime_error {
+ public:
+  explicit OutputError(const std::string& message) : std::runtime_error(message) {}
+};
+
 enum class Severity { note, warning };
 
 struct Diagnostic {

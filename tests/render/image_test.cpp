@@ -96,7 +96,7 @@ TEST_CASE("Files that are no images are refused") {
   CHECK_THROWS_AS(read_image(folder.path / "absent.pfm"), InputError);
   CHECK_THROWS_AS(read_image(folder.path / "a.jpg"), InputError);
   CHECK_THROWS_AS(require_writable_format("a.jpg"), InputError);
-  CHECK_THROWS_AS(write_image(Image(1, 1), folder.path / "no_such_folder" / "a.pfm"), InputError);
+  CHECK_THROWS_AS(write_image(Image(1, 1), folder.path / "no_such_folder" / "a.pfm"), OutputError);
 }
 
 #if GMIS_HAS_PNG

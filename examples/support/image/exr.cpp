@@ -41,7 +41,7 @@ void write_exr(const Image& image, const std::filesystem::path& file) {
     output.setFrameBuffer(frame);
     output.writePixels(image.height);
   } catch (const std::exception&) {
-    throw InputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
+    throw OutputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
   }
 }
 

@@ -5,7 +5,8 @@
 #include "support/image/image.hpp"
 
 /// \file
-/// One pair of functions per format; `write_image` and `read_image` choose among them. All throw `InputError`.
+/// One pair of functions per format; `write_image` and `read_image` choose among them. They throw `InputError` or,
+/// when a file cannot be written, `OutputError`.
 
 namespace gmis::tools {
 

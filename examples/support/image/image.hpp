@@ -28,8 +28,8 @@ struct Image {
 /// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
 [[nodiscard]] std::string image_hash(const Image& image);
 
-/// Picks the format by the ending of the name. These throw `InputError` when it is not known or not in this build,
-/// or when the file cannot be read or written.
+/// Picks the format by the ending of the name. These throw `InputError` when it is not known or not in this build or
+/// when the file cannot be read, and `OutputError` when it cannot be written.
 void write_image(const Image& image, const std::filesystem::path& file);
 [[nodiscard]] Image read_image(const std::filesystem::path& file);
 /// Throws what `write_image` would throw because of the ending: to be called before the work.

@@ -36,7 +36,7 @@ void write_png(const Image& image, const std::filesystem::path& file) {
   description.height = static_cast<png_uint_32>(image.height);
   description.format = PNG_FORMAT_RGB;
   if (png_image_write_to_file(&description, file.string().c_str(), 0, bytes.data(), 0, nullptr) == 0)
-    throw InputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
+    throw OutputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
 }
 
 #else

@@ -144,9 +144,11 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
     coated.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics);
     coated.alpha = alpha_of(parameters, diagnostics);
     coated.eta = index_of_refraction(parameters, diagnostics, 1.5);
+    if (coated.eta < 1) parameters.fail("eta", "of a coat must be at least 1");
     parameters.ignore({"thickness", "albedo", "g", "maxdepth", "nsamples"});
     diagnostics.note(parameters.where(),
-                     "coateddiffuse becomes a diffuse lobe under a glossy one; light between the layers is left out");
+                     "coateddiffuse becomes a diffuse lobe under a glossy one; light between the two is summed as for "
+                     "a smooth coat");
     result.kind = coated;
   } else {
     throw InputError(parameters.where(),
