@@ -1,0 +1,236 @@
+#pragma once
+
+#include <optional>
+
+#include "gmis/core/concepts.hpp"
+#include "gmis/scene/material.hpp"
+
+namespace gmis::scene {
+
+/// A material at one point of a surface: meets `gmis::BsdfWithLobes`.
+///
+/// Whether light is reflected or transmitted is read off the shading normal; where the geometric normal says otherwise
+/// nothing is scattered.
+template <std::floating_point T = float>
+class SurfaceBsdf {
+ public:
+  using Spectrum = Vec3<T>;
+  using Value = BsdfValue<Spectrum>;
+  using Sample = ScatterSample<Spectrum>;
+  static constexpr int max_lobes = 2;
+
+  SurfaceBsdf() = default;
+  /// `material` must outlive this. Normals of unit length, in one hemisphere.
+  SurfaceBsdf(const Material<T>& material, const Vec3<T>& geometric_normal, const Vec3<T>& shading_normal) noexcept
+      : material_(&material),
+        geometric_normal_(geometric_normal),
+        shading_normal_(shading_normal),
+        is_flat_(geometric_normal == shading_normal) {}
+
+  [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode) const noexcept {
+    if (is_purely_delta()) return {};
+    const T prev = glm::dot(shading_normal_, to_prev);
+    const T next = glm::dot(shading_normal_, to_next);
+    if (!are_reflection(to_prev, to_next, prev, next)) return {};
+    return reflect(to_prev, to_next, std::abs(prev), std::abs(next));
+  }
+
+  [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv,
+                                             TransportMode mode) const noexcept {
+    const T cos_prev = glm::dot(shading_normal_, to_prev);
+    if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
+    const Material<T>& m = *material_;
+    switch (m.kind) {
+      case Kind::black:
+        return std::nullopt;
+      case Kind::mirror:
+        return mirrored(to_prev, cos_prev, m.specular, T(1));
+      case Kind::smooth_conductor:
+        return mirrored(to_prev, cos_prev, fresnel_conductor(std::abs(cos_prev), m.metal_eta, m.metal_k), T(1));
+      case Kind::dielectric:
+        return through_dielectric(to_prev, cos_prev, u, mode);
+      case Kind::smooth_coated:
+        if (u >= m.diffuse_probability) {
+          const T chance = T(1) - m.diffuse_probability;
+          const T reflectance = fresnel_dielectric(std::abs(cos_prev), m.eta).reflectance;
+          return mirrored(to_prev, cos_prev, m.specular * (reflectance / chance), chance);
+        }
+        break;
+      default:
+        break;
+    }
+    const bool diffuse = u < diffuse_probability();
+    const Vec3<T> to_next = draw(diffuse, to_prev, cos_prev, uv);
+    const T cos_next = glm::dot(shading_normal_, to_next);
+    if (!are_reflection(to_prev, to_next, cos_prev, cos_next)) return std::nullopt;
+    const Value value = reflect(to_prev, to_next, std::abs(cos_prev), std::abs(cos_next));
+    if (!(value.pdf.forward.value > T(0))) return std::nullopt;
+    return Sample{to_next, value.value * (std::abs(cos_next) / value.pdf.forward.value), value.pdf, false, T(1)};
+  }
+
+  [[nodiscard]] bool is_purely_delta() const noexcept { return lobe_count() == 0; }
+  [[nodiscard]] Spectrum albedo() const noexcept { return material_->albedo; }
+
+  [[nodiscard]] int lobe_count() const noexcept {
+    switch (material_->kind) {
+      case Kind::diffuse:
+      case Kind::conductor:
+        return 1;
+      case Kind::smooth_coated:
+        return material_->diffuse_probability > T(0) ? 1 : 0;
+      case Kind::phong:
+      case Kind::coated:
+        return material_->diffuse_probability > T(0) ? 2 : 1;
+      default:
+        return 0;
+    }
+  }
+  [[nodiscard]] T lobe_weight(int k) const noexcept {
+    if (lobe_count() < 2) return T(1);
+    return k == 0 ? material_->diffuse_probability : T(1) - material_->diffuse_probability;
+  }
+  [[nodiscard]] std::optional<Vec3<T>> sample_lobe(int k, const Vec3<T>& to_prev, const Vec2<T>& uv,
+                                                   TransportMode) const noexcept {
+    const T cos_prev = glm::dot(shading_normal_, to_prev);
+    if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
+    const Vec3<T> to_next = draw(is_diffuse_lobe(k), to_prev, cos_prev, uv);
+    if (!are_reflection(to_prev, to_next, cos_prev, glm::dot(shading_normal_, to_next))) return std::nullopt;
+    return to_next;
+  }
+  void lobe_pdfs(const Vec3<T>& to_prev, const Vec3<T>& to_next, T* pdfs) const noexcept {
+    const T prev = glm::dot(shading_normal_, to_prev);
+    const T next = glm::dot(shading_normal_, to_next);
+    const bool reflects = are_reflection(to_prev, to_next, prev, next);
+    for (int k = 0; k < lobe_count(); ++k) {
+      if (!reflects)
+        pdfs[k] = T(0);
+      else if (is_diffuse_lobe(k))
+        pdfs[k] = std::abs(next) / pi<T>;
+      else
+        pdfs[k] = glossy_pdf(to_prev, to_next, std::abs(prev));
+    }
+  }
+  /// Phong's glossy lobe alone misses the part of the hemisphere that the diffuse one covers.
+  [[nodiscard]] bool lobes_have_full_support() const noexcept { return material_->kind != Kind::phong; }
+
+  [[nodiscard]] const Material<T>& material() const noexcept { return *material_; }
+
+ private:
+  using Kind = typename Material<T>::Kind;
+
+  [[nodiscard]] bool is_usable_side(const Vec3<T>& direction, T cos_shading) const noexcept {
+    if (is_flat_) return cos_shading != T(0);
+    return cos_shading * glm::dot(geometric_normal_, direction) > T(0);
+  }
+  [[nodiscard]] bool are_reflection(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
+    if (!(prev * next > T(0))) return false;
+    return is_flat_ || (is_usable_side(to_prev, prev) && is_usable_side(to_next, next));
+  }
+
+  /// Chance that `sample` draws from the diffuse lobe, delta lobes counted.
+  [[nodiscard]] T diffuse_probability() const noexcept {
+    return material_->kind == Kind::conductor ? T(0) : material_->diffuse_probability;
+  }
+  [[nodiscard]] bool is_diffuse_lobe(int k) const noexcept { return k == 0 && diffuse_probability() > T(0); }
+
+  /// f and both densities of `sample`; both directions are on one side, cosines positive.
+  [[nodiscard]] Value reflect(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
+    const Material<T>& m = *material_;
+    const T forward = next * (T(1) / pi<T>);
+    const T reverse = prev * (T(1) / pi<T>);
+    if (m.kind == Kind::diffuse) return {m.diffuse, {{forward}, {reverse}}};
+    const T p = m.diffuse_probability;
+    if (m.kind == Kind::phong) {
+      const T power = phong_power(to_prev, to_next);
+      const T glossy = (T(1) - p) * (m.exponent + T(1)) / (T(2) * pi<T>)*power;
+      return {m.diffuse + m.specular * ((m.exponent + T(2)) / (T(2) * pi<T>)*power),
+              {{p * forward + glossy}, {p * reverse + glossy}}};
+    }
+    if (m.kind == Kind::smooth_coated) return {m.diffuse * transmitted(prev, next), {{p * forward}, {p * reverse}}};
+
+    const Ggx<T> ggx{m.alpha, m.masking};
+    const Vec3<T> half = glm::normalize(to_prev + to_next);
+    const T cos_half = glm::dot(half, shading_normal_);
+    const T cos_facet = glm::dot(half, to_prev);
+    const T distribution = ggx.distribution(cos_half);
+    const T lambda_prev = ggx.lambda(prev);
+    const T lambda_next = ggx.lambda(next);
+    const T glossy = distribution * ggx.visibility(lambda_prev, lambda_next) / (T(4) * prev * next);
+    const T glossy_forward = distribution * ggx.visibility(lambda_prev) / (T(4) * prev);
+    const T glossy_reverse = distribution * ggx.visibility(lambda_next) / (T(4) * next);
+    if (m.kind == Kind::conductor)
+      return {fresnel_conductor(cos_facet, m.metal_eta, m.metal_k) * glossy, {{glossy_forward}, {glossy_reverse}}};
+    const T reflectance = fresnel_dielectric(cos_facet, m.eta).reflectance;
+    return {m.diffuse * transmitted(prev, next) + m.specular * (reflectance * glossy),
+            {{p * forward + (T(1) - p) * glossy_forward}, {p * reverse + (T(1) - p) * glossy_reverse}}};
+  }
+
+  /// Per steradian, of the glossy lobe alone.
+  [[nodiscard]] T glossy_pdf(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev) const noexcept {
+    const Material<T>& m = *material_;
+    if (m.kind == Kind::phong) return (m.exponent + T(1)) / (T(2) * pi<T>)*phong_power(to_prev, to_next);
+    const Ggx<T> ggx{m.alpha, m.masking};
+    const T cos_half = glm::dot(glm::normalize(to_prev + to_next), shading_normal_);
+    return ggx.distribution(cos_half) * ggx.visibility(ggx.lambda(prev)) / (T(4) * prev);
+  }
+
+  /// cosⁿ of the angle between `to_next` and the mirror image of `to_prev`; the same both ways round.
+  [[nodiscard]] T phong_power(const Vec3<T>& to_prev, const Vec3<T>& to_next) const noexcept {
+    const T cosine = glm::dot(reflect_about(to_prev, shading_normal_), to_next);
+    return cosine > T(0) ? std::pow(std::min(cosine, T(1)), material_->exponent) : T(0);
+  }
+  /// Both passages of light through the coat.
+  [[nodiscard]] T transmitted(T prev, T next) const noexcept {
+    return (T(1) - fresnel_dielectric(prev, material_->eta).reflectance) *
+           (T(1) - fresnel_dielectric(next, material_->eta).reflectance);
+  }
+
+  [[nodiscard]] Vec3<T> draw(bool diffuse, const Vec3<T>& to_prev, T cos_prev, const Vec2<T>& uv) const noexcept {
+    const Material<T>& m = *material_;
+    const Vec3<T> normal = cos_prev < T(0) ? -shading_normal_ : shading_normal_;
+    if (diffuse) return Frame<T>::around(normal).to_world(square_to_cosine_hemisphere(uv));
+    if (m.kind == Kind::phong) {
+      const T cosine = std::pow(uv.x, T(1) / (m.exponent + T(1)));
+      const T sine = sqrt_or_zero(T(1) - cosine * cosine);
+      const T angle = T(2) * pi<T> * uv.y;
+      return Frame<T>::around(reflect_about(to_prev, normal))
+          .to_world({sine * std::cos(angle), sine * std::sin(angle), cosine});
+    }
+    const auto frame = Frame<T>::around(normal);
+    const Vec3<T> half = Ggx<T>{m.alpha, m.masking}.sample_visible(frame.to_local(to_prev), uv);
+    return glm::normalize(reflect_about(to_prev, frame.to_world(half)));
+  }
+
+  [[nodiscard]] std::optional<Sample> mirrored(const Vec3<T>& to_prev, T cos_prev, const Spectrum& weight,
+                                               T selection_probability) const noexcept {
+    const Vec3<T> to_next = shading_normal_ * (T(2) * cos_prev) - to_prev;
+    if (!is_usable_side(to_next, cos_prev)) return std::nullopt;
+    return Sample{to_next, weight, {{selection_probability}, {selection_probability}}, true, T(1)};
+  }
+
+  [[nodiscard]] std::optional<Sample> through_dielectric(const Vec3<T>& to_prev, T cos_prev, T u,
+                                                         TransportMode mode) const noexcept {
+    const T eta = cos_prev > T(0) ? material_->eta : T(1) / material_->eta;
+    const auto fresnel = fresnel_dielectric(std::abs(cos_prev), eta);
+    if (u < fresnel.reflectance) return mirrored(to_prev, cos_prev, Spectrum(T(1)), fresnel.reflectance);
+    // Snell: the tangential part shrinks by eta, the normal part points to the other side.
+    const T normal_part = std::abs(cos_prev) / eta - fresnel.cos_transmitted;
+    const Vec3<T> to_next =
+        glm::normalize(shading_normal_ * (cos_prev > T(0) ? normal_part : -normal_part) - to_prev * (T(1) / eta));
+    if (!is_usable_side(to_next, -cos_prev)) return std::nullopt;
+    // Radiance is squeezed into a smaller solid angle where the index is higher.
+    const Spectrum weight(mode == TransportMode::radiance ? T(1) / (eta * eta) : T(1));
+    const T chance = T(1) - fresnel.reflectance;
+    return Sample{to_next, weight, {{chance}, {chance}}, true, eta};
+  }
+
+  const Material<T>* material_ = nullptr;
+  Vec3<T> geometric_normal_{};
+  Vec3<T> shading_normal_{};
+  bool is_flat_ = true;
+};
+
+static_assert(BsdfWithLobes<SurfaceBsdf<float>>);
+static_assert(BsdfWithLobes<SurfaceBsdf<double>>);
+
+}  // namespace gmis::scene

@@ -1,0 +1,157 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "gmis/scene/packets.hpp"
+
+namespace gmis::scene {
+
+/// Where a child of a node leads: to another node, or to one packet of primitives.
+struct BvhChild {
+  enum Kind : std::uint32_t { node = 0, triangles = 1, spheres = 2, nothing = 3 };
+  std::uint32_t code = std::uint32_t{nothing} << 30U;
+
+  [[nodiscard]] static constexpr BvhChild to(Kind kind, std::size_t index) noexcept {
+    return {(std::uint32_t{kind} << 30U) | static_cast<std::uint32_t>(index)};
+  }
+  [[nodiscard]] constexpr Kind kind() const noexcept { return static_cast<Kind>(code >> 30U); }
+  [[nodiscard]] constexpr std::size_t index() const noexcept { return code & 0x3FFFFFFFU; }
+};
+
+/// Up to eight children with their boxes: 28 bytes a child in float.
+template <std::floating_point T>
+struct alignas(32) BvhNode {
+  std::array<LaneArray<T>, 6> planes;  ///< lower x, upper x, lower y, …; an empty lane is an empty box
+  std::array<BvhChild, lane_count> children;
+
+  BvhNode() noexcept {
+    for (std::size_t side = 0; side < 6; ++side)
+      planes[side].fill(side % 2 == 0 ? std::numeric_limits<T>::infinity() : -std::numeric_limits<T>::infinity());
+  }
+};
+
+/// The nearest hit so far: `slot` = packet · 8 + lane.
+template <std::floating_point T>
+struct BvhHit {
+  T t;
+  BvhChild::Kind kind = BvhChild::nothing;
+  std::size_t slot = 0;
+  std::array<T, 3> corner_weights{};
+};
+
+/// A tree of eight-way nodes over packets of eight primitives; `build_bvh` makes it.
+template <std::floating_point T>
+struct Bvh {
+  /// Bounds the depth of the tree, hence the stack: `build_bvh` keeps it.
+  static constexpr int max_depth = 72;
+
+  BvhChild root;
+  std::vector<BvhNode<T>> nodes;
+  std::vector<TrianglePacket<T>> triangles;
+  std::vector<SpherePacket<T>> spheres;
+
+  [[nodiscard]] BvhHit<T> closest(const Ray<T>& ray) const noexcept {
+    BvhHit<T> hit{ray.t_max};
+    traverse<false>(ray, hit);
+    return hit;
+  }
+  [[nodiscard]] bool is_blocked(const Ray<T>& ray) const noexcept {
+    BvhHit<T> hit{ray.t_max};
+    return traverse<true>(ray, hit);
+  }
+  [[nodiscard]] std::size_t byte_count() const noexcept {
+    return nodes.size() * sizeof(BvhNode<T>) + triangles.size() * sizeof(TrianglePacket<T>) +
+           spheres.size() * sizeof(SpherePacket<T>);
+  }
+
+ private:
+  struct Entry {
+    BvhChild child;
+    T near;
+  };
+
+  template <bool any>
+  bool traverse(const Ray<T>& unprepared, BvhHit<T>& best) const noexcept {
+    if (root.kind() == BvhChild::nothing) return false;
+    const PreparedRay<T> ray(unprepared);
+    std::array<Entry, max_depth*(lane_count - 1) + 1> stack;
+    std::size_t size = 0;
+    BvhChild current = root;
+    for (;;) {
+      if (current.kind() == BvhChild::node) {
+        const BvhNode<T>& node = nodes[current.index()];
+        alignas(32) LaneArray<T> near;
+        LaneMask mask = enter(node, ray, best.t, near);
+        if (mask != 0) {
+          const auto first = static_cast<std::size_t>(std::countr_zero(mask));
+          mask &= mask - 1;
+          if (mask == 0) {
+            current = node.children[first];
+            continue;
+          }
+          if constexpr (any) {
+            for (; mask != 0; mask &= mask - 1)
+              stack[size++].child = node.children[static_cast<std::size_t>(std::countr_zero(mask))];
+            current = node.children[first];
+            continue;
+          } else {
+            const std::size_t base = size;
+            stack[size++] = {node.children[first], near[first]};
+            for (; mask != 0; mask &= mask - 1) {
+              const auto lane = static_cast<std::size_t>(std::countr_zero(mask));
+              std::size_t place = size++;
+              for (; place > base && stack[place - 1].near < near[lane]; --place) stack[place] = stack[place - 1];
+              stack[place] = {node.children[lane], near[lane]};
+            }
+            current = stack[--size].child;
+            continue;
+          }
+        }
+      } else {
+        PacketHit<T> hit;
+        const bool is_triangle = current.kind() == BvhChild::triangles;
+        const LaneMask mask = is_triangle ? triangles[current.index()].template test<any>(ray, best.t, hit)
+                                          : spheres[current.index()].template test<any>(ray, best.t, hit);
+        if (mask != 0) {
+          if constexpr (any) return true;
+          best = {hit.t, current.kind(), current.index() * lane_count + hit.lane, hit.corner_weights};
+        }
+      }
+      if constexpr (any) {
+        if (size == 0) return false;
+        current = stack[--size].child;
+      } else {
+        do {
+          if (size == 0) return false;
+          --size;
+        } while (stack[size].near >= best.t);
+        current = stack[size].child;
+      }
+    }
+  }
+
+  /// The children whose boxes the ray meets at 0 ≤ t ≤ t_max, and where it enters them. A plane that the ray lies in
+  /// makes 0 · ∞ = NaN, which never narrows the interval; the far planes are moved out by what rounding can make of
+  /// three operations twice over [Ize 2013].
+  [[nodiscard]] static LaneMask enter(const BvhNode<T>& node, const PreparedRay<T>& ray, T t_max,
+                                      LaneArray<T>& near) noexcept {
+    using L = Lanes<T>;
+    constexpr T unit = std::numeric_limits<T>::epsilon() / 2;
+    constexpr T widening = 1 + 2 * (3 * unit / (1 - 3 * unit));
+    L enter_t = L::all(T(0));
+    L leave_t = L::all(t_max);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const L origin = L::all(ray.origin[axis]);
+      const L near_t = (L::load(node.planes[ray.near_plane[axis]]) - origin) * L::all(ray.inverse[axis]);
+      const L far_t = (L::load(node.planes[ray.near_plane[axis] ^ 1U]) - origin) * L::all(ray.inverse[axis] * widening);
+      enter_t = maximum(near_t, enter_t);
+      leave_t = minimum(far_t, leave_t);
+    }
+    enter_t.store(near);
+    return less_or_equal(enter_t, leave_t);
+  }
+};
+
+}  // namespace gmis::scene

@@ -1,0 +1,144 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "gmis/core/concepts.hpp"
+#include "gmis/scene/alias_table.hpp"
+#include "gmis/scene/bsdf.hpp"
+#include "gmis/scene/bvh.hpp"
+#include "gmis/scene/light.hpp"
+#include "gmis/scene/pinhole.hpp"
+
+namespace gmis::scene {
+
+template <std::floating_point T>
+class SceneBuilder;
+
+/// What was built, for reports and for settings that are relative to the size of the scene. Lengths in scene units.
+struct SceneStatistics {
+  std::size_t triangle_count = 0;
+  std::size_t sphere_count = 0;
+  std::size_t degenerate_triangle_count = 0;  ///< left out: they have no area
+  std::size_t light_count = 0;                ///< each triangle of an emitting mesh is one
+  std::size_t bvh_bytes = 0;                  ///< nodes and primitives
+  double half_diagonal = 0;                   ///< of the bounding box of all surfaces
+  double bounding_radius = 0;                 ///< of a ball around them
+  glm::dvec3 world_origin{0};                 ///< the point of the world that is 0 in the scene's own space
+};
+
+/// The built-in scene: meets `gmis::Scene`. Its space is the world moved so that the camera is at 0, which keeps digits
+/// where they are seen. `SceneBuilder` makes it; it can be moved but not copied, since hits point into it.
+template <std::floating_point T = float>
+class BvhScene {
+ public:
+  using Spectrum = Vec3<T>;
+  using Bsdf = SurfaceBsdf<T>;
+  using Light = scene::Light<T>;
+  using Camera = Pinhole<T>;
+  using Hit = gmis::Hit<T, Bsdf, Light>;
+
+  BvhScene(const BvhScene&) = delete;
+  BvhScene& operator=(const BvhScene&) = delete;
+  BvhScene(BvhScene&&) noexcept = default;
+  BvhScene& operator=(BvhScene&&) noexcept = default;
+  ~BvhScene() = default;
+
+  [[nodiscard]] std::optional<Hit> intersect(const Ray<T>& ray) const noexcept {
+    const BvhHit<T> found = bvh_.closest(ray);
+    switch (found.kind) {
+      case BvhChild::triangles:
+        return triangle_hit(found);
+      case BvhChild::spheres:
+        return sphere_hit(found, ray);
+      default:
+        return std::nullopt;
+    }
+  }
+  [[nodiscard]] bool visible(const Ray<T>& ray) const noexcept { return !bvh_.is_blocked(ray); }
+
+  [[nodiscard]] LightChoice<T, Light> sample_light(T u) const noexcept {
+    if (light_choice_.is_empty()) return {nullptr, T(0)};
+    const Light& light = lights_[light_choice_.sample(u)];
+    return {&light, light.selection_probability()};
+  }
+  [[nodiscard]] T selection_probability(const Light& light) const noexcept { return light.selection_probability(); }
+  [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
+  [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
+  [[nodiscard]] const Camera& camera() const noexcept { return camera_; }
+  [[nodiscard]] const SceneStatistics& statistics() const noexcept { return statistics_; }
+
+ private:
+  friend class SceneBuilder<T>;
+
+  struct Triangle {
+    static constexpr std::uint32_t flat = ~std::uint32_t{0};
+    Vec3<T> normal;
+    T position_error;
+    const Material<T>* material;
+    const Light* light;
+    std::uint32_t vertex_normals;  ///< the first of three in `vertex_normals_`, or `flat`
+  };
+  struct Sphere {
+    Vec3<T> center;
+    T radius;
+    T side;  ///< −1 where the normal points inward
+    T position_error;
+    const Material<T>* material;
+    const Light* light;
+  };
+
+  explicit BvhScene(const Camera& camera) : camera_(camera) {}
+
+  [[nodiscard]] Hit triangle_hit(const BvhHit<T>& found) const noexcept {
+    const Triangle& triangle = triangles_[found.slot];
+    const TrianglePacket<T>& packet = bvh_.triangles[found.slot / lane_count];
+    const std::size_t lane = found.slot % lane_count;
+    const auto& w = found.corner_weights;
+    const T scale = T(1) / (w[0] + w[1] + w[2]);
+    const T b0 = w[0] * scale, b1 = w[1] * scale, b2 = w[2] * scale;
+    // From the corners, not along the ray: this error does not grow with the distance.
+    const auto coordinate = [&](std::size_t axis) {
+      return b0 * packet.corners[0][axis][lane] + b1 * packet.corners[1][axis][lane] +
+             b2 * packet.corners[2][axis][lane];
+    };
+    const Vec3<T> position(coordinate(0), coordinate(1), coordinate(2));
+    Vec3<T> shading_normal = triangle.normal;
+    if (triangle.vertex_normals != Triangle::flat) {
+      const Vec3<T>* normals = &vertex_normals_[triangle.vertex_normals];
+      const Vec3<T> sum = normals[0] * b0 + normals[1] * b1 + normals[2] * b2;
+      const T length = glm::length(sum);
+      const T side = glm::dot(sum, triangle.normal);
+      if (length > T(0) && side != T(0)) shading_normal = sum * (std::copysign(T(1), side) / length);
+    }
+    return {{position, triangle.normal, shading_normal, triangle.position_error},
+            Bsdf(*triangle.material, triangle.normal, shading_normal),
+            triangle.light};
+  }
+
+  [[nodiscard]] Hit sphere_hit(const BvhHit<T>& found, const Ray<T>& ray) const noexcept {
+    const Sphere& sphere = spheres_[found.slot];
+    const Vec3<T> outward = glm::normalize((ray.origin - sphere.center) + ray.direction * found.t);
+    const Vec3<T> normal = outward * sphere.side;
+    return {{sphere.center + outward * sphere.radius, normal, normal, sphere.position_error},
+            Bsdf(*sphere.material, normal, normal),
+            sphere.light};
+  }
+
+  Bvh<T> bvh_;
+  std::vector<Triangle> triangles_;  ///< by slot of the packets
+  std::vector<Sphere> spheres_;
+  std::vector<Vec3<T>> vertex_normals_;
+  std::vector<Material<T>> materials_;
+  std::vector<Light> lights_;
+  std::vector<const Light*> infinite_lights_;
+  AliasTable<T> light_choice_;
+  Camera camera_;
+  SceneStatistics statistics_;
+};
+
+static_assert(gmis::Scene<BvhScene<float>>);
+static_assert(gmis::Scene<BvhScene<double>>);
+
+}  // namespace gmis::scene

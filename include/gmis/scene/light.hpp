@@ -1,0 +1,277 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "gmis/core/concepts.hpp"
+#include "gmis/core/warp.hpp"
+
+namespace gmis::scene {
+
+/// A source of light, made by the functions below: meets `gmis::Light`. Colours are linear RGB.
+///
+/// An area light emits the same radiance in all directions of the side of its geometric normal, or of both sides.
+/// Infinite lights start on a disk as wide as the ball that holds the scene: `enclose` tells them of it.
+template <std::floating_point T = float>
+class Light {
+ public:
+  using Spectrum = Vec3<T>;
+  using Point = SurfacePoint<T>;
+
+  /// One triangle of a mesh; `normal` is unit.
+  [[nodiscard]] static Light triangle(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c, const Vec3<T>& normal,
+                                      T position_error, const Spectrum& radiance, bool two_sided) noexcept {
+    Light light(Kind::triangle, radiance);
+    light.origin_ = a;
+    light.edge_b_ = b - a;
+    light.edge_c_ = c - a;
+    light.normal_ = normal;
+    light.position_error_ = position_error;
+    light.is_two_sided_ = two_sided;
+    light.inverse_area_ = T(2) / glm::length(glm::cross(light.edge_b_, light.edge_c_));
+    return light;
+  }
+  [[nodiscard]] static Light sphere(const Vec3<T>& center, T radius, bool normal_points_inward, T position_error,
+                                    const Spectrum& radiance, bool two_sided) noexcept {
+    Light light(Kind::sphere, radiance);
+    light.origin_ = center;
+    light.radius_ = radius;
+    light.side_ = normal_points_inward ? T(-1) : T(1);
+    light.position_error_ = position_error;
+    light.is_two_sided_ = two_sided;
+    light.inverse_area_ = T(1) / (T(4) * pi<T> * radius * radius);
+    return light;
+  }
+  /// `intensity` per steradian.
+  [[nodiscard]] static Light point(const Vec3<T>& position, const Spectrum& intensity) noexcept {
+    Light light(Kind::point, intensity);
+    light.origin_ = position;
+    return light;
+  }
+  /// `irradiance` on a plane perpendicular to the unit vector `to_light`.
+  [[nodiscard]] static Light directional(const Vec3<T>& to_light, const Spectrum& irradiance) noexcept {
+    Light light(Kind::directional, irradiance);
+    light.normal_ = to_light;
+    return light;
+  }
+  [[nodiscard]] static Light environment(const Spectrum& radiance) noexcept {
+    return Light(Kind::environment, radiance);
+  }
+
+  /// The ball that holds everything light can fall on.
+  void enclose(const Vec3<T>& center, T radius) noexcept {
+    if (!is_infinite()) return;
+    origin_ = center;
+    radius_ = radius;
+    inverse_area_ = T(1) / (pi<T> * radius * radius);
+  }
+
+  /// Flux in all, mean of the channels; of an infinite light what falls through its disk.
+  [[nodiscard]] double power() const noexcept {
+    const double mean = static_cast<double>(mean_channel(emission_));
+    switch (kind_) {
+      case Kind::triangle:
+      case Kind::sphere:
+        return mean * pi<double> * (is_two_sided_ ? 2 : 1) / static_cast<double>(inverse_area_);
+      case Kind::point:
+        return mean * 4 * pi<double>;
+      case Kind::directional:
+        return mean / static_cast<double>(inverse_area_);
+      case Kind::environment:
+        return mean * 4 * pi<double> / static_cast<double>(inverse_area_);
+    }
+    return 0;
+  }
+
+  [[nodiscard]] bool is_delta() const noexcept { return kind_ == Kind::point || kind_ == Kind::directional; }
+  [[nodiscard]] bool is_infinite() const noexcept { return kind_ == Kind::directional || kind_ == Kind::environment; }
+  [[nodiscard]] T selection_probability() const noexcept { return selection_probability_; }
+  void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
+
+  [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_next_event(const Point& from,
+                                                                           const Vec2<T>& uv) const noexcept {
+    switch (kind_) {
+      case Kind::triangle:
+        return toward(uniform_point(uv), from, inverse_area_);
+      case Kind::sphere:
+        return sample_sphere(from, uv);
+      case Kind::point: {
+        const Vec3<T> offset = origin_ - from.position;
+        const T distance_squared = glm::dot(offset, offset);
+        if (!(distance_squared > T(0))) return std::nullopt;
+        return NextEventSample<Spectrum>{place(),
+                                         offset * (T(1) / std::sqrt(distance_squared)),
+                                         emission_ * (T(1) / distance_squared),
+                                         T(1),
+                                         {T(1), uniform_sphere}};
+      }
+      case Kind::directional:
+        return NextEventSample<Spectrum>{{}, normal_, emission_, T(1), {T(1), inverse_area_}};
+      case Kind::environment:
+        return NextEventSample<Spectrum>{
+            {}, square_to_sphere(uv), emission_ * (T(4) * pi<T>), uniform_sphere, {uniform_sphere, inverse_area_}};
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<EmissionSample<Spectrum>> sample_emission(const Vec2<T>& uv_origin,
+                                                                        const Vec2<T>& uv_direction) const noexcept {
+    switch (kind_) {
+      case Kind::triangle:
+      case Kind::sphere:
+        return emit_from_area(uniform_point(uv_origin), uv_direction);
+      case Kind::point:
+        return EmissionSample<Spectrum>{
+            place(), square_to_sphere(uv_direction), emission_ * (T(4) * pi<T>), {T(1), uniform_sphere}};
+      case Kind::directional:
+        return EmissionSample<Spectrum>{
+            disk_point(normal_, uv_origin), -normal_, emission_ * (T(1) / inverse_area_), {T(1), inverse_area_}};
+      case Kind::environment: {
+        const Vec3<T> to_sky = square_to_sphere(uv_direction);
+        return EmissionSample<Spectrum>{disk_point(to_sky, uv_origin),
+                                        -to_sky,
+                                        emission_ * (T(4) * pi<T> / inverse_area_),
+                                        {uniform_sphere, inverse_area_}};
+      }
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] Emitted<Spectrum> emitted(const Point& origin, const Vec3<T>& direction) const noexcept {
+    switch (kind_) {
+      case Kind::triangle:
+      case Kind::sphere: {
+        const T cosine = glm::dot(origin.geometric_normal, direction);
+        if (!emits_at(cosine)) return {};
+        return {emission_, area_density(cosine)};
+      }
+      case Kind::environment:
+        return {emission_, {uniform_sphere, inverse_area_}};
+      default:
+        return {};
+    }
+  }
+
+  [[nodiscard]] T next_event_density(const Point& origin, const Vec3<T>& direction, const Point& from) const noexcept {
+    switch (kind_) {
+      case Kind::triangle:
+        return inverse_area_;
+      case Kind::sphere: {
+        const T drop = cone_drop(from.position);
+        if (drop < T(0)) return inverse_area_;
+        const Vec3<T> offset = origin.position - from.position;
+        return solid_angle_per_area(glm::dot(origin.geometric_normal, direction), glm::dot(offset, offset)) /
+               (T(2) * pi<T> * drop);
+      }
+      case Kind::environment:
+        return uniform_sphere;
+      default:
+        return T(1);
+    }
+  }
+
+ private:
+  enum class Kind : std::uint8_t { triangle, sphere, point, directional, environment };
+  static constexpr T uniform_sphere = T(1) / (T(4) * pi<T>);
+
+  Light(Kind kind, const Spectrum& emission) noexcept : kind_(kind), emission_(emission) {}
+
+  [[nodiscard]] bool emits_at(T cosine) const noexcept { return cosine > T(0) || (is_two_sided_ && cosine < T(0)); }
+  [[nodiscard]] EmissionDensity<T> area_density(T cosine) const noexcept {
+    return {inverse_area_, std::abs(cosine) * (is_two_sided_ ? T(0.5) / pi<T> : T(1) / pi<T>)};
+  }
+  [[nodiscard]] Point place() const noexcept { return {origin_, {}, {}, T(0)}; }
+  [[nodiscard]] Point on_sphere(const Vec3<T>& outward) const noexcept {
+    const Vec3<T> normal = outward * side_;
+    return {origin_ + outward * radius_, normal, normal, position_error_};
+  }
+  /// Uniform per area.
+  [[nodiscard]] Point uniform_point(const Vec2<T>& uv) const noexcept {
+    if (kind_ == Kind::sphere) return on_sphere(square_to_sphere(uv));
+    const Vec2<T> b = square_to_triangle(uv);
+    return {origin_ + edge_b_ * b.x + edge_c_ * b.y, normal_, normal_, position_error_};
+  }
+
+  /// `density` per area, of `origin`.
+  [[nodiscard]] std::optional<NextEventSample<Spectrum>> toward(const Point& origin, const Point& from,
+                                                                T density) const noexcept {
+    const Vec3<T> offset = origin.position - from.position;
+    const T distance_squared = glm::dot(offset, offset);
+    if (!(distance_squared > T(0))) return std::nullopt;
+    const Vec3<T> to_light = offset * (T(1) / std::sqrt(distance_squared));
+    const T cosine = -glm::dot(origin.geometric_normal, to_light);
+    if (!emits_at(cosine)) return std::nullopt;
+    return NextEventSample<Spectrum>{origin, to_light, emission_ * (std::abs(cosine) / (distance_squared * density)),
+                                     density, area_density(cosine)};
+  }
+
+  /// 1 − cos of the half angle under which the sphere is seen; −1 from inside or on it.
+  [[nodiscard]] T cone_drop(const Vec3<T>& from) const noexcept {
+    const Vec3<T> offset = origin_ - from;
+    const T sin2 = square(radius_) / glm::dot(offset, offset);
+    if (!(sin2 < T(1))) return T(-1);
+    return sin2 / (T(1) + std::sqrt(T(1) - sin2));
+  }
+
+  /// Uniform over the solid angle of the sphere from outside, over its area from inside.
+  [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_sphere(const Point& from,
+                                                                       const Vec2<T>& uv) const noexcept {
+    const T drop = cone_drop(from.position);
+    if (drop < T(0)) return toward(uniform_point(uv), from, inverse_area_);
+    const Vec3<T> offset = origin_ - from.position;
+    const T distance = glm::length(offset);
+    const Vec3<T> local = square_to_cone(uv, drop);
+    // The angle at the centre between the receiver and the point that the direction meets first.
+    const T sin2 = local.x * local.x + local.y * local.y;
+    const T chord = sqrt_or_zero(square(radius_) - square(distance) * sin2);
+    const T along = distance * local.z - chord;
+    const Frame<T> frame = Frame<T>::around(offset * (T(1) / distance));
+    const Vec3<T> outward = glm::normalize(frame.to_world(local) * along - offset);
+    const Point origin = on_sphere(outward);
+    const Vec3<T> to_origin = origin.position - from.position;
+    const T distance_squared = glm::dot(to_origin, to_origin);
+    const Vec3<T> to_light = to_origin * (T(1) / std::sqrt(distance_squared));
+    const T cosine = -glm::dot(origin.geometric_normal, to_light);
+    if (!emits_at(cosine)) return std::nullopt;
+    const T solid_angle = T(2) * pi<T> * drop;
+    return NextEventSample<Spectrum>{origin, to_light, emission_ * solid_angle,
+                                     std::abs(cosine) / (distance_squared * solid_angle), area_density(cosine)};
+  }
+
+  [[nodiscard]] std::optional<EmissionSample<Spectrum>> emit_from_area(const Point& origin, Vec2<T> uv) const noexcept {
+    T side = T(1);
+    if (is_two_sided_) {
+      side = uv.x < T(0.5) ? T(1) : T(-1);
+      uv.x = T(2) * uv.x - (side > T(0) ? T(0) : T(1));
+    }
+    const Vec3<T> local = square_to_cosine_hemisphere(uv);
+    if (!(local.z > T(0))) return std::nullopt;
+    const Vec3<T> direction = Frame<T>::around(origin.geometric_normal).to_world({local.x, local.y, local.z * side});
+    return EmissionSample<Spectrum>{
+        origin, direction, emission_ * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_), area_density(local.z)};
+  }
+
+  /// On the disk that light from `to_light` comes through, outside the ball.
+  [[nodiscard]] Point disk_point(const Vec3<T>& to_light, const Vec2<T>& uv) const noexcept {
+    const Vec2<T> disk = square_to_disk(uv) * radius_;
+    const Frame<T> frame = Frame<T>::around(to_light);
+    return {origin_ + frame.tangent * disk.x + frame.bitangent * disk.y + to_light * radius_, {}, {}, T(0)};
+  }
+
+  Kind kind_;
+  bool is_two_sided_ = false;
+  Spectrum emission_;  ///< radiance, intensity or irradiance
+  Vec3<T> origin_{};   ///< first corner, centre, position, centre of the scene
+  Vec3<T> normal_{};   ///< of a triangle; towards a directional light
+  Vec3<T> edge_b_{}, edge_c_{};
+  T radius_ = 0;        ///< of a sphere; of the scene
+  T side_ = 1;          ///< −1 where a sphere's normal points inward
+  T inverse_area_ = 0;  ///< of the surface; of the scene's disk
+  T position_error_ = 0;
+  T selection_probability_ = 0;
+};
+
+static_assert(gmis::Light<Light<float>>);
+static_assert(gmis::Light<Light<double>>);
+
+}  // namespace gmis::scene

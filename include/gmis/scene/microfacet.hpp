@@ -1,0 +1,68 @@
+#pragma once
+
+#include "gmis/core/warp.hpp"
+
+namespace gmis::scene {
+
+/// How shadowing of the two directions of a microfacet lobe goes together.
+enum class Masking {
+  height_correlated,  ///< 1/(1 + Λ(prev) + Λ(next)) [Heitz 2014]
+  separable           ///< G1(prev) · G1(next)
+};
+
+/// The isotropic GGX distribution of half vectors, its axis along +z.
+template <std::floating_point T>
+struct Ggx {
+  T alpha;
+  Masking masking = Masking::height_correlated;
+
+  /// D(h) for a half vector with this cosine, per steradian.
+  [[nodiscard]] T distribution(T cos_half) const noexcept {
+    const T a2 = alpha * alpha;
+    // cos²(a² − 1) + 1, written so that it does not cancel near the peak.
+    const T cos2 = std::min(cos_half * cos_half, T(1));
+    const T d = cos2 * a2 + (T(1) - cos2);
+    return a2 / (pi<T> * d * d);
+  }
+
+  /// Smith's Λ for a direction with this cosine > 0.
+  [[nodiscard]] T lambda(T cosine) const noexcept {
+    const T cos2 = cosine * cosine;
+    const T tan2 = std::max(T(0), T(1) - cos2) / cos2;
+    return (std::sqrt(T(1) + alpha * alpha * tan2) - T(1)) / T(2);
+  }
+  [[nodiscard]] T visibility(T lambda_of_one) const noexcept { return T(1) / (T(1) + lambda_of_one); }
+  /// The joint masking of two directions given their Λ.
+  [[nodiscard]] T visibility(T lambda_prev, T lambda_next) const noexcept {
+    return masking == Masking::height_correlated ? T(1) / (T(1) + lambda_prev + lambda_next)
+                                                 : visibility(lambda_prev) * visibility(lambda_next);
+  }
+
+  /// A half vector among those visible from `prev` (local, prev.z > 0), with density
+  /// D(h) G1(prev) max(0, prev · h) / prev.z per steradian [Heitz 2018].
+  [[nodiscard]] Vec3<T> sample_visible(const Vec3<T>& prev, const Vec2<T>& uv) const noexcept {
+    const Vec3<T> stretched = glm::normalize(Vec3<T>(alpha * prev.x, alpha * prev.y, prev.z));
+    const Frame<T> frame = Frame<T>::around(stretched);
+    // A disk seen from `stretched`, the part under the horizon of the half sphere pressed together.
+    const T radius = std::sqrt(uv.x);
+    const T angle = T(2) * pi<T> * uv.y;
+    // The frame's axes must lie along and across the horizon: first axis horizontal.
+    const T horizontal2 = stretched.x * stretched.x + stretched.y * stretched.y;
+    Vec3<T> across = frame.tangent;
+    Vec3<T> along = frame.bitangent;
+    if (horizontal2 > T(0)) {
+      const T scale = T(1) / std::sqrt(horizontal2);
+      across = {-stretched.y * scale, stretched.x * scale, T(0)};
+      along = glm::cross(stretched, across);
+    }
+    const T x = radius * std::cos(angle);
+    T y = radius * std::sin(angle);
+    const T blend = (T(1) + stretched.z) / T(2);
+    y = (T(1) - blend) * sqrt_or_zero(T(1) - x * x) + blend * y;
+    const T z = sqrt_or_zero(T(1) - x * x - y * y);
+    const Vec3<T> half = across * x + along * y + stretched * z;
+    return glm::normalize(Vec3<T>(alpha * half.x, alpha * half.y, std::max(half.z, T(1e-7))));
+  }
+};
+
+}  // namespace gmis::scene

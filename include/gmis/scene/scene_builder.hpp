@@ -1,0 +1,322 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "gmis/scene/bvh_build.hpp"
+#include "gmis/scene/bvh_scene.hpp"
+
+namespace gmis::scene {
+
+/// Light that a surface emits: `radiance` from the side of the geometric normal, or from both.
+struct AreaEmission {
+  glm::dvec3 radiance{1};
+  bool is_two_sided = false;
+};
+
+/// Triangles with shared corners, in world coordinates. The geometric normal of a triangle is (b − a) × (c − a).
+struct MeshShape {
+  std::span<const glm::dvec3> positions;
+  std::span<const std::array<int, 3>> triangles;
+  std::span<const glm::dvec3> normals{};  ///< for shading, one per position; or none, and the mesh is flat
+};
+
+/// Takes a scene in double precision and world coordinates and makes a `BvhScene` of it.
+///
+///     SceneBuilder<> builder;
+///     const auto white = builder.add_material(make_diffuse({.7, .7, .7}));
+///     builder.add_sphere({0, 0, 5}, 1, white);
+///     builder.add_point_light({0, 5, 0}, {10, 10, 10});
+///     builder.set_camera(look_at({0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 40, {640, 480}));
+///     const auto scene = builder.build();
+///
+/// Every function throws `std::invalid_argument`, naming what is wrong, when a number is not finite, an index is out of
+/// range or a shape is none.
+template <std::floating_point T = float>
+class SceneBuilder {
+ public:
+  /// The number by which shapes refer to it.
+  std::size_t add_material(const Material<T>& material) {
+    materials_.push_back(material);
+    return materials_.size() - 1;
+  }
+
+  void add_mesh(const MeshShape& mesh, std::size_t material, const std::optional<AreaEmission>& emission = {}) {
+    check_surface(material, emission);
+    for (const glm::dvec3& position : mesh.positions) check_place(position);
+    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
+      fail("a mesh needs as many normals as positions, or none");
+    for (const glm::dvec3& normal : mesh.normals) check_place(normal);
+    for (const auto& triangle : mesh.triangles) {
+      Triangle added;
+      added.surface = surfaces_.size();
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const int index = triangle[corner];
+        if (index < 0 || static_cast<std::size_t>(index) >= mesh.positions.size())
+          fail("a triangle refers to corner " + std::to_string(index) + " of a mesh with " +
+               std::to_string(mesh.positions.size()) + " positions");
+        added.corners[corner] = mesh.positions[static_cast<std::size_t>(index)];
+        if (!mesh.normals.empty()) added.normals[corner] = mesh.normals[static_cast<std::size_t>(index)];
+      }
+      added.has_normals = !mesh.normals.empty();
+      triangles_.push_back(added);
+    }
+    surfaces_.push_back({material, emission});
+  }
+
+  void add_sphere(const glm::dvec3& center, double radius, std::size_t material,
+                  const std::optional<AreaEmission>& emission = {}, bool normal_points_inward = false) {
+    check_surface(material, emission);
+    check_place(center);
+    if (!(radius > 0 && radius < largest_coordinate)) fail("a sphere's radius must be positive and finite");
+    spheres_.push_back({center, radius, normal_points_inward, surfaces_.size()});
+    surfaces_.push_back({material, emission});
+  }
+
+  /// `intensity` in power per steradian.
+  void add_point_light(const glm::dvec3& position, const glm::dvec3& intensity) {
+    check_place(position);
+    check_color(intensity);
+    point_lights_.push_back({position, intensity});
+  }
+  /// `irradiance` on a plane perpendicular to `to_light` (any length but 0).
+  void add_directional_light(const glm::dvec3& to_light, const glm::dvec3& irradiance) {
+    check_place(to_light);
+    check_color(irradiance);
+    if (!(glm::length(to_light) > 0)) fail("a directional light needs a direction");
+    infinite_lights_.push_back(Light<T>::directional(Vec3<T>(glm::normalize(to_light)), Vec3<T>(irradiance)));
+  }
+  /// The same `radiance` from all directions.
+  void add_environment(const glm::dvec3& radiance) {
+    check_color(radiance);
+    infinite_lights_.push_back(Light<T>::environment(Vec3<T>(radiance)));
+  }
+
+  void set_camera(const PinholeDescription& camera) {
+    static_cast<void>(Pinhole<T>(camera, glm::dvec3(0)));  // throws what it has to
+    check_place(glm::dvec3(camera.world_from_camera[3]));
+    camera_ = camera;
+  }
+
+  /// The builder can go on to be used.
+  [[nodiscard]] BvhScene<T> build() const {
+    if (!camera_) fail("the scene has no camera");
+    const glm::dvec3 origin(camera_->world_from_camera[3]);
+    BvhScene<T> scene(Pinhole<T>(*camera_, origin));
+    scene.materials_ = materials_;
+
+    // Shapes in the scene's own space; what has no area there is left out.
+    std::vector<TriangleCorners<T>> corners;
+    std::vector<std::uint32_t> kept;
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      TriangleCorners<T> moved;
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        moved[corner] = Vec3<T>(triangles_[i].corners[corner] - origin);
+      if (!(static_cast<T>(glm::length(area_normal(moved))) >= std::numeric_limits<T>::min())) continue;
+      corners.push_back(moved);
+      kept.push_back(static_cast<std::uint32_t>(i));
+    }
+    std::vector<SphereShape<T>> balls;
+    for (const Sphere& sphere : spheres_)
+      balls.push_back({Vec3<T>(sphere.center - origin), static_cast<T>(sphere.radius)});
+
+    Box<double> box;
+    for (const auto& triangle : corners)
+      for (const auto& corner : triangle) box.add(glm::dvec3(corner));
+    for (const auto& ball : balls) {
+      box.add(glm::dvec3(ball.center) - static_cast<double>(ball.radius));
+      box.add(glm::dvec3(ball.center) + static_cast<double>(ball.radius));
+    }
+    const glm::dvec3 center = box.is_empty() ? glm::dvec3(0) : (box.lower + box.upper) * 0.5;
+    double radius = 0;
+    for (const auto& triangle : corners)
+      for (const auto& corner : triangle) radius = std::max(radius, glm::length(glm::dvec3(corner) - center));
+    for (const auto& ball : balls)
+      radius = std::max(radius, glm::length(glm::dvec3(ball.center) - center) + static_cast<double>(ball.radius));
+    constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
+    radius = radius > 0 ? radius * (1 + 64 * unit) + 8 * unit * glm::length(center) : 1.0;
+
+    BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build();
+    scene.bvh_ = std::move(built.bvh);
+    add_lights(scene, corners, kept, balls, origin, Vec3<T>(center), static_cast<T>(radius));
+    fill_slots(scene, built, corners, kept, balls);
+
+    SceneStatistics& statistics = scene.statistics_;
+    statistics.triangle_count = corners.size();
+    statistics.sphere_count = balls.size();
+    statistics.degenerate_triangle_count = triangles_.size() - corners.size();
+    statistics.light_count = scene.lights_.size();
+    statistics.bvh_bytes = scene.bvh_.byte_count();
+    statistics.half_diagonal = box.is_empty() ? 0 : glm::length(box.upper - box.lower) * 0.5;
+    statistics.bounding_radius = radius;
+    statistics.world_origin = origin;
+    return scene;
+  }
+
+ private:
+  struct Surface {
+    std::size_t material;
+    std::optional<AreaEmission> emission;
+  };
+  struct Triangle {
+    std::array<glm::dvec3, 3> corners{};
+    std::array<glm::dvec3, 3> normals{};
+    bool has_normals = false;
+    std::size_t surface = 0;
+  };
+  struct Sphere {
+    glm::dvec3 center;
+    double radius;
+    bool normal_points_inward;
+    std::size_t surface;
+  };
+  struct PointLight {
+    glm::dvec3 position, intensity;
+  };
+  static constexpr std::uint32_t no_light = std::numeric_limits<std::uint32_t>::max();
+  /// The third power must be finite in T.
+  static constexpr double largest_coordinate = std::same_as<T, float> ? 1e12 : 1e100;
+
+  [[noreturn]] static void fail(const std::string& what) { throw std::invalid_argument(what); }
+  static void check_place(const glm::dvec3& v) {
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(std::abs(v[axis]) < largest_coordinate)) fail("a coordinate is not finite or too large");
+  }
+  static void check_color(const glm::dvec3& v) {
+    for (int c = 0; c < 3; ++c)
+      if (!(v[c] >= 0 && v[c] < static_cast<double>(std::numeric_limits<T>::max())))
+        fail("the colour of a light must be finite and not negative");
+  }
+  void check_surface(std::size_t material, const std::optional<AreaEmission>& emission) const {
+    if (material >= materials_.size()) fail("a shape refers to a material that was not added");
+    if (emission) check_color(emission->radiance);
+  }
+  [[nodiscard]] bool emits(std::size_t surface) const {
+    const auto& emission = surfaces_[surface].emission;
+    return emission && !is_black(emission->radiance);
+  }
+
+  /// Twice the area along the normal.
+  [[nodiscard]] static glm::dvec3 area_normal(const TriangleCorners<T>& c) {
+    return glm::cross(glm::dvec3(c[1]) - glm::dvec3(c[0]), glm::dvec3(c[2]) - glm::dvec3(c[0]));
+  }
+
+  /// Bounds how far along the normal a hit, or a point drawn, is from the triangle that rays are tested against: the
+  /// rounding of the point, of its offset, and of the test of a ray that starts near the triangle.
+  [[nodiscard]] static T position_error(const TriangleCorners<T>& corners, const glm::dvec3& normal) {
+    double across = 0, extent = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      double lower = static_cast<double>(corners[0][axis]), upper = lower, largest = 0;
+      for (const Vec3<T>& corner : corners) {
+        lower = std::min(lower, static_cast<double>(corner[axis]));
+        upper = std::max(upper, static_cast<double>(corner[axis]));
+        largest = std::max(largest, std::abs(static_cast<double>(corner[axis])));
+      }
+      across += std::abs(normal[axis]) * largest;
+      extent += upper - lower;
+    }
+    return static_cast<T>((6 * across + 10 * extent) * static_cast<double>(std::numeric_limits<T>::epsilon()));
+  }
+  [[nodiscard]] static T position_error(const SphereShape<T>& ball) {
+    const double size = std::abs(static_cast<double>(ball.center.x)) + std::abs(static_cast<double>(ball.center.y)) +
+                        std::abs(static_cast<double>(ball.center.z));
+    return static_cast<T>((4 * size + 16 * static_cast<double>(ball.radius)) *
+                          static_cast<double>(std::numeric_limits<T>::epsilon()));
+  }
+
+  /// One light per emitting primitive, then the others.
+  void add_lights(BvhScene<T>& scene, const std::vector<TriangleCorners<T>>& corners,
+                  const std::vector<std::uint32_t>& kept, const std::vector<SphereShape<T>>& balls,
+                  const glm::dvec3& origin, const Vec3<T>& center, T radius) const {
+    std::vector<Light<T>>& lights = scene.lights_;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const std::size_t surface = triangles_[kept[i]].surface;
+      if (!emits(surface)) continue;
+      const AreaEmission& emission = *surfaces_[surface].emission;
+      const glm::dvec3 normal = glm::normalize(area_normal(corners[i]));
+      lights.push_back(Light<T>::triangle(corners[i][0], corners[i][1], corners[i][2], Vec3<T>(normal),
+                                          position_error(corners[i], normal), Vec3<T>(emission.radiance),
+                                          emission.is_two_sided));
+    }
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      if (!emits(spheres_[i].surface)) continue;
+      const AreaEmission& emission = *surfaces_[spheres_[i].surface].emission;
+      lights.push_back(Light<T>::sphere(balls[i].center, balls[i].radius, spheres_[i].normal_points_inward,
+                                        position_error(balls[i]), Vec3<T>(emission.radiance), emission.is_two_sided));
+    }
+    for (const PointLight& light : point_lights_)
+      lights.push_back(Light<T>::point(Vec3<T>(light.position - origin), Vec3<T>(light.intensity)));
+    for (Light<T> light : infinite_lights_) {
+      light.enclose(center, radius);
+      lights.push_back(light);
+    }
+
+    std::vector<double> powers;
+    double sum = 0;
+    for (const Light<T>& light : lights) {
+      powers.push_back(light.power());
+      sum += powers.back();
+    }
+    scene.light_choice_ = AliasTable<T>(powers);
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      if (sum > 0) lights[i].set_selection_probability(static_cast<T>(powers[i] / sum));
+      if (lights[i].is_infinite()) scene.infinite_lights_.push_back(&lights[i]);
+    }
+  }
+
+  void fill_slots(BvhScene<T>& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
+                  const std::vector<std::uint32_t>& kept, const std::vector<SphereShape<T>>& balls) const {
+    // Lights were added in the order of the shapes.
+    std::uint32_t next_light = 0;
+    std::vector<std::uint32_t> light_of_triangle(corners.size(), no_light), light_of_sphere(balls.size(), no_light);
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      if (emits(triangles_[kept[i]].surface)) light_of_triangle[i] = next_light++;
+    for (std::size_t i = 0; i < balls.size(); ++i)
+      if (emits(spheres_[i].surface)) light_of_sphere[i] = next_light++;
+    const auto light_at = [&](std::uint32_t number) { return number == no_light ? nullptr : &scene.lights_[number]; };
+
+    scene.triangles_.resize(built.triangle_in_slot.size());
+    for (std::size_t slot = 0; slot < built.triangle_in_slot.size(); ++slot) {
+      const std::uint32_t i = built.triangle_in_slot[slot];
+      if (i == BuiltBvh<T>::empty_slot) continue;
+      const Triangle& source = triangles_[kept[i]];
+      const glm::dvec3 normal = glm::normalize(area_normal(corners[i]));
+      auto& triangle = scene.triangles_[slot];
+      triangle = {Vec3<T>(normal), position_error(corners[i], normal),
+                  &scene.materials_[surfaces_[source.surface].material], light_at(light_of_triangle[i]),
+                  BvhScene<T>::Triangle::flat};
+      if (!source.has_normals) continue;
+      triangle.vertex_normals = static_cast<std::uint32_t>(scene.vertex_normals_.size());
+      for (const glm::dvec3& n : source.normals) {
+        const double length = glm::length(n);
+        scene.vertex_normals_.push_back(length > 0 ? Vec3<T>(n / length) : Vec3<T>(normal));
+      }
+    }
+    scene.spheres_.resize(built.sphere_in_slot.size());
+    for (std::size_t slot = 0; slot < built.sphere_in_slot.size(); ++slot) {
+      const std::uint32_t i = built.sphere_in_slot[slot];
+      if (i == BuiltBvh<T>::empty_slot) continue;
+      scene.spheres_[slot] = {balls[i].center,
+                              balls[i].radius,
+                              spheres_[i].normal_points_inward ? T(-1) : T(1),
+                              position_error(balls[i]),
+                              &scene.materials_[surfaces_[spheres_[i].surface].material],
+                              light_at(light_of_sphere[i])};
+    }
+  }
+
+  std::vector<Material<T>> materials_;
+  std::vector<Surface> surfaces_;
+  std::vector<Triangle> triangles_;
+  std::vector<Sphere> spheres_;
+  std::vector<PointLight> point_lights_;
+  std::vector<Light<T>> infinite_lights_;
+  std::optional<PinholeDescription> camera_;
+};
+
+}  // namespace gmis::scene
