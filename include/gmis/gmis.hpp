@@ -1,8 +1,7 @@
 #pragma once
 
 /// \file
-/// Everything: the MIS core, the transport engine, the results it fills, and the built-in scene.
+/// Everything: the MIS core and the transport engine with the results that it fills.
 
-#include "gmis/core/concepts.hpp"
-#include "gmis/core/random.hpp"
-#include "gmis/core/spectrum.hpp"
+#include "gmis/mis.hpp"
+#include "gmis/transport.hpp"

@@ -64,7 +64,7 @@ class LightVertexGrid {
   template <class Visit>
   void query(const Vec3<T>& at, Visit&& visit) const {
     const Vec3<T> outside = glm::max(lower_ - at, at - upper_);
-    if (!(std::max({outside.x, outside.y, outside.z}) <= reach_)) return;
+    if (!(outside.x <= reach_ && outside.y <= reach_ && outside.z <= reach_)) return;
     const Vec3<T> low = cell_coordinates(at - Vec3<T>(reach_));
     const Vec3<T> high = cell_coordinates(at + Vec3<T>(reach_));
     const auto x0 = static_cast<std::int32_t>(low.x), x1 = static_cast<std::int32_t>(high.x);
