@@ -1,11 +1,13 @@
-// Checks the fenced blocks of Markdown files. What a reader copies must be what is built and run here:
+// Checks the fenced blocks and the links of Markdown files. What a reader copies must be what is built and run here:
 // - `cpp`: stands, line for line, in a file that this build compiles (or in a consumer project);
 // - `cmake`: stands, line for line, in a CMakeLists.txt of tests/consumer;
-// - `sh`, `console`: every command is one of a few tools, and `./run` knows those that are its own;
-// - `text` and no name: anything; any other name is an error.
-// Usage: check_snippets PROJECT_DIR COMPILE_COMMANDS FILE.md…
+// - `sh`, `console`: every command is one of a few tools; `./run` knows its own, gmis-render the options it is given;
+// - `text` and no name: anything; any other name is an error;
+// - a link to a file of the project leads somewhere.
+// Usage: check_snippets PROJECT_DIR COMPILE_COMMANDS GMIS_RENDER|- FILE.md…
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -38,6 +40,17 @@ Lines split(const std::string& text) {
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
   return lines;
+}
+
+std::string output_of(const std::string& command) {
+  std::string output;
+  if (std::FILE* pipe = popen(command.c_str(), "r")) {
+    std::array<char, 4096> buffer;
+    while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe))
+      output.append(buffer.data(), count);
+    pclose(pipe);
+  }
+  return output;
 }
 
 std::vector<Block> fenced_blocks(const Lines& document) {
@@ -73,7 +86,9 @@ bool contains(const Lines& file, const Lines& snippet) {
 
 class Checker {
  public:
-  Checker(fs::path project, const fs::path& compile_commands) : project_(std::move(project)) {
+  Checker(fs::path project, const fs::path& compile_commands, const std::string& gmis_render)
+      : project_(std::move(project)) {
+    if (gmis_render != "-") gmis_render_help_ = output_of("'" + gmis_render + "' --help");
     const std::string commands = read(compile_commands);
     for (const char* folder : {"examples", "tests", "bench"}) {
       for (const fs::directory_entry& entry : fs::recursive_directory_iterator(project_ / folder)) {
@@ -90,7 +105,9 @@ class Checker {
   int check(const fs::path& document) {
     document_ = document;
     faults_ = 0;
-    for (const Block& block : fenced_blocks(split(read(document)))) check(block);
+    const Lines lines = split(read(document));
+    for (const Block& block : fenced_blocks(lines)) check(block);
+    check_links(lines);
     return faults_;
   }
 
@@ -104,6 +121,19 @@ class Checker {
       check_commands(block);
     else if (!block.language.empty() && block.language != "text")
       report(block.first_line, "a block of an unknown kind: " + block.language);
+  }
+
+  void check_links(const Lines& lines) {
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      constexpr std::string_view opening = "](";
+      for (std::size_t at = lines[i].find(opening); at != std::string::npos; at = lines[i].find(opening, at + 1)) {
+        const std::size_t begin = at + opening.size();
+        const std::string target = lines[i].substr(begin, lines[i].find_first_of("#)", begin) - begin);
+        const bool is_elsewhere = target.empty() || target.find("://") != std::string::npos;
+        if (!is_elsewhere && !fs::exists(document_.parent_path() / target))
+          report(i + 1, "a link that leads nowhere: " + target);
+      }
+    }
   }
 
   void require_in(const std::vector<Lines>& files, const Block& block, std::string_view fault) {
@@ -124,15 +154,33 @@ class Checker {
   }
 
   void check_command(std::size_t line, const std::string& command) {
-    constexpr std::array<std::string_view, 5> other_tools = {"cmake", "ctest", "git", "cd", "gmis-render"};
+    constexpr std::array<std::string_view, 4> other_tools = {"cmake", "ctest", "git", "cd"};
+    std::istringstream words(command);
     std::string tool;
-    std::istringstream(command) >> tool;
+    words >> tool;
     if (tool == "./run") {
       const std::string dry = "cd '" + project_.string() + "' && GMIS_NO_INSTALL=1 ./run --dry-run" + command.substr(5);
       if (std::system((dry + " >/dev/null 2>&1").c_str()) != 0) report(line, "./run refuses: " + command);
+    } else if (tool == "gmis-render") {
+      for (std::string word; words >> word;) {
+        if (word.starts_with("--") && !knows_option(word)) report(line, "gmis-render does not know " + word);
+      }
     } else if (std::find(other_tools.begin(), other_tools.end(), tool) == other_tools.end()) {
       report(line, "an unknown tool: " + command);
     }
+  }
+
+  // True without a program that could be asked.
+  bool knows_option(const std::string& option) const {
+    if (gmis_render_help_.empty()) return true;
+    for (std::size_t at = gmis_render_help_.find(option); at != std::string::npos;
+         at = gmis_render_help_.find(option, at + 1)) {
+      const std::size_t end = at + option.size();
+      if (end == gmis_render_help_.size() ||
+          std::string_view(" \n,=").find(gmis_render_help_[end]) != std::string::npos)
+        return true;
+    }
+    return false;
   }
 
   void report(std::size_t line, const std::string& fault) {
@@ -141,6 +189,7 @@ class Checker {
   }
 
   fs::path project_;
+  std::string gmis_render_help_;
   fs::path document_;
   std::vector<Lines> compiled_files_;
   std::vector<Lines> cmake_files_;
@@ -150,13 +199,13 @@ class Checker {
 }  // namespace
 
 int main(int argc, char* argv[]) {
-  if (argc < 4) {
-    std::cerr << "Usage: check_snippets PROJECT_DIR COMPILE_COMMANDS FILE.md...\n";
+  if (argc < 5) {
+    std::cerr << "Usage: check_snippets PROJECT_DIR COMPILE_COMMANDS GMIS_RENDER|- FILE.md...\n";
     return EXIT_FAILURE;
   }
-  Checker checker(argv[1], argv[2]);
+  Checker checker(argv[1], argv[2], argv[3]);
   int faults = 0;
-  for (int i = 3; i < argc; ++i) faults += checker.check(argv[i]);
-  std::cout << argc - 3 << " documents, " << faults << " faults\n";
+  for (int i = 4; i < argc; ++i) faults += checker.check(argv[i]);
+  std::cout << argc - 4 << " documents, " << faults << " faults\n";
   return faults == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
