@@ -1,0 +1,127 @@
+// gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
+
+#include <cstdio>
+#include <exception>
+#include <fstream>
+
+#include "support/progress_bar.hpp"
+#include "support/scene_files.hpp"
+#include "support/session.hpp"
+
+namespace {
+
+using namespace gmis::tools;
+
+enum ExitCode : int { done = 0, failed = 1, bad_input = 2 };
+
+/// Everything that could fail for want of a folder or a library is tried before the work.
+void check_outputs(const Options& options) {
+  for (const auto& output : options.outputs) require_writable_format(output);
+  const auto require_folder = [](const std::filesystem::path& file, const char* option) {
+    if (file.empty()) return;
+    const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+    if (!std::filesystem::is_directory(folder))
+      throw InputError(file.string() + ": the folder of this " + option + " file does not exist: create it first");
+  };
+  for (const auto& output : options.outputs) require_folder(output, "--out");
+  require_folder(options.statistics_file, "--stats");
+  if (options.techniques_folder.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(options.techniques_folder, error);
+  if (!std::filesystem::is_directory(options.techniques_folder))
+    throw InputError(options.techniques_folder.string() + ": this folder of --techniques cannot be created");
+}
+
+void print_summary(const RenderResult& result, const Options& options, const std::optional<gmis::ImageError>& error) {
+  std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
+              result.stopped_by.c_str(), result.estimate.mean);
+  if (result.iterations > 1) std::printf(", relative error %.4f", result.estimate.relative_error);
+  std::printf("\n");
+  if (error)
+    std::printf("against the reference: relMSE %.4g (%.4g without the worst 0.1 %% of the pixels), RMSE %.4g\n",
+                error->relmse, error->relmse_trimmed, error->rmse);
+  for (const auto& output : options.outputs) std::printf("wrote %s\n", output.c_str());
+}
+
+/// A few samples lost to rounding are harmless; many mean that the picture cannot be trusted.
+bool is_trustworthy(const gmis::Counters& counters) {
+  constexpr double largest_share = 1e-4;
+  return static_cast<double>(counters.rejected()) <= largest_share * static_cast<double>(counters.contributions);
+}
+
+int run(Options options) {
+  if (options.list_scenes) {
+    for (const std::string& name : built_in_scene_names()) std::printf("%s\n", name.c_str());
+    return done;
+  }
+  check_outputs(options);
+  LoadedScene loaded = load_scene(find_scene(options.scene), options.size);
+  const BuiltScene& scene = *loaded.built;
+  if (options.outputs.empty()) {
+    options.outputs.emplace_back(std::filesystem::path(scene.film_file_name()).filename());
+    check_outputs(options);
+  }
+  if (!options.quiet)
+    for (const Diagnostic& diagnostic : loaded.diagnostics)
+      std::fprintf(stderr, "%s\n", diagnostic.to_string().c_str());
+
+  RenderRequest request = request_of(options, scene);
+  std::optional<Image> reference;
+  if (!options.reference_file.empty())
+    reference = read_reference(options.reference_file, request, scene.scene().camera().resolution());
+
+  ThreadedExecutor executor(options.threads);
+  if (!ThreadedExecutor::has_threads && options.threads != 1 && !options.quiet)
+    std::fprintf(stderr, "gmis-render: built without oneTBB: one thread is used\n");
+  if (options.explain) std::fputs(explain(options, request, scene, executor.thread_count()).c_str(), stdout);
+
+  request.interrupted = &interrupt_flag();
+  ProgressBar bar(request, !options.quiet);
+  request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
+  const RenderResult result = render(scene, request, executor);
+  bar.finish();
+
+  RunFacts facts;
+  facts.options = &options;
+  facts.plan = plan_of(request);
+  facts.threads = executor.thread_count();
+  facts.absolute_radius = request.settings.radius;
+  facts.read_seconds = loaded.read_seconds;
+  facts.build_seconds = loaded.build_seconds;
+  if (reference)
+    facts.error =
+        gmis::image_error(std::span<const float>(result.image.rgb), std::span<const float>(reference->rgb), 3);
+
+  write_outputs(result, options.outputs, options.halves);
+  if (!options.techniques_folder.empty()) write_techniques(result, options.techniques_folder);
+  if (!options.statistics_file.empty()) {
+    std::ofstream file(options.statistics_file);
+    file << statistics_json(result, facts) << std::flush;
+    if (!file) throw OutputError(options.statistics_file.string() + ": this file cannot be written");
+  }
+  if (!options.quiet) print_summary(result, options, facts.error);
+  if (!is_trustworthy(result.counters)) {
+    std::fprintf(stderr,
+                 "gmis-render: %llu of %llu contributions were not finite, negative or of density zero: more than "
+                 "0.01 %%, the picture cannot be trusted\n",
+                 static_cast<unsigned long long>(result.counters.rejected()),
+                 static_cast<unsigned long long>(result.counters.contributions));
+    return failed;
+  }
+  return done;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const std::optional<Options> options = parse_command_line(argc, argv);
+    return options ? run(*options) : done;
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "gmis-render: %s\n", error.what());
+    return bad_input;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "gmis-render: %s\n", error.what());
+    return failed;
+  }
+}

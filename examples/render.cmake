@@ -1,0 +1,29 @@
+include(${CMAKE_CURRENT_LIST_DIR}/scene_reader.cmake)
+if(NOT GMIS_RENDER_CAN_BE_BUILT)
+  message(STATUS "gmis: gmis-render and gmis-demo need CLI11 and nlohmann_json: they are not built")
+  return()
+endif()
+
+add_library(gmis_render_session STATIC
+  support/build_scene.cpp
+  support/integrators/bpt.cpp
+  support/integrators/gmis_budgeted.cpp
+  support/integrators/gmis_paper.cpp
+  support/integrators/pt.cpp
+  support/integrators/vcm.cpp
+  support/options.cpp
+  support/progress_bar.cpp
+  support/render.cpp
+  support/scene_files.cpp
+  support/session.cpp
+  support/statistics.cpp)
+target_link_libraries(gmis_render_session PUBLIC gmis_scene_reader PRIVATE gmis_warnings CLI11::CLI11
+                                                                           nlohmann_json::nlohmann_json)
+target_compile_definitions(gmis_render_session PRIVATE
+  GMIS_VERSION="${PROJECT_VERSION}"
+  GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
+
+foreach(program render demo)
+  add_executable(gmis-${program} gmis_${program}.cpp)
+  target_link_libraries(gmis-${program} PRIVATE gmis_render_session gmis_warnings)
+endforeach()

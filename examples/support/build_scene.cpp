@@ -1,0 +1,85 @@
+#include "support/build_scene.hpp"
+
+#include <type_traits>
+
+#include "gmis/scene/scene_builder.hpp"
+
+namespace gmis::tools {
+namespace {
+
+using Builder = scene::SceneBuilder<float>;
+
+struct MakeMaterial {
+  using Material = scene::Material<float>;
+  Material operator()(const DiffuseDescription& m) const { return scene::make_diffuse(m.reflectance); }
+  Material operator()(const PhongDescription& m) const {
+    return scene::make_phong(m.reflectance, m.specular, m.exponent);
+  }
+  Material operator()(const MirrorDescription& m) const { return scene::make_mirror(m.reflectance); }
+  Material operator()(const ConductorDescription& m) const { return scene::make_conductor(m.eta, m.k, m.alpha); }
+  Material operator()(const DielectricDescription& m) const { return scene::make_dielectric(m.eta); }
+  Material operator()(const CoatedDiffuseDescription& m) const {
+    return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha);
+  }
+};
+
+void add_shape(Builder& builder, const ShapeDescription& shape) {
+  std::optional<scene::AreaEmission> emission;
+  if (shape.emission) emission = scene::AreaEmission{shape.emission->radiance, shape.emission->is_two_sided};
+  if (const auto* sphere = std::get_if<SphereDescription>(&shape.geometry)) {
+    builder.add_sphere(sphere->center, sphere->radius, shape.material, emission, sphere->normal_points_inward);
+  } else {
+    const auto& mesh = std::get<MeshDescription>(shape.geometry);
+    builder.add_mesh({mesh.positions, mesh.triangles, mesh.normals}, shape.material, emission);
+  }
+}
+
+struct AddLight {
+  Builder& builder;
+  void operator()(const PointLightDescription& l) const { builder.add_point_light(l.position, l.intensity); }
+  void operator()(const DistantLightDescription& l) const { builder.add_directional_light(l.to_light, l.irradiance); }
+  void operator()(const InfiniteLightDescription& l) const { builder.add_environment(l.radiance); }
+};
+
+/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of that place.
+template <class Step>
+void at(const SourcePosition& where, Step&& step) {
+  try {
+    step();
+  } catch (const std::invalid_argument& error) {
+    throw InputError(where, error.what());
+  }
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+}  // namespace
+
+std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics) {
+  Builder builder;
+  for (const MaterialDescription& material : description.materials)
+    at(material.where, [&] { builder.add_material(std::visit(MakeMaterial{}, material.kind)); });
+  for (const ShapeDescription& shape : description.shapes) at(shape.where, [&] { add_shape(builder, shape); });
+  for (const LightDescription& light : description.lights)
+    at(light.where, [&] { std::visit(AddLight{builder}, light.kind); });
+  const FilmDescription& film = description.film;
+  at(description.camera.where, [&] {
+    builder.set_camera({description.camera.world_from_camera,
+                        window_at_unit_distance(description.camera, film.width, film.height),
+                        {film.width, film.height}});
+  });
+  auto built = builder.build();
+  const auto& facts = built.statistics();
+  if (facts.degenerate_triangle_count > 0)
+    diagnostics.warning(
+        description.shapes.front().where,
+        counted(facts.degenerate_triangle_count, "triangle", "triangles") + " without area in this scene: left out");
+  const std::string summary = counted(facts.triangle_count, "triangle", "triangles") + ", " +
+                              counted(facts.sphere_count, "sphere", "spheres") + ", " +
+                              counted(facts.light_count, "light", "lights");
+  return std::make_unique<BuiltScene>(std::move(built), film.file_name, summary);
+}
+
+}  // namespace gmis::tools

@@ -1,0 +1,173 @@
+#include "support/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <string_view>
+
+#include "support/diagnostics.hpp"
+
+namespace gmis::tools {
+namespace {
+
+/// The integers of `text`, which stand between `separator`s; nothing when it is anything else.
+template <std::size_t count>
+std::optional<std::array<int, count>> integers_of(std::string_view text, char separator) {
+  std::array<int, count> values{};
+  const char* position = text.data();
+  const char* const end = position + text.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0 && (position == end || *position++ != separator)) return {};
+    const auto [next, error] = std::from_chars(position, end, values[i]);
+    if (error != std::errc{}) return {};
+    position = next;
+  }
+  if (position != end) return {};
+  return values;
+}
+
+IntegratorChoice integrator_of(const std::string& name) {
+  if (name == "auto" || name == "gmis") return IntegratorChoice::gmis;
+  if (name == "pt") return IntegratorChoice::pt;
+  if (name == "bpt") return IntegratorChoice::bpt;
+  if (name == "vcm") return IntegratorChoice::vcm;
+  if (name == "lt" || name == "ppm" || name == "bpm")
+    throw InputError("--integrator " + name + " is not there yet: use auto, pt, bpt, vcm or gmis");
+  throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, bpt, vcm or gmis");
+}
+
+SplitChoice split_of(const std::string& name) {
+  if (name == "none") return SplitChoice::none;
+  if (name == "paper") return SplitChoice::paper;
+  if (name == "budgeted") return SplitChoice::budgeted;
+  if (name == "adaptive") throw InputError("--split adaptive is not there yet: use none, paper or budgeted");
+  throw InputError("--split " + in_quotes(name) + " is not known: use none, paper or budgeted");
+}
+
+Scheme scheme_of(const std::string& name) {
+  for (const Scheme scheme : all_schemes)
+    if (name == gmis::name_of(scheme)) return scheme;
+  throw InputError("--scheme " + in_quotes(name) + " is not known: use R1, R2, R3, N1, N2 or N3");
+}
+
+std::array<int, 2> size_of(const std::string& text) {
+  const auto size = integers_of<2>(text, 'x');
+  constexpr int largest = 32768;
+  if (!size || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > largest || (*size)[1] > largest)
+    throw InputError("--size " + in_quotes(text) + " must be WIDTHxHEIGHT, each from 1 to 32768");
+  return *size;
+}
+
+std::array<int, 4> crop_of(const std::string& text) {
+  const auto crop = integers_of<4>(text, ',');
+  if (!crop || (*crop)[0] < 0 || (*crop)[1] < 0 || (*crop)[0] >= (*crop)[2] || (*crop)[1] >= (*crop)[3])
+    throw InputError("--crop " + in_quotes(text) + " must be X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");
+  return *crop;
+}
+
+void require_above_zero(const char* option, double value) {
+  if (!(value > 0) || !std::isfinite(value)) throw InputError(std::string(option) + " must be above 0");
+}
+
+/// The options as text, before they are checked.
+struct RawOptions {
+  std::string integrator = "auto", split = "budgeted", scheme = "N3", size, crop;
+  std::uint32_t iterations = 0;
+  double seconds = 0, relative_error = 0;
+};
+
+void declare(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("scene", options.scene, "A .pbrt file or the name of a built-in scene");
+  app.add_flag("--list-scenes", options.list_scenes, "Print the names of the built-in scenes");
+  app.add_option("--integrator", raw.integrator, "auto, pt, bpt, vcm or gmis (auto: gmis)");
+  app.add_option("--split", raw.split, "How gmis splits light subpaths: none, paper or budgeted (the default)");
+  app.add_option("--scheme", raw.scheme,
+                 "How the children of a split vertex are drawn: R1 R2 R3 N1 N2 N3 (the default)");
+  app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)");
+  app.add_option("--max-depth", options.max_depth, "Most segments of a path, 1 to 256 (16); 2 is direct light");
+  app.add_option("--radius", options.radius, "Merging radius, a fraction of half the scene's diagonal (0.003)");
+  app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)");
+  app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1)");
+  app.add_option("--seed", options.seed, "Same seed, same picture, for any number of threads (0)");
+  app.add_option("--threads", options.threads, "Threads (all cores)");
+  app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)");
+  app.add_option("--time", raw.seconds, "Stop after so many seconds");
+  app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small");
+  app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only");
+  app.add_option("--techniques", options.techniques_folder, "Write an image per technique into this folder");
+  app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
+  app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1)
+      ->allow_extra_args(false);
+  app.add_option("--stats", options.statistics_file, "Write what was done and how long it took, as JSON");
+  app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)");
+  app.add_flag("--explain", options.explain, "Say what will be done, and why");
+  app.add_flag("--quiet", options.quiet, "Print nothing but errors");
+}
+
+}  // namespace
+
+const char* name_of(IntegratorChoice integrator) {
+  constexpr const char* names[] = {"pt", "bpt", "vcm", "gmis"};
+  return names[static_cast<std::size_t>(integrator)];
+}
+
+const char* name_of(SplitChoice split) {
+  constexpr const char* names[] = {"none", "paper", "budgeted"};
+  return names[static_cast<std::size_t>(split)];
+}
+
+std::optional<Options> parse_command_line(int argc, char** argv) {
+  Options options;
+  RawOptions raw;
+  CLI::App app("Renders a scene with generalized multiple importance sampling.", "gmis-render");
+  app.set_version_flag("--version", GMIS_VERSION);
+  declare(app, options, raw);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    app.exit(success);
+    return {};
+  } catch (const CLI::ParseError& error) {
+    throw InputError(error.what() + std::string("; see --help"));
+  }
+  const auto given = [&](const char* option) { return app.count(option) > 0; };
+
+  options.integrator = integrator_of(raw.integrator);
+  options.split = split_of(raw.split);
+  if (options.integrator != IntegratorChoice::gmis) {
+    if (given("--split") && options.split != SplitChoice::none)
+      throw InputError("--split needs --integrator gmis: " + raw.integrator + " does not split");
+    options.split = SplitChoice::none;
+  }
+  options.scheme = scheme_of(raw.scheme);
+  if (given("--size")) options.size = size_of(raw.size);
+  if (given("--crop")) options.crop = crop_of(raw.crop);
+  if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");
+  require_above_zero("--radius", options.radius);
+  require_above_zero("--light-paths", options.light_paths);
+  if (options.light_paths > 1000) throw InputError("--light-paths must be at most 1000");
+  if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");
+  if (given("--threads") && (options.threads < 1 || options.threads > 4096))
+    throw InputError("--threads must be from 1 to 4096");
+  if (given("--iterations")) {
+    if (raw.iterations < 1) throw InputError("--iterations must be at least 1");
+    options.iterations = raw.iterations;
+  }
+  if (given("--time")) {
+    require_above_zero("--time", raw.seconds);
+    options.seconds = raw.seconds;
+  }
+  if (given("--error")) {
+    require_above_zero("--error", raw.relative_error);
+    options.relative_error = raw.relative_error;
+  }
+  if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
+  if (!options.list_scenes && options.scene.empty())
+    throw InputError("name a scene: a .pbrt file or one that --list-scenes prints; see --help");
+  return options;
+}
+
+}  // namespace gmis::tools

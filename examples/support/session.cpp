@@ -1,0 +1,156 @@
+#include "support/session.hpp"
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <sstream>
+
+#include "support/image/formats.hpp"
+#include "support/pbrt/reader.hpp"
+
+namespace gmis::tools {
+
+LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size) {
+  using Clock = std::chrono::steady_clock;
+  LoadedScene loaded;
+  const auto start = Clock::now();
+  Diagnostics diagnostics;
+  SceneDescription description = read_pbrt_scene(file, diagnostics);
+  const auto read = Clock::now();
+  if (size) {
+    description.film.width = (*size)[0];
+    description.film.height = (*size)[1];
+  }
+  loaded.built = build_scene(description, diagnostics);
+  loaded.diagnostics = diagnostics.all();
+  loaded.read_seconds = std::chrono::duration<double>(read - start).count();
+  loaded.build_seconds = std::chrono::duration<double>(Clock::now() - read).count();
+  return loaded;
+}
+
+RenderRequest request_of(const Options& options, const BuiltScene& scene) {
+  RenderRequest request;
+  request.integrator = options.integrator;
+  request.split = options.split;
+  request.settings.seed = options.seed;
+  request.settings.max_depth = options.max_depth;
+  request.settings.radius = options.radius * scene.half_diagonal();
+  request.settings.alpha = options.alpha;
+  request.settings.light_paths = options.light_paths;
+  request.settings.scheme = options.scheme;
+  request.iterations = options.iterations;
+  request.seconds = options.seconds;
+  request.relative_error = options.relative_error;
+  request.halves = options.halves;
+  request.techniques = !options.techniques_folder.empty();
+  if (options.crop) {
+    const auto& [x0, y0, x1, y1] = *options.crop;
+    const glm::ivec2 resolution = scene.scene().camera().resolution();
+    if (x1 > resolution.x || y1 > resolution.y)
+      throw InputError("--crop ends outside the picture, which is " + std::to_string(resolution.x) + "x" +
+                       std::to_string(resolution.y));
+    request.crop = PixelBounds{{x0, y0}, {x1, y1}};
+  }
+  return request;
+}
+
+std::string plan_of(const RenderRequest& request) {
+  std::string plan = "emitter hits, next event";
+  if (request.integrator != IntegratorChoice::pt) plan += ", connections, splats";
+  const bool merges = request.integrator == IntegratorChoice::vcm || request.integrator == IntegratorChoice::gmis;
+  if (merges) plan += ", merging";
+  if (request.integrator == IntegratorChoice::gmis) {
+    plan += "; light trees split: " + std::string(name_of(request.split));
+    if (request.split != SplitChoice::none) plan += " by " + std::string(gmis::name_of(request.settings.scheme));
+  }
+  return plan;
+}
+
+std::string explain(const Options& options, const RenderRequest& request, const BuiltScene& scene, int threads) {
+  std::ostringstream text;
+  const glm::ivec2 resolution = scene.scene().camera().resolution();
+  text << "scene       " << scene.summary() << "\n";
+  text << "picture     " << resolution.x << "x" << resolution.y;
+  if (request.crop)
+    text << ", of it " << request.crop->lower.x << "," << request.crop->lower.y << " to " << request.crop->upper.x
+         << "," << request.crop->upper.y;
+  text << "\nintegrator  " << name_of(request.integrator);
+  if (request.integrator == IntegratorChoice::gmis) text << " (also what auto stands for)";
+  text << "\ntechniques  " << plan_of(request) << "\n";
+  if (request.integrator != IntegratorChoice::pt)
+    text << "light       " << request.settings.light_paths << " trees a pixel\n";
+  if (request.integrator == IntegratorChoice::vcm || request.integrator == IntegratorChoice::gmis)
+    text << "merging     radius " << request.settings.radius << " = " << options.radius
+         << " of half the scene's diagonal, times i^" << (request.settings.alpha - 1) / 2 << "\n";
+  if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)
+    text << "bias        this split policy drops what waits at the end of its budget: the picture is too dark\n";
+  text << "paths       at most " << request.settings.max_depth << " segments\n";
+  text << "threads     " << threads << "\nstops       ";
+  const char* separator = "";
+  const auto stop = [&](const auto& value, const char* unit) {
+    text << separator << "after " << value << unit;
+    separator = " or ";
+  };
+  if (request.iterations) stop(*request.iterations, " iterations");
+  if (request.seconds) stop(*request.seconds, " seconds");
+  if (request.relative_error) text << separator << "at a relative error of " << *request.relative_error;
+  text << "\n";
+  return text.str();
+}
+
+Image read_reference(const std::filesystem::path& file, const RenderRequest& request, glm::ivec2 resolution) {
+  Image reference = read_image(file);
+  const PixelBounds part = request.crop.value_or(PixelBounds{{0, 0}, resolution});
+  const glm::ivec2 size = part.upper - part.lower;
+  if (reference.width == resolution.x && reference.height == resolution.y)
+    return cropped(reference, part.lower.x, part.lower.y, part.upper.x, part.upper.y);
+  if (reference.width != size.x || reference.height != size.y)
+    throw InputError(file.string() + ": this reference is " + std::to_string(reference.width) + "x" +
+                     std::to_string(reference.height) + ", the picture " + std::to_string(size.x) + "x" +
+                     std::to_string(size.y) + ": see --size");
+  return reference;
+}
+
+void write_outputs(const RenderResult& result, const std::vector<std::filesystem::path>& outputs, bool halves) {
+  for (const auto& output : outputs) {
+    write_image(result.image, output);
+    if (!halves) continue;
+    const auto beside = [&](const char* suffix) {
+      auto file = output;
+      return file.replace_filename(output.stem().string() + suffix + output.extension().string());
+    };
+    write_image(result.half_a, beside("_a"));
+    write_image(result.half_b, beside("_b"));
+  }
+}
+
+void write_techniques(const RenderResult& result, const std::filesystem::path& folder) {
+  constexpr const char* names[] = {"emitter_hit", "next_event", "connect", "splat", "merge"};
+  const std::string ending = has_exr() ? ".exr" : ".pfm";
+  for (const TechniqueImage& technique : result.techniques) {
+    const std::string name = std::string(names[static_cast<std::size_t>(technique.id.technique)]) + "_s" +
+                             std::to_string(technique.id.s) + "_t" + std::to_string(technique.id.t);
+    write_image(technique.weighted, folder / (name + ending));
+    write_image(technique.unweighted, folder / (name + "_unweighted" + ending));
+  }
+}
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+
+extern "C" void on_signal(int signal) {
+  interrupted.store(true);
+  std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+const std::atomic<bool>& interrupt_flag() {
+  static_assert(std::atomic<bool>::is_always_lock_free);
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  return interrupted;
+}
+
+}  // namespace gmis::tools

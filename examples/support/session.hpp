@@ -1,0 +1,49 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "support/render.hpp"
+#include "support/statistics.hpp"
+
+/// \file
+/// The steps of gmis-render, one function each.
+
+namespace gmis::tools {
+
+/// A scene that is ready to be rendered, and how long that took.
+struct LoadedScene {
+  std::unique_ptr<BuiltScene> built;
+  std::vector<Diagnostic> diagnostics;
+  double read_seconds = 0;
+  double build_seconds = 0;
+};
+
+/// `size` replaces that of the film.
+[[nodiscard]] LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size);
+
+/// What the options mean for this scene. Throws `InputError` when the crop lies outside the picture.
+[[nodiscard]] RenderRequest request_of(const Options& options, const BuiltScene& scene);
+
+/// One line per fact: what will be done, and why.
+[[nodiscard]] std::string explain(const Options& options, const RenderRequest& request, const BuiltScene& scene,
+                                  int threads);
+/// The same in one short line, for the statistics.
+[[nodiscard]] std::string plan_of(const RenderRequest& request);
+
+/// Reads a reference and checks its size. One that is as large as the whole picture is cut to the crop.
+[[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
+                                   glm::ivec2 resolution);
+
+/// Writes the image to every output, with `_a` and `_b` before the ending for the halves.
+void write_outputs(const RenderResult& result, const std::vector<std::filesystem::path>& outputs, bool halves);
+/// Writes `FOLDER/NAME_sS_tT.pfm` (or .exr) and the same with `_unweighted` for every technique.
+void write_techniques(const RenderResult& result, const std::filesystem::path& folder);
+
+/// Set by Ctrl-C from now on; a second Ctrl-C ends the program at once.
+[[nodiscard]] const std::atomic<bool>& interrupt_flag();
+
+}  // namespace gmis::tools

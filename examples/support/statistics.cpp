@@ -1,0 +1,86 @@
+#include "support/statistics.hpp"
+
+#include <sys/resource.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace gmis::tools {
+
+using Json = nlohmann::ordered_json;
+
+std::size_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+#if defined(__APPLE__)
+  constexpr std::size_t unit = 1;
+#else
+  constexpr std::size_t unit = 1024;
+#endif
+  return static_cast<std::size_t>(usage.ru_maxrss) * unit;
+}
+
+namespace {
+
+Json counts_of(const Counters& c) {
+  return {{"camera_paths", c.camera_paths},
+          {"light_subpaths", c.light_subpaths},
+          {"rays", c.rays},
+          {"shadow_rays", c.shadow_rays},
+          {"connections", c.connections},
+          {"splats", c.splats},
+          {"merge_queries", c.merge_queries},
+          {"merges", c.merges},
+          {"photons_stored", c.photons_stored},
+          {"grids_built", c.grids_built},
+          {"contributions", c.contributions}};
+}
+
+}  // namespace
+
+std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
+  const Options& options = *facts.options;
+  Json json;
+  json["integrator"] = name_of(options.integrator);
+  json["plan"] = facts.plan;
+  json["version"] = GMIS_VERSION;
+  json["scene"] = options.scene;
+  json["width"] = result.image.width;
+  json["height"] = result.image.height;
+  json["max_depth"] = options.max_depth;
+  json["split"] = name_of(options.split);
+  json["scheme"] = gmis::name_of(options.scheme);
+  json["radius"] = facts.absolute_radius;
+  json["alpha"] = options.alpha;
+  json["light_paths"] = options.light_paths;
+  json["seed"] = options.seed;
+  json["threads"] = facts.threads;
+  json["iterations"] = result.iterations;
+  json["stopped_by"] = result.stopped_by;
+  json["image_hash"] = image_hash(result.image);
+  json["seconds"] = {{"wall", result.wall_seconds},
+                     {"cpu", result.cpu_seconds},
+                     {"phase",
+                      {{"read", facts.read_seconds},
+                       {"build", facts.build_seconds},
+                       {"light", result.phases.light},
+                       {"grid", result.phases.grid},
+                       {"camera", result.phases.camera},
+                       {"film", result.phases.film}}}};
+  json["counts"] = counts_of(result.counters);
+  json["rejected"] = {{"non_finite", result.counters.rejected_non_finite},
+                      {"negative", result.counters.rejected_negative},
+                      {"zero_pdf", result.counters.rejected_zero_pdf}};
+  json["estimate"] = {{"mean", result.estimate.mean}};
+  // One iteration says nothing about its own variance.
+  const bool has_variance = result.iterations > 1;
+  json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
+  json["estimate"]["relative_error"] = has_variance ? Json(result.estimate.relative_error) : Json(nullptr);
+  json["memory"] = {{"peak_bytes", peak_memory_bytes()}, {"photon_bytes", result.photon_bytes}};
+  if (facts.error)
+    json["error"] = {
+        {"relmse", facts.error->relmse}, {"relmse_trimmed", facts.error->relmse_trimmed}, {"rmse", facts.error->rmse}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace gmis::tools

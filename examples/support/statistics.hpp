@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "gmis/result/image_error.hpp"
+#include "support/render.hpp"
+
+namespace gmis::tools {
+
+/// What the statistics file tells beyond the result itself.
+struct RunFacts {
+  const Options* options = nullptr;
+  std::string plan;  ///< in words
+  int threads = 1;
+  double absolute_radius = 0;
+  double read_seconds = 0;   ///< parsing the scene's files
+  double build_seconds = 0;  ///< the tree over its surfaces
+  std::optional<ImageError> error;
+};
+
+/// The text of the file: JSON with the keys that docs/gmis-render.md lists.
+[[nodiscard]] std::string statistics_json(const RenderResult& result, const RunFacts& facts);
+
+/// The most memory this process ever held, in bytes.
+[[nodiscard]] std::size_t peak_memory_bytes();
+
+}  // namespace gmis::tools

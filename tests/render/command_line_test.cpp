@@ -1,0 +1,341 @@
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "program.hpp"
+#include "support/catch.hpp"
+#include "support/image/formats.hpp"
+
+using namespace program;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::string small = "cornell --size 8x8 --iterations 2 --threads 1 ";
+
+Json statistics(const ScratchFolder& folder, const std::string& arguments) {
+  const Outcome outcome = run(folder, arguments + " --out a.pfm --stats s.json");
+  INFO(outcome.err);
+  REQUIRE(outcome.exit_code == 0);
+  return Json::parse(text_of(folder / "s.json"));
+}
+
+}  // namespace
+
+TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
+  const ScratchFolder folder;
+  struct Case {
+    const char* arguments;
+    const char* part;
+  };
+  const std::vector<Case> cases{
+      {"", "name a scene"},
+      {"no_such_scene", "--list-scenes"},
+      {"no/such/file.pbrt", "no/such/file.pbrt"},
+      {"cornell --frobnicate", "--frobnicate"},
+      {"cornell second", "second"},
+      {"cornell --integrator magic", "use auto, pt"},
+      {"cornell --integrator lt", "not there yet"},
+      {"cornell --integrator ppm", "not there yet"},
+      {"cornell --integrator bpm", "not there yet"},
+      {"cornell --split sideways", "use none"},
+      {"cornell --split adaptive", "not there yet"},
+      {"cornell --integrator vcm --split paper", "needs --integrator gmis"},
+      {"cornell --scheme N4", "use R1"},
+      {"cornell --size 10", "WIDTHxHEIGHT"},
+      {"cornell --size 0x10", "WIDTHxHEIGHT"},
+      {"cornell --size 10x-5", "WIDTHxHEIGHT"},
+      {"cornell --size 10x10x10", "WIDTHxHEIGHT"},
+      {"cornell --size 99999x99999", "32768"},
+      {"cornell --size 99999999999999999999x1", "WIDTHxHEIGHT"},
+      {"cornell --max-depth 0", "from 1 to 256"},
+      {"cornell --max-depth 257", "from 1 to 256"},
+      {"cornell --max-depth many", "--max-depth"},
+      {"cornell --radius 0", "above 0"},
+      {"cornell --radius nan", "above 0"},
+      {"cornell --radius inf", "above 0"},
+      {"cornell --alpha 0", "--alpha"},
+      {"cornell --alpha 1.5", "--alpha"},
+      {"cornell --light-paths -1", "above 0"},
+      {"cornell --light-paths 1e9", "at most 1000"},
+      {"cornell --seed -1", "--seed"},
+      {"cornell --threads 0", "from 1"},
+      {"cornell --iterations 0", "at least 1"},
+      {"cornell --iterations -3", "--iterations"},
+      {"cornell --iterations 2.5", "--iterations"},
+      {"cornell --time 0", "above 0"},
+      {"cornell --time nan", "above 0"},
+      {"cornell --error 0", "above 0"},
+      {"cornell --crop 1,2,3", "X0,Y0,X1,Y1"},
+      {"cornell --crop 5,5,5,9", "X0,Y0,X1,Y1"},
+      {"cornell --size 8x8 --crop 0,0,9,8", "8x8"},
+      {"cornell --out a.jpg", ".exr, .pfm or .png"},
+      {"cornell --out", "--out"},
+      {"cornell --out no_such_folder/a.pfm", "does not exist"},
+      {"cornell --stats no_such_folder/s.json", "does not exist"},
+      {"cornell --techniques stdout.txt", "--techniques"},
+      {"cornell --reference absent.pfm", "absent.pfm"},
+      {"cornell --reference a.png", ".exr or .pfm"},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.arguments);
+    const Outcome outcome = run(folder, c.arguments);
+    CAPTURE(outcome.err);
+    CHECK(outcome.exit_code == 2);
+    CHECK(line_count(outcome.err) == 1);
+    CHECK(outcome.err.find(c.part) != std::string::npos);
+    CHECK(outcome.out.empty());
+  }
+}
+
+TEST_CASE("A bad scene: exit code 2 and one line with file and line") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "bad.pbrt") << "WorldBegin\n\nMaterial \"velvet\"\n";
+  const Outcome outcome = run(folder, "bad.pbrt --quiet --out a.pfm");
+  CHECK(outcome.exit_code == 2);
+  CHECK(line_count(outcome.err) == 1);
+  CHECK(outcome.err.find("bad.pbrt:3: ") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "a.pfm"));
+}
+
+TEST_CASE("Help, version and the list of scenes go to standard output") {
+  const ScratchFolder folder;
+  const Outcome help = run(folder, "--help");
+  CHECK(help.exit_code == 0);
+  for (const char* option :
+       {"--integrator", "--split",       "--scheme",     "--size",       "--max-depth",  "--radius",
+        "--alpha",      "--light-paths", "--seed",       "--threads",    "--iterations", "--time",
+        "--error",      "--crop",        "--techniques", "--halves",     "--out",        "--stats",
+        "--reference",  "--explain",     "--quiet",      "--list-scenes"}) {
+    CAPTURE(option);
+    CHECK(help.out.find(option) != std::string::npos);
+  }
+  CHECK(run(folder, "--version").exit_code == 0);
+  const Outcome list = run(folder, "--list-scenes");
+  CHECK(list.exit_code == 0);
+  CHECK(list.out == "cornell\npaper1\npaper2\npaper3\npaper4\n");
+}
+
+TEST_CASE("The statistics hold every key that scripts rely on") {
+  const ScratchFolder folder;
+  REQUIRE(run(folder, small + "--quiet --out ref.pfm").exit_code == 0);
+  const Json json = statistics(folder, small + "--seed 9 --reference ref.pfm");
+  for (const char* key : {"/integrator",
+                          "/plan",
+                          "/version",
+                          "/seed",
+                          "/threads",
+                          "/iterations",
+                          "/stopped_by",
+                          "/image_hash",
+                          "/seconds/wall",
+                          "/seconds/cpu",
+                          "/seconds/phase",
+                          "/counts/camera_paths",
+                          "/counts/light_subpaths",
+                          "/counts/rays",
+                          "/counts/shadow_rays",
+                          "/counts/connections",
+                          "/counts/splats",
+                          "/counts/merge_queries",
+                          "/counts/merges",
+                          "/counts/photons_stored",
+                          "/counts/grids_built",
+                          "/rejected/non_finite",
+                          "/rejected/negative",
+                          "/rejected/zero_pdf",
+                          "/estimate/mean",
+                          "/estimate/variance",
+                          "/estimate/relative_error",
+                          "/memory/peak_bytes",
+                          "/memory/photon_bytes",
+                          "/error/relmse",
+                          "/error/relmse_trimmed",
+                          "/error/rmse"}) {
+    CAPTURE(key);
+    CHECK(json.contains(Json::json_pointer(key)));
+  }
+  CHECK(json["integrator"] == "gmis");
+  CHECK(json["seed"] == 9);
+  CHECK(json["iterations"] == 2);
+  CHECK(json["stopped_by"] == "iterations");
+  CHECK(json["threads"] == 1);
+  CHECK(json["counts"]["camera_paths"] == 2 * 64);
+  CHECK(json["counts"]["light_subpaths"] == 2 * 64);
+  CHECK(json["counts"]["grids_built"] == 2);
+  CHECK(json["estimate"]["mean"].get<double>() > 0);
+  CHECK(json["estimate"]["variance"].get<double>() > 0);
+  CHECK(json["error"]["relmse"].get<double>() > 0);
+  CHECK(json["error"]["relmse"].get<double>() >= json["error"]["relmse_trimmed"].get<double>());
+  CHECK(json["rejected"]["non_finite"] == 0);
+  // What was not done is exactly 0.
+  const Json pt = statistics(folder, small + "--integrator pt");
+  for (const char* key :
+       {"light_subpaths", "connections", "splats", "merge_queries", "merges", "photons_stored", "grids_built"})
+    CHECK(pt["counts"][key] == 0);
+  const Json bpt = statistics(folder, small + "--integrator bpt");
+  CHECK(bpt["counts"]["connections"].get<int>() > 0);
+  CHECK(bpt["counts"]["merge_queries"] == 0);
+  CHECK(bpt["counts"]["grids_built"] == 0);
+  // One iteration knows nothing of its variance.
+  CHECK(statistics(folder, "cornell --size 8x8 --iterations 1")["estimate"]["variance"].is_null());
+}
+
+TEST_CASE("The image named by --out is the one the statistics speak of, in every format") {
+  const ScratchFolder folder;
+  const Json json = statistics(
+      folder, small + (gmis::tools::has_exr() ? "--out b.exr " : "") + (gmis::tools::has_png() ? "--out c.png" : ""));
+  const auto image = gmis::tools::read_image(folder / "a.pfm");
+  CHECK(image.width == 8);
+  CHECK(image.height == 8);
+  CHECK(gmis::tools::image_hash(image) == json["image_hash"]);
+  if (gmis::tools::has_exr())
+    CHECK(gmis::tools::image_hash(gmis::tools::read_image(folder / "b.exr")) == json["image_hash"]);
+  if (gmis::tools::has_png()) CHECK(fs::file_size(folder / "c.png") > 50);
+  double mean = 0;
+  for (const float value : image.rgb) mean += static_cast<double>(value);
+  CHECK(mean / static_cast<double>(image.rgb.size()) == Approx(json["estimate"]["mean"].get<double>()).epsilon(1e-5));
+}
+
+TEST_CASE("The same seed gives the same bits for any number of threads, another seed others") {
+  const ScratchFolder folder;
+  for (const char* integrator : {"pt", "bpt", "vcm", "gmis", "gmis --split paper"}) {
+    CAPTURE(integrator);
+    const std::string common = "cornell --size 24x24 --iterations 2 --integrator " + std::string(integrator);
+    const Json one = statistics(folder, common + " --threads 1");
+    const Json two = statistics(folder, common + " --threads 2");
+    const Json five = statistics(folder, common + " --threads 5");
+    CHECK(one["image_hash"] == two["image_hash"]);
+    CHECK(one["image_hash"] == five["image_hash"]);
+    CHECK(one["counts"] == two["counts"]);
+    CHECK(statistics(folder, common + " --seed 1")["image_hash"] != one["image_hash"]);
+  }
+}
+
+TEST_CASE("gmis without splitting is vcm, bit by bit") {
+  const ScratchFolder folder;
+  for (const char* scene : {"cornell", "paper1"}) {
+    const std::string common = std::string(scene) + " --size 16x16 --iterations 2 --integrator ";
+    CHECK(statistics(folder, common + "gmis --split none")["image_hash"] ==
+          statistics(folder, common + "vcm")["image_hash"]);
+  }
+}
+
+TEST_CASE("A crop shows what the whole picture shows there") {
+  const ScratchFolder folder;
+  for (const char* integrator : {"pt", "vcm"}) {
+    CAPTURE(integrator);
+    const std::string common = "cornell --size 16x12 --iterations 2 --integrator " + std::string(integrator);
+    (void)statistics(folder, common);
+    const auto whole = gmis::tools::read_image(folder / "a.pfm");
+    (void)statistics(folder, common + " --crop 3,2,11,9");
+    const auto part = gmis::tools::read_image(folder / "a.pfm");
+    REQUIRE(part.width == 8);
+    REQUIRE(part.height == 7);
+    CHECK(part.rgb == gmis::tools::cropped(whole, 3, 2, 11, 9).rgb);
+  }
+}
+
+TEST_CASE("The halves are independent and their mean is the image") {
+  const ScratchFolder folder;
+  (void)statistics(folder, "cornell --size 8x8 --iterations 4 --halves");
+  const auto whole = gmis::tools::read_image(folder / "a.pfm");
+  const auto a = gmis::tools::read_image(folder / "a_a.pfm");
+  const auto b = gmis::tools::read_image(folder / "a_b.pfm");
+  CHECK(a.rgb != b.rgb);
+  for (std::size_t i = 0; i < whole.rgb.size(); ++i)
+    CHECK((a.rgb[i] + b.rgb[i]) / 2 == Approx(whole.rgb[i]).epsilon(1e-5).margin(1e-7));
+}
+
+TEST_CASE("The images of all techniques add up to the image") {
+  const ScratchFolder folder;
+  (void)statistics(folder, "cornell --size 8x8 --iterations 3 --max-depth 4 --techniques parts");
+  const auto whole = gmis::tools::read_image(folder / "a.pfm");
+  std::vector<double> sum(whole.rgb.size());
+  int images = 0;
+  bool has_merge = false;
+  for (const auto& entry : fs::directory_iterator(folder.path / "parts")) {
+    const std::string name = entry.path().stem().string();
+    if (name.ends_with("_unweighted")) continue;
+    const auto part = gmis::tools::read_image(entry.path());
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(part.rgb[i]);
+    ++images;
+    has_merge = has_merge || name.starts_with("merge_");
+    CHECK(fs::exists(entry.path().parent_path() / (name + "_unweighted" + entry.path().extension().string())));
+  }
+  CHECK(images >= 8);
+  CHECK(has_merge);
+  for (std::size_t i = 0; i < sum.size(); ++i)
+    CHECK(sum[i] == Approx(static_cast<double>(whole.rgb[i])).epsilon(1e-4).margin(1e-6));
+}
+
+TEST_CASE("Stopping rules: the first one met") {
+  const ScratchFolder folder;
+  const Json timed = statistics(folder, "cornell --size 8x8 --time 0.3 --iterations 100000000 --threads 1");
+  CHECK(timed["stopped_by"] == "time");
+  CHECK(timed["iterations"].get<int>() >= 1);
+  const Json exact = statistics(folder, "cornell --size 8x8 --error 0.5 --iterations 100000 --threads 1");
+  CHECK(exact["stopped_by"] == "error");
+  CHECK(exact["estimate"]["relative_error"].get<double>() <= 0.5);
+  CHECK(exact["iterations"].get<int>() >= 8);
+  CHECK(statistics(folder, "cornell --size 4x4 --threads 1")["iterations"] == 64);
+}
+
+TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
+  const ScratchFolder folder;
+  const Outcome told = run(folder, small + "--explain --out a.pfm");
+  CHECK(told.exit_code == 0);
+  for (const char* part : {"integrator  gmis", "8x8", "budgeted", "after 2 iterations", "wrote a.pfm"}) {
+    CAPTURE(part);
+    CHECK(told.out.find(part) != std::string::npos);
+  }
+  CHECK(told.err.empty());  // no progress bar: this is no terminal
+  std::ofstream(folder / "odd.pbrt")
+      << "Sampler \"halton\"\nWorldBegin\nFoo 1 2\n"
+         "LightSource \"point\" \"point3 from\" [ 0 0 -3 ]\nTranslate 0 0 3 Shape \"sphere\"\n";
+  const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm");
+  CHECK(warned.exit_code == 0);
+  CHECK(warned.err.find("odd.pbrt:1: note: ") != std::string::npos);
+  CHECK(warned.err.find("odd.pbrt:3: warning: ") != std::string::npos);
+  const Outcome quiet = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --quiet");
+  CHECK(quiet.exit_code == 0);
+  CHECK(quiet.out.empty());
+  CHECK(quiet.err.empty());
+}
+
+TEST_CASE("Without --out the film's file name is used") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "named.pbrt") << "Film \"rgb\" \"string filename\" \"mine.pfm\"\nWorldBegin\n"
+                                          "LightSource \"point\"\nTranslate 0 0 3 Shape \"sphere\"\n";
+  CHECK(run(folder, "named.pbrt --size 4x4 --iterations 1").exit_code == 0);
+  CHECK(fs::exists(folder / "mine.pfm"));
+}
+
+TEST_CASE("Ctrl-C writes what there is") {
+  const ScratchFolder folder;
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      if (chdir(folder.path.c_str()) != 0) _exit(99);
+      execl(GMIS_RENDER_PROGRAM, "gmis-render", "cornell", "--size", "32x32", "--iterations", "100000000", "--quiet",
+            "--out", "c.pfm", "--stats", "c.json", static_cast<char*>(nullptr));
+      _exit(98);
+    }
+    usleep(1'500'000);
+    REQUIRE(kill(child, signal) == 0);
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    const Json json = Json::parse(text_of(folder / "c.json"));
+    CHECK(json["stopped_by"] == "interrupt");
+    const int iterations = json["iterations"].get<int>();
+    CHECK(iterations >= 1);
+    CHECK(json["counts"]["camera_paths"].get<long>() == 1024L * iterations);
+    const auto image = gmis::tools::read_image(folder / "c.pfm");
+    CHECK(image.width == 32);
+    CHECK(gmis::tools::image_hash(image) == json["image_hash"]);
+    fs::remove(folder / "c.pfm");
+  }
+}

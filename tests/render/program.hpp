@@ -1,0 +1,57 @@
+#pragma once
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+/// \file
+/// Runs gmis-render as a user does.
+
+namespace program {
+
+namespace fs = std::filesystem;
+
+/// A folder of this test's own, gone at the end.
+struct ScratchFolder {
+  fs::path path = fs::temp_directory_path() / ("gmis_program_test_" + std::to_string(std::random_device{}()));
+  ScratchFolder() { fs::create_directories(path); }
+  ~ScratchFolder() {
+    std::error_code error;
+    fs::remove_all(path, error);
+  }
+  [[nodiscard]] std::string operator/(const std::string& name) const { return (path / name).string(); }
+};
+
+inline std::string text_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+struct Outcome {
+  int exit_code = -1;  ///< −1 when it was ended by a signal
+  std::string out, err;
+};
+
+/// Runs the program with `arguments` (as a shell reads them) in `folder`.
+inline Outcome run(const ScratchFolder& folder, const std::string& arguments) {
+  const std::string command = "cd '" + folder.path.string() + "' && '" GMIS_RENDER_PROGRAM "' " + arguments +
+                              " >stdout.txt 2>stderr.txt </dev/null";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder.path / "stdout.txt"),
+          text_of(folder.path / "stderr.txt")};
+}
+
+inline std::size_t line_count(const std::string& text) {
+  std::size_t lines = 0;
+  for (const char c : text) lines += c == '\n' ? 1 : 0;
+  return lines;
+}
+
+}  // namespace program
