@@ -1,0 +1,252 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "gmis/core/concepts.hpp"
+#include "gmis/core/random.hpp"
+#include "gmis/core/statistics.hpp"
+
+/// \file
+/// Does a sampler draw with the density that it states? Checks of one's own proposals, BSDFs and lights, for any test
+/// framework. All compare counts in bins with the density integrated over the bin [Subr, Arvo 2007].
+
+namespace gmis {
+
+struct CheckSettings {
+  std::size_t samples = 100'000;
+  std::size_t bins = 400;        ///< on the sphere: twice as many columns as rows
+  double smallest_expected = 5;  ///< bins that expect fewer samples are pooled
+  double precision = 1e-7;       ///< absolute, of the integral over one bin
+};
+
+/// What came of comparing samples with a density.
+struct DensityCheck {
+  StatisticalTest test;      ///< χ² of the counts, failed samples included as a bin of their own
+  double integral = 0;       ///< of the density: at most 1, the chance that a sample succeeds
+  double success_share = 0;  ///< of the samples, really
+  std::size_t outside = 0;   ///< samples where the density is 0, negative or not finite
+
+  [[nodiscard]] bool passes(double level, double tolerance = 1e-4) const noexcept {
+    return outside == 0 && integral <= 1 + tolerance && test.passes(level);
+  }
+};
+
+namespace detail {
+
+/// ∫∫ f over a rectangle, by Gauss's rule with 3×3 points, halved both ways until the parts agree with the whole.
+template <class F>
+[[nodiscard]] double integrate_rectangle(const F& f, double x0, double x1, double y0, double y1, double precision,
+                                         int depth) {
+  const auto rule = [&f](double left, double right, double low, double high) {
+    constexpr std::array<double, 3> node{-0.77459666924148338, 0, 0.77459666924148338};
+    constexpr std::array<double, 3> weight{5.0 / 18, 8.0 / 18, 5.0 / 18};
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j)
+        sum += weight[i] * weight[j] *
+               f((left + right) / 2 + node[i] * (right - left) / 2, (low + high) / 2 + node[j] * (high - low) / 2);
+    return sum * (right - left) * (high - low);
+  };
+  const auto refine = [&](const auto& self, double left, double right, double low, double high, double whole,
+                          double tolerance, int left_to_go) -> double {
+    const double x = (left + right) / 2, y = (low + high) / 2;
+    const std::array<double, 4> parts{rule(left, x, low, y), rule(x, right, low, y), rule(left, x, y, high),
+                                      rule(x, right, y, high)};
+    const double sum = parts[0] + parts[1] + parts[2] + parts[3];
+    if (left_to_go == 0 || std::abs(sum - whole) <= tolerance) return sum;
+    const double t = tolerance / 2;
+    return self(self, left, x, low, y, parts[0], t, left_to_go - 1) +
+           self(self, x, right, low, y, parts[1], t, left_to_go - 1) +
+           self(self, left, x, y, high, parts[2], t, left_to_go - 1) +
+           self(self, x, right, y, high, parts[3], t, left_to_go - 1);
+  };
+  return refine(refine, x0, x1, y0, y1, rule(x0, x1, y0, y1), precision, depth);
+}
+
+/// Counts, expected counts and failures to a verdict.
+[[nodiscard]] inline DensityCheck judge(std::vector<double> counts, std::vector<double> integrals, std::size_t outside,
+                                        const CheckSettings& settings) {
+  DensityCheck result;
+  const auto total = static_cast<double>(settings.samples);
+  double succeeded = 0;
+  for (const double count : counts) succeeded += count;
+  for (const double integral : integrals) result.integral += integral;
+  for (double& integral : integrals) integral *= total;
+  counts.push_back(total - succeeded);
+  integrals.push_back(std::max(0.0, total * (1 - result.integral)));
+  // Quadrature is not exact: a density that integrates to one but for that leaves nothing to fail.
+  if (integrals.back() < 1e-5 * total && counts.back() == 0) integrals.back() = 0;
+  result.success_share = succeeded / total;
+  result.outside = outside;
+  result.test = chi_square_test(counts, integrals, settings.smallest_expected);
+  return result;
+}
+
+}  // namespace detail
+
+/// A sampler of directions against its density per steradian. `sample()` makes an `std::optional` of a unit vector,
+/// `pdf(direction)` its density. Bins are cells of equal solid angle in coordinates around `axis`: give the axis that
+/// discontinuities go around, such as the normal of a surface.
+template <std::floating_point T, class Sample, class Pdf>
+[[nodiscard]] DensityCheck check_directions(const Vec3<T>& axis, Sample&& sample, Pdf&& pdf,
+                                            const CheckSettings& settings = {}) {
+  const auto rows = static_cast<std::size_t>(std::max(2.0, 2 * std::round(std::sqrt(double(settings.bins) / 2) / 2)));
+  const std::size_t columns = 2 * rows;
+  const Frame<T> frame = Frame<T>::around(axis);
+  const Frame<double> exact{Vec3<double>(frame.tangent), Vec3<double>(frame.bitangent), Vec3<double>(frame.normal)};
+  const auto cell = [](double x, std::size_t cells) {
+    return std::min(static_cast<std::size_t>(std::max(0.0, x * static_cast<double>(cells))), cells - 1);
+  };
+
+  std::vector<double> counts(rows * columns), integrals(rows * columns);
+  std::size_t outside = 0;
+  for (std::size_t i = 0; i < settings.samples; ++i) {
+    const std::optional<Vec3<T>> direction = sample();
+    if (!direction) continue;
+    const double density = static_cast<double>(pdf(*direction));
+    if (!(density > 0 && density <= std::numeric_limits<double>::max())) ++outside;
+    const Vec3<double> local = exact.to_local(Vec3<double>(*direction));
+    const double turn = std::atan2(local.y, local.x) / (2 * pi<double>);
+    ++counts[cell((local.z + 1) / 2, rows) * columns + cell(turn < 0 ? turn + 1 : turn, columns)];
+  }
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column)
+      integrals[row * columns + column] = detail::integrate_rectangle(
+          [&](double z, double angle) {
+            const double radius = sqrt_or_zero(1 - z * z);
+            const Vec3<double> local(radius * std::cos(angle), radius * std::sin(angle), z);
+            return static_cast<double>(pdf(Vec3<T>(exact.to_world(local))));
+          },
+          2 * static_cast<double>(row) / static_cast<double>(rows) - 1,
+          2 * static_cast<double>(row + 1) / static_cast<double>(rows) - 1,
+          2 * pi<double> * static_cast<double>(column) / static_cast<double>(columns),
+          2 * pi<double> * static_cast<double>(column + 1) / static_cast<double>(columns), settings.precision, 6);
+  return detail::judge(std::move(counts), std::move(integrals), outside, settings);
+}
+
+/// A proposal for numbers (`sample(source)` and `pdf(x)`, as `gmis::Proposal` asks) against its density on
+/// [lower, upper], which must hold all that is to be counted; samples beyond it count as failed.
+template <class P, UniformSource Source>
+[[nodiscard]] DensityCheck check_proposal(const P& proposal, double lower, double upper, Source& source,
+                                          const CheckSettings& settings = {}) {
+  std::vector<double> counts(settings.bins), integrals(settings.bins);
+  const double width = (upper - lower) / static_cast<double>(settings.bins);
+  std::size_t outside = 0;
+  const auto count = [&](auto x) {
+    const double density = static_cast<double>(proposal.pdf(x));
+    if (!(density > 0 && density <= std::numeric_limits<double>::max())) ++outside;
+    const double place = (static_cast<double>(x) - lower) / width;
+    if (place >= 0 && static_cast<double>(x) <= upper)
+      ++counts[std::min(static_cast<std::size_t>(place), settings.bins - 1)];
+  };
+  using Value = decltype(proposal.sample(source));
+  for (std::size_t i = 0; i < settings.samples; ++i) {
+    const Value x = proposal.sample(source);
+    if constexpr (std::floating_point<Value>) {
+      count(x);
+    } else {
+      if (x) count(*x);
+    }
+  }
+  const auto pdf_at = [&](double x) {
+    if constexpr (std::floating_point<Value>)
+      return static_cast<double>(proposal.pdf(static_cast<Value>(x)));
+    else
+      return static_cast<double>(proposal.pdf(static_cast<typename Value::value_type>(x)));
+  };
+  for (std::size_t bin = 0; bin < settings.bins; ++bin)
+    integrals[bin] = detail::integrate_rectangle(
+        [&](double x, double) { return pdf_at(x); }, lower + width * static_cast<double>(bin),
+        lower + width * static_cast<double>(bin + 1), 0, 1, settings.precision, 8);
+  return detail::judge(std::move(counts), std::move(integrals), outside, settings);
+}
+
+/// What `check_bsdf` found out; all errors are relative.
+struct BsdfCheck {
+  DensityCheck directions;       ///< the non-delta part of `sample` against `evaluate(…).pdf.forward`
+  double reverse_error = 0;      ///< largest of pdf.reverse(a, b) against pdf.forward(b, a)
+  double reciprocity_error = 0;  ///< largest of f(a, b) against f(b, a)
+  double sample_error = 0;       ///< largest of what `sample` states against `evaluate` at the same directions
+  double reflected_share = 0;    ///< ∫ f |cos|, delta lobes included, largest channel: at most 1
+
+  [[nodiscard]] bool passes(double level, double tolerance = 1e-3) const noexcept {
+    return directions.passes(level) && reverse_error <= tolerance && reciprocity_error <= tolerance &&
+           sample_error <= tolerance && reflected_share <= 1 + tolerance;
+  }
+};
+
+/// Checks a BSDF at one point whose shading normal is `normal`, for light from `to_prev`: the sampler against its
+/// density, reverse densities, reciprocity and energy. For refraction the reciprocity of the non-delta part is not to
+/// be expected.
+template <Bsdf B, UniformSource Source>
+[[nodiscard]] BsdfCheck check_bsdf(const B& bsdf, const Vec3<ScalarOf<typename B::Spectrum>>& normal,
+                                   const Vec3<ScalarOf<typename B::Spectrum>>& to_prev, Source& source,
+                                   const CheckSettings& settings = {}) {
+  using S = typename B::Spectrum;
+  using T = ScalarOf<S>;
+  constexpr auto mode = TransportMode::importance;  // no change of radiance by refraction
+  BsdfCheck result;
+  const auto differ = [](double a, double b) {
+    const double scale = std::max(std::abs(a), std::abs(b));
+    return scale > 1e-4 ? std::abs(a - b) / scale : 0.0;
+  };
+  const auto compare = [&](double& worst, double a, double b) { worst = std::max(worst, differ(a, b)); };
+  const auto channel = [](const S& s, int i) { return static_cast<double>(SpectrumTraits<S>::channel(s, i)); };
+
+  double delta_share = 0;
+  const auto sample = [&]() -> std::optional<Vec3<T>> {
+    const T u = uniform<T>(source);
+    const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
+    const auto drawn = bsdf.sample(to_prev, u, uv, mode);
+    if (!drawn) return std::nullopt;
+    if (drawn->is_delta) {
+      delta_share += static_cast<double>(max_channel(drawn->weight));
+      return std::nullopt;
+    }
+    const T cosine = std::abs(glm::dot(normal, drawn->to_next));
+    if (cosine < T(1e-3)) return drawn->to_next;  // dominated by the rounding of the direction
+    const auto value = bsdf.evaluate(to_prev, drawn->to_next, mode);
+    compare(result.sample_error, static_cast<double>(drawn->pdf.forward.value),
+            static_cast<double>(value.pdf.forward.value));
+    compare(result.sample_error, static_cast<double>(drawn->pdf.reverse.value),
+            static_cast<double>(value.pdf.reverse.value));
+    for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i)
+      compare(result.sample_error, channel(drawn->weight, i) * static_cast<double>(value.pdf.forward.value),
+              channel(value.value, i) * static_cast<double>(cosine));
+    const auto swapped = bsdf.evaluate(drawn->to_next, to_prev, mode);
+    compare(result.reverse_error, static_cast<double>(swapped.pdf.forward.value),
+            static_cast<double>(value.pdf.reverse.value));
+    for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i)
+      compare(result.reciprocity_error, channel(value.value, i), channel(swapped.value, i));
+    return drawn->to_next;
+  };
+  result.directions = check_directions<T>(
+      normal, sample, [&](const Vec3<T>& w) { return bsdf.evaluate(to_prev, w, mode).pdf.forward.value; }, settings);
+
+  double share = 0;
+  const Frame<double> frame = Frame<double>::around(Vec3<double>(normal));
+  for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i) {
+    double sum = 0;
+    constexpr int cells = 8;
+    for (int z = -cells; z < cells; ++z)
+      for (int turn = 0; turn < 2 * cells; ++turn)
+        sum += detail::integrate_rectangle(
+            [&](double height, double angle) {
+              const double radius = sqrt_or_zero(1 - height * height);
+              const Vec3<double> local(radius * std::cos(angle), radius * std::sin(angle), height);
+              return channel(bsdf.evaluate(to_prev, Vec3<T>(frame.to_world(local)), mode).value, i) * std::abs(height);
+            },
+            z / double(cells), (z + 1) / double(cells), pi<double> * turn / cells, pi<double> * (turn + 1) / cells,
+            settings.precision, 7);
+    share = std::max(share, sum);
+  }
+  result.reflected_share = share + delta_share / static_cast<double>(settings.samples);
+  return result;
+}
+
+}  // namespace gmis

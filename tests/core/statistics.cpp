@@ -1,0 +1,154 @@
+#include "gmis/core/statistics.hpp"
+
+#include <array>
+
+#include "gmis/core/check.hpp"
+#include "gmis/core/compensated_sum.hpp"
+#include "gmis/core/random.hpp"
+#include "support/catch.hpp"
+
+using namespace gmis;
+
+namespace {
+
+// Values computed with 30 digits by another program (mpmath).
+TEST_CASE("p-values of chi-square agree with 30-digit values", "[statistics]") {
+  struct Row {
+    double statistic, degrees, p;
+  };
+  for (const Row& row :
+       {Row{3.841458820694124, 1, 0.050000000000000057}, Row{0.5, 3, 0.91889141165467586},
+        Row{40, 10, 1.6944743930067384e-5}, Row{1000, 1000, 0.49405285382923964}, Row{1100, 1000, 0.014614408126295194},
+        Row{1300, 1000, 3.8897364994868525e-10}, Row{200, 10, 1.6139305336977305e-37},
+        Row{0.01, 2, 0.99501247919268231}, Row{25, 50, 0.9988075511517683}}) {
+    CAPTURE(row.statistic, row.degrees);
+    CHECK(chi_square_p_value(row.statistic, row.degrees) == Approx(row.p).epsilon(1e-10));
+  }
+  CHECK(chi_square_p_value(0, 3) == 1.0);
+}
+
+TEST_CASE("p-values of Student's t agree with 30-digit values", "[statistics]") {
+  struct Row {
+    double t, degrees, p;
+  };
+  for (const Row& row :
+       {Row{2.0, 1, 0.29516723530086655}, Row{2.5, 3, 0.087706647008065547}, Row{-1.0, 10, 0.34089313230205987},
+        Row{6, 30, 1.3942768767204743e-6}, Row{0.1, 200, 0.92044449250432104}, Row{5, 1000, 6.7672563646486304e-7},
+        Row{12.706204736432095, 1, 0.049999999998991306}}) {
+    CAPTURE(row.t, row.degrees);
+    CHECK(student_t_p_value(row.t, row.degrees) == Approx(row.p).epsilon(1e-10));
+  }
+  CHECK(student_t_p_value(0, 5) == Approx(1.0));
+}
+
+TEST_CASE("normal quantiles agree with 30-digit values and invert the distribution", "[statistics]") {
+  struct Row {
+    double p, z;
+  };
+  for (const Row& row :
+       {Row{0.975, 1.9599639845400542}, Row{0.025, -1.9599639845400542}, Row{1e-3, -3.0902323061678135},
+        Row{1e-10, -6.3613409024040562}, Row{1e-100, -21.273453560965324}, Row{0.3, -0.52440051270804078},
+        Row{0.9999, 3.7190164854556806}, Row{1e-300, -37.047096299361199}}) {
+    CAPTURE(row.p);
+    CHECK(normal_quantile(row.p) == Approx(row.z).epsilon(1e-12));
+    CHECK(normal_cdf(normal_quantile(row.p)) == Approx(row.p).epsilon(1e-11));
+  }
+  CHECK(std::abs(normal_quantile(0.5)) < 1e-15);
+  CHECK(std::isnan(normal_quantile(-0.1)));
+  CHECK(normal_quantile(0) == -std::numeric_limits<double>::infinity());
+}
+
+TEST_CASE("the level of Sidak makes the family's level", "[statistics]") {
+  CHECK(sidak_level(0.05, 1) == Approx(0.05));
+  for (const std::size_t count : {2U, 10U, 1000U})
+    CHECK(1 - std::pow(1 - sidak_level(1e-3, count), static_cast<double>(count)) == Approx(1e-3).epsilon(1e-9));
+}
+
+TEST_CASE("Pearson's statistic and its pooling, by hand", "[statistics]") {
+  const std::array<double, 3> observed{12, 18, 30};
+  const std::array<double, 3> expected{20, 20, 20};
+  const auto test = chi_square_test(observed, expected);
+  CHECK(test.statistic == Approx(64.0 / 20 + 4.0 / 20 + 100.0 / 20));
+  CHECK(test.degrees_of_freedom == 2);
+
+  // 1 + 2 + 3 make one bin that expects 6.
+  const std::array<double, 5> counts{0, 3, 4, 10, 13};
+  const std::array<double, 5> means{1, 2, 3, 12, 12};
+  const auto pooled = chi_square_test(counts, means);
+  CHECK(pooled.statistic == Approx(1.0 / 6 + 4.0 / 12 + 1.0 / 12));
+  CHECK(pooled.degrees_of_freedom == 2);
+
+  const std::array<double, 2> impossible{5, 1};
+  const std::array<double, 2> certain{6, 0};
+  CHECK(chi_square_test(impossible, certain).p_value == 0.0);
+}
+
+// 2000 p-values of true hypotheses: their share below a level is the level. False-alarm rate 1e-6 a check.
+TEST_CASE("true hypotheses have uniform p-values, false ones small ones", "[statistics]") {
+  Philox source(7);
+  std::array<double, 2> below{};
+  constexpr int runs = 2000;
+  int rejected_false = 0;
+  for (int run = 0; run < runs; ++run) {
+    std::array<double, 10> counts{};
+    std::array<double, 10> even{};
+    std::array<double, 10> skewed{};
+    even.fill(200);
+    skewed.fill(200);
+    skewed[0] = 150;
+    skewed[1] = 250;
+    double sum = 0, squares = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double u = uniform<double>(source);
+      ++counts[static_cast<std::size_t>(10 * u)];
+      sum += u;
+      squares += u * u;
+    }
+    const double mean = sum / 2000;
+    const double error = std::sqrt((squares / 2000 - mean * mean) / 1999);
+    below[0] += chi_square_test(counts, even).p_value < 0.05 ? 1 : 0;
+    below[1] += t_test(mean, error, 2000, 0.5).p_value < 0.05 ? 1 : 0;
+    rejected_false += chi_square_test(counts, skewed).p_value < 0.01 ? 1 : 0;
+  }
+  for (const double count : below) CHECK(normal_p_value((count / runs - 0.05) / std::sqrt(0.05 * 0.95 / runs)) > 1e-6);
+  // Noncentrality 26.7 with 9 degrees: the power at level 0.01 is about 0.9.
+  CHECK(rejected_false > runs * 0.87);
+}
+
+struct Exponential {
+  double rate = 1, stated_rate = 1;
+  double sample(Philox& source) const { return -std::log1p(-uniform<double>(source)) / rate; }
+  double pdf(double x) const { return x < 0 ? 0.0 : stated_rate * std::exp(-stated_rate * x); }
+};
+struct SometimesFails {
+  std::optional<double> sample(Philox& source) const {
+    const double u = uniform<double>(source);
+    if (u < 0.25) return std::nullopt;
+    return (u - 0.25) / 0.75;
+  }
+  double pdf(double) const { return stated; }
+  double stated = 0.75;
+};
+
+TEST_CASE("a proposal is checked against its density", "[check]") {
+  Philox source(11);
+  const auto right = check_proposal(Exponential{2, 2}, 0, 30, source);
+  CHECK(right.passes(1e-4));
+  CHECK(right.integral == Approx(1).epsilon(1e-6));
+  CHECK_FALSE(check_proposal(Exponential{2, 2.05}, 0, 30, source).passes(1e-4));
+  CHECK_FALSE(check_proposal(Exponential{2, -2}, 0, 30, source).passes(1e-4));
+
+  const auto failing = check_proposal(SometimesFails{}, 0, 1, source);
+  CHECK(failing.passes(1e-4));
+  CHECK(failing.integral == Approx(0.75));
+  CHECK_FALSE(check_proposal(SometimesFails{0.77}, 0, 1, source).passes(1e-4));
+  CHECK_FALSE(check_proposal(SometimesFails{1.1}, 0, 1, source).passes(1e-4));
+}
+
+TEST_CASE("a compensated sum loses nothing that plain summation loses", "[sum]") {
+  CompensatedSum<float> sum(1.0F);
+  for (int i = 0; i < 1'000'000; ++i) sum += 1e-8F;
+  CHECK(sum.value() == Approx(1.01F).epsilon(1e-6));
+}
+
+}  // namespace

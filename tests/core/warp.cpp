@@ -1,0 +1,105 @@
+#include "gmis/core/warp.hpp"
+
+#include "gmis/core/check.hpp"
+#include "support/catch.hpp"
+
+using namespace gmis;
+
+namespace {
+
+// False-alarm rate of the family of all χ² tests in this file: 1e-3.
+const double level = sidak_level(1e-3, 16);
+
+template <std::floating_point T>
+Vec2<T> square_point(Philox& source) {
+  const T x = uniform<T>(source);
+  return {x, uniform<T>(source)};
+}
+
+TEMPLATE_TEST_CASE("maps of the square make the densities they state", "[warp]", float, double) {
+  using T = TestType;
+  Philox source(3);
+  const Vec3<T> axis(0, 0, 1);
+  const auto sphere = check_directions<T>(
+      axis, [&] { return std::optional(square_to_sphere(square_point<T>(source))); },
+      [](const Vec3<T>&) { return T(1) / (T(4) * pi<T>); });
+  CHECK(sphere.passes(level));
+  CHECK(sphere.integral == Approx(1).epsilon(1e-5));
+
+  const auto cosine = check_directions<T>(
+      axis, [&] { return std::optional(square_to_cosine_hemisphere(square_point<T>(source))); },
+      [](const Vec3<T>& w) { return std::max(T(0), w.z) / pi<T>; });
+  CHECK(cosine.passes(level));
+  CHECK(cosine.integral == Approx(1).epsilon(1e-5));
+
+  // Rims that fall on the border of two rows of bins.
+  for (const T drop : {T(1), T(2)}) {
+    const auto cone = check_directions<T>(
+        axis, [&] { return std::optional(square_to_cone(square_point<T>(source), drop)); },
+        [drop](const Vec3<T>& w) { return w.z >= T(1) - drop ? T(1) / (T(2) * pi<T> * drop) : T(0); });
+    CHECK(cone.passes(level));
+  }
+}
+
+TEMPLATE_TEST_CASE("a narrow cone keeps its width", "[warp]", float, double) {
+  using T = TestType;
+  // Mean of sin² over the cone: drop (1 − drop/3), whatever 1 − drop rounds to.
+  const T drop = T(1e-10);
+  double sum = 0;
+  constexpr int steps = 1000;
+  for (int i = 0; i < steps; ++i) {
+    const Vec3<T> w = square_to_cone(Vec2<T>((T(i) + T(0.5)) / T(steps), T(0.3)), drop);
+    sum += static_cast<double>(w.x) * static_cast<double>(w.x) + static_cast<double>(w.y) * static_cast<double>(w.y);
+  }
+  CHECK(sum / steps == Approx(1e-10).epsilon(1e-4));
+}
+
+TEMPLATE_TEST_CASE("disk and triangle are filled evenly", "[warp]", float, double) {
+  using T = TestType;
+  Philox source(4);
+  constexpr int count = 100'000;
+  constexpr std::size_t cells = 8;
+  std::array<double, cells * cells> disk{}, triangle{}, expected{};
+  expected.fill(double(count) / double(cells * cells));
+  const auto bin = [](double x, double y) {
+    const auto at = [](double v) { return std::min(static_cast<std::size_t>(std::max(v, 0.0) * cells), cells - 1); };
+    return at(x) * cells + at(y);
+  };
+  int outside = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vec2<T> d = square_to_disk(square_point<T>(source));
+    const double radius2 = static_cast<double>(glm::dot(d, d));
+    outside += radius2 > 1.00001 ? 1 : 0;
+    ++disk[bin(radius2, std::atan2(double(d.y), double(d.x)) / (2 * pi<double>)+0.5)];
+    // P(b + c < s) = s² and b/(b + c) is uniform.
+    const Vec2<T> b = square_to_triangle(square_point<T>(source));
+    outside += b.x < T(0) || b.y < T(0) || b.x + b.y > T(1.00001) ? 1 : 0;
+    const double s = static_cast<double>(b.x + b.y);
+    ++triangle[bin(s * s, static_cast<double>(b.x) / s)];
+  }
+  CHECK(outside == 0);
+  CHECK(chi_square_test(disk, expected).passes(level));
+  CHECK(chi_square_test(triangle, expected).passes(level));
+}
+
+TEMPLATE_TEST_CASE("a frame is orthonormal and right-handed around any axis", "[math]", float, double) {
+  using T = TestType;
+  Philox source(5);
+  const T tolerance = 16 * std::numeric_limits<T>::epsilon();
+  for (int i = 0; i < 20'000; ++i) {
+    Vec3<T> axis = square_to_sphere(square_point<T>(source));
+    if (i % 4 == 1) axis = glm::normalize(Vec3<T>(axis.x * T(1e-6), axis.y * T(1e-6), -1));
+    if (i == 2) axis = {0, 0, -1};
+    const auto frame = Frame<T>::around(axis);
+    T worst = std::max({std::abs(glm::dot(frame.tangent, frame.bitangent)), std::abs(glm::dot(frame.tangent, axis)),
+                        std::abs(glm::dot(frame.bitangent, axis)), std::abs(glm::length(frame.tangent) - T(1)),
+                        std::abs(glm::length(frame.bitangent) - T(1)),
+                        glm::length(glm::cross(frame.tangent, frame.bitangent) - axis)});
+    const Vec3<T> w = square_to_sphere(square_point<T>(source));
+    worst = std::max(worst, glm::length(frame.to_world(frame.to_local(w)) - w));
+    worst = std::max(worst, std::abs(glm::dot(reflect_about(w, axis), axis) - glm::dot(w, axis)));
+    if (!(worst <= tolerance)) FAIL("axis " << axis.x << ' ' << axis.y << ' ' << axis.z << ": error " << worst);
+  }
+}
+
+}  // namespace
