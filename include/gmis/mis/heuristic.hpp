@@ -25,28 +25,24 @@ struct Balance {
 };
 
 /// w_i = d_i^β / Σ d^β; β = 2 is the usual choice, β = 1 is Balance.
-template <std::floating_point B = double>
 struct Power {
-  B beta = B(2);
+  double beta = 2.0;
 
   template <std::floating_point T>
   [[nodiscard]] T unnormalised(T r) const noexcept {
-    return beta == B(2) ? r * r : std::pow(r, static_cast<T>(beta));
+    return beta == 2.0 ? r * r : std::pow(r, static_cast<T>(beta));
   }
 };
-Power()->Power<double>;
 
 /// Balance among the techniques with d_i ≥ threshold · max d, zero for the others; threshold in [0, 1].
-template <std::floating_point B = double>
 struct Cutoff {
-  B threshold = B(0.1);
+  double threshold = 0.1;
 
   template <std::floating_point T>
   [[nodiscard]] constexpr T unnormalised(T r) const noexcept {
     return r >= static_cast<T>(threshold) ? r : T(0);
   }
 };
-Cutoff()->Cutoff<double>;
 
 /// All weight to the technique with the largest d_i, shared equally among equals.
 struct Maximum {
