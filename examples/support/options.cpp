@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <string_view>
 
 #include "support/diagnostics.hpp"
@@ -25,6 +26,17 @@ std::optional<std::array<int, count>> integers_of(std::string_view text, char se
   }
   if (position != end) return {};
   return values;
+}
+
+/// Read by hand because the library below lets negative numbers wrap around.
+template <class Unsigned>
+Unsigned whole_number_of(const std::string& option, std::string_view text) {
+  Unsigned value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size())
+    throw InputError(option + " " + in_quotes(text) + " must be a whole number from 0 to " +
+                     std::to_string(std::numeric_limits<Unsigned>::max()));
+  return value;
 }
 
 IntegratorChoice integrator_of(const std::string& name) {
@@ -72,8 +84,7 @@ void require_above_zero(const char* option, double value) {
 
 /// The options as text, before they are checked.
 struct RawOptions {
-  std::string integrator = "auto", split = "budgeted", scheme = "N3", size, crop;
-  std::uint32_t iterations = 0;
+  std::string integrator = "auto", split = "budgeted", scheme = "N3", size, crop, seed, iterations;
   double seconds = 0, relative_error = 0;
 };
 
@@ -89,7 +100,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--radius", options.radius, "Merging radius, a fraction of half the scene's diagonal (0.003)");
   app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)");
   app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1)");
-  app.add_option("--seed", options.seed, "Same seed, same picture, for any number of threads (0)");
+  app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)");
   app.add_option("--threads", options.threads, "Threads (all cores)");
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)");
   app.add_option("--time", raw.seconds, "Stop after so many seconds");
@@ -152,9 +163,10 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");
   if (given("--threads") && (options.threads < 1 || options.threads > 4096))
     throw InputError("--threads must be from 1 to 4096");
+  if (given("--seed")) options.seed = whole_number_of<std::uint64_t>("--seed", raw.seed);
   if (given("--iterations")) {
-    if (raw.iterations < 1) throw InputError("--iterations must be at least 1");
-    options.iterations = raw.iterations;
+    options.iterations = whole_number_of<std::uint32_t>("--iterations", raw.iterations);
+    if (*options.iterations < 1) throw InputError("--iterations must be at least 1");
   }
   if (given("--time")) {
     require_above_zero("--time", raw.seconds);

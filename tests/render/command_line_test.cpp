@@ -249,7 +249,7 @@ TEST_CASE("The halves are independent and their mean is the image") {
 
 TEST_CASE("The images of all techniques add up to the image") {
   const ScratchFolder folder;
-  (void)statistics(folder, "cornell --size 8x8 --iterations 3 --max-depth 4 --techniques parts");
+  (void)statistics(folder, "cornell --size 8x8 --iterations 3 --max-depth 4 --radius 0.1 --techniques parts");
   const auto whole = gmis::tools::read_image(folder / "a.pfm");
   std::vector<double> sum(whole.rgb.size());
   int images = 0;

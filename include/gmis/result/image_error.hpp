@@ -40,6 +40,8 @@ template <class T, class U>
   error.relmse = mean_of_first(pixels);
   error.rmse = std::sqrt(squares / static_cast<double>(pixels * channels));
   const std::size_t kept = pixels - pixels / 1000;
+  error.relmse_trimmed = error.relmse;
+  if (kept == pixels) return error;
   // NaN has no place in an order: it counts as the worst.
   const auto is_better = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a < b; };
   std::nth_element(relative.begin(), relative.begin() + static_cast<std::ptrdiff_t>(kept - 1), relative.end(),
