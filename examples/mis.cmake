@@ -1,0 +1,5 @@
+add_executable(one_dimension one_dimension.cpp)
+target_link_libraries(one_dimension PRIVATE gmis::gmis gmis_warnings)
+if(GMIS_BUILD_TESTS)
+  add_test(NAME example_one_dimension COMMAND one_dimension)
+endif()

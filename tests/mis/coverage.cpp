@@ -1,0 +1,78 @@
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "gmis/mis.hpp"
+#include "mis/proposals.hpp"
+#include "support/catch.hpp"
+
+namespace {
+
+using gmis::Scheme;
+
+std::vector<double> grid() {
+  std::vector<double> points;
+  for (int i = 0; i < 100; ++i) points.push_back((i + 0.5) / 100.0);
+  return points;
+}
+double box(double x) {
+  return x < 0.9 ? 1.0 : 0.0;
+}
+
+}  // namespace
+
+TEST_CASE("coverage: full support allows every scheme", "[mis]") {
+  const std::array<test::Ramp, 2> ramps{{{-1.0}, {1.0}}};
+  const auto coverage = gmis::check_coverage(box, ramps, grid());
+  CHECK(coverage.probes == 100);
+  CHECK(coverage.nonzero == 90);
+  CHECK(coverage.uncovered == 0);
+  CHECK(coverage.partly_uncovered == 0);
+  CHECK_FALSE(coverage.uncovered_example.has_value());
+  for (const Scheme scheme : gmis::all_schemes) CHECK(coverage.allows(scheme));
+}
+
+TEST_CASE("coverage: together but not each allows R3 and N3 alone", "[mis]") {
+  const std::array<test::Uniform, 2> halves{{{0.0, 0.5}, {0.4, 1.0}}};
+  const auto coverage = gmis::check_coverage(box, halves, grid());
+  CHECK(coverage.uncovered == 0);
+  CHECK(coverage.partly_uncovered == 80);  // all of [0, 0.9) but [0.4, 0.5)
+  CHECK(coverage.partly_uncovered_example.value() == Approx(0.005));
+  for (const Scheme scheme : gmis::all_schemes) CHECK(coverage.allows(scheme) == !needs_full_support(scheme));
+}
+
+TEST_CASE("coverage: a hole allows no scheme, unless f is zero there", "[mis]") {
+  const std::array<test::Uniform, 2> with_hole{{{0.0, 0.5}, {0.6, 1.0}}};
+  const auto coverage = gmis::check_coverage(box, with_hole, grid());
+  CHECK(coverage.uncovered == 10);
+  CHECK(coverage.uncovered_example.value() == Approx(0.505));
+  for (const Scheme scheme : gmis::all_schemes) CHECK_FALSE(coverage.allows(scheme));
+
+  const std::array<test::Uniform, 1> short_of_one{{{0.0, 0.9}}};
+  CHECK(gmis::check_coverage(box, short_of_one, grid()).allows(Scheme::R1));
+}
+
+TEST_CASE("coverage: probing with a proposal", "[mis]") {
+  const std::array<test::Uniform, 1> narrow{{{0.0, 0.5}}};
+  gmis::Philox source(2);
+  const auto coverage = gmis::check_coverage(box, narrow, test::Uniform{}, 1000, source);
+  CHECK(coverage.probes == 1000);
+  // 40 % of the probes: 400 ± 15.5; five standard deviations.
+  CHECK(std::abs(static_cast<double>(coverage.uncovered) - 400.0) < 78.0);
+}
+
+TEST_CASE("coverage: what is not finite is not judged", "[mis]") {
+  const std::array<test::Uniform, 1> all{};
+  const auto coverage = gmis::check_coverage([](double x) { return x < 0.1 ? std::nan("") : 1.0; }, all, grid());
+  CHECK(coverage.non_finite == 10);
+  CHECK(coverage.nonzero == 90);
+}
+
+// The scheme cannot see the hole itself: it reports no error and is wrong by what is missing.
+TEST_CASE("an estimate does not notice a hole", "[mis]") {
+  const std::array<test::Uniform, 1> narrow{{{0.0, 0.5}}};
+  gmis::Philox source(2);
+  const auto estimate = gmis::estimate<Scheme::N3>(box, narrow, 10, source);
+  CHECK(estimate.rejected.total() == 0);
+  CHECK(estimate.mean == Approx(0.5));
+}
