@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// Everything: the MIS core and the transport engine with the results that it fills.
+/// Everything: the MIS core, the transport engine with the results that it fills, and the built-in scene.
 
 #include "gmis/mis.hpp"
+#include "gmis/scene.hpp"
 #include "gmis/transport.hpp"
