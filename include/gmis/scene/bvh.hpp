@@ -67,8 +67,9 @@ struct Bvh {
   }
 
  private:
+  /// Left uninitialised on the stack: hundreds of entries, of which a ray uses a few.
   struct Entry {
-    BvhChild child;
+    std::uint32_t code;
     T near;
   };
 
@@ -93,19 +94,19 @@ struct Bvh {
           }
           if constexpr (any) {
             for (; mask != 0; mask &= mask - 1)
-              stack[size++].child = node.children[static_cast<std::size_t>(std::countr_zero(mask))];
+              stack[size++].code = node.children[static_cast<std::size_t>(std::countr_zero(mask))].code;
             current = node.children[first];
             continue;
           } else {
             const std::size_t base = size;
-            stack[size++] = {node.children[first], near[first]};
+            stack[size++] = {node.children[first].code, near[first]};
             for (; mask != 0; mask &= mask - 1) {
               const auto lane = static_cast<std::size_t>(std::countr_zero(mask));
               std::size_t place = size++;
               for (; place > base && stack[place - 1].near < near[lane]; --place) stack[place] = stack[place - 1];
-              stack[place] = {node.children[lane], near[lane]};
+              stack[place] = {node.children[lane].code, near[lane]};
             }
-            current = stack[--size].child;
+            current = {stack[--size].code};
             continue;
           }
         }
@@ -121,13 +122,13 @@ struct Bvh {
       }
       if constexpr (any) {
         if (size == 0) return false;
-        current = stack[--size].child;
+        current = {stack[--size].code};
       } else {
         do {
           if (size == 0) return false;
           --size;
         } while (stack[size].near >= best.t);
-        current = stack[size].child;
+        current = {stack[size].code};
       }
     }
   }
