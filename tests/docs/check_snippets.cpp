@@ -124,8 +124,11 @@ class Checker {
   }
 
   void check_links(const Lines& lines) {
+    constexpr std::string_view opening = "](";
+    bool inside_block = false;
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      constexpr std::string_view opening = "](";
+      if (lines[i].starts_with("```")) inside_block = !inside_block;
+      if (inside_block) continue;
       for (std::size_t at = lines[i].find(opening); at != std::string::npos; at = lines[i].find(opening, at + 1)) {
         const std::size_t begin = at + opening.size();
         const std::string target = lines[i].substr(begin, lines[i].find_first_of("#)", begin) - begin);
