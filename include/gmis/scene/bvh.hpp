@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -67,11 +68,17 @@ struct Bvh {
   }
 
  private:
-  /// Left uninitialised on the stack: hundreds of entries, of which a ray uses a few.
-  struct Entry {
-    std::uint32_t code;
-    T near;
-  };
+  /// A child to visit later and, in the upper half, where the ray enters it: one number, so that sorting moves one
+  /// register. Left uninitialised on the stack: hundreds of entries, of which a ray uses a few.
+  using Entry = std::uint64_t;
+  [[nodiscard]] static Entry entry_of(BvhChild child, T near) noexcept {
+    // Not above the true value; and since it is not negative, its bits are ordered as the numbers are.
+    const auto rounded = static_cast<float>(std::same_as<T, float> ? near : near * T(0.9999999));
+    return (Entry{std::bit_cast<std::uint32_t>(rounded)} << 32U) | child.code;
+  }
+  [[nodiscard]] static T near_of(Entry entry) noexcept {
+    return static_cast<T>(std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32U)));
+  }
 
   template <bool any>
   bool traverse(const Ray<T>& unprepared, BvhHit<T>& best) const noexcept {
@@ -87,28 +94,28 @@ struct Bvh {
         LaneMask mask = enter(node, ray, best.t, near);
         if (mask != 0) {
           const auto first = static_cast<std::size_t>(std::countr_zero(mask));
+          current = node.children[first];
           mask &= mask - 1;
-          if (mask == 0) {
-            current = node.children[first];
-            continue;
-          }
+          if (mask == 0) continue;
           if constexpr (any) {
             for (; mask != 0; mask &= mask - 1)
-              stack[size++].code = node.children[static_cast<std::size_t>(std::countr_zero(mask))].code;
-            current = node.children[first];
-            continue;
+              stack[size++] = node.children[static_cast<std::size_t>(std::countr_zero(mask))].code;
           } else {
+            // The nearest child comes next, the others wait in order, the nearest of them on top.
+            Entry nearest = entry_of(current, near[first]);
             const std::size_t base = size;
-            stack[size++] = {node.children[first].code, near[first]};
             for (; mask != 0; mask &= mask - 1) {
               const auto lane = static_cast<std::size_t>(std::countr_zero(mask));
+              const Entry entry = entry_of(node.children[lane], near[lane]);
+              const Entry waiting = std::max(entry, nearest);
+              nearest = std::min(entry, nearest);
               std::size_t place = size++;
-              for (; place > base && stack[place - 1].near < near[lane]; --place) stack[place] = stack[place - 1];
-              stack[place] = {node.children[lane].code, near[lane]};
+              for (; place > base && stack[place - 1] < waiting; --place) stack[place] = stack[place - 1];
+              stack[place] = waiting;
             }
-            current = {stack[--size].code};
-            continue;
+            current = {static_cast<std::uint32_t>(nearest)};
           }
+          continue;
         }
       } else {
         PacketHit<T> hit;
@@ -120,22 +127,17 @@ struct Bvh {
           best = {hit.t, current.kind(), current.index() * lane_count + hit.lane, hit.corner_weights};
         }
       }
-      if constexpr (any) {
+      do {
         if (size == 0) return false;
-        current = {stack[--size].code};
-      } else {
-        do {
-          if (size == 0) return false;
-          --size;
-        } while (stack[size].near >= best.t);
-        current = {stack[size].code};
-      }
+        --size;
+      } while (!any && near_of(stack[size]) >= best.t);
+      current = {static_cast<std::uint32_t>(stack[size])};
     }
   }
 
   /// The children whose boxes the ray meets at 0 ≤ t ≤ t_max, and where it enters them. A plane that the ray lies in
-  /// makes 0 · ∞ = NaN, which never narrows the interval; the far planes are moved out by what rounding can make of
-  /// three operations twice over [Ize 2013].
+  /// makes 0 · ∞ = NaN, which never narrows the interval; the end is moved out by what rounding can make of three
+  /// operations, twice over [Ize 2013].
   [[nodiscard]] static LaneMask enter(const BvhNode<T>& node, const PreparedRay<T>& ray, T t_max,
                                       LaneArray<T>& near) noexcept {
     using L = Lanes<T>;
@@ -145,13 +147,14 @@ struct Bvh {
     L leave_t = L::all(t_max);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const L origin = L::all(ray.origin[axis]);
-      const L near_t = (L::load(node.planes[ray.near_plane[axis]]) - origin) * L::all(ray.inverse[axis]);
-      const L far_t = (L::load(node.planes[ray.near_plane[axis] ^ 1U]) - origin) * L::all(ray.inverse[axis] * widening);
+      const L inverse = L::all(ray.inverse[axis]);
+      const L near_t = (L::load(node.planes[ray.near_plane[axis]]) - origin) * inverse;
+      const L far_t = (L::load(node.planes[ray.near_plane[axis] ^ 1U]) - origin) * inverse;
       enter_t = maximum(near_t, enter_t);
       leave_t = minimum(far_t, leave_t);
     }
     enter_t.store(near);
-    return less_or_equal(enter_t, leave_t);
+    return less_or_equal(enter_t, leave_t * L::all(widening));
   }
 };
 

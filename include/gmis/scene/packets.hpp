@@ -23,7 +23,8 @@ struct PreparedRay {
         direction{ray.direction.x, ray.direction.y, ray.direction.z},
         inverse{ieee_divide(T(1), ray.direction.x), ieee_divide(T(1), ray.direction.y),
                 ieee_divide(T(1), ray.direction.z)} {
-    for (std::size_t axis = 0; axis < 3; ++axis) near_plane[axis] = 2 * axis + (std::signbit(inverse[axis]) ? 1U : 0U);
+    // Also for −0, whose inverse is −∞.
+    for (std::size_t axis = 0; axis < 3; ++axis) near_plane[axis] = 2 * axis + (inverse[axis] < T(0) ? 1U : 0U);
     const T x = std::abs(direction[0]), y = std::abs(direction[1]), z = std::abs(direction[2]);
     kz = x > y ? (x > z ? 0U : 2U) : (y > z ? 1U : 2U);
     kx = kz == 2 ? 0U : kz + 1;
