@@ -37,6 +37,7 @@ template <std::floating_point T>
   const T a = sqrt_or_zero((a2_plus_b2 + t0) / T(2));
   const T t1 = a2_plus_b2 + cos2;
   const T t2 = T(2) * cos_i * a;
+  if (!(t1 + t2 > T(0))) return T(1);  // edge-on
   const T perpendicular = (t1 - t2) / (t1 + t2);
   const T t3 = cos2 * a2_plus_b2 + sin2 * sin2;
   const T t4 = t2 * sin2;
