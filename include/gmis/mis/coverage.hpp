@@ -39,7 +39,6 @@ requires(!AnyProposal<Points>)
   Coverage<typename Set::Value> coverage;
   Workspace<typename Set::Density, dynamic_capacity> workspace;
   workspace.prepare(set.size(), 0);
-  std::size_t evaluations = 0;
 
   for (const typename Set::Value& x : points) {
     ++coverage.probes;
@@ -50,7 +49,7 @@ requires(!AnyProposal<Points>)
     }
     if (is_zero_integrand(value)) continue;
 
-    DensitiesAt<Set> densities(set, x, workspace.densities.data(), evaluations);
+    DensitiesAt<Set> densities(set, x, workspace.densities.data());
     densities.expect_all();
     std::size_t positive = 0;
     bool all_finite = true;

@@ -30,6 +30,17 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
     mixture.add(density, times...);
   };
 
+  const auto add_all = [&](std::size_t count) {
+    if constexpr (capacity_of<Set> <= 8) {  // unrolled
+      for (std::size_t k = 0; k < count; ++k) add(k);
+    } else {  // with no condition inside, so that densities can be evaluated side by side
+      for (std::size_t k = 0; k < index; ++k) mixture.add(densities[k]);
+      own = densities[index];
+      mixture.add(own);
+      for (std::size_t k = index + 1; k < count; ++k) mixture.add(densities[k]);
+    }
+  };
+
   if constexpr (scheme == Scheme::R1 || scheme == Scheme::N1) {  // q_j
     own = densities[index];
     const Denominator<Set> denominator = DensitiesAt<Set>::as_denominator(own);
@@ -38,7 +49,7 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
     densities.expect_all();
     T normaliser(1);
     if constexpr (ShareType::is_equal) {
-      for (std::size_t k = 0; k < set.size(); ++k) add(k);
+      add_all(set.size());
       normaliser = static_cast<T>(set.size());
     } else {
       for (std::size_t k = 0; k < set.size(); ++k) {

@@ -61,7 +61,7 @@ template <std::floating_point T>
 }
 
 /// The densities of a set at one point x. One at a time where the set can, so that what a scheme does not need is not
-/// evaluated; a set that only evaluates all at once does so here. Counts what it evaluates.
+/// evaluated; a set that only evaluates all at once does so here.
 template <ProposalSet Set>
 class DensitiesAt {
  public:
@@ -70,8 +70,7 @@ class DensitiesAt {
   static constexpr bool all_at_once = SetHasPdfs<Set> || SetHasLogPdfs<Set>;
 
   /// `buffer`: room for `set.size()` numbers.
-  DensitiesAt(const Set& set, const typename Set::Value& x, T* buffer, std::size_t& evaluations)
-      : set_(set), x_(x), buffer_(buffer), evaluations_(evaluations) {
+  DensitiesAt(const Set& set, const typename Set::Value& x, T* buffer) : set_(set), x_(x), buffer_(buffer) {
     if constexpr (!one_at_a_time) evaluate_all();
   }
 
@@ -98,6 +97,9 @@ class DensitiesAt {
     }
   }
 
+  /// How many densities have been evaluated.
+  [[nodiscard]] std::size_t evaluations() const noexcept { return evaluations_; }
+
   [[nodiscard]] static Denominator<Set> as_denominator(T density) noexcept {
     if constexpr (is_log_set<Set>)
       return {density};
@@ -118,7 +120,7 @@ class DensitiesAt {
   const Set& set_;
   const typename Set::Value& x_;
   T* buffer_;
-  std::size_t& evaluations_;
+  std::size_t evaluations_ = 0;
   bool have_all_ = false;
 };
 

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
+#include <utility>
 
 #include "gmis/core/compensated_sum.hpp"
 #include "gmis/core/spectrum.hpp"
@@ -34,43 +36,71 @@ struct Rebound<glm::vec<N, T, Q>, A> {
 template <Spectrum S>
 using MeanOf = typename Rebound<S, AccumulatorOf<ScalarOf<S>>>::Type;
 
-/// Mean and variance of a stream of numbers. The mean is a compensated sum, the sum of squared deviations is updated
-/// from the running mean (Welford 1962), so that neither loses digits to cancellation or to the number of terms.
+/// Mean and variance of a stream of numbers. Numbers are summed in blocks, as differences from the mean so far (from the
+/// first number, in the first block), and blocks are merged into compensated sums: nothing is lost to cancellation or to the
+/// number of terms, and a number costs two additions and a multiplication.
 template <std::floating_point A>
 class Moments {
  public:
   void add(A value) noexcept {
-    ++count_;
-    sum_ += value;
-    const A deviation = value - running_mean_;
-    running_mean_ += deviation / static_cast<A>(count_);
-    squared_deviations_ += deviation * (value - running_mean_);
+    if (block_count_ == 0) shift_ = count_ == 0 ? value : mean();
+    const A difference = value - shift_;
+    block_sum_ += difference;
+    block_squares_ += difference * difference;
+    if (++block_count_ == block_size) close_block();
   }
 
-  /// Adds all that `other` has seen (Chan, Golub, LeVeque 1979).
-  void merge(const Moments& other) noexcept {
-    if (other.count_ == 0) return;
-    const A own_count = static_cast<A>(count_);
-    const A other_count = static_cast<A>(other.count_);
-    const A difference = other.running_mean_ - running_mean_;
-    const A other_share = other_count / (own_count + other_count);
-    running_mean_ += difference * other_share;
-    squared_deviations_ += other.squared_deviations_ + difference * difference * own_count * other_share;
-    sum_ += other.sum_;
-    count_ += other.count_;
+  /// Adds all that `other` has seen.
+  void merge(Moments other) noexcept {
+    other.close_block();
+    close_block();
+    merge_closed(other.count_, other.mean_of_closed(), other.squared_deviations_);
   }
 
-  [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+  [[nodiscard]] std::uint64_t count() const noexcept { return count_ + block_count_; }
   /// 0 when nothing was added.
-  [[nodiscard]] A mean() const noexcept { return count_ == 0 ? A(0) : sum_.value() / static_cast<A>(count_); }
+  [[nodiscard]] A mean() const noexcept { return closed().mean_of_closed(); }
   /// The unbiased sample variance; `count()` must be at least 2.
-  [[nodiscard]] A variance() const noexcept { return squared_deviations_ / static_cast<A>(count_ - 1); }
+  [[nodiscard]] A variance() const noexcept { return closed().squared_deviations_ / static_cast<A>(count() - 1); }
 
  private:
-  std::uint64_t count_ = 0;
-  CompensatedSum<A> sum_;
-  A running_mean_ = A(0);
+  static constexpr std::uint64_t block_size = 256;
+
+  [[nodiscard]] Moments closed() const noexcept {
+    Moments result = *this;
+    result.close_block();
+    return result;
+  }
+  [[nodiscard]] A mean_of_closed() const noexcept { return count_ == 0 ? A(0) : mean_.value(); }
+
+  void close_block() noexcept {
+    if (block_count_ == 0) return;
+    const A n = static_cast<A>(block_count_);
+    const A offset = block_sum_ / n;
+    const A squared_deviations = std::max(A(0), block_squares_ - block_sum_ * offset);
+    const std::uint64_t block_count = std::exchange(block_count_, 0);
+    block_sum_ = block_squares_ = A(0);
+    merge_closed(block_count, shift_ + offset, squared_deviations);
+  }
+
+  // Chan, Golub, LeVeque 1979.
+  void merge_closed(std::uint64_t other_count, A other_mean, A other_squared_deviations) noexcept {
+    if (other_count == 0) return;
+    const A own_count = static_cast<A>(count_);
+    const A difference = other_mean - mean_of_closed();
+    const A other_share = static_cast<A>(other_count) / (own_count + static_cast<A>(other_count));
+    mean_ += count_ == 0 ? other_mean : difference * other_share;
+    squared_deviations_ += other_squared_deviations + difference * difference * own_count * other_share;
+    count_ += other_count;
+  }
+
+  std::uint64_t count_ = 0;  // in closed blocks
+  CompensatedSum<A> mean_;
   A squared_deviations_ = A(0);
+  std::uint64_t block_count_ = 0;
+  A shift_ = A(0);
+  A block_sum_ = A(0);
+  A block_squares_ = A(0);
 };
 
 }  // namespace gmis

@@ -44,10 +44,11 @@ RoundCounts sample_weighted_round(const H& heuristic, const Set& set, const Shar
       x = &result;
     }
 
-    DensitiesAt<Set> at(set, *x, densities.data(), counts.density_evaluations);
+    DensitiesAt<Set> at(set, *x, densities.data());
     at.expect_all();
     for (std::size_t k = 0; k < proposal_count; ++k)
       densities[k] = sample_counts[k] > 0 ? at[k] : (is_log_set<Set> ? -std::numeric_limits<D>::infinity() : D(0));
+    counts.density_evaluations += at.evaluations();
     const Denominator<Set> own = DensitiesAt<Set>::as_denominator(densities[index]);
     if (state_of(own) == DensityState::zero) {
       ++counts.zero_density;

@@ -60,10 +60,11 @@ RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source
       x = &result;
     }
 
-    DensitiesAt<Set> densities(set, *x, workspace.densities.data(), counts.density_evaluations);
+    DensitiesAt<Set> densities(set, *x, workspace.densities.data());
     const auto [own, denominator] =
         denominator_of<scheme, selection>(densities, set, shares, workspace, index, n, sample_count);
     selector.discard(n);
+    counts.density_evaluations += densities.evaluations();
     const DensityState own_state = state_of(own);
     const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
     if (state == DensityState::usable) [[likely]]
