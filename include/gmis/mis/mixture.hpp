@@ -60,6 +60,17 @@ template <std::floating_point T>
   return density.log == -std::numeric_limits<T>::infinity() ? DensityState::zero : DensityState::non_finite;
 }
 
+/// Whether a sample can be used: its own density positive, its denominator positive and finite. (A finite mixture has no
+/// infinite part, so nothing more needs to be asked.)
+template <std::floating_point T>
+[[nodiscard]] constexpr bool is_usable(T own, T denominator) noexcept {
+  return own > T(0) && denominator > T(0) && denominator <= std::numeric_limits<T>::max();
+}
+template <std::floating_point T>
+[[nodiscard]] constexpr bool is_usable(LogDensity<T> own, LogDensity<T> denominator) noexcept {
+  return is_finite_number(own.log) && is_finite_number(denominator.log);
+}
+
 /// The densities of a set at one point x. One at a time where the set can, so that what a scheme does not need is not
 /// evaluated; a set that only evaluates all at once does so here.
 template <ProposalSet Set>

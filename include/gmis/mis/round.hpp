@@ -65,14 +65,13 @@ RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source
         denominator_of<scheme, selection>(densities, set, shares, workspace, index, n, sample_count);
     selector.discard(n);
     counts.density_evaluations += densities.evaluations();
-    const DensityState own_state = state_of(own);
-    const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
-    if (state == DensityState::usable) [[likely]]
+    if (is_usable(own, denominator)) [[likely]] {
       visit(*x, denominator, index);
-    else if (state == DensityState::zero)
-      ++counts.zero_density;
-    else
-      ++counts.non_finite_density;
+    } else {
+      const DensityState own_state = state_of(own);
+      const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
+      ++(state == DensityState::zero ? counts.zero_density : counts.non_finite_density);
+    }
   }
   return counts;
 }
