@@ -1,8 +1,13 @@
 #include "support/ply_mesh.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
 #if GMIS_HAS_ASSIMP
 #include <assimp/mesh.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <assimp/Importer.hpp>
@@ -18,7 +23,30 @@ bool can_read_ply() {
 
 namespace {
 
-void append(const aiMesh& from, MeshDescription& to) {
+/// What assimp needs to be sure of before it reads: it loops for ever over a header that does not end, and believes
+/// any count of elements. True when the header is whole and the file is long enough for what it promises.
+bool has_sound_header(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  std::ifstream stream(file, std::ios::binary);
+  constexpr int most_lines = 1000;
+  std::string line;
+  if (error || !std::getline(stream, line) || !line.starts_with("ply")) return false;
+  for (int i = 0; i < most_lines && std::getline(stream, line); ++i) {
+    std::istringstream words(line);
+    std::string first, name;
+    std::uintmax_t count = 0;
+    words >> first;
+    if (first == "end_header") return true;
+    if (first == "element" && (!(words >> name >> count) || count > size)) return false;
+    constexpr std::array known{"format", "comment", "obj_info", "element", "property"};
+    if (std::find(known.begin(), known.end(), first) == known.end()) return false;
+  }
+  return false;
+}
+
+/// False when a face refers to a vertex that there is none of.
+bool append(const aiMesh& from, MeshDescription& to) {
   const int first = static_cast<int>(to.positions.size());
   for (unsigned i = 0; i < from.mNumVertices; ++i) {
     const aiVector3D& p = from.mVertices[i];
@@ -27,22 +55,38 @@ void append(const aiMesh& from, MeshDescription& to) {
   }
   for (unsigned i = 0; i < from.mNumFaces; ++i) {
     const aiFace& face = from.mFaces[i];
-    if (face.mNumIndices != 3) continue;  // points and lines have no area
-    to.triangles.push_back({first + static_cast<int>(face.mIndices[0]), first + static_cast<int>(face.mIndices[1]),
-                            first + static_cast<int>(face.mIndices[2])});
+    const auto corner = [&](unsigned k) { return first + static_cast<int>(face.mIndices[k]); };
+    const bool is_sound = std::all_of(face.mIndices, face.mIndices + face.mNumIndices,
+                                      [&](unsigned index) { return index < from.mNumVertices; });
+    if (!is_sound) return false;
+    // A fan; points and lines have no area and give nothing.
+    for (unsigned k = 2; k < face.mNumIndices; ++k) to.triangles.push_back({corner(0), corner(k - 1), corner(k)});
   }
+  return true;
 }
 
 }  // namespace
 
 MeshDescription read_ply(const std::filesystem::path& file, const SourcePosition& where) {
+  if (!std::filesystem::is_regular_file(file))
+    throw InputError(where, "the mesh " + in_quotes(file.string()) + " cannot be read: check its name");
+  if (!has_sound_header(file))
+    throw InputError(where, "the mesh " + in_quotes(file.string()) + " is no PLY file, or is not whole");
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_ValidateDataStructure);
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr)
     throw InputError(where, "the mesh " + in_quotes(file.string()) + " cannot be read: " + importer.GetErrorString());
   MeshDescription mesh;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) append(*scene->mMeshes[i], mesh);
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i)
+    if (!append(*scene->mMeshes[i], mesh))
+      throw InputError(where,
+                       "a face of the mesh " + in_quotes(file.string()) + " refers to a vertex that is not there");
   if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
+  const bool is_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Point& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+  });
+  if (!is_finite)
+    throw InputError(where, "the mesh " + in_quotes(file.string()) + " has a coordinate that is no number");
   if (mesh.triangles.empty()) throw InputError(where, "the mesh " + in_quotes(file.string()) + " holds no triangle");
   return mesh;
 }

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "gmis/scene/microfacet.hpp"
 #include "support/diagnostics.hpp"
 
 /// \file
@@ -35,6 +36,7 @@ struct MirrorDescription {
 struct ConductorDescription {
   Rgb eta{1}, k{1};
   double alpha = 0;
+  scene::Masking masking = scene::Masking::height_correlated;
 };
 /// Smooth, with a constant index of refraction.
 struct DielectricDescription {

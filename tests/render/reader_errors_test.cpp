@@ -7,6 +7,7 @@
 
 #include "support/catch.hpp"
 #include "support/pbrt/reader.hpp"
+#include "support/ply_mesh.hpp"
 
 using namespace gmis::tools;
 namespace fs = std::filesystem;
@@ -212,6 +213,40 @@ TEST_CASE("A scene with bytes changed at random gives an error or a scene, never
     for (int i = 0; i < changes; ++i) broken[random() % broken.size()] = static_cast<char>(random() % 256U);
     const std::string error = error_of(broken);
     if (!error.empty()) CHECK(error.find("t.pbrt:") == 0);
+  }
+}
+
+TEST_CASE("A PLY file cut short or with bytes changed gives an error or a mesh, never a crash") {
+  if (!can_read_ply()) return;
+  const ScratchFolder folder;
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n2 0 0\n2 2 0\n0 2 0\n4 0 1 2 3\n";
+  const auto is_read = [&](const std::string& content) {
+    std::ofstream(folder.path / "a.ply", std::ios::binary) << content;
+    try {
+      const MeshDescription mesh = read_ply(folder.path / "a.ply", {});
+      for (const auto& triangle_corners : mesh.triangles)
+        for (const int index : triangle_corners) CHECK(static_cast<std::size_t>(index) < mesh.positions.size());
+      return true;
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  CHECK(is_read(text));
+  for (std::size_t length = 0; length + 30 < text.size(); ++length) {
+    CAPTURE(length);
+    CHECK_FALSE(is_read(text.substr(0, length)));
+  }
+  const std::size_t data = text.find("end_header") + 11;
+  std::mt19937 random(1);
+  for (int round = 0; round < 300; ++round) {
+    std::string broken = text;
+    broken[data + random() % (broken.size() - data)] = static_cast<char>(random() % 256U);
+    (void)is_read(broken);
+    broken[random() % data] = static_cast<char>(random() % 256U);
+    (void)is_read(broken);
   }
 }
 
