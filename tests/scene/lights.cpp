@@ -81,7 +81,6 @@ TEMPLATE_TEST_CASE("irradiance of a sphere is L π r²/d² cos, from near and fr
     return scene::Light<T>::sphere(Vec3<T>(0, 0, 0), T(radius), inward, T(0), Vec3<T>(2), two_sided);
   };
   for (const double distance : {1.001, 1.5, 10.0, 1e4}) {
-    const Vec3<double> to_center(0, 1, 0);
     // Tilted as far as the whole sphere stays above the horizon.
     const double tilt = distance < 1.1 ? 0 : 0.7 * std::acos(1 / distance);
     const auto at = receiver<T>({0, -distance, 0}, {std::sin(tilt), std::cos(tilt), 0});

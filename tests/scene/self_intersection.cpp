@@ -192,4 +192,43 @@ TEMPLATE_TEST_CASE("two points that face each other see each other", "[offset]",
   CHECK(pairs > 1000);
 }
 
+TEMPLATE_TEST_CASE("a point far away is seen, whatever the angle", "[offset]", float, double) {
+  using T = TestType;
+  Philox source(35);
+  int shadows = 0, pairs = 0;
+  for (int scene_number = 0; scene_number < 300; ++scene_number) {
+    // Near the origin coordinates are fine, and the far end of the ray is not.
+    SceneBuilder<T> builder;
+    const auto material = builder.add_material(make_diffuse<T>({.5, .5, .5}));
+    Mesh mesh;
+    mesh.triangles = {{0, 1, 2}};
+    glm::dvec3 center(0);
+    for (int k = 0; k < 3; ++k) {
+      mesh.positions.push_back(random_in_cube(source));
+      center += mesh.positions.back() / 3.0;
+    }
+    if (scene_number % 2 == 0)
+      builder.add_mesh(mesh.shape(), material);
+    else
+      builder.add_sphere(center, 1, material);
+    builder.set_camera(camera_at({0, 0, 0}));
+    const auto scene = builder.build();
+    for (int i = 0; i < 100; ++i) {
+      const Vec3<double> from = center + random_direction<double>(source) * 5.0;
+      const auto hit = scene.intersect({Vec3<T>(from), Vec3<T>(glm::normalize(center - from))});
+      if (!hit) continue;
+      const Vec3<T> away = direction_on_side(hit->point.geometric_normal, T(1), source);
+      const SurfacePoint<T> far{
+          hit->point.position + away * static_cast<T>(random_magnitude(source, -1, 4)), {}, {}, T(0)};
+      const Vec3<T> offset = hit->point.position - far.position;
+      // Nearer to the horizon than this, rounding may put the far point below it.
+      if (glm::dot(away, hit->point.geometric_normal) < T(1e-5)) continue;
+      ++pairs;
+      shadows += scene.visible(segment(far, hit->point, offset / glm::length(offset))) ? 0 : 1;
+    }
+  }
+  CHECK(pairs > 10'000);
+  CHECK(shadows == 0);
+}
+
 }  // namespace

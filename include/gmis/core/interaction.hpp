@@ -49,7 +49,10 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> segment(const SurfacePoint<T>& from, const SurfacePoint<T>& to, const Vec3<T>& direction) {
   const T from_side = std::copysign(from.position_error, glm::dot(direction, from.geometric_normal));
-  const T to_side = std::copysign(to.position_error, -glm::dot(direction, to.geometric_normal));
+  // How far a ray passes from where it should grows with the way it has gone.
+  const T reach = T(4) * std::numeric_limits<T>::epsilon() * glm::dot(to.position - from.position, direction);
+  const T to_error = to.position_error > T(0) ? to.position_error + reach : T(0);
+  const T to_side = std::copysign(to_error, -glm::dot(direction, to.geometric_normal));
   const Vec3<T> origin = from.position + from.geometric_normal * from_side;
   const Vec3<T> target = to.position + to.geometric_normal * to_side;
   const Vec3<T> between = target - origin;
