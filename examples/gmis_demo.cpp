@@ -33,7 +33,7 @@ Entry render_for(double seconds, IntegratorChoice integrator, const BuiltScene& 
   request.seconds = seconds;
   request.interrupted = &interrupt_flag();
   ProgressBar bar(request, true);
-  request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
+  if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
   Entry entry{name_of(integrator), render(scene, request, executor), {}};
   bar.finish();
   std::vector<std::string> endings;

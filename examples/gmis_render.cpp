@@ -77,7 +77,7 @@ int run(Options options) {
 
   request.interrupted = &interrupt_flag();
   ProgressBar bar(request, !options.quiet);
-  request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
+  if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);
   bar.finish();
 

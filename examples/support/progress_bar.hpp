@@ -12,6 +12,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  [[nodiscard]] bool is_shown() const { return is_shown_; }
   void show(const Progress& progress);
   /// Clears the line.
   void finish();
