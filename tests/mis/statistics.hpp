@@ -41,7 +41,7 @@ inline SampleMoments moments_of(const std::vector<double>& values) {
 inline double mean_p_value(const SampleMoments& m, double truth) {
   // Differences at the level of rounding are no evidence; they arise when all values are equal.
   if (std::abs(m.mean - truth) <= 1e-12 * std::abs(truth)) return 1.0;
-  return normal_p_value((m.mean - truth) / m.standard_error);
+  return m.standard_error > 0.0 ? normal_p_value((m.mean - truth) / m.standard_error) : 0.0;
 }
 
 /// p-value of the two-sample Kolmogorov–Smirnov test (asymptotic series, Stephens' correction).
