@@ -32,6 +32,18 @@ void check_outputs(const Options& options) {
     throw InputError(options.techniques_folder.string() + ": this folder of --techniques cannot be created");
 }
 
+/// The film's file name, in the current folder; as .pfm when its own format cannot be written.
+std::filesystem::path default_output(const BuiltScene& scene, bool is_quiet) {
+  std::filesystem::path file = std::filesystem::path(scene.film_file_name()).filename();
+  try {
+    require_writable_format(file);
+  } catch (const InputError& error) {
+    file.replace_extension(".pfm");
+    if (!is_quiet) std::fprintf(stderr, "gmis-render: %s; writing %s\n", error.what(), file.c_str());
+  }
+  return file;
+}
+
 void print_summary(const RenderResult& result, const Options& options, const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
               result.stopped_by.c_str(), result.estimate.mean);
@@ -58,7 +70,7 @@ int run(Options options) {
   LoadedScene loaded = load_scene(find_scene(options.scene), options.size);
   const BuiltScene& scene = *loaded.built;
   if (options.outputs.empty()) {
-    options.outputs.emplace_back(std::filesystem::path(scene.film_file_name()).filename());
+    options.outputs.push_back(default_output(scene, options.quiet));
     check_outputs(options);
   }
   if (!options.quiet)

@@ -309,6 +309,10 @@ TEST_CASE("Without --out the film's file name is used") {
                                           "LightSource \"point\"\nTranslate 0 0 3 Shape \"sphere\"\n";
   CHECK(run(folder, "named.pbrt --size 4x4 --iterations 1").exit_code == 0);
   CHECK(fs::exists(folder / "mine.pfm"));
+  std::ofstream(folder / "odd.pbrt") << "Film \"rgb\" \"string filename\" \"odd.tga\"\nWorldBegin\n"
+                                        "LightSource \"point\"\nTranslate 0 0 3 Shape \"sphere\"\n";
+  CHECK(run(folder, "odd.pbrt --size 4x4 --iterations 1").exit_code == 0);
+  CHECK(fs::exists(folder / "odd.pfm"));
 }
 
 TEST_CASE("Ctrl-C writes what there is") {
