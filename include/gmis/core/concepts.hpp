@@ -58,11 +58,9 @@ concept BsdfWithLobes = Bsdf<B> &&
 /// - `sample_next_event(from, uv)`: light that arrives at `from`; nothing where none can.
 /// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath.
 /// - `emitted(origin, direction)`: what leaves `origin` along `direction`, and the densities with which emission starts
-/// so.
-///   An infinite light ignores `origin`; its `direction` is the way the light goes, out of the sky.
+///   this way. An infinite light ignores `origin`; its `direction` is the way the light goes, out of the sky.
 /// - `next_event_density(origin, direction, from)`: with which `sample_next_event(from, …)` makes `origin` (for an
-/// infinite
-///   light: the direction), in the measure of `EmissionDensity::origin`; 1 for a delta light.
+///   infinite light: the direction), in the measure of `EmissionDensity::origin`; 1 for a delta light.
 template <class L>
 concept Light = requires {
   typename L::Spectrum;
@@ -97,11 +95,11 @@ concept Camera = requires {
 ///
 /// - `intersect(ray)`: the nearest hit with 0 < t < t_max, or nothing.
 /// - `visible(ray)`: nothing blocks 0 < t < t_max.
-/// - `sample_light(u)`: a light chosen with a probability that does not depend on the receiver; null light when there
-/// is none.
+/// - `sample_light(u)`: a light chosen with a probability that does not depend on the receiver; a null light when there
+///   is none.
 /// - `selection_probability(light)`: the same probability.
 /// - `infinite_lights()`: a range of `const Light*`: what rays that leave the scene may hit (delta ones may be left
-/// out).
+///   out).
 /// - `camera()`.
 template <class S>
 concept Scene = requires {

@@ -12,9 +12,9 @@
 
 namespace gmis {
 
-/// What a subpath carries. The two differ in refraction (radiance scales with 1/η², importance does not) and under
-/// shading normals [Veach 1997, ch. 5]. A subpath that starts at the camera gathers radiance, one that starts at a
-/// light carries importance's dual, flux, and must be asked for with `importance`.
+/// What a subpath carries: `radiance` when it started at the camera, `importance` when it started at a light (the adjoint
+/// quantity, flux). The two differ in refraction (radiance scales with the square of the index, flux does not) and under
+/// shading normals [Veach 1997, ch. 5].
 enum class TransportMode { radiance, importance };
 
 template <std::floating_point T>
