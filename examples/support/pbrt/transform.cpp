@@ -43,8 +43,10 @@ std::optional<Transform> look_at(const Point& eye, const Point& target, const gl
   if (glm::length(right) < 1e-9) return {};
   const glm::dvec3 x = glm::normalize(right);
   const glm::dvec3 y = glm::cross(forward, x);
-  const Transform world_from_camera(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(forward, 0), glm::dvec4(eye, 1));
-  return glm::inverse(world_from_camera);
+  // The inverse of a rotation is its transpose; written out, so that no rounding reaches the last row.
+  Transform camera_from_world = glm::transpose(Transform(glm::dmat3(x, y, forward)));
+  camera_from_world[3] = glm::dvec4(-glm::dot(x, eye), -glm::dot(y, eye), -glm::dot(forward, eye), 1);
+  return camera_from_world;
 }
 
 Point transform_point(const Transform& m, const Point& p) {
