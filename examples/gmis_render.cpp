@@ -69,10 +69,6 @@ int run(Options options) {
   check_outputs(options);
   LoadedScene loaded = load_scene(find_scene(options.scene), options.size);
   const BuiltScene& scene = *loaded.built;
-  if (options.outputs.empty()) {
-    options.outputs.push_back(default_output(scene, options.quiet));
-    check_outputs(options);
-  }
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
       std::fprintf(stderr, "%s\n", diagnostic.to_string().c_str());
@@ -81,6 +77,8 @@ int run(Options options) {
   std::optional<Image> reference;
   if (!options.reference_file.empty())
     reference = read_reference(options.reference_file, request, scene.scene().camera().resolution());
+
+  if (options.outputs.empty()) options.outputs.push_back(default_output(scene, options.quiet));
 
   ThreadedExecutor executor(options.threads);
   if (!ThreadedExecutor::has_threads && options.threads != 1 && !options.quiet)

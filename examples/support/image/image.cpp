@@ -12,7 +12,8 @@ namespace {
 
 enum class Format { exr, pfm, png };
 
-Format format_of(const std::filesystem::path& file) {
+/// Of a file that is to be written or read here; a PNG is only ever written.
+Format format_of(const std::filesystem::path& file, bool is_read = false) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -22,7 +23,7 @@ Format format_of(const std::filesystem::path& file) {
     return Format::exr;
   }
   if (ending == ".png") {
-    if (!has_png()) throw InputError(file.string() + ": this program was built without libpng: use .pfm");
+    if (!has_png() && !is_read) throw InputError(file.string() + ": this program was built without libpng: use .pfm");
     return Format::png;
   }
   throw InputError(file.string() + ": the ending " + in_quotes(ending) + " is not known: use .exr, .pfm or .png");
@@ -70,7 +71,7 @@ void write_image(const Image& image, const std::filesystem::path& file) {
 }
 
 Image read_image(const std::filesystem::path& file) {
-  switch (format_of(file)) {
+  switch (format_of(file, true)) {
     case Format::exr:
       return read_exr(file);
     case Format::pfm:
