@@ -7,18 +7,12 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/statistics.hpp"
 
 namespace test {
 
-/// Two-sided p-value of a standard normal deviate.
-inline double normal_p_value(double z) {
-  return std::erfc(std::abs(z) / std::sqrt(2.0));
-}
-
-/// The level of each of `count` independent tests that together raise a false alarm with probability `family_rate` (Šidák).
-inline double sidak_level(double family_rate, std::size_t count) {
-  return -std::expm1(std::log1p(-family_rate) / static_cast<double>(count));
-}
+using gmis::normal_p_value;
+using gmis::sidak_level;
 
 struct SampleMoments {
   double mean = 0.0;
