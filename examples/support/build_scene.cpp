@@ -16,7 +16,9 @@ struct MakeMaterial {
     return scene::make_phong(m.reflectance, m.specular, m.exponent);
   }
   Material operator()(const MirrorDescription& m) const { return scene::make_mirror(m.reflectance); }
-  Material operator()(const ConductorDescription& m) const { return scene::make_conductor(m.eta, m.k, m.alpha, m.masking); }
+  Material operator()(const ConductorDescription& m) const {
+    return scene::make_conductor(m.eta, m.k, m.alpha, m.masking);
+  }
   Material operator()(const DielectricDescription& m) const { return scene::make_dielectric(m.eta); }
   Material operator()(const CoatedDiffuseDescription& m) const {
     return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha);
