@@ -121,7 +121,7 @@ void compare_emission_with_next_event(const scene::Light<T>& light, Philox& sour
   double emitted = 0, emitted2 = 0, received = 0, received2 = 0;
   for (int i = 0; i < count; ++i) {
     const auto start = light.sample_emission(random_square<T>(source), random_square<T>(source));
-    if (start && start->direction.y < T(0)) {
+    if (start && start->direction.y != T(0)) {
       const double t = (y - static_cast<double>(start->origin.position.y)) / static_cast<double>(start->direction.y);
       const double x = static_cast<double>(start->origin.position.x) + t * static_cast<double>(start->direction.x);
       const double z = static_cast<double>(start->origin.position.z) + t * static_cast<double>(start->direction.z);
