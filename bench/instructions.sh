@@ -69,7 +69,7 @@ fi
 if [[ $what != instructions ]]; then
   [[ $what == errors ]] || echo
   seeds=${SEEDS:-8}
-  printf '%-6s %-4s %10s %20s %20s   (relMSE, in brackets trimmed; ours: mean of %d seeds)\n' scene '' iterations ours SmallVCM "$seeds"
+  printf '%-6s %-4s %10s %29s %20s   (relMSE, in brackets trimmed; ours: mean of %d seeds ± its standard error)\n' scene '' iterations ours SmallVCM "$seeds"
   for scene in svcm0 svcm1; do
     for integrator in pt bpt vcm; do
       for iterations in 1 4 16 64; do
@@ -82,8 +82,13 @@ if [[ $what != instructions ]]; then
         done
         # shellcheck disable=SC2046
         awk -v s="$scene" -v i="$integrator" -v n="$iterations" -v r="$(smallvcm_error "$scene" "$integrator" "$iterations")" '
-          { e += $1; t += $2 }
-          END { split(r, ref, " "); printf "%-6s %-4s %10d %9.4f (%8.4f) %9.4f (%8.4f)\n", s, i, n, e / NR, t / NR, ref[1], ref[2] }' \
+          { e += $1; t += $2; squares += $2 * $2 }
+          END {
+            split(r, ref, " ")
+            spread = squares / NR - (t / NR) ^ 2
+            printf "%-6s %-4s %10d %9.4f (%8.4f ± %6.4f) %9.4f (%8.4f)\n", s, i, n, e / NR, t / NR,
+              sqrt((spread > 0 ? spread : 0) / (NR > 1 ? NR - 1 : 1)), ref[1], ref[2]
+          }' \
           "$folder/errors"
       done
     done
