@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -95,7 +96,7 @@ class Checker {
         const fs::path& path = entry.path();
         const bool in_consumer = path.string().find("tests/consumer/") != std::string::npos;
         const bool is_compiled = commands.find('"' + path.string() + '"') != std::string::npos;
-        if (path.extension() == ".cpp" && (is_compiled || in_consumer)) compiled_files_.push_back(split(read(path)));
+        if (path.extension() == ".cpp" && (is_compiled || in_consumer)) add_compiled(path);
         if (path.filename() == "CMakeLists.txt" && in_consumer) cmake_files_.push_back(split(read(path)));
       }
     }
@@ -112,6 +113,20 @@ class Checker {
   }
 
  private:
+  // A compiled file, and what it includes of the project's own programs: that is compiled with it.
+  void add_compiled(const fs::path& path) {
+    if (!seen_.insert(path.string()).second) return;
+    compiled_files_.push_back(split(read(path)));
+    const Lines lines = compiled_files_.back();
+    constexpr std::string_view directive = "#include \"";
+    for (const std::string& line : lines) {
+      if (!line.starts_with(directive)) continue;
+      const std::string name = line.substr(directive.size(), line.rfind('"') - directive.size());
+      for (const char* folder : {"tests", "examples"})
+        if (const fs::path included = project_ / folder / name; fs::exists(included)) add_compiled(included);
+    }
+  }
+
   void check(const Block& block) {
     if (block.language == "cpp")
       require_in(compiled_files_, block, "stands in no compiled file of examples/, tests/ or bench/");
@@ -194,6 +209,7 @@ class Checker {
   fs::path project_;
   std::string gmis_render_help_;
   fs::path document_;
+  std::set<std::string> seen_;
   std::vector<Lines> compiled_files_;
   std::vector<Lines> cmake_files_;
   int faults_ = 0;
