@@ -97,3 +97,20 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
     check<Gmis<>, double>(2, 0.01);
   }
 }
+
+TEST_CASE("where merging makes nearly all of the light it makes the right amount") {
+  // Emitter hits and merging alone, with so many photons that merging has nine tenths of all that is not seen directly: a
+  // wrong area of its disk or number of photons shows in full.
+  gmis::RenderSettings settings;
+  settings.max_depth = 4;
+  settings.radius = 0.05;
+  settings.alpha = 1.0;
+  settings.light_paths = 64.0;
+  const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 16);
+  const Measured measured =
+      render<gmis::Integrator<gmis::Techniques<gmis::EmitterHit, gmis::Merge>>>(scene, settings, 24);
+  CAPTURE(measured.mean, measured.standard_error, truth(0.7, 4));
+  CHECK(std::abs(measured.mean - truth(0.7, 4)) < 4.5 * measured.standard_error + 0.003 * truth(0.7, 4));
+  CHECK(measured.standard_error < 0.004 * truth(0.7, 4));  // so that 2 % would show
+  CHECK(measured.counters.merges > measured.counters.camera_paths);
+}
