@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "gmis/core/math.hpp"
 
 /// \file
@@ -35,6 +37,12 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] constexpr AreaPdf<T> to_area(SolidAnglePdf<T> pdf, T cos_at_point, T distance_squared) noexcept {
   return {pdf.value * solid_angle_per_area(cos_at_point, distance_squared)};
+}
+
+/// A density that a weight can be formed with: positive and finite. Anything else belongs to a sample that should not exist.
+template <std::floating_point T>
+[[nodiscard]] constexpr bool is_usable_density(T density) noexcept {
+  return density > T(0) && density <= std::numeric_limits<T>::max();
 }
 
 }  // namespace gmis

@@ -319,7 +319,7 @@ class Engine {
       const T distance_squared = glm::dot(offset, offset);
       const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, step.to_next));
       const T density = step.forward * (depth == 1 && has_parallel_rays ? cos_here : cos_here / distance_squared);
-      if (!(density > T(0) && density <= std::numeric_limits<T>::max())) {
+      if (!is_usable_density(density)) {
         ++output.counters.rejected_zero_pdf;
         return;
       }

@@ -116,9 +116,9 @@ class LightTree {
     return {hit.point, hit.bsdf, -direction, throughput, weights, {light_children, survival}, depth};
   }
 
-  /// A density that a weight can be formed with; anything else is a sample that should not exist, and is counted.
+  /// Counts a density that no weight can be formed with.
   [[nodiscard]] bool is_usable(T density) noexcept {
-    if (density > T(0) && density <= std::numeric_limits<T>::max()) [[likely]]
+    if (is_usable_density(density)) [[likely]]
       return true;
     ++counters_.rejected_zero_pdf;
     return false;
