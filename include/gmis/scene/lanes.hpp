@@ -8,12 +8,17 @@
 #include "gmis/core/ieee.hpp"
 
 #if defined(__AVX2__) && defined(__FMA__)
+#define GMIS_LANES_AVX2
 #include <immintrin.h>
+#elif defined(__SSE2__)
+#define GMIS_LANES_SSE2
+#include <emmintrin.h>
 #endif
 
 /// \file
 /// Eight numbers worked on at once: eight boxes or eight primitives against one ray. Plain loops everywhere, and the
-/// processor's own registers for `float` where the compiler may use AVX2.
+/// processor's own registers for `float` where the compiler may use AVX2 or SSE2. SSE2 gives the bits of the plain loops,
+/// AVX2 rounds a product and a sum at once.
 
 namespace gmis::scene {
 
@@ -113,7 +118,7 @@ struct Lanes {
   }
 };
 
-#if defined(__AVX2__) && defined(__FMA__)
+#if defined(GMIS_LANES_AVX2)
 template <>
 struct Lanes<float> {
   __m256 value;
@@ -153,6 +158,80 @@ struct Lanes<float> {
   }
   [[nodiscard]] friend LaneMask less_or_equal(Lanes a, Lanes b) noexcept {
     return static_cast<LaneMask>(_mm256_movemask_ps(_mm256_cmp_ps(a.value, b.value, _CMP_LE_OQ)));
+  }
+};
+#elif defined(GMIS_LANES_SSE2)
+template <>
+struct Lanes<float> {
+  __m128 low, high;
+
+  [[nodiscard]] static Lanes load(const LaneArray<float>& from) noexcept {
+    return {_mm_load_ps(from.data()), _mm_load_ps(from.data() + 4)};
+  }
+  [[nodiscard]] static Lanes all(float x) noexcept { return {_mm_set1_ps(x), _mm_set1_ps(x)}; }
+  void store(LaneArray<float>& to) const noexcept {
+    _mm_store_ps(to.data(), low);
+    _mm_store_ps(to.data() + 4, high);
+  }
+
+  [[nodiscard]] friend Lanes operator+(Lanes a, Lanes b) noexcept {
+    return {_mm_add_ps(a.low, b.low), _mm_add_ps(a.high, b.high)};
+  }
+  [[nodiscard]] friend Lanes operator-(Lanes a, Lanes b) noexcept {
+    return {_mm_sub_ps(a.low, b.low), _mm_sub_ps(a.high, b.high)};
+  }
+  [[nodiscard]] friend Lanes operator*(Lanes a, Lanes b) noexcept {
+    return {_mm_mul_ps(a.low, b.low), _mm_mul_ps(a.high, b.high)};
+  }
+  [[nodiscard]] friend Lanes divide(Lanes a, Lanes b) noexcept {
+    return {_mm_div_ps(a.low, b.low), _mm_div_ps(a.high, b.high)};
+  }
+  [[nodiscard]] friend Lanes multiply_add(Lanes a, Lanes b, Lanes c) noexcept { return a * b + c; }
+  [[nodiscard]] friend Lanes subtract_product(Lanes c, Lanes a, Lanes b) noexcept { return c - a * b; }
+  [[nodiscard]] friend Lanes product_difference(Lanes a, Lanes b, Lanes c, Lanes d) noexcept {
+    return {product_difference(a.low, b.low, c.low, d.low), product_difference(a.high, b.high, c.high, d.high)};
+  }
+  [[nodiscard]] friend Lanes minimum(Lanes a, Lanes b) noexcept {
+    return {_mm_min_ps(a.low, b.low), _mm_min_ps(a.high, b.high)};
+  }
+  [[nodiscard]] friend Lanes maximum(Lanes a, Lanes b) noexcept {
+    return {_mm_max_ps(a.low, b.low), _mm_max_ps(a.high, b.high)};
+  }
+  [[nodiscard]] friend Lanes root(Lanes a) noexcept {
+    const __m128 zero = _mm_setzero_ps();
+    return {_mm_sqrt_ps(_mm_max_ps(a.low, zero)), _mm_sqrt_ps(_mm_max_ps(a.high, zero))};
+  }
+  [[nodiscard]] friend Lanes with_sign_of(Lanes magnitude, Lanes sign) noexcept {
+    const __m128 sign_bit = _mm_set1_ps(-0.0F);
+    return {choose(sign_bit, sign.low, magnitude.low), choose(sign_bit, sign.high, magnitude.high)};
+  }
+  [[nodiscard]] friend Lanes positive_or(Lanes a, Lanes b) noexcept {
+    const __m128 zero = _mm_setzero_ps();
+    return {choose(_mm_cmpgt_ps(a.low, zero), a.low, b.low), choose(_mm_cmpgt_ps(a.high, zero), a.high, b.high)};
+  }
+  [[nodiscard]] friend LaneMask less(Lanes a, Lanes b) noexcept {
+    return mask_of(_mm_cmplt_ps(a.low, b.low), _mm_cmplt_ps(a.high, b.high));
+  }
+  [[nodiscard]] friend LaneMask less_or_equal(Lanes a, Lanes b) noexcept {
+    return mask_of(_mm_cmple_ps(a.low, b.low), _mm_cmple_ps(a.high, b.high));
+  }
+
+ private:
+  /// The bits of `a` where those of `mask` are set, else those of `b`.
+  [[nodiscard]] static __m128 choose(__m128 mask, __m128 a, __m128 b) noexcept {
+    return _mm_or_ps(_mm_and_ps(mask, a), _mm_andnot_ps(mask, b));
+  }
+  [[nodiscard]] static LaneMask mask_of(__m128 low, __m128 high) noexcept {
+    return static_cast<LaneMask>(_mm_movemask_ps(low) | (_mm_movemask_ps(high) << 4));
+  }
+  /// In double, where products of floats are exact.
+  [[nodiscard]] static __m128 product_difference(__m128 a, __m128 b, __m128 c, __m128 d) noexcept {
+    const auto of_two = [](__m128 e, __m128 f, __m128 g, __m128 h) {
+      return _mm_cvtpd_ps(
+          _mm_sub_pd(_mm_mul_pd(_mm_cvtps_pd(e), _mm_cvtps_pd(f)), _mm_mul_pd(_mm_cvtps_pd(g), _mm_cvtps_pd(h))));
+    };
+    const auto upper = [](__m128 x) { return _mm_movehl_ps(x, x); };
+    return _mm_movelh_ps(of_two(a, b, c, d), of_two(upper(a), upper(b), upper(c), upper(d)));
   }
 };
 #endif
