@@ -58,6 +58,7 @@ class FurnaceScene {
       pdfs[0] = cosine / gmis::pi<T>;
       if (lobes_ == 2) pdfs[1] = T(1) / (T(2) * gmis::pi<T>);
     }
+    [[nodiscard]] bool has_delta_lobes() const { return false; }
     [[nodiscard]] bool lobes_have_full_support() const { return true; }
 
    private:

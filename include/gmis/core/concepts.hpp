@@ -38,6 +38,7 @@ concept Bsdf = std::copyable<B> && requires {
 /// - `lobe_weight(k)`: α_k, sums to one over the lobes: what `sample` chooses by, given that it chooses no delta lobe.
 /// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when it goes under the surface.
 /// - `lobe_pdfs(to_prev, to_next, pdfs)`: the density of every lobe at `to_next`, per steradian, all at once.
+/// - `has_delta_lobes()`: `sample` may also choose a delta lobe here; then children are drawn by `sample` alone.
 /// - `lobes_have_full_support()`: every lobe has a positive density wherever f is not zero.
 template <class B>
 concept BsdfWithLobes = Bsdf<B> &&
@@ -48,6 +49,7 @@ concept BsdfWithLobes = Bsdf<B> &&
   { bsdf.lobe_weight(k) } -> std::convertible_to<ScalarOf<typename B::Spectrum>>;
   { bsdf.sample_lobe(k, w, uv, mode) } -> std::same_as<std::optional<Vec3<ScalarOf<typename B::Spectrum>>>>;
   {bsdf.lobe_pdfs(w, w, pdfs)};
+  { bsdf.has_delta_lobes() } -> std::same_as<bool>;
   { bsdf.lobes_have_full_support() } -> std::same_as<bool>;
 };
 

@@ -39,6 +39,24 @@ struct Counters {
     return *this;
   }
 
+  /// What was done since `earlier`.
+  [[nodiscard]] constexpr Counters operator-(const Counters& earlier) const noexcept {
+    return {camera_paths - earlier.camera_paths,
+            light_subpaths - earlier.light_subpaths,
+            rays - earlier.rays,
+            shadow_rays - earlier.shadow_rays,
+            connections - earlier.connections,
+            splats - earlier.splats,
+            merge_queries - earlier.merge_queries,
+            merges - earlier.merges,
+            photons_stored - earlier.photons_stored,
+            grids_built - earlier.grids_built,
+            contributions - earlier.contributions,
+            rejected_non_finite - earlier.rejected_non_finite,
+            rejected_negative - earlier.rejected_negative,
+            rejected_zero_pdf - earlier.rejected_zero_pdf};
+  }
+
   [[nodiscard]] constexpr std::uint64_t rejected() const noexcept {
     return rejected_non_finite + rejected_negative + rejected_zero_pdf;
   }

@@ -110,6 +110,9 @@ class SurfaceBsdf {
         pdfs[k] = glossy_pdf(to_prev, to_next, std::abs(prev));
     }
   }
+  [[nodiscard]] bool has_delta_lobes() const noexcept {
+    return lobe_count() == 0 || material_->kind == Kind::smooth_coated;
+  }
   /// Phong's glossy lobe alone misses the part of the hemisphere that the diffuse one covers.
   [[nodiscard]] bool lobes_have_full_support() const noexcept { return material_->kind != Kind::phong; }
 

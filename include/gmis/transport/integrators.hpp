@@ -7,8 +7,17 @@ namespace gmis::integrators {
 
 /// Path tracing with next-event estimation.
 using Pt = Integrator<Techniques<EmitterHit, NextEvent>>;
+/// Light tracing: light vertices are connected with the camera; camera subpaths only find the lights that are seen
+/// directly or through specular surfaces. Cannot make what is seen in a mirror or through glass.
+using Lt = Integrator<Techniques<EmitterHit, Splat>, NoSplit, CameraWalk::specular>;
 /// Bidirectional path tracing.
 using Bpt = Integrator<Techniques<EmitterHit, NextEvent, Connect, Splat>>;
+/// Stochastic progressive photon mapping: merging alone, at the first non-specular camera vertex
+/// [Hachisuka, Jensen 2009].
+using Ppm = Integrator<Techniques<EmitterHit, Merge>, NoSplit, CameraWalk::specular>;
+/// Bidirectional photon mapping: merging at every camera vertex, weighted against each other and against emitter hits
+/// [Vorba 2011].
+using Bpm = Integrator<Techniques<EmitterHit, Merge>>;
 /// Vertex connection and merging.
 using Vcm = Integrator<Techniques<EmitterHit, NextEvent, Connect, Splat, Merge>>;
 /// Vertex connection and merging over trees of light subpaths [Liu, Algorithm 1]. Without splitting it *is* Vcm.

@@ -37,8 +37,7 @@ class LightTree {
         source.at_vertex(++number);
         visit(*vertex, source);
         if (!goes_on(*vertex)) return;
-        const auto step = scatter(vertex->bsdf, vertex->point, vertex->to_prev, TransportMode::importance,
-                                  survival_probability(vertex->bsdf), vertex->children, source);
+        const auto step = scatter(scattering_at(*vertex), source);
         if (!step) return;
         vertex = arrive(*vertex, *step);
       }
@@ -51,7 +50,7 @@ class LightTree {
         source.at_vertex(++number);
         visit(at, source);
         if (!goes_on(at) || context_.split.stops_at(remaining)) continue;
-        const int drawn = context_.split.expand(at, remaining, source, [&](const Step<S>& step) {
+        const int drawn = context_.split.expand(scattering_at(at), remaining, source, [&](const Step<S>& step) {
           if (const std::optional<Vertex> child = arrive(at, step)) queue_.push_back(*child);
         });
         expanded(at.bsdf, drawn);
@@ -62,6 +61,17 @@ class LightTree {
 
  private:
   [[nodiscard]] bool goes_on(const Vertex& at) const noexcept { return at.depth + 1 < context_.max_depth; }
+
+  [[nodiscard]] ScatteringVertex<typename Sc::Bsdf> scattering_at(const Vertex& at) const noexcept {
+    const T survival = survival_probability(at.bsdf);
+    return {at.bsdf,
+            at.point,
+            at.to_prev,
+            TransportMode::importance,
+            survival,
+            at.children,
+            {at.children.forward, context_.camera_delta_children(survival, false)}};
+  }
 
   template <UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
@@ -112,8 +122,10 @@ class LightTree {
   [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
                                  const PartialWeights<T>& weights, std::int32_t depth) const {
     const T survival = survival_probability(hit.bsdf);
-    const T light_children = survival * context_.split.nominal_children(hit.bsdf);
-    return {hit.point, hit.bsdf, -direction, throughput, weights, {light_children, survival}, depth};
+    return {hit.point,  hit.bsdf,
+            -direction, throughput,
+            weights,    {context_.light_children(hit.bsdf, survival), context_.camera_children(survival, false)},
+            depth};
   }
 
   /// Counts a density that no weight can be formed with.

@@ -48,31 +48,47 @@ struct NominalChildren {
   T forward, reverse;
 };
 
+/// A vertex at which a subpath is about to go on. The numbers of children may differ for delta events: a camera subpath
+/// that is to stop at diffuse surfaces goes on through their delta lobes.
+template <Bsdf B>
+struct ScatteringVertex {
+  using T = ScalarOf<typename B::Spectrum>;
+  const B& bsdf;
+  const SurfacePoint<T>& point;
+  const Vec3<T>& to_prev;
+  TransportMode mode;
+  T survival;
+  NominalChildren<T> children;
+  NominalChildren<T> delta_children;
+};
+
 /// Draws one child from the mixture of all lobes.
-template <Bsdf B, std::floating_point T>
-[[nodiscard]] inline std::optional<Step<typename B::Spectrum>> scatter(const B& bsdf, const SurfacePoint<T>& point,
-                                                                       const Vec3<T>& to_prev, TransportMode mode,
-                                                                       T survival, NominalChildren<T> children,
+template <Bsdf B>
+[[nodiscard]] inline std::optional<Step<typename B::Spectrum>> scatter(const ScatteringVertex<B>& at,
                                                                        UniformSource auto& source) {
+  using T = ScalarOf<typename B::Spectrum>;
   const T u_survival = uniform<T>(source);
   const T u = uniform<T>(source);
   const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
-  if (u_survival >= survival) return std::nullopt;
-  const auto sample = bsdf.sample(to_prev, u, uv, mode);
+  if (u_survival >= at.survival) return std::nullopt;
+  const auto sample = at.bsdf.sample(at.to_prev, u, uv, at.mode);
   if (!sample) return std::nullopt;
 
+  const SurfacePoint<T>& point = at.point;
   const T cos_next = std::abs(glm::dot(point.shading_normal, sample->to_next));
   T adjoint = T(1);
-  if (mode == TransportMode::importance && point.shading_normal != point.geometric_normal)
-    adjoint = cos_next > T(0) ? scattering_cosine(point, to_prev, sample->to_next, mode) / cos_next : T(0);
-  T forward = sample->pdf.forward.value;
-  T reverse = sample->pdf.reverse.value;
-  if (sample->is_delta) {
-    forward *= cos_next * square(sample->eta);
-    reverse *= std::abs(glm::dot(point.shading_normal, to_prev));
-  }
-  return Step<typename B::Spectrum>{sample->to_next, sample->weight * (adjoint / survival), children.forward * forward,
-                                    children.reverse * reverse, sample->is_delta};
+  if (at.mode == TransportMode::importance && point.shading_normal != point.geometric_normal)
+    adjoint = cos_next > T(0) ? scattering_cosine(point, at.to_prev, sample->to_next, at.mode) / cos_next : T(0);
+  const auto weight = sample->weight * (adjoint / at.survival);
+  const T forward = sample->pdf.forward.value;
+  const T reverse = sample->pdf.reverse.value;
+  if (!sample->is_delta)
+    return Step<typename B::Spectrum>{sample->to_next, weight, at.children.forward * forward,
+                                      at.children.reverse * reverse, false};
+  const T cos_prev = std::abs(glm::dot(point.shading_normal, at.to_prev));
+  return Step<typename B::Spectrum>{sample->to_next, weight,
+                                    at.delta_children.forward * forward * cos_next * square(sample->eta),
+                                    at.delta_children.reverse * reverse * cos_prev, true};
 }
 
 }  // namespace gmis

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <optional>
 
-#include "gmis/transport/lobe_proposals.hpp"
-#include "gmis/transport/scatter.hpp"
+#include "gmis/transport/children.hpp"
 #include "gmis/transport/settings.hpp"
-
-#include "gmis/transport/vertex.hpp"
+#include "gmis/transport/tuning.hpp"
 
 /// \file
 /// How many children a vertex of a light tree has, and how they are drawn. A policy is `Split::Policy<T>`; the nominal
@@ -26,31 +23,22 @@ struct NoSplit {
   struct Policy {
     Policy() = default;
     explicit Policy(const RenderSettings&) {}
+    static constexpr void plan(const Tuning&) noexcept {}
     template <Bsdf B>
     [[nodiscard]] static constexpr T nominal_children(const B&) noexcept {
       return T(1);
     }
+    [[nodiscard]] static constexpr int camera_children() noexcept { return 1; }
   };
 };
 
-namespace detail {
-
-inline constexpr int split_kinds = 17;  // by number of lobes; more count as the last
-
-template <Bsdf B>
-[[nodiscard]] int split_kind(const B& bsdf) noexcept {
-  if constexpr (BsdfWithLobes<B>)
-    return std::clamp(static_cast<int>(bsdf.lobe_count()), 0, split_kinds - 1);
-  else
-    return bsdf.is_purely_delta() ? 0 : 1;
-}
-
-}  // namespace detail
-
-/// Splits every non-specular vertex into M = kN children while the tree's budget of samples lasts. The vertices wait in
-/// a queue, first come first served. `drops_queue` is the paper's rule as printed: at the end of the budget whatever
-/// waits is dropped, which loses energy. Otherwise nothing is dropped: where what remains does not allow a full split,
-/// one child is drawn from the mixture. That is decided before the draw, so it is unbiased.
+/// Splits every non-specular vertex into the planned number of children (by default M = kN, for N lobes) while the
+/// tree's budget of samples lasts. The vertices wait in a queue, first come first served. `drops_queue` is the paper's
+/// rule as printed: at the end of the budget whatever waits is dropped, which loses energy. Otherwise nothing is
+/// dropped: where what remains does not allow a full split, one child is drawn from the mixture. That is decided before
+/// the draw, so it is unbiased.
+///
+/// The camera subpath is split at its first non-specular vertex, always by the same number: no pilot is needed there.
 template <bool drops_queue>
 struct QueueSplit {
   static constexpr bool splits = true;
@@ -60,7 +48,7 @@ struct QueueSplit {
    public:
     template <Bsdf B>
     void count(const B& bsdf, int drawn) {
-      const auto kind = static_cast<std::size_t>(detail::split_kind(bsdf));
+      const auto kind = static_cast<std::size_t>(split_kind(bsdf));
       ++vertices_[kind];
       children_[kind] += static_cast<std::uint64_t>(drawn);
     }
@@ -71,6 +59,7 @@ struct QueueSplit {
       }
       return *this;
     }
+    [[nodiscard]] bool has_seen(std::size_t kind) const noexcept { return vertices_[kind] > 0; }
     /// The mean number of children drawn at a vertex of this kind; 1 where none was seen.
     [[nodiscard]] T mean_children(std::size_t kind) const {
       if (vertices_[kind] == 0 || children_[kind] == 0) return T(1);
@@ -78,18 +67,21 @@ struct QueueSplit {
     }
 
    private:
-    std::array<std::uint64_t, detail::split_kinds> vertices_{}, children_{};
+    std::array<std::uint64_t, split_kinds> vertices_{}, children_{};
   };
 
   template <std::floating_point T>
   class Policy {
    public:
     Policy() { nominal_.fill(T(1)); }
-    explicit Policy(const RenderSettings& settings)
-        : scheme_(settings.scheme), rounds_(std::max(1, settings.rounds)), budget_(settings.light_tree_budget) {
+    explicit Policy(const RenderSettings& settings) : scheme_(settings.scheme), budget_(settings.light_tree_budget) {
       nominal_.fill(T(1));
     }
 
+    void plan(const Tuning& tuning) noexcept {
+      planned_ = tuning.light_children;
+      camera_children_ = tuning.camera_children;
+    }
     void freeze(const Pilot<T>& pilot) {
       for (std::size_t kind = 0; kind < nominal_.size(); ++kind) nominal_[kind] = pilot.mean_children(kind);
     }
@@ -97,66 +89,33 @@ struct QueueSplit {
     /// c of the path weights, without survival.
     template <Bsdf B>
     [[nodiscard]] T nominal_children(const B& bsdf) const noexcept {
-      return nominal_[static_cast<std::size_t>(detail::split_kind(bsdf))];
+      return nominal_[static_cast<std::size_t>(split_kind(bsdf))];
+    }
+    [[nodiscard]] int budget() const noexcept { return budget_; }
+    [[nodiscard]] int camera_children() const noexcept { return camera_children_; }
+    [[nodiscard]] bool stops_at(int remaining) const noexcept { return drops_queue && remaining <= 0; }
+
+    /// Draws the children of a light vertex and hands those that go on to `visit(step)`; returns how many samples that
+    /// took of the budget, lost ones included.
+    template <Bsdf B, UniformSource Source, class Visit>
+    int expand(const ScatteringVertex<B>& at, int remaining, Source& source, Visit&& visit) const {
+      const int planned = planned_[static_cast<std::size_t>(split_kind(at.bsdf))];
+      if (planned > remaining && !drops_queue) return draw_children(scheme_, at, 1, 1, source, visit);
+      return draw_children(scheme_, at, planned, std::min(planned, std::max(remaining, 0)), source, visit);
     }
 
-    [[nodiscard]] int budget() const noexcept { return budget_; }
-    [[nodiscard]] static constexpr bool stops_at(int remaining) noexcept { return drops_queue && remaining <= 0; }
-
-    /// Draws the children of `at`, of which the tree may still have `remaining`; calls `visit(step)` for each that
-    /// survives and returns how many samples were drawn.
-    template <class Vertex, UniformSource Source, class Visit>
-    int expand(const Vertex& at, int remaining, Source& source, Visit&& visit) const {
-      const T survival = survival_probability(at.bsdf);
-      const int planned = planned_children(at.bsdf);
-      if (planned > remaining && !drops_queue) return draw_singles(at, survival, 1, 1, source, visit);
-      const int drawn = std::min(planned, std::max(remaining, 0));
-      if constexpr (BsdfWithLobes<decltype(at.bsdf)>)
-        if (at.bsdf.lobe_count() > 1) return draw_rounds(at, survival, planned, drawn, source, visit);
-      return draw_singles(at, survival, planned, drawn, source, visit);
+    /// Draws the children of the first non-specular vertex of a camera subpath.
+    template <Bsdf B, UniformSource Source, class Visit>
+    void expand_camera(const ScatteringVertex<B>& at, Source& source, Visit&& visit) const {
+      draw_children(scheme_, at, camera_children_, camera_children_, source, visit);
     }
 
    private:
-    template <Bsdf B>
-    [[nodiscard]] int planned_children(const B& bsdf) const noexcept {
-      if (bsdf.is_purely_delta()) return 1;
-      return rounds_ * std::max(1, detail::split_kind(bsdf));
-    }
-
-    /// `drawn` of `planned` independent children from the mixture of all lobes.
-    template <class Vertex, UniformSource Source, class Visit>
-    static int draw_singles(const Vertex& at, T survival, int planned, int drawn, Source& source, Visit&& visit) {
-      for (int i = 0; i < drawn; ++i)
-        if (auto step =
-                scatter(at.bsdf, at.point, at.to_prev, TransportMode::importance, survival, at.children, source)) {
-          if (planned > 1) step->weight = step->weight * (T(1) / static_cast<T>(planned));
-          visit(*step);
-        }
-      return drawn;
-    }
-
-    template <class Vertex, UniformSource Source, class Visit>
-    int draw_rounds(const Vertex& at, T survival, int planned, int drawn, Source& source, Visit&& visit) const {
-      int left = drawn;
-      for (int round = 0; round < rounds_; ++round)
-        sample_lobes(scheme_, at.bsdf, at.to_prev, TransportMode::importance, source,
-                     [&](const Vec3<T>& to_next, T denominator) {
-                       const T u_survival = uniform<T>(source);
-                       if (left-- <= 0 || u_survival >= survival) return;
-                       const auto f = at.bsdf.evaluate(at.to_prev, to_next, TransportMode::importance);
-                       const T cosine = scattering_cosine(at.point, at.to_prev, to_next, TransportMode::importance);
-                       const auto weight = f.value * (cosine / (denominator * static_cast<T>(planned) * survival));
-                       if (is_black(weight)) return;
-                       visit(Step<typename Vertex::S>{to_next, weight, at.children.forward * f.pdf.forward.value,
-                                                      at.children.reverse * f.pdf.reverse.value, false});
-                     });
-      return drawn;
-    }
-
     Scheme scheme_ = Scheme::N3;
-    int rounds_ = 1;
     int budget_ = 20;
-    std::array<T, detail::split_kinds> nominal_;
+    int camera_children_ = 1;
+    std::array<std::int16_t, split_kinds> planned_ = Tuning{}.light_children;
+    std::array<T, split_kinds> nominal_;
   };
 };
 

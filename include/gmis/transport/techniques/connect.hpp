@@ -1,15 +1,36 @@
 #pragma once
 
+#include "gmis/core/random.hpp"
 #include "gmis/transport/contribution.hpp"
+#include "gmis/transport/settings.hpp"
 #include "gmis/transport/vertex.hpp"
 
 namespace gmis {
 
-/// s, t ≥ 2: the camera vertex is connected with a vertex of a light tree.
+/// s, t ≥ 2: the camera vertex is connected with vertices of light trees: m of them drawn from the cache of all trees, so
+/// that the work does not grow with the trees, or all of the one tree that it is paired with.
 struct Connect {
   template <class Context, class Vertex, class Output>
+  static void at_camera_vertex(const Context& context, const Vertex& vertex, std::size_t pixel,
+                               UniformSource auto& source, Output& output) {
+    using T = typename Vertex::T;
+    const auto& cache = context.cache;
+    const auto try_vertex = [&](const typename Context::StoredVertex& light, T scale) {
+      if (light.depth + vertex.depth < context.max_depth) connect(context, vertex, light, scale, output);
+    };
+    if (context.connections == paired_connections) {
+      for (const auto& light : cache.tree(context.tree_of_pixel(pixel))) try_vertex(light, T(1));
+    } else if (cache.size() > 0) {
+      for (int i = 0; i < context.connections; ++i)
+        try_vertex(cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))], context.connection_scale);
+    }
+  }
+
+ private:
+  /// `scale`: what the light vertex's throughput is multiplied by for having been drawn.
+  template <class Context, class Vertex, class Output>
   static void connect(const Context& context, const Vertex& vertex, const typename Context::StoredVertex& light,
-                      Output& output) {
+                      typename Vertex::T scale, Output& output) {
     using S = typename Vertex::S;
     using T = typename Vertex::T;
     const auto& point = vertex.hit.point;
@@ -24,7 +45,7 @@ struct Connect {
 
     const T geometry = scattering_cosine(point, vertex.to_prev, link.direction, TransportMode::radiance) *
                        scattering_cosine(light.point, light.to_prev, -link.direction, TransportMode::importance) /
-                       link.distance_squared;
+                       link.distance_squared * scale;
     const S value = vertex.throughput * camera_bsdf.value * light_bsdf.value * light.throughput * geometry;
     if (is_black(value)) return;
 

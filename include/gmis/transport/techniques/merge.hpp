@@ -15,7 +15,7 @@ struct Merge {
     ++output.counters.merge_queries;
     const auto& point = vertex.hit.point;
     context.grid.query(point.position, [&](std::uint32_t index) {
-      const auto& light = context.stored_vertex(index);
+      const auto& light = context.cache[index];
       if (light.depth + vertex.depth > context.max_depth) return;
       const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, light.to_prev, TransportMode::radiance);
       if (is_black(bsdf.value)) return;

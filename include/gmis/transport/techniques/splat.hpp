@@ -26,15 +26,17 @@ struct Splat {
     // itself.
     const T response = seen->density * falloff;
     const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
-    const S value = light.throughput * bsdf.value * seen->weight * (cosine * response / context.light_tree_count);
+    const S value =
+        light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.tree_count));
     if (is_black(value)) return;
 
     ++output.counters.shadow_rays;
     if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
 
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
-    const T weight =
-        context.recursion.splat(light.weights, light.children.reverse * bsdf.pdf.reverse.value, camera_density);
+    // The light vertex is the first non-specular one that the camera sees.
+    const T camera_children = context.camera_children(survival_probability(light.bsdf), true);
+    const T weight = context.recursion.splat(light.weights, camera_children * bsdf.pdf.reverse.value, camera_density);
     ++output.counters.splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
                      {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1}, value, weight);

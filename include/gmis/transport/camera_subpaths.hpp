@@ -1,0 +1,162 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/iteration_context.hpp"
+#include "gmis/transport/scatter.hpp"
+
+namespace gmis {
+
+/// Traces the camera subpath of one pixel and applies the integrator's techniques at its vertices. Where the policy
+/// says so it is a tree: its first non-specular vertex has several children.
+template <class Context, class Output>
+class CameraSubpath {
+ public:
+  using Sc = typename Context::SceneType;
+  using I = typename Context::IntegratorType;
+  using S = typename Context::S;
+  using T = typename Context::T;
+
+  CameraSubpath(const Context& context, Output& output) : context_(context), output_(output) {}
+
+  /// `number`: the pixel's place in the frame.
+  template <UniformSource Source>
+  void trace(glm::ivec2 pixel, std::size_t number, Source source) {
+    ++output_.counters.camera_paths;
+    number_ = number;
+    source.at_vertex(0);
+    const Vec2<T> uv_pixel(uniform<T>(source), uniform<T>(source));
+    const Vec2<T> uv_lens(uniform<T>(source), uniform<T>(source));
+    const auto sample = context_.scene.camera().sample_ray(pixel, uv_pixel, uv_lens);
+    if (!sample) return;
+    Edge edge{sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1,
+              false};
+    follow(edge, source, 0);
+  }
+
+ private:
+  /// The way from one vertex to the next.
+  struct Edge {
+    SurfacePoint<T> from;
+    Step<S> step;
+    S throughput;                      ///< at the far end
+    PartialWeights<T> weights_behind;  ///< at `from`
+    std::int32_t depth;                ///< of the far end: edges from the camera
+    bool is_past_first;                ///< a non-specular vertex lies behind
+  };
+
+  // Numbers of one vertex and child: the techniques' and the scattering's. 2 · 256 < 1024.
+  static constexpr std::uint32_t numbers_per_child = 1024;
+
+  template <UniformSource Source>
+  void follow(Edge edge, Source& source, std::uint32_t first_number) {
+    for (; edge.depth <= context_.max_depth; ++edge.depth) {
+      ++output_.counters.rays;
+      auto hit = context_.scene.intersect(leave(edge.from, edge.step.to_next));
+      if (!hit) {
+        escape(edge);
+        return;
+      }
+      CameraVertex<Sc> vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth};
+      if (!arrive(edge, vertex)) return;
+      if constexpr (I::template has<EmitterHit>) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
+      if (edge.depth == context_.max_depth) return;
+
+      const auto& bsdf = vertex.hit.bsdf;
+      const T survival = survival_probability(bsdf);
+      if (survival == T(0)) return;  // nothing is scattered on
+      const bool is_specular = bsdf.is_purely_delta();
+      const bool is_first = !is_specular && !edge.is_past_first;
+      const T light_children = context_.light_children(bsdf, survival);
+      vertex.children = {context_.camera_children(survival, is_first), light_children};
+      const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
+      if (!is_specular) at_vertex(vertex, source, number);
+
+      const ScatteringVertex<typename Sc::Bsdf> scattering{
+          bsdf,
+          vertex.hit.point,
+          vertex.to_prev,
+          TransportMode::radiance,
+          survival,
+          vertex.children,
+          {context_.camera_delta_children(survival, is_first), light_children}};
+      if constexpr (I::Split::splits)
+        if (is_first && context_.split.camera_children() > 1) {
+          branch(edge, vertex, scattering, source, number + 1);
+          return;
+        }
+      source.at_vertex(number + 1);
+      const auto next = scatter(scattering, source);
+      if (!next) return;
+      if constexpr (I::camera_walk == CameraWalk::specular)
+        if (!next->is_delta) return;
+      edge.step = *next;
+      edge.throughput = edge.throughput * next->weight;
+      edge.from = vertex.hit.point;
+      edge.weights_behind = vertex.weights;
+      edge.is_past_first = edge.is_past_first || !is_specular;
+    }
+  }
+
+  /// All children of the first non-specular vertex, each with random numbers of its own.
+  template <UniformSource Source>
+  void branch(const Edge& edge, const CameraVertex<Sc>& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering,
+              Source& source, std::uint32_t number) {
+    Source children = source;
+    children.at_vertex(number);
+    std::uint32_t child = 0;
+    context_.split.expand_camera(scattering, children, [&](const Step<S>& step) {
+      follow(Edge{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth + 1, true}, source,
+             numbers_per_child * ++child);
+    });
+  }
+
+  /// Forms the vertex's partial weights; false where its density allows none.
+  [[nodiscard]] bool arrive(const Edge& edge, CameraVertex<Sc>& vertex) {
+    const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
+    const T distance_squared = glm::dot(offset, offset);
+    const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
+    const bool is_parallel = edge.depth == 1 && context_.scene.camera().has_parallel_rays();
+    const T density = edge.step.forward * (is_parallel ? cos_here : cos_here / distance_squared);
+    if (!is_usable_density(density)) {
+      ++output_.counters.rejected_zero_pdf;
+      return false;
+    }
+    vertex.weights = weights_at(edge, cos_behind(edge) / distance_squared, density);
+    return true;
+  }
+
+  void escape(const Edge& edge) {
+    if constexpr (I::template has<EmitterHit>)
+      if (edge.step.forward > T(0))
+        EmitterHit::at_escape(context_, -edge.step.to_next, edge.throughput,
+                              weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.from, output_);
+  }
+
+  [[nodiscard]] static T cos_behind(const Edge& edge) noexcept {
+    return std::abs(glm::dot(edge.from.geometric_normal, edge.step.to_next));
+  }
+
+  [[nodiscard]] PartialWeights<T> weights_at(const Edge& edge, T to_area_back, T density) const {
+    if (edge.depth == 1) return context_.recursion.first_camera_vertex(density);
+    return context_.recursion.extend_camera(edge.weights_behind, edge.depth == 2, edge.step.is_delta, edge.step.reverse,
+                                            to_area_back, density);
+  }
+
+  template <UniformSource Source>
+  void at_vertex(const CameraVertex<Sc>& vertex, Source& source, std::uint32_t number) {
+    if constexpr (I::works_at_camera_vertices) source.at_vertex(number);
+    if constexpr (I::template has<NextEvent>) NextEvent::at_camera_vertex(context_, vertex, source, output_);
+    if constexpr (I::template has<Connect>) Connect::at_camera_vertex(context_, vertex, number_, source, output_);
+    if constexpr (I::template has<Merge>) Merge::at_camera_vertex(context_, vertex, output_);
+  }
+
+  const Context& context_;
+  Output& output_;
+  std::size_t number_ = 0;
+};
+
+}  // namespace gmis

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gmis/transport/vertex.hpp"
+
+namespace gmis {
+
+/// The light vertices of one iteration, tree by tree, written in chunks of trees by whichever thread has one. Memory is
+/// kept from one iteration to the next.
+template <Scene Sc>
+class LightVertexCache {
+ public:
+  using Vertex = LightVertex<Sc>;
+
+  /// The vertices of some trees that follow one another.
+  class Chunk {
+   public:
+    void clear() noexcept {
+      vertices_.clear();
+      tree_ends_.clear();
+    }
+    void add(const Vertex& vertex) { vertices_.push_back(vertex); }
+    void end_tree() { tree_ends_.push_back(static_cast<std::uint32_t>(vertices_.size())); }
+    [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
+
+   private:
+    friend LightVertexCache;
+    std::vector<Vertex> vertices_;
+    std::vector<std::uint32_t> tree_ends_;
+  };
+
+  void resize(std::size_t chunk_count, std::size_t trees_per_chunk) {
+    chunks_.resize(chunk_count);
+    trees_per_chunk_ = trees_per_chunk;
+  }
+  [[nodiscard]] Chunk& chunk(std::size_t index) noexcept { return chunks_[index]; }
+
+  /// Makes all vertices accessible by number, in the order of their trees. Call when the chunks are complete.
+  void gather() {
+    vertices_.clear();
+    for (const Chunk& chunk : chunks_)
+      for (const Vertex& vertex : chunk.vertices_) vertices_.push_back(&vertex);
+  }
+  [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
+  [[nodiscard]] const Vertex& operator[](std::size_t index) const noexcept { return *vertices_[index]; }
+
+  [[nodiscard]] std::span<const Vertex> tree(std::size_t number) const noexcept {
+    const Chunk& chunk = chunks_[number / trees_per_chunk_];
+    const std::size_t local = number % trees_per_chunk_;
+    const std::size_t begin = local == 0 ? 0 : chunk.tree_ends_[local - 1];
+    return {chunk.vertices_.data() + begin, chunk.tree_ends_[local] - begin};
+  }
+
+  [[nodiscard]] std::size_t byte_count() const noexcept {
+    std::size_t bytes = vertices_.capacity() * sizeof(vertices_[0]);
+    for (const Chunk& chunk : chunks_)
+      bytes += chunk.vertices_.capacity() * sizeof(Vertex) + chunk.tree_ends_.capacity() * sizeof(std::uint32_t);
+    return bytes;
+  }
+
+ private:
+  std::vector<Chunk> chunks_;
+  std::size_t trees_per_chunk_ = 1;
+  std::vector<const Vertex*> vertices_;
+};
+
+}  // namespace gmis
