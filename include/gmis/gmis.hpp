@@ -4,5 +4,6 @@
 /// Everything: the MIS core, the transport engine with the results that it fills, and the built-in scene.
 
 #include "gmis/mis.hpp"
+#include "gmis/result.hpp"
 #include "gmis/scene.hpp"
 #include "gmis/transport.hpp"

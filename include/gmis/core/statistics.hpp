@@ -119,6 +119,22 @@ struct RegularisedGamma {
   return regularised_beta(degrees / 2, 0.5, degrees / (degrees + t * t));
 }
 
+/// The t below which Student's distribution with `degrees` of freedom has the share `p`; NaN outside ]0, 1[.
+[[nodiscard]] inline double student_t_quantile(double p, double degrees) noexcept {
+  if (!(p > 0 && p < 1)) return std::numeric_limits<double>::quiet_NaN();
+  if (p < 0.5) return -student_t_quantile(1 - p, degrees);
+  double below = 0, above = 1;
+  while (student_t_p_value(above, degrees) / 2 > 1 - p && above < 1e150) {
+    below = above;
+    above *= 2;
+  }
+  for (int step = 0; step < 60; ++step) {
+    const double middle = (below + above) / 2;
+    (student_t_p_value(middle, degrees) / 2 > 1 - p ? below : above) = middle;
+  }
+  return (below + above) / 2;
+}
+
 /// Chance of a standard normal number at least this far from 0 on either side.
 [[nodiscard]] inline double normal_p_value(double z) noexcept {
   return std::erfc(std::abs(z) / std::numbers::sqrt2);

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gmis/core/spectrum.hpp"
+
+namespace gmis {
+
+/// The iterations of a progressive image, cut into batches of equal length: independent estimates of the same image,
+/// nearly normal where single iterations are not.
+///
+/// There are never more than `capacity` batches, however long the run: when one more would be needed, neighbours are
+/// joined and the batches are twice as long from then on. So, once it has been reached, between capacity/2 and capacity
+/// batches are complete. Memory: capacity + 2 floats per pixel and channel.
+template <Spectrum S>
+class BatchMeans {
+ public:
+  static constexpr int channel_count = SpectrumTraits<S>::channel_count;
+  static constexpr std::size_t capacity = 16;
+
+  explicit BatchMeans(std::size_t pixel_count) : current_(pixel_count * channel_count, 0.0) {}
+
+  /// Adds one iteration, as `Film::add_iteration` does.
+  void add_iteration(std::span<const S> frame) {
+    if (batches_.size() == capacity) join_neighbours();
+    const double weight = 1.0 / static_cast<double>(++current_iterations_);
+    std::size_t i = 0;
+    for (const S& pixel : frame)
+      for (int c = 0; c < channel_count; ++c, ++i)
+        current_[i] += (static_cast<double>(SpectrumTraits<S>::channel(pixel, c)) - current_[i]) * weight;
+    if (current_iterations_ < length_) return;
+    batches_.emplace_back(current_.begin(), current_.end());
+    current_.assign(current_.size(), 0.0);
+    current_iterations_ = 0;
+  }
+
+  /// Complete batches; what has been added since the last of them is not part of any.
+  [[nodiscard]] std::size_t batch_count() const noexcept { return batches_.size(); }
+  [[nodiscard]] std::uint64_t iterations_per_batch() const noexcept { return length_; }
+  /// Pixels times channels.
+  [[nodiscard]] std::size_t value_count() const noexcept { return current_.size(); }
+  /// The mean image of a batch, channel after channel, pixel after pixel.
+  [[nodiscard]] std::span<const float> batch(std::size_t index) const noexcept { return batches_[index]; }
+
+ private:
+  void join_neighbours() {
+    for (std::size_t b = 0; b < capacity / 2; ++b) {
+      std::vector<float>& joined = batches_[2 * b];
+      const std::vector<float>& other = batches_[2 * b + 1];
+      for (std::size_t i = 0; i < joined.size(); ++i) joined[i] += (other[i] - joined[i]) / 2;
+      if (b > 0) batches_[b] = std::move(joined);
+    }
+    batches_.resize(capacity / 2);
+    length_ *= 2;
+  }
+
+  std::uint64_t length_ = 1;
+  std::uint64_t current_iterations_ = 0;
+  std::vector<double> current_;
+  std::vector<std::vector<float>> batches_;
+};
+
+}  // namespace gmis

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gmis/result/error_estimate.hpp"
+
+namespace gmis {
+
+/// What is known at one moment of a run.
+struct ConvergencePoint {
+  double cpu_seconds = 0.0;
+  double wall_seconds = 0.0;
+  std::uint64_t iteration = 0;
+  std::optional<double> estimated_error;  ///< √(mean of variance / (value² + 0.01)) of all iterations
+  std::optional<Interval> interval;       ///< of the true error, from batches
+  std::optional<double> reference_error;  ///< √relMSE against a reference
+};
+
+/// The course of a run: how the error fell with time. Points are taken at geometrically growing iterations, so that a
+/// long run leaves a short log and all decades weigh the same.
+class ConvergenceLog {
+ public:
+  /// Is there to be a point after this iteration? 1 to 8, then each an eighth more than the last.
+  [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
+
+  void add(ConvergencePoint point) {
+    next_ = point.iteration + std::max<std::uint64_t>(1, point.iteration / 8);
+    points_.push_back(std::move(point));
+  }
+
+  [[nodiscard]] const std::vector<ConvergencePoint>& points() const noexcept { return points_; }
+
+ private:
+  std::uint64_t next_ = 1;
+  std::vector<ConvergencePoint> points_;
+};
+
+/// The first line of a log as comma-separated values, without the end of line.
+[[nodiscard]] inline std::string convergence_csv_header() {
+  return "cpu_seconds,wall_seconds,iteration,estimated_error,interval_lower,interval_upper,reference_error";
+}
+
+/// The line of one point, without the end of line; what is not known is left empty. Points of numbers are points in
+/// every locale.
+[[nodiscard]] inline std::string convergence_csv_row(const ConvergencePoint& point) {
+  const auto text = [](double value) {
+    std::array<char, 32> buffer{};
+    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 6);
+    return std::string(buffer.data(), end.ptr);
+  };
+  const auto text_or_nothing = [&](const std::optional<double>& value) { return value ? text(*value) : std::string(); };
+  return text(point.cpu_seconds) + ',' + text(point.wall_seconds) + ',' + std::to_string(point.iteration) + ',' +
+         text_or_nothing(point.estimated_error) + ',' + (point.interval ? text(point.interval->lower) : "") + ',' +
+         (point.interval ? text(point.interval->upper) : "") + ',' + text_or_nothing(point.reference_error);
+}
+
+}  // namespace gmis
