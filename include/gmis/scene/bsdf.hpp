@@ -4,13 +4,18 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/scene/material.hpp"
+#include "gmis/scene/rough_dielectric.hpp"
 
 namespace gmis::scene {
 
 /// A material at one point of a surface: meets `gmis::BsdfWithLobes`.
 ///
 /// Whether light is reflected or transmitted is read off the shading normal; where the geometric normal says otherwise
-/// nothing is scattered.
+/// nothing is scattered. Refracted radiance is divided by the square of the relative index, refracted importance is not,
+/// so that radiance is what is really there, in whatever medium.
+///
+/// A rough dielectric has a reflecting and a refracting lobe. `sample` chooses between them by the Fresnel reflectance of
+/// the facet, so its densities are not those of the lobes mixed by `lobe_weight`, which is fixed at each surface.
 template <std::floating_point T = float>
 class SurfaceBsdf {
  public:
@@ -27,10 +32,11 @@ class SurfaceBsdf {
         shading_normal_(shading_normal),
         is_flat_(geometric_normal == shading_normal) {}
 
-  [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode) const noexcept {
+  [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const noexcept {
     if (is_purely_delta()) return {};
     const T prev = glm::dot(shading_normal_, to_prev);
     const T next = glm::dot(shading_normal_, to_next);
+    if (material_->kind == Kind::rough_dielectric) return through_facets(to_prev, to_next, prev, next, mode);
     if (!are_reflection(to_prev, to_next, prev, next)) return {};
     return reflect(to_prev, to_next, std::abs(prev), std::abs(next));
   }
@@ -49,6 +55,8 @@ class SurfaceBsdf {
         return mirrored(to_prev, cos_prev, fresnel_conductor(std::abs(cos_prev), m.metal_eta, m.metal_k), T(1));
       case Kind::dielectric:
         return through_dielectric(to_prev, cos_prev, u, mode);
+      case Kind::rough_dielectric:
+        return sample_facet(to_prev, cos_prev, u, uv, mode);
       case Kind::smooth_coated:
         if (u >= m.diffuse_probability) {
           const T chance = T(1) - m.diffuse_probability;
@@ -81,18 +89,26 @@ class SurfaceBsdf {
       case Kind::phong:
       case Kind::coated:
         return material_->diffuse_probability > T(0) ? 2 : 1;
+      case Kind::rough_dielectric:
+        return 2;
       default:
         return 0;
     }
   }
   [[nodiscard]] T lobe_weight(int k) const noexcept {
     if (lobe_count() < 2) return T(1);
-    return k == 0 ? material_->diffuse_probability : T(1) - material_->diffuse_probability;
+    const T first =
+        material_->kind == Kind::rough_dielectric ? material_->reflection_probability : material_->diffuse_probability;
+    return k == 0 ? first : T(1) - first;
   }
   [[nodiscard]] std::optional<Vec3<T>> sample_lobe(int k, const Vec3<T>& to_prev, const Vec2<T>& uv,
                                                    TransportMode) const noexcept {
     const T cos_prev = glm::dot(shading_normal_, to_prev);
     if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
+    if (material_->kind == Kind::rough_dielectric) {
+      const RoughDielectric<T> facets = facets_seen_at(cos_prev);
+      return follow_facet(facets, to_prev, cos_prev, facets.sample_facet(to_prev, uv), k == 0);
+    }
     const Vec3<T> to_next = draw(is_diffuse_lobe(k), to_prev, cos_prev, uv);
     if (!are_reflection(to_prev, to_next, cos_prev, glm::dot(shading_normal_, to_next))) return std::nullopt;
     return to_next;
@@ -101,6 +117,14 @@ class SurfaceBsdf {
     const T prev = glm::dot(shading_normal_, to_prev);
     const T next = glm::dot(shading_normal_, to_next);
     const bool reflects = are_reflection(to_prev, to_next, prev, next);
+    if (material_->kind == Kind::rough_dielectric) {
+      const RoughDielectric<T> facets = facets_seen_at(prev);
+      pdfs[0] = reflects ? facets.reflection(to_prev, to_next, std::abs(prev), std::abs(next)).forward : T(0);
+      pdfs[1] = are_transmission(to_prev, to_next, prev, next)
+                    ? facets.transmission(to_prev, to_next, std::abs(prev), std::abs(next)).forward
+                    : T(0);
+      return;
+    }
     for (int k = 0; k < lobe_count(); ++k) {
       if (!reflects)
         pdfs[k] = T(0);
@@ -113,8 +137,11 @@ class SurfaceBsdf {
   [[nodiscard]] bool has_delta_lobes() const noexcept {
     return lobe_count() == 0 || material_->kind == Kind::smooth_coated;
   }
-  /// Phong's glossy lobe alone misses the part of the hemisphere that the diffuse one covers.
-  [[nodiscard]] bool lobes_have_full_support() const noexcept { return material_->kind != Kind::phong; }
+  /// Phong's glossy lobe alone misses the part of the hemisphere that the diffuse one covers, and each lobe of a rough
+  /// dielectric the other side.
+  [[nodiscard]] bool lobes_have_full_support() const noexcept {
+    return material_->kind != Kind::phong && material_->kind != Kind::rough_dielectric;
+  }
 
   [[nodiscard]] const Material<T>& material() const noexcept { return *material_; }
 
@@ -127,6 +154,11 @@ class SurfaceBsdf {
   }
   [[nodiscard]] bool are_reflection(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
     if (!(prev * next > T(0))) return false;
+    return is_flat_ || (is_usable_side(to_prev, prev) && is_usable_side(to_next, next));
+  }
+
+  [[nodiscard]] bool are_transmission(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
+    if (!(prev * next < T(0))) return false;
     return is_flat_ || (is_usable_side(to_prev, prev) && is_usable_side(to_next, next));
   }
 
@@ -153,9 +185,8 @@ class SurfaceBsdf {
 
     const Ggx<T> ggx{m.alpha, m.masking};
     const Vec3<T> half = glm::normalize(to_prev + to_next);
-    const T cos_half = glm::dot(half, shading_normal_);
     const T cos_facet = glm::dot(half, to_prev);
-    const T distribution = ggx.distribution(cos_half);
+    const T distribution = ggx.distribution(half, shading_normal_);
     const T lambda_prev = ggx.lambda(prev);
     const T lambda_next = ggx.lambda(next);
     const T glossy = distribution * ggx.visibility(lambda_prev, lambda_next) / (T(4) * prev * next);
@@ -173,8 +204,8 @@ class SurfaceBsdf {
     const Material<T>& m = *material_;
     if (m.kind == Kind::phong) return (m.exponent + T(1)) / (T(2) * pi<T>)*phong_power(to_prev, to_next);
     const Ggx<T> ggx{m.alpha, m.masking};
-    const T cos_half = glm::dot(glm::normalize(to_prev + to_next), shading_normal_);
-    return ggx.distribution(cos_half) * ggx.visibility(ggx.lambda(prev)) / (T(4) * prev);
+    return ggx.distribution(glm::normalize(to_prev + to_next), shading_normal_) * ggx.visibility(ggx.lambda(prev)) /
+           (T(4) * prev);
   }
 
   /// cosⁿ of the angle between `to_next` and the mirror image of `to_prev`; the same both ways round.
@@ -225,6 +256,59 @@ class SurfaceBsdf {
     const Spectrum weight(mode == TransportMode::radiance ? T(1) / (eta * eta) : T(1));
     const T chance = T(1) - fresnel.reflectance;
     return Sample{to_next, weight, {{chance}, {chance}}, true, eta};
+  }
+
+  [[nodiscard]] RoughDielectric<T> facets_seen_at(T cos_prev) const noexcept {
+    const bool is_outside = cos_prev > T(0);
+    return {{material_->alpha, material_->masking},
+            is_outside ? material_->eta : T(1) / material_->eta,
+            is_outside ? shading_normal_ : -shading_normal_};
+  }
+
+  /// f and the densities of `sample` on a rough dielectric, for the signed cosines `prev` and `next`.
+  [[nodiscard]] Value through_facets(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next,
+                                     TransportMode mode) const noexcept {
+    const RoughDielectric<T> facets = facets_seen_at(prev);
+    if (are_reflection(to_prev, to_next, prev, next)) {
+      const auto lobe = facets.reflection(to_prev, to_next, std::abs(prev), std::abs(next));
+      return {Spectrum(lobe.reflectance * lobe.value),
+              {{lobe.reflectance * lobe.forward}, {lobe.reflectance * lobe.reverse}}};
+    }
+    if (!are_transmission(to_prev, to_next, prev, next)) return {};
+    const auto lobe = facets.transmission(to_prev, to_next, std::abs(prev), std::abs(next));
+    const T share = T(1) - lobe.reflectance;
+    const T value = mode == TransportMode::radiance ? lobe.value / (facets.eta * facets.eta) : lobe.value;
+    return {Spectrum(share * value), {{share * lobe.forward}, {share * lobe.reverse}}};
+  }
+
+  /// Where a facet sends what comes along `to_prev`; nothing when that is the wrong side of the surface, or there is no
+  /// refraction.
+  [[nodiscard]] std::optional<Vec3<T>> follow_facet(const RoughDielectric<T>& facets, const Vec3<T>& to_prev,
+                                                    T cos_prev, const Vec3<T>& half, bool reflects) const noexcept {
+    if (reflects) {
+      const Vec3<T> to_next = glm::normalize(reflect_about(to_prev, half));
+      if (are_reflection(to_prev, to_next, cos_prev, glm::dot(shading_normal_, to_next))) return to_next;
+      return std::nullopt;
+    }
+    const auto fresnel = facets.fresnel_at(to_prev, half);
+    if (!(fresnel.reflectance < T(1))) return std::nullopt;
+    const Vec3<T> to_next = facets.refracted(to_prev, half, fresnel.cos_transmitted);
+    if (are_transmission(to_prev, to_next, cos_prev, glm::dot(shading_normal_, to_next))) return to_next;
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<Sample> sample_facet(const Vec3<T>& to_prev, T cos_prev, T u, const Vec2<T>& uv,
+                                                   TransportMode mode) const noexcept {
+    const RoughDielectric<T> facets = facets_seen_at(cos_prev);
+    const Vec3<T> half = facets.sample_facet(to_prev, uv);
+    const bool reflects = u < facets.fresnel_at(to_prev, half).reflectance;
+    const auto to_next = follow_facet(facets, to_prev, cos_prev, half, reflects);
+    if (!to_next) return std::nullopt;
+    const T cos_next = glm::dot(shading_normal_, *to_next);
+    const Value value = through_facets(to_prev, *to_next, cos_prev, cos_next, mode);
+    if (!(value.pdf.forward.value > T(0))) return std::nullopt;
+    return Sample{*to_next, value.value * (std::abs(cos_next) / value.pdf.forward.value), value.pdf, false,
+                  reflects ? T(1) : facets.eta};
   }
 
   const Material<T>* material_ = nullptr;

@@ -25,7 +25,8 @@ struct Material {
     conductor,      ///< GGX with the Fresnel reflectance of a metal
     smooth_conductor,
     mirror,
-    dielectric
+    dielectric,       ///< a smooth interface
+    rough_dielectric  ///< GGX, reflecting and refracting
   };
   using Rgb = Vec3<T>;
 
@@ -33,6 +34,8 @@ struct Material {
   Masking masking = Masking::height_correlated;
   /// Chance of the diffuse lobe in `sample`, where there are two lobes.
   T diffuse_probability = 1;
+  /// The weight of the reflecting one of the two lobes of a rough dielectric.
+  T reflection_probability = 1;
   T exponent = 0;    ///< of Phong
   T alpha = 0;       ///< of GGX
   T eta = 1;         ///< of a dielectric or a coat, inside over outside
@@ -122,13 +125,23 @@ template <std::floating_point T = float>
   return make_conductor<T>(glm::dvec3(1), 2.0 * glm::sqrt(r) / glm::sqrt(1.0 - r), alpha, masking);
 }
 
-/// A smooth interface; `eta` is the index behind the geometric normal over that before it.
+/// An interface; `eta` is the index behind the geometric normal over that before it. `alpha` is that of GGX: a smooth
+/// interface is what comes of an alpha below `smallest_alpha`, and of an index so near 1 that light is bent by less than
+/// directions can tell (alpha · |eta − 1| below 1e-4; with eta = 1 roughness changes nothing).
 template <std::floating_point T = float>
-[[nodiscard]] inline Material<T> make_dielectric(double eta) {
+[[nodiscard]] inline Material<T> make_dielectric(double eta, double alpha = 0,
+                                                 Masking masking = Masking::height_correlated) {
   if (!(eta > 0 && eta < 100)) throw std::invalid_argument("an index of refraction must be above 0 and below 100");
+  if (!(alpha >= 0 && alpha <= 1)) throw std::invalid_argument("GGX alpha must be from 0 to 1");
+  const bool is_rough = alpha >= smallest_alpha && alpha * std::abs(eta - 1) >= 1e-4;
   Material<T> result;
-  result.kind = Material<T>::Kind::dielectric;
+  result.kind = is_rough ? Material<T>::Kind::rough_dielectric : Material<T>::Kind::dielectric;
   result.eta = static_cast<T>(eta);
+  result.alpha = static_cast<T>(alpha);
+  result.masking = masking;
+  // The share of the reflecting lobe where each lobe is drawn from on its own: its mean reflectance from outside, but
+  // enough for the light that total reflection holds back within.
+  result.reflection_probability = static_cast<T>(std::clamp(fresnel_diffuse_reflectance(eta), 0.1, 0.9));
   result.albedo = Vec3<T>(1);
   return result;
 }

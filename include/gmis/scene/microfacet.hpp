@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "gmis/core/warp.hpp"
 
 namespace gmis::scene {
@@ -25,9 +27,18 @@ struct Ggx {
     return a2 / (pi<T> * d * d);
   }
 
+  /// The same with the half vector and the axis given: keeps its digits on a nearly smooth surface, where the cosine is 1
+  /// but for rounding.
+  [[nodiscard]] T distribution(const Vec3<T>& half, const Vec3<T>& axis) const noexcept {
+    const Vec3<T> across = glm::cross(half, axis);
+    const T a2 = alpha * alpha;
+    const T d = a2 + std::min(glm::dot(across, across), T(1)) * (T(1) - a2);
+    return a2 / (pi<T> * d * d);
+  }
+
   /// Smith's Λ for a direction with this cosine > 0.
   [[nodiscard]] T lambda(T cosine) const noexcept {
-    const T cos2 = cosine * cosine;
+    const T cos2 = std::max(cosine * cosine, std::numeric_limits<T>::min());
     const T tan2 = std::max(T(0), T(1) - cos2) / cos2;
     return (std::sqrt(T(1) + alpha * alpha * tan2) - T(1)) / T(2);
   }
