@@ -6,9 +6,12 @@ endif()
 
 add_library(gmis_render_session STATIC
   support/build_scene.cpp
+  support/integrators/bpm.cpp
   support/integrators/bpt.cpp
   support/integrators/gmis_budgeted.cpp
   support/integrators/gmis_paper.cpp
+  support/integrators/lt.cpp
+  support/integrators/ppm.cpp
   support/integrators/pt.cpp
   support/integrators/vcm.cpp
   support/options.cpp

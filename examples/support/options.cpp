@@ -40,21 +40,26 @@ Unsigned whole_number_of(const std::string& option, std::string_view text) {
 }
 
 IntegratorChoice integrator_of(const std::string& name) {
-  if (name == "auto" || name == "gmis") return IntegratorChoice::gmis;
-  if (name == "pt") return IntegratorChoice::pt;
-  if (name == "bpt") return IntegratorChoice::bpt;
-  if (name == "vcm") return IntegratorChoice::vcm;
-  if (name == "lt" || name == "ppm" || name == "bpm")
-    throw InputError("--integrator " + name + " is not there yet: use auto, pt, bpt, vcm or gmis");
-  throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, bpt, vcm or gmis");
+  if (name == "auto") return IntegratorChoice::gmis;
+  for (const IntegratorChoice integrator : all_integrators)
+    if (name == name_of(integrator)) return integrator;
+  throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, lt, bpt, ppm, bpm, vcm or gmis");
 }
 
 SplitChoice split_of(const std::string& name) {
-  if (name == "none") return SplitChoice::none;
-  if (name == "paper") return SplitChoice::paper;
-  if (name == "budgeted") return SplitChoice::budgeted;
-  if (name == "adaptive") throw InputError("--split adaptive is not there yet: use none, paper or budgeted");
-  throw InputError("--split " + in_quotes(name) + " is not known: use none, paper or budgeted");
+  for (const SplitChoice split : {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::adaptive})
+    if (name == name_of(split)) return split;
+  throw InputError("--split " + in_quotes(name) + " is not known: use none, paper, budgeted or adaptive");
+}
+
+int connections_of(const std::string& text) {
+  if (text == "auto") return measured_connections;
+  if (text == "paired") return paired_connections;
+  int count = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  if (error != std::errc{} || end != text.data() + text.size() || count < 1 || count > 1000)
+    throw InputError("--connections " + in_quotes(text) + " must be auto, paired or a whole number from 1 to 1000");
+  return count;
 }
 
 Scheme scheme_of(const std::string& name) {
@@ -84,15 +89,20 @@ void require_above_zero(const char* option, double value) {
 
 /// The options as text, before they are checked.
 struct RawOptions {
-  std::string integrator = "auto", split = "budgeted", scheme = "N3", size, crop, seed, iterations;
+  std::string integrator = "auto", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
+              iterations;
   double seconds = 0, relative_error = 0;
 };
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene", options.scene, "A .pbrt file or the name of a built-in scene");
   app.add_flag("--list-scenes", options.list_scenes, "Print the names of the built-in scenes");
-  app.add_option("--integrator", raw.integrator, "auto, pt, bpt, vcm or gmis (auto: gmis)");
-  app.add_option("--split", raw.split, "How gmis splits light subpaths: none, paper or budgeted (the default)");
+  app.add_option("--integrator", raw.integrator, "auto, pt, lt, bpt, ppm, bpm, vcm or gmis (auto: gmis)");
+  app.add_option("--split", raw.split, "How gmis splits subpaths: none, paper, budgeted (the default) or adaptive");
+  app.add_option("--camera-split", options.camera_split,
+                 "Children of the first non-specular camera vertex, with gmis (1; adaptive: measured)");
+  app.add_option("--connections", raw.connections,
+                 "Light vertices drawn per camera vertex: a number, auto (measured) or paired (all of one tree)");
   app.add_option("--scheme", raw.scheme,
                  "How the children of a split vertex are drawn: R1 R2 R3 N1 N2 N3 (the default)");
   app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)");
@@ -120,13 +130,23 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
 
 }  // namespace
 
+bool connects(IntegratorChoice integrator) {
+  return integrator == IntegratorChoice::bpt || integrator == IntegratorChoice::vcm ||
+         integrator == IntegratorChoice::gmis;
+}
+
+bool merges(IntegratorChoice integrator) {
+  return integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm ||
+         integrator == IntegratorChoice::vcm || integrator == IntegratorChoice::gmis;
+}
+
 const char* name_of(IntegratorChoice integrator) {
-  constexpr const char* names[] = {"pt", "bpt", "vcm", "gmis"};
+  constexpr const char* names[] = {"pt", "lt", "bpt", "ppm", "bpm", "vcm", "gmis"};
   return names[static_cast<std::size_t>(integrator)];
 }
 
 const char* name_of(SplitChoice split) {
-  constexpr const char* names[] = {"none", "paper", "budgeted"};
+  constexpr const char* names[] = {"none", "paper", "budgeted", "adaptive"};
   return names[static_cast<std::size_t>(split)];
 }
 
@@ -151,8 +171,17 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (options.integrator != IntegratorChoice::gmis) {
     if (given("--split") && options.split != SplitChoice::none)
       throw InputError("--split needs --integrator gmis: " + raw.integrator + " does not split");
+    if (given("--camera-split") && options.camera_split != 1)
+      throw InputError("--camera-split needs --integrator gmis: " + raw.integrator + " does not split");
     options.split = SplitChoice::none;
   }
+  options.connections = connections_of(raw.connections);
+  if (given("--connections") && !connects(options.integrator))
+    throw InputError("--connections needs bpt, vcm or gmis: " + raw.integrator + " makes no connections");
+  if (options.camera_split < 1 || options.camera_split > 64) throw InputError("--camera-split must be from 1 to 64");
+  if (given("--camera-split") && options.camera_split != 1 &&
+      (options.split == SplitChoice::none || options.split == SplitChoice::adaptive))
+    throw InputError("--camera-split needs --split paper or budgeted: none does not split and adaptive measures it");
   options.scheme = scheme_of(raw.scheme);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);

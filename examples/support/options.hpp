@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "gmis/mis/scheme.hpp"
+#include "gmis/transport/settings.hpp"
 
 namespace gmis::tools {
 
-enum class IntegratorChoice { pt, bpt, vcm, gmis };
-enum class SplitChoice { none, paper, budgeted };
+enum class IntegratorChoice { pt, lt, bpt, ppm, bpm, vcm, gmis };
+enum class SplitChoice { none, paper, budgeted, adaptive };
 
 /// What the command line of gmis-render asks for.
 struct Options {
@@ -26,6 +27,8 @@ struct Options {
   double radius = 0.003;  ///< as a fraction of half the scene's diagonal
   double alpha = 2.0 / 3.0;
   double light_paths = 1;
+  int connections = measured_connections;  ///< as RenderSettings has it
+  int camera_split = 1;                    ///< children of the first non-specular camera vertex
   std::uint64_t seed = 0;
   int threads = 0;  ///< 0: all cores
   std::optional<std::uint32_t> iterations;
@@ -44,6 +47,13 @@ struct Options {
 /// Nothing when the text of --help or --version was printed and all is done.
 /// Throws `InputError` for a command line that is not understood.
 [[nodiscard]] std::optional<Options> parse_command_line(int argc, char** argv);
+
+inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorChoice::lt,  IntegratorChoice::bpt,
+                                            IntegratorChoice::ppm, IntegratorChoice::bpm, IntegratorChoice::vcm,
+                                            IntegratorChoice::gmis};
+/// Whether it connects camera vertices with light vertices, whether it merges them.
+[[nodiscard]] bool connects(IntegratorChoice integrator);
+[[nodiscard]] bool merges(IntegratorChoice integrator);
 
 [[nodiscard]] const char* name_of(IntegratorChoice integrator);
 [[nodiscard]] const char* name_of(SplitChoice split);

@@ -54,6 +54,8 @@ struct RenderResult {
   std::vector<TechniqueImage> techniques;
   ImageEstimate estimate;
   Counters counters;
+  Tuning tuning;              ///< the counts that the last iteration was made with
+  std::vector<Trial> trials;  ///< how they were measured
   PhaseSeconds phases;
   double wall_seconds = 0;
   double cpu_seconds = 0;
@@ -67,6 +69,9 @@ struct RenderResult {
 
 // One per integrator, each in a file of its own: the engine is compiled anew for each.
 [[nodiscard]] RenderResult render_pt(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
+[[nodiscard]] RenderResult render_lt(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
+[[nodiscard]] RenderResult render_ppm(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
+[[nodiscard]] RenderResult render_bpm(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
 [[nodiscard]] RenderResult render_bpt(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
 [[nodiscard]] RenderResult render_vcm(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
 [[nodiscard]] RenderResult render_gmis_paper(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);

@@ -38,6 +38,9 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.alpha = options.alpha;
   request.settings.light_paths = options.light_paths;
   request.settings.scheme = options.scheme;
+  request.settings.connections = options.connections;
+  request.settings.camera_children = options.camera_split;
+  request.settings.adapts_split = options.split == SplitChoice::adaptive;
   request.iterations = options.iterations;
   request.seconds = options.seconds;
   request.relative_error = options.relative_error;
@@ -55,13 +58,26 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
 }
 
 std::string plan_of(const RenderRequest& request) {
-  std::string plan = "emitter hits, next event";
-  if (request.integrator != IntegratorChoice::pt) plan += ", connections, splats";
-  const bool merges = request.integrator == IntegratorChoice::vcm || request.integrator == IntegratorChoice::gmis;
-  if (merges) plan += ", merging";
-  if (request.integrator == IntegratorChoice::gmis) {
-    plan += "; light trees split: " + std::string(name_of(request.split));
+  const IntegratorChoice integrator = request.integrator;
+  const bool is_lt = integrator == IntegratorChoice::lt;
+  const bool is_ppm = integrator == IntegratorChoice::ppm;
+  std::string plan = "emitter hits";
+  if (integrator == IntegratorChoice::pt || connects(integrator)) plan += ", next event";
+  if (connects(integrator)) {
+    const int count = request.settings.connections;
+    plan += ", connections (";
+    plan += count == measured_connections ? "1, 2 or 4, measured"
+            : count == paired_connections ? "paired"
+                                          : std::to_string(count).c_str();
+    plan += " a vertex)";
+  }
+  if (connects(integrator) || is_lt) plan += ", splats";
+  if (merges(integrator)) plan += is_ppm ? ", merging at the first non-specular vertex" : ", merging";
+  if (integrator == IntegratorChoice::gmis) {
+    plan += "; subpaths split: " + std::string(name_of(request.split));
     if (request.split != SplitChoice::none) plan += " by " + std::string(gmis::name_of(request.settings.scheme));
+    if (request.settings.camera_children > 1)
+      plan += ", the camera's by " + std::to_string(request.settings.camera_children);
   }
   return plan;
 }
@@ -79,7 +95,9 @@ std::string explain(const Options& options, const RenderRequest& request, const 
   text << "\ntechniques  " << plan_of(request) << "\n";
   if (request.integrator != IntegratorChoice::pt)
     text << "light       " << request.settings.light_paths << " trees a pixel\n";
-  if (request.integrator == IntegratorChoice::vcm || request.integrator == IntegratorChoice::gmis)
+  if (request.integrator == IntegratorChoice::lt)
+    text << "lacks       what is seen in mirrors and through glass, except the lights themselves\n";
+  if (merges(request.integrator))
     text << "merging     radius " << request.settings.radius << " = " << options.radius
          << " of half the scene's diagonal, times i^" << (request.settings.alpha - 1) / 2 << "\n";
   if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)

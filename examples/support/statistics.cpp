@@ -36,6 +36,13 @@ Json counts_of(const Counters& c) {
           {"contributions", c.contributions}};
 }
 
+/// Light children by number of lobes.
+Json tuning_json(const Tuning& tuning) {
+  return {{"connections", tuning.connections},
+          {"camera_children", tuning.camera_children},
+          {"light_children", {tuning.light_children[1], tuning.light_children[2]}}};
+}
+
 }  // namespace
 
 std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
@@ -67,6 +74,14 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
                        {"grid", result.phases.grid},
                        {"camera", result.phases.camera},
                        {"film", result.phases.film}}}};
+  json["tuning"] = tuning_json(result.tuning);
+  json["tuning"]["trials"] = Json::array();
+  for (const Trial& trial : result.trials) {
+    Json entry = tuning_json(trial.tuning);
+    entry["variance"] = trial.variance;
+    entry["cost"] = trial.cost;
+    json["tuning"]["trials"].push_back(entry);
+  }
   json["counts"] = counts_of(result.counters);
   json["rejected"] = {{"non_finite", result.counters.rejected_non_finite},
                       {"negative", result.counters.rejected_negative},

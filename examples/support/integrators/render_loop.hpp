@@ -90,8 +90,9 @@ template <class FilmType>
   return image;
 }
 
-template <class Integrator, bool records_techniques>
-[[nodiscard]] RenderResult run(const BuiltScene& built, const RenderRequest& request, ThreadedExecutor& executor) {
+/// The engine records techniques only when asked to: one type for both halves the time to compile it.
+template <class Integrator>
+[[nodiscard]] RenderResult run_with(const BuiltScene& built, const RenderRequest& request, ThreadedExecutor& executor) {
   using SceneType = std::remove_cvref_t<decltype(built.scene())>;
   using S = typename SceneType::Spectrum;
   using Clock = std::chrono::steady_clock;
@@ -104,8 +105,8 @@ template <class Integrator, bool records_techniques>
   const glm::ivec2 resolution = built.scene().camera().resolution();
   const PixelBounds crop = request.crop.value_or(PixelBounds{{0, 0}, resolution});
   const glm::ivec2 size = crop.upper - crop.lower;
-  auto engine =
-      std::make_unique<Engine<SceneType, Integrator, records_techniques>>(built.scene(), request.settings, crop);
+  auto engine = std::make_unique<Engine<SceneType, Integrator, true>>(built.scene(), request.settings, crop);
+  engine->keep_contributions(request.techniques);
   Film<S> film(size);
   std::vector<Film<S>> halves;
   if (request.halves) halves.assign(2, Film<S>(size));
@@ -137,7 +138,7 @@ template <class Integrator, bool records_techniques>
     }
     film.add_iteration(frame);
     if (request.halves) halves[progress.iterations % 2].add_iteration(frame);
-    if constexpr (records_techniques)
+    if (request.techniques)
       engine->for_each_contribution([&](const Contribution<S>& contribution) { techniques.add(contribution); });
     ++progress.iterations;
     if (request.relative_error || request.on_iteration)
@@ -161,17 +162,13 @@ template <class Integrator, bool records_techniques>
     result.half_a = image_of(halves[0]);
     result.half_b = image_of(halves[1]);
   }
-  if constexpr (records_techniques) result.techniques = techniques.means(progress.iterations);
+  if (request.techniques) result.techniques = techniques.means(progress.iterations);
   result.estimate = estimate_of(film);
+  result.tuning = engine->tuning();
+  result.trials = engine->tuner().trials();
   result.phases.film += film_seconds;
   result.photon_bytes = engine->photon_bytes();
   return result;
-}
-
-template <class Integrator>
-[[nodiscard]] RenderResult run_with(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return request.techniques ? run<Integrator, true>(scene, request, executor)
-                            : run<Integrator, false>(scene, request, executor);
 }
 
 }  // namespace gmis::tools

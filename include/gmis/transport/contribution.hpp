@@ -37,6 +37,7 @@ class ChunkOutput {
   };
 
   Counters counters;
+  bool is_recording = true;  ///< read only where `records_techniques`
 
   void clear() {
     counters = {};
@@ -57,7 +58,8 @@ class ChunkOutput {
     const S weighted = value * weight;
     if (!accept(weighted)) return;
     pixel_sum_ += weighted;
-    if constexpr (records_techniques) records_.push_back({pixel_, id, value, weight});
+    if constexpr (records_techniques)
+      if (is_recording) records_.push_back({pixel_, id, value, weight});
   }
 
   /// A contribution to any pixel.
@@ -65,7 +67,8 @@ class ChunkOutput {
     const S weighted = value * weight;
     if (!accept(weighted)) return;
     splats_.push_back({pixel, weighted});
-    if constexpr (records_techniques) records_.push_back({pixel, id, value, weight});
+    if constexpr (records_techniques)
+      if (is_recording) records_.push_back({pixel, id, value, weight});
   }
 
  private:

@@ -80,6 +80,14 @@ class Engine {
     if (!tuner_.is_settled()) tuner_.report(frame_, counters_ - before);
   }
 
+  /// Whether contributions are kept from the next iteration on (they are, in an engine that records techniques): lets a
+  /// program that records only now and then do with one engine.
+  void keep_contributions(bool keep) noexcept {
+    static_assert(records_techniques, "this engine does not record techniques");
+    for (Output& output : light_outputs_) output.is_recording = keep;
+    for (Output& output : camera_outputs_) output.is_recording = keep;
+  }
+
   /// Linear values by rows from the upper left; pixels outside the crop stay black.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
   [[nodiscard]] std::uint32_t iteration() const noexcept { return iteration_; }
