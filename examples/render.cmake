@@ -26,6 +26,10 @@ target_compile_definitions(gmis_render_session PRIVATE
   GMIS_VERSION="${PROJECT_VERSION}"
   GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
 
+# Much to compile, little to run.
+set_source_files_properties(support/options.cpp support/progress_bar.cpp support/session.cpp support/statistics.cpp
+                            PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
+
 foreach(program render demo)
   add_executable(gmis-${program} gmis_${program}.cpp)
   target_link_libraries(gmis-${program} PRIVATE gmis_render_session gmis_warnings)

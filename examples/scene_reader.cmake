@@ -54,6 +54,7 @@ add_library(gmis_scene_reader STATIC
   ${support}/scene_description.cpp)
 target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(gmis_scene_reader PUBLIC gmis::gmis PRIVATE gmis_warnings)
+target_compile_options(gmis_scene_reader PRIVATE $<$<CONFIG:Debug>:-O0>)  # much to compile, little to run
 gmis_optional_part(OpenEXR::OpenEXR GMIS_HAS_OPENEXR "gmis-render reads and writes no .exr")
 gmis_optional_part(PNG::PNG GMIS_HAS_PNG "gmis-render writes no .png")
 gmis_optional_part(assimp::assimp GMIS_HAS_ASSIMP "gmis-render reads no plymesh")
