@@ -1,0 +1,176 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/path_densities.hpp"
+#include "transport/discrete_atlas.hpp"
+#include "transport/tagged_spectrum.hpp"
+
+namespace gmis_test {
+
+/// A path through a discrete world, from the light (index 0) to the camera: nodes, and by which lobe each scatters.
+struct DiscretePath {
+  std::vector<std::uint8_t> nodes;
+  std::vector<std::uint8_t> lobes;  ///< those at the ends are `Tag::smooth`
+
+  [[nodiscard]] int edges() const { return static_cast<int>(nodes.size()) - 1; }
+  [[nodiscard]] friend bool operator<(const DiscretePath& a, const DiscretePath& b) {
+    return a.nodes != b.nodes ? a.nodes < b.nodes : a.lobes < b.lobes;
+  }
+};
+
+/// The path that a contribution came by, from the tags alone.
+template <std::floating_point T>
+[[nodiscard]] DiscretePath path_of(const Tagged<T>& value) {
+  std::vector<Tag> light, camera;
+  Tag light_end{}, camera_end{};
+  for (std::size_t i = 0; i < value.count; ++i) {
+    const Tag& tag = value.tags[i];
+    if (tag.role == TagRole::light) light_end = tag;
+    if (tag.role == TagRole::camera) camera_end = tag;
+    if (tag.role == TagRole::scattered_importance) light.push_back(tag);
+    if (tag.role == TagRole::scattered_radiance) camera.push_back(tag);
+  }
+  std::sort(light.begin(), light.end(), [](const Tag& a, const Tag& b) { return a.order < b.order; });
+  std::sort(camera.begin(), camera.end(), [](const Tag& a, const Tag& b) { return a.order > b.order; });
+  DiscretePath path;
+  const auto append = [&](const Tag& tag) {
+    path.nodes.push_back(tag.node);
+    path.lobes.push_back(tag.lobe);
+  };
+  append(light_end);
+  for (const Tag& tag : light) append(tag);
+  for (const Tag& tag : camera) append(tag);
+  append(camera_end);
+  return path;
+}
+
+/// The nominal numbers of children at a surface, without survival. The defaults are those of undivided subpaths.
+struct NominalCounts {
+  long double light_per_lobe =
+      0.0L;  ///< of a light subpath at a surface with smooth lobes, for each of them; 0: one in all
+  long double camera_first = 1.0L;  ///< at the first surface seen that is not purely specular
+  bool camera_stops = false;        ///< camera subpaths go on by delta events alone
+};
+
+/// What a path carries and with which densities each technique makes it, all in area measure, written down from the laws of
+/// the world vertex by vertex. A delta event is taken per unit of étendue, n² |cos| dω with the shading normal, on either side
+/// of it: so it has one and the same δ in the light it carries and in the densities of both ways, which cancels.
+class PathOracle {
+ public:
+  using Atlas = DiscreteAtlas<long double>;
+  using V = Atlas::V;
+
+  PathOracle(const Atlas& atlas, const NominalCounts& nominal) : atlas_(atlas), nominal_(nominal) {}
+
+  struct Path {
+    gmis::PathDensities<long double> densities;
+    long double value;
+  };
+
+  /// With the densities that weights are to count on, or (`as_drawn`) with those of what is really drawn: rounds of one child
+  /// a lobe have the lobes' even mixture, where `sample` has its own.
+  [[nodiscard]] Path operator()(const DiscretePath& path, bool as_drawn = false) const {
+    const auto k = static_cast<std::size_t>(path.edges());
+    const auto node = [&](std::size_t i) { return std::size_t{path.nodes[i]}; };
+    const auto towards = [&](std::size_t i, std::size_t j) { return atlas_.direction(node(i), node(j)); };
+    Path result;
+    gmis::PathDensities<long double>& densities = result.densities;
+    densities.from_light.resize(k);
+    densities.from_camera.resize(k);
+    densities.is_delta.assign(k + 1, false);
+    for (std::size_t i = 1; i < k; ++i) densities.is_delta[i] = path.lobes[i] != Tag::smooth;
+
+    const auto kind = atlas_.nodes[node(0)].kind;
+    const bool is_distant = atlas_.nodes[node(0)].is_infinite;
+    const V emitted = is_distant ? -atlas_.nodes[node(0)].position : towards(0, 1);
+    const long double choice = atlas_.light_probability(kind);
+    densities.light_can_be_hit = kind == Atlas::Kind::surface || kind == Atlas::Kind::sky;
+    densities.from_light[0] = choice * atlas_.emission_origin_density(node(0));
+    densities.next_event = k >= 2 ? choice * atlas_.next_event_density(node(0), atlas_.nodes[node(1)].position) : 0.0L;
+    for (std::size_t i = 1; i < k; ++i)
+      densities.from_light[i] =
+          (i == 1 ? atlas_.emission_first_density(node(0), emitted) : step(path, i - 1, i - 2, i, false, as_drawn)) *
+          atlas_.to_area(node(i), node(i - 1));
+    // From the camera.
+    const V seen = atlas_.nodes[node(k)].is_infinite ? -atlas_.nodes[node(k)].position : towards(k, k - 1);
+    for (std::size_t i = k; i-- > 0;)
+      densities.from_camera[i] =
+          (i + 1 == k ? atlas_.camera_density(node(k), seen) : step(path, i + 1, i + 2, i, true, as_drawn)) *
+          atlas_.to_area(node(i), node(i + 1));
+
+    // W · (response) · Π f |cos| · G · L, in radiance's direction: from the camera on.
+    long double value = atlas_.camera_weight(node(k), seen) * atlas_.camera_density(node(k), seen);
+    for (std::size_t i = k - 1; i >= 1; --i) {
+      const V to_light = towards(i, i - 1), to_camera = towards(i, i + 1);
+      const long double cosine = std::abs(glm::dot(atlas_.nodes[node(i)].shading_normal, to_light));
+      value *= atlas_.to_area(node(i), node(i + 1)) * cosine;
+      if (!densities.is_delta[i]) {
+        value *= atlas_.f(node(i), to_light, to_camera);
+      } else {
+        // L_camera / n_camera² = τ L_light / n_light², and |cos| dω on the light's side is étendue over n_light².
+        const long double index = atlas_.index(node(i + 1));
+        value *= atlas_.transmittance(node(i), path.lobes[i], to_light, to_camera) * index * index;
+      }
+    }
+    result.value = value * atlas_.to_area(node(0), node(1)) * atlas_.emitted(node(0), emitted);
+    return result;
+  }
+
+ private:
+  /// The density of going on from x_i to x_next when coming from x_prev: per steradian, or per δ of étendue.
+  [[nodiscard]] long double step(const DiscretePath& path, std::size_t i, std::size_t prev, std::size_t next,
+                                 bool is_camera, bool as_drawn) const {
+    const std::size_t node = path.nodes[i], to = path.nodes[next];
+    const V to_prev = atlas_.direction(node, path.nodes[prev]), to_next = atlas_.direction(node, to);
+    const bool is_smooth = path.lobes[i] == Tag::smooth;
+    const long double children = atlas_.albedo(node) * (is_camera ? camera_children(path, i) : light_children(node));
+    if (is_smooth && as_drawn && is_drawn_in_rounds(path, i, is_camera))
+      return children * (atlas_.lobe_pdf(node, 0, to_prev, to_next) + atlas_.lobe_pdf(node, 1, to_prev, to_next)) /
+             2.0L;
+    if (is_smooth) return children * atlas_.pdf(node, to_prev, to_next);
+    const long double cosine = std::abs(glm::dot(atlas_.nodes[node].shading_normal, to_next));
+    const long double index = atlas_.index(to);
+    return children * atlas_.delta_probability(node, path.lobes[i], to_prev) * cosine * index * index;
+  }
+
+  [[nodiscard]] bool is_purely_specular(std::size_t node) const { return atlas_.nodes[node].smooth_lobes == 0; }
+
+  [[nodiscard]] bool is_drawn_in_rounds(const DiscretePath& path, std::size_t i, bool is_camera) const {
+    const auto& node = atlas_.nodes[path.nodes[i]];
+    if (node.smooth_lobes < 2 || node.delta_lobes > 0) return false;
+    return std::fmod(is_camera ? camera_children(path, i) : light_children(path.nodes[i]), 2.0L) == 0.0L;
+  }
+  [[nodiscard]] long double light_children(std::size_t node) const {
+    if (nominal_.light_per_lobe == 0.0L || is_purely_specular(node)) return 1.0L;
+    return nominal_.light_per_lobe * static_cast<long double>(atlas_.nodes[node].smooth_lobes);
+  }
+  [[nodiscard]] long double camera_children(const DiscretePath& path, std::size_t i) const {
+    if (nominal_.camera_stops && path.lobes[i] == Tag::smooth) return 0.0L;
+    if (is_purely_specular(path.nodes[i])) return 1.0L;
+    for (std::size_t j = i + 1; j + 1 < path.nodes.size(); ++j)
+      if (!is_purely_specular(path.nodes[j])) return 1.0L;
+    return nominal_.camera_first;
+  }
+
+  const Atlas& atlas_;
+  const NominalCounts& nominal_;
+};
+
+[[nodiscard]] inline int edges_of(const gmis::TechniqueId& id) {
+  return id.s + id.t - (id.technique == gmis::Technique::merge ? 2 : 1);
+}
+
+/// The place of a technique in `technique_densities` of a path with `edges` edges.
+[[nodiscard]] inline std::size_t place_of(const gmis::TechniqueId& id, int edges) {
+  if (id.technique == gmis::Technique::merge) return static_cast<std::size_t>(edges + 1 + id.s - 2);
+  return static_cast<std::size_t>(id.s);
+}
+
+}  // namespace gmis_test
