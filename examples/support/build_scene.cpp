@@ -68,9 +68,13 @@ std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Dia
     at(light.where, [&] { std::visit(AddLight{builder}, light.kind); });
   const FilmDescription& film = description.film;
   at(description.camera.where, [&] {
-    builder.set_camera({description.camera.world_from_camera,
-                        window_at_unit_distance(description.camera, film.width, film.height),
-                        {film.width, film.height}});
+    const CameraDescription& camera = description.camera;
+    builder.set_camera({camera.world_from_camera,
+                        picture_window(camera, film.width, film.height),
+                        {film.width, film.height},
+                        camera.is_orthographic ? scene::Projection::orthographic : scene::Projection::perspective,
+                        camera.lens_radius,
+                        camera.focal_distance});
   });
   auto built = builder.build();
   const auto& facts = built.statistics();

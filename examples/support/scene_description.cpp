@@ -5,8 +5,8 @@
 
 namespace gmis::tools {
 
-std::array<double, 4> window_at_unit_distance(const CameraDescription& camera, int width, int height) {
-  const double half = std::tan(camera.field_of_view * std::numbers::pi / 360);
+std::array<double, 4> picture_window(const CameraDescription& camera, int width, int height) {
+  const double half = camera.is_orthographic ? 1 : std::tan(camera.field_of_view * std::numbers::pi / 360);
   std::array<double, 4> window{};
   if (camera.screen_window) {
     window = *camera.screen_window;

@@ -102,9 +102,12 @@ struct LightDescription {
 /// Camera space is left-handed: x to the right of the picture, y up, z forward. `world_from_camera` may mirror.
 struct CameraDescription {
   glm::dmat4 world_from_camera{1};
+  bool is_orthographic = false;                        ///< parallel rays
   double field_of_view = 90;                           ///< in degrees, across the shorter side of the picture
   std::optional<double> frame_aspect_ratio;            ///< width over height when not that of the film
   std::optional<std::array<double, 4>> screen_window;  ///< x0, x1, y0, y1
+  double lens_radius = 0;                              ///< in camera space; 0 is a pinhole
+  double focal_distance = 1e6;                         ///< in camera space, along z
   SourcePosition where;
 };
 
@@ -123,7 +126,8 @@ struct SceneDescription {
   std::vector<LightDescription> lights;
 };
 
-/// The rectangle x0, x1, y0, y1 that the picture spans on the plane z = 1 of camera space, y up.
-[[nodiscard]] std::array<double, 4> window_at_unit_distance(const CameraDescription& camera, int width, int height);
+/// The rectangle x0, x1, y0, y1 that the picture spans on the plane z = 1 of camera space, y up; with parallel rays on
+/// every plane.
+[[nodiscard]] std::array<double, 4> picture_window(const CameraDescription& camera, int width, int height);
 
 }  // namespace gmis::tools

@@ -111,17 +111,33 @@ TEST_CASE("Scale -1 1 1 before LookAt mirrors the picture, and WorldBegin forget
 TEST_CASE("The window of the picture on the plane at distance 1") {
   CameraDescription camera;
   camera.field_of_view = 90;
-  const auto wide = window_at_unit_distance(camera, 200, 100);
+  const auto wide = picture_window(camera, 200, 100);
   CHECK(wide[1] == Approx(2));
   CHECK(wide[2] == Approx(-1));
-  const auto tall = window_at_unit_distance(camera, 100, 200);
+  const auto tall = picture_window(camera, 100, 200);
   CHECK(tall[0] == Approx(-1));
   CHECK(tall[3] == Approx(2));
   camera.frame_aspect_ratio = 1;
-  CHECK(window_at_unit_distance(camera, 200, 100)[1] == Approx(1));
+  CHECK(picture_window(camera, 200, 100)[1] == Approx(1));
   camera.screen_window = std::array{-0.5, 1.0, -0.25, 0.75};
-  CHECK(window_at_unit_distance(camera, 200, 100)[0] == Approx(-0.5));
-  CHECK(window_at_unit_distance(camera, 200, 100)[3] == Approx(0.75));
+  CHECK(picture_window(camera, 200, 100)[0] == Approx(-0.5));
+  CHECK(picture_window(camera, 200, 100)[3] == Approx(0.75));
+  camera.field_of_view = 30;
+  camera.is_orthographic = true;
+  CHECK(picture_window(camera, 200, 100)[3] == Approx(0.75));
+}
+
+TEST_CASE("Lenses and parallel rays") {
+  const auto lens =
+      read("Camera \"perspective\" \"float lensradius\" .25 \"float focaldistance\" 7\nWorldBegin\n" + triangle);
+  CHECK_FALSE(lens.scene.camera.is_orthographic);
+  CHECK(lens.scene.camera.lens_radius == 0.25);
+  CHECK(lens.scene.camera.focal_distance == 7);
+  CHECK_FALSE(has_message(lens, "Camera"));
+  const auto parallel = read("Camera \"orthographic\" \"float screenwindow\" [ -3 3 -2 2 ]\nWorldBegin\n" + triangle);
+  CHECK(parallel.scene.camera.is_orthographic);
+  CHECK(picture_window(parallel.scene.camera, 600, 400)[1] == 3);
+  CHECK_FALSE(has_message(parallel, "Camera"));
 }
 
 TEST_CASE("Transforms compose as pbrt's do") {
@@ -404,7 +420,7 @@ TEST_CASE("What is not understood but harmless is said once, with its place") {
   CHECK(count("t.pbrt:5: warning: Shape \"sphere\": parameter \"radious\"") == 1);
   CHECK(count("radious") == 1);
   CHECK(has_message(read("PixelFilter \"gaussian\" WorldBegin " + triangle), "t.pbrt:1: warning: PixelFilter"));
-  CHECK(has_message(read("Camera \"perspective\" \"float lensradius\" .1 WorldBegin " + triangle), "pinhole"));
+  CHECK(has_message(read("Camera \"orthographic\" \"float lensradius\" .1 WorldBegin " + triangle), "without a lens"));
 }
 
 TEST_CASE("The reference scenes and the example scenes are read without a warning") {

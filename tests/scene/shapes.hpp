@@ -75,7 +75,7 @@ inline double random_magnitude(Philox& source, double lowest, double highest) {
   return std::pow(10.0, lowest + (highest - lowest) * uniform<double>(source));
 }
 
-inline gmis::scene::PinholeDescription camera_at(const glm::dvec3& eye) {
+inline gmis::scene::CameraDescription camera_at(const glm::dvec3& eye) {
   return gmis::scene::look_at(eye, eye + glm::dvec3(0, 0, 1), {0, 1, 0}, 60, {16, 16});
 }
 

@@ -193,10 +193,12 @@ void Parser::pixel_filter() {
 void Parser::camera() {
   const std::string kind = expect_string("a kind of camera");
   Parameters parameters = parse_parameters(kind);
-  if (kind != "perspective")
-    throw InputError(directive_.where, "the camera " + in_quotes(kind) + " is not understood: use perspective");
+  if (kind != "perspective" && kind != "orthographic")
+    throw InputError(directive_.where,
+                     "the camera " + in_quotes(kind) + " is not understood: use perspective or orthographic");
   CameraDescription& camera = scene_.camera;
   camera.where = directive_.where;
+  camera.is_orthographic = kind == "orthographic";
   camera.field_of_view = parameters.number_or("fov", 90);
   if (!(camera.field_of_view >= 1e-3 && camera.field_of_view <= 179))
     parameters.fail("fov", "must be from 0.001 to 179 degrees");
@@ -209,9 +211,16 @@ void Parser::camera() {
       parameters.fail("screenwindow", "must be four numbers x0 x1 y0 y1 with x0 < x1 and y0 < y1");
     camera.screen_window = std::array{window[0], window[1], window[2], window[3]};
   }
-  if (parameters.number_or("lensradius", 0) != 0)
-    diagnostics_.warning(directive_.where, "a lens is not supported: the camera is a pinhole and all is sharp");
-  parameters.ignore({"focaldistance", "shutteropen", "shutterclose"});
+  camera.lens_radius = parameters.number_or("lensradius", 0);
+  if (!(camera.lens_radius >= 0 && camera.lens_radius <= farthest))
+    parameters.fail("lensradius", "must be from 0 to 1e9");
+  camera.focal_distance = parameters.number_or("focaldistance", 1e6);
+  if (!(camera.focal_distance > 0)) parameters.fail("focaldistance", "must be above 0");
+  if (camera.is_orthographic && camera.lens_radius > 0) {
+    diagnostics_.warning(directive_.where, "a camera with parallel rays is without a lens here: all is sharp");
+    camera.lens_radius = 0;
+  }
+  parameters.ignore({"shutteropen", "shutterclose"});
   parameters.warn_of_unused(diagnostics_);
   if (!similarity_scale(state_.transform))
     throw InputError(directive_.where, "the transforms above Camera stretch space: scale all axes alike");

@@ -8,8 +8,8 @@
 #include "gmis/scene/alias_table.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/bvh.hpp"
+#include "gmis/scene/camera.hpp"
 #include "gmis/scene/light.hpp"
-#include "gmis/scene/pinhole.hpp"
 
 namespace gmis::scene {
 
@@ -36,7 +36,7 @@ class BvhScene {
   using Spectrum = Vec3<T>;
   using Bsdf = SurfaceBsdf<T>;
   using Light = scene::Light<T>;
-  using Camera = Pinhole<T>;
+  using Camera = scene::Camera<T>;
   using Hit = gmis::Hit<T, Bsdf, Light>;
 
   BvhScene(const BvhScene&) = delete;

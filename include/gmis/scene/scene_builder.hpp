@@ -97,8 +97,8 @@ class SceneBuilder {
     infinite_lights_.push_back(Light<T>::environment(Vec3<T>(radiance)));
   }
 
-  void set_camera(const PinholeDescription& camera) {
-    static_cast<void>(Pinhole<T>(camera, glm::dvec3(0)));  // throws what it has to
+  void set_camera(const CameraDescription& camera) {
+    static_cast<void>(Camera<T>(camera, glm::dvec3(0)));  // throws what it has to
     check_place(glm::dvec3(camera.world_from_camera[3]));
     camera_ = camera;
   }
@@ -107,7 +107,7 @@ class SceneBuilder {
   [[nodiscard]] BvhScene<T> build() const {
     if (!camera_) fail("the scene has no camera");
     const glm::dvec3 origin(camera_->world_from_camera[3]);
-    BvhScene<T> scene(Pinhole<T>(*camera_, origin));
+    BvhScene<T> scene(Camera<T>(*camera_, origin));
     scene.materials_ = materials_;
 
     // Shapes in the scene's own space; what has no area there is left out.
@@ -316,7 +316,7 @@ class SceneBuilder {
   std::vector<Sphere> spheres_;
   std::vector<PointLight> point_lights_;
   std::vector<Light<T>> infinite_lights_;
-  std::optional<PinholeDescription> camera_;
+  std::optional<CameraDescription> camera_;
 };
 
 }  // namespace gmis::scene
