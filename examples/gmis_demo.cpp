@@ -30,7 +30,7 @@ Entry render_for(double seconds, IntegratorChoice integrator, const BuiltScene& 
   Options options;
   options.integrator = integrator;
   RenderRequest request = request_of(options, scene);
-  request.seconds = seconds;
+  request.budget.seconds = seconds;
   request.interrupted = &interrupt_flag();
   ProgressBar bar(request, true);
   if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };

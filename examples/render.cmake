@@ -16,6 +16,7 @@ add_library(gmis_render_session STATIC
   support/integrators/vcm.cpp
   support/options.cpp
   support/progress_bar.cpp
+  support/progressive_render.cpp
   support/render.cpp
   support/scene_files.cpp
   support/session.cpp

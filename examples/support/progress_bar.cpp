@@ -9,9 +9,9 @@
 namespace gmis::tools {
 
 ProgressBar::ProgressBar(const RenderRequest& goal, bool is_wanted)
-    : iterations_(goal.iterations),
-      seconds_(goal.seconds),
-      relative_error_(goal.relative_error),
+    : iterations_(goal.budget.iterations),
+      seconds_(goal.budget.seconds),
+      relative_error_(goal.budget.relative_error),
       is_shown_(is_wanted && isatty(STDERR_FILENO) == 1) {}
 
 double ProgressBar::fraction_done(const Progress& progress) const {

@@ -1,34 +1,53 @@
 #include "support/render.hpp"
 
+#include "support/progressive_render.hpp"
+
 namespace gmis::tools {
 
-RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
+std::unique_ptr<FrameSource> start(const BuiltScene& scene, const RenderRequest& request) {
   switch (request.integrator) {
     case IntegratorChoice::pt:
-      return render_pt(scene, request, executor);
+      return start_pt(scene, request);
     case IntegratorChoice::lt:
-      return render_lt(scene, request, executor);
+      return start_lt(scene, request);
     case IntegratorChoice::bpt:
-      return render_bpt(scene, request, executor);
+      return start_bpt(scene, request);
     case IntegratorChoice::ppm:
-      return render_ppm(scene, request, executor);
+      return start_ppm(scene, request);
     case IntegratorChoice::bpm:
-      return render_bpm(scene, request, executor);
+      return start_bpm(scene, request);
     case IntegratorChoice::vcm:
-      return render_vcm(scene, request, executor);
+      return start_vcm(scene, request);
     case IntegratorChoice::gmis:
       break;
   }
   switch (request.split) {
     case SplitChoice::none:
-      return render_vcm(scene, request, executor);  // without splitting, gmis is vcm
+      return start_vcm(scene, request);  // without splitting, gmis is vcm
     case SplitChoice::paper:
-      return render_gmis_paper(scene, request, executor);
+      return start_gmis_paper(scene, request);
     case SplitChoice::budgeted:
     case SplitChoice::adaptive:  // the same engine with other settings
       break;
   }
-  return render_gmis_budgeted(scene, request, executor);
+  return start_gmis_budgeted(scene, request);
+}
+
+RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
+  executor.stop_when(nullptr);
+  ProgressiveRender rendering(scene, request);
+  std::optional<StopReason> reason;
+  while (!reason) {
+    if (!rendering.advance(executor)) {
+      reason = StopReason::interrupt;
+      break;
+    }
+    if (request.on_iteration) request.on_iteration(rendering.progress());
+    reason = rendering.reason_to_stop();
+    executor.stop_when(request.interrupted);  // there is something to show from now on
+  }
+  executor.stop_when(nullptr);
+  return rendering.result(*reason);
 }
 
 }  // namespace gmis::tools

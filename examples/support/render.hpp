@@ -3,27 +3,34 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "gmis/result/budget.hpp"
+#include "gmis/result/convergence_log.hpp"
 #include "gmis/result/counters.hpp"
+#include "gmis/result/error_fit.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/settings.hpp"
 #include "support/build_scene.hpp"
 #include "support/executor.hpp"
+#include "support/frame_source.hpp"
 #include "support/image/image.hpp"
 #include "support/options.hpp"
 
 namespace gmis::tools {
 
-/// How far a rendering is.
-struct Progress {
-  std::uint32_t iterations = 0;
-  double seconds = 0;
-  double relative_error = 0;  ///< 0 while it is not known
+/// How far a rendering is; seconds are wall time.
+using Progress = RunState;
+
+/// What a run's own log says about how it would go on.
+struct Prediction {
+  PowerLaw law;                      ///< of the estimated error over wall time
+  double seconds_to_half_error = 0;  ///< from the beginning; infinite when the error does not fall
 };
 
 struct RenderRequest {
@@ -32,13 +39,14 @@ struct RenderRequest {
   RenderSettings settings;
   std::optional<PixelBounds> crop;
   // Stops at the first one met; at least one iteration is done.
-  std::optional<std::uint32_t> iterations;
-  std::optional<double> seconds;  ///< wall time
-  std::optional<double> relative_error;
+  Budget budget;  ///< in wall time
   const std::atomic<bool>* interrupted = nullptr;
   bool halves = false;
   bool techniques = false;
+  bool intervals = false;            ///< keeps batches, for the interval of the error, and a log
+  const Image* reference = nullptr;  ///< of the crop's size, for the log
   std::function<void(const Progress&)> on_iteration;
+  std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the log; implies `intervals`
 };
 
 /// The part of the image that one technique makes.
@@ -53,6 +61,8 @@ struct RenderResult {
   Image half_a, half_b;  ///< means of the odd and of the even iterations, when asked for
   std::vector<TechniqueImage> techniques;
   ImageEstimate estimate;
+  std::optional<Interval> interval;      ///< of the relative error
+  std::optional<Prediction> prediction;  ///< when the log knows enough
   Counters counters;
   Tuning tuning;              ///< the counts that the last iteration was made with
   std::vector<Trial> trials;  ///< how they were measured
@@ -64,17 +74,20 @@ struct RenderResult {
   std::size_t photon_bytes = 0;
 };
 
-/// Renders on the threads of `executor`.
+/// Renders on the threads of `executor`, until the budget is met.
 [[nodiscard]] RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor);
 
+/// The integrator that is asked for, ready for its first iteration.
+[[nodiscard]] std::unique_ptr<FrameSource> start(const BuiltScene& scene, const RenderRequest& request);
+
 // One per integrator, each in a file of its own: the engine is compiled anew for each.
-[[nodiscard]] RenderResult render_pt(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
-[[nodiscard]] RenderResult render_lt(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
-[[nodiscard]] RenderResult render_ppm(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
-[[nodiscard]] RenderResult render_bpm(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
-[[nodiscard]] RenderResult render_bpt(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
-[[nodiscard]] RenderResult render_vcm(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
-[[nodiscard]] RenderResult render_gmis_paper(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
-[[nodiscard]] RenderResult render_gmis_budgeted(const BuiltScene&, const RenderRequest&, ThreadedExecutor&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_pt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_lt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_ppm(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_bpm(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_bpt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_vcm(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_gmis_paper(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_gmis_budgeted(const BuiltScene&, const RenderRequest&);
 
 }  // namespace gmis::tools

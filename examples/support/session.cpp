@@ -41,9 +41,9 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.connections = options.connections;
   request.settings.camera_children = options.camera_split;
   request.settings.adapts_split = options.split == SplitChoice::adaptive;
-  request.iterations = options.iterations;
-  request.seconds = options.seconds;
-  request.relative_error = options.relative_error;
+  request.budget.iterations = options.iterations;
+  request.budget.seconds = options.seconds;
+  request.budget.relative_error = options.relative_error;
   request.halves = options.halves;
   request.techniques = !options.techniques_folder.empty();
   if (options.crop) {
@@ -109,9 +109,9 @@ std::string explain(const Options& options, const RenderRequest& request, const 
     text << separator << "after " << value << unit;
     separator = " or ";
   };
-  if (request.iterations) stop(*request.iterations, " iterations");
-  if (request.seconds) stop(*request.seconds, " seconds");
-  if (request.relative_error) text << separator << "at a relative error of " << *request.relative_error;
+  if (request.budget.iterations) stop(*request.budget.iterations, " iterations");
+  if (request.budget.seconds) stop(*request.budget.seconds, " seconds");
+  if (request.budget.relative_error) text << separator << "at a relative error of " << *request.budget.relative_error;
   text << "\n";
   return text.str();
 }

@@ -47,7 +47,7 @@ gmis_test::BlockStatistics blocks_of(const BuiltScene& scene, RenderRequest requ
   const glm::ivec2 resolution = scene.scene().camera().resolution();
   gmis_test::BlockStatistics statistics(resolution, block_size);
   ThreadedExecutor executor(0);
-  request.iterations = iterations;
+  request.budget.iterations = iterations;
   std::vector<glm::vec3> frame(static_cast<std::size_t>(resolution.x * resolution.y));
   for (int run = 0; run < runs; ++run) {
     request.settings.seed = seed + static_cast<std::uint64_t>(run);

@@ -2,8 +2,8 @@
 
 namespace gmis::tools {
 
-RenderResult render_bpm(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return run_with<integrators::Bpm>(scene, request, executor);
+std::unique_ptr<FrameSource> start_bpm(const BuiltScene& scene, const RenderRequest& request) {
+  return start_with<integrators::Bpm>(scene, request);
 }
 
 }  // namespace gmis::tools

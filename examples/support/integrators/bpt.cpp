@@ -2,8 +2,8 @@
 
 namespace gmis::tools {
 
-RenderResult render_bpt(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return run_with<integrators::Bpt>(scene, request, executor);
+std::unique_ptr<FrameSource> start_bpt(const BuiltScene& scene, const RenderRequest& request) {
+  return start_with<integrators::Bpt>(scene, request);
 }
 
 }  // namespace gmis::tools

@@ -2,8 +2,8 @@
 
 namespace gmis::tools {
 
-RenderResult render_gmis_paper(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return run_with<integrators::Gmis<PaperSplit>>(scene, request, executor);
+std::unique_ptr<FrameSource> start_gmis_paper(const BuiltScene& scene, const RenderRequest& request) {
+  return start_with<integrators::Gmis<PaperSplit>>(scene, request);
 }
 
 }  // namespace gmis::tools

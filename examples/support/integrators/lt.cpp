@@ -2,8 +2,8 @@
 
 namespace gmis::tools {
 
-RenderResult render_lt(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return run_with<integrators::Lt>(scene, request, executor);
+std::unique_ptr<FrameSource> start_lt(const BuiltScene& scene, const RenderRequest& request) {
+  return start_with<integrators::Lt>(scene, request);
 }
 
 }  // namespace gmis::tools

@@ -2,8 +2,8 @@
 
 namespace gmis::tools {
 
-RenderResult render_ppm(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return run_with<integrators::Ppm>(scene, request, executor);
+std::unique_ptr<FrameSource> start_ppm(const BuiltScene& scene, const RenderRequest& request) {
+  return start_with<integrators::Ppm>(scene, request);
 }
 
 }  // namespace gmis::tools

@@ -2,8 +2,8 @@
 
 namespace gmis::tools {
 
-RenderResult render_pt(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return run_with<integrators::Pt>(scene, request, executor);
+std::unique_ptr<FrameSource> start_pt(const BuiltScene& scene, const RenderRequest& request) {
+  return start_with<integrators::Pt>(scene, request);
 }
 
 }  // namespace gmis::tools

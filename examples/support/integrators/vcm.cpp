@@ -2,8 +2,8 @@
 
 namespace gmis::tools {
 
-RenderResult render_vcm(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  return run_with<integrators::Vcm>(scene, request, executor);
+std::unique_ptr<FrameSource> start_vcm(const BuiltScene& scene, const RenderRequest& request) {
+  return start_with<integrators::Vcm>(scene, request);
 }
 
 }  // namespace gmis::tools

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "gmis/result/counters.hpp"
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/engine.hpp"
+#include "gmis/transport/tuning.hpp"
+#include "support/build_scene.hpp"
+#include "support/executor.hpp"
+
+namespace gmis::tools {
+
+/// An integrator at work on a scene: one estimate of the whole picture after the other. The one virtual call an
+/// iteration lets everything above be compiled once, not once per integrator.
+class FrameSource {
+ public:
+  using Spectrum = BuiltScene::SceneType::Spectrum;
+  using Visit = std::function<void(const Contribution<Spectrum>&)>;
+
+  FrameSource() = default;
+  virtual ~FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+
+  virtual void iterate(ThreadedExecutor& executor) = 0;
+  /// What the latest iteration alone gives, by rows from the upper left; black outside the crop.
+  [[nodiscard]] virtual std::span<const Spectrum> frame() const = 0;
+  [[nodiscard]] virtual const Counters& counters() const = 0;
+  [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
+  [[nodiscard]] virtual std::size_t photon_bytes() const = 0;
+  /// The counts that the latest iteration was made with, and how they were measured.
+  [[nodiscard]] virtual const Tuning& tuning() const = 0;
+  [[nodiscard]] virtual std::vector<Trial> trials() const = 0;
+  /// Every contribution of the latest iteration; none unless the request was for techniques.
+  virtual void for_each_contribution(const Visit& visit) const = 0;
+};
+
+}  // namespace gmis::tools

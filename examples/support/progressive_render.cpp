@@ -1,0 +1,159 @@
+#include "support/progressive_render.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <ctime>
+
+#include "gmis/result/error_fit.hpp"
+#include "gmis/result/image_error.hpp"
+
+namespace gmis::tools {
+
+namespace {
+
+/// Adds to two sums the wall and the processor time that pass while it lives.
+class Timer {
+ public:
+  Timer(double& wall, double& cpu) : wall_(wall), cpu_(cpu) {}
+  ~Timer() {
+    wall_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start_).count();
+    cpu_ += static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC;
+  }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+ private:
+  double& wall_;
+  double& cpu_;
+  std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
+  std::clock_t cpu_start_ = std::clock();
+};
+
+Image image_of(const Film<FrameSource::Spectrum>& film) {
+  Image image(film.resolution().x, film.resolution().y);
+  for (std::size_t pixel = 0; pixel < film.pixel_count(); ++pixel)
+    for (int c = 0; c < 3; ++c)
+      image.rgb[3 * pixel + static_cast<std::size_t>(c)] = static_cast<float>(film.mean(pixel, c));
+  return image;
+}
+
+/// From the estimated errors; those of the first iterations say little about themselves.
+std::optional<Prediction> predict(const ConvergenceLog& log, double error) {
+  std::vector<ErrorAtTime> course;
+  for (const ConvergencePoint& point : log.points())
+    if (point.estimated_error && point.iteration >= Budget::fewest_iterations_for_error)
+      course.push_back({point.wall_seconds, *point.estimated_error});
+  const std::optional<PowerLaw> law = fit_power_law(course);
+  if (!law) return {};
+  return Prediction{*law, law->seconds_to_reach(error / 2)};
+}
+
+}  // namespace
+
+ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderRequest& request)
+    : request_(request),
+      resolution_(scene.scene().camera().resolution()),
+      crop_(request.crop.value_or(PixelBounds{{0, 0}, resolution_})),
+      film_(crop_.upper - crop_.lower),
+      techniques_(resolution_, crop_) {
+  const Timer timer(progress_.seconds, cpu_seconds_);
+  source_ = start(scene, request);
+  if (request.halves) halves_.assign(2, Film<Spectrum>(film_.resolution()));
+  if (request.intervals || request.on_log) batches_.emplace(film_.pixel_count());
+}
+
+bool ProgressiveRender::advance(ThreadedExecutor& executor) {
+  {
+    const Timer timer(progress_.seconds, cpu_seconds_);
+    source_->iterate(executor);
+    if (executor.is_stopped()) return false;
+    double ignored = 0;
+    const Timer film_timer(film_seconds_, ignored);
+    take_frame();
+  }
+  counters_ = source_->counters();  // of whole iterations only
+  phases_ = source_->seconds();
+  if (log_.is_due(progress_.iterations) && (request_.on_log || request_.intervals)) {
+    log_.add(point());
+    if (request_.on_log) request_.on_log(log_.points().back());
+  }
+  return true;
+}
+
+void ProgressiveRender::take_frame() {
+  frame_ = source_->frame();
+  const glm::ivec2 size = film_.resolution();
+  if (size != resolution_) {
+    part_.clear();
+    for (int y = crop_.lower.y; y < crop_.upper.y; ++y) {
+      const auto row = frame_.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) +
+                                          static_cast<std::size_t>(crop_.lower.x),
+                                      static_cast<std::size_t>(size.x));
+      part_.insert(part_.end(), row.begin(), row.end());
+    }
+    frame_ = part_;
+  }
+  film_.add_iteration(frame_);
+  if (batches_) batches_->add_iteration(frame_);
+  if (request_.halves) halves_[progress_.iterations % 2].add_iteration(frame_);
+  if (request_.techniques)
+    source_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { techniques_.add(contribution); });
+  ++progress_.iterations;
+  if (request_.budget.relative_error || request_.on_iteration)
+    progress_.relative_error = progress_.iterations > 1 ? estimate_of(film_).relative_error : 0;
+}
+
+std::optional<StopReason> ProgressiveRender::reason_to_stop() const {
+  if (request_.interrupted != nullptr && request_.interrupted->load()) return StopReason::interrupt;
+  return request_.budget.reason_to_stop(progress_);
+}
+
+Image ProgressiveRender::image() const {
+  return image_of(film_);
+}
+
+std::optional<Interval> ProgressiveRender::interval() const {
+  if (!batches_) return {};
+  return estimate_error(*batches_, film_.iterations());
+}
+
+ConvergencePoint ProgressiveRender::point() const {
+  ConvergencePoint point;
+  point.cpu_seconds = cpu_seconds_;
+  point.wall_seconds = progress_.seconds;
+  point.iteration = progress_.iterations;
+  if (progress_.iterations > 1) point.estimated_error = estimate_of(film_).relative_error;
+  point.interval = interval();
+  if (request_.reference != nullptr) {
+    const Image shown = image();
+    point.reference_error = std::sqrt(
+        image_error(std::span<const float>(shown.rgb), std::span<const float>(request_.reference->rgb), 3).relmse);
+  }
+  return point;
+}
+
+RenderResult ProgressiveRender::result(StopReason reason) const {
+  RenderResult result;
+  result.stopped_by = gmis::name_of(reason);
+  result.iterations = progress_.iterations;
+  result.wall_seconds = progress_.seconds;
+  result.cpu_seconds = cpu_seconds_;
+  result.image = image();
+  if (request_.halves) {
+    result.half_a = image_of(halves_[0]);
+    result.half_b = image_of(halves_[1]);
+  }
+  if (request_.techniques) result.techniques = techniques_.means(progress_.iterations);
+  result.estimate = estimate_of(film_);
+  result.interval = interval();
+  result.prediction = predict(log_, result.estimate.relative_error);
+  result.counters = counters_;
+  result.tuning = source_->tuning();
+  result.trials = source_->trials();
+  result.phases = phases_;
+  result.phases.film += film_seconds_;
+  result.photon_bytes = source_->photon_bytes();
+  return result;
+}
+
+}  // namespace gmis::tools

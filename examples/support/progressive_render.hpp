@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "gmis/result/batch_means.hpp"
+#include "gmis/result/convergence_log.hpp"
+#include "gmis/result/film.hpp"
+#include "support/frame_source.hpp"
+#include "support/render.hpp"
+#include "support/technique_sums.hpp"
+
+namespace gmis::tools {
+
+/// A rendering that advances iteration by iteration, so that several can take turns. Seconds are those spent in here.
+class ProgressiveRender {
+ public:
+  using Spectrum = FrameSource::Spectrum;
+
+  /// Both must outlive this.
+  ProgressiveRender(const BuiltScene& scene, const RenderRequest& request);
+
+  /// One more iteration. False when the request's interruption cut it short: it is then left out.
+  [[nodiscard]] bool advance(ThreadedExecutor& executor);
+  /// Why to stop now; nothing to go on.
+  [[nodiscard]] std::optional<StopReason> reason_to_stop() const;
+
+  [[nodiscard]] const Progress& progress() const { return progress_; }
+  [[nodiscard]] double cpu_seconds() const { return cpu_seconds_; }
+  [[nodiscard]] const Film<Spectrum>& film() const { return film_; }
+  /// What the latest iteration alone gives inside the crop.
+  [[nodiscard]] std::span<const Spectrum> frame() const { return frame_; }
+  [[nodiscard]] Image image() const;
+  /// The interval is there when the request is for intervals and enough has been done.
+  [[nodiscard]] std::optional<Interval> interval() const;
+  /// What is known now, for a log.
+  [[nodiscard]] ConvergencePoint point() const;
+  [[nodiscard]] const ConvergenceLog& log() const { return log_; }
+  [[nodiscard]] RenderResult result(StopReason reason) const;
+
+ private:
+  void take_frame();
+
+  const RenderRequest& request_;
+  glm::ivec2 resolution_;
+  PixelBounds crop_;
+  std::unique_ptr<FrameSource> source_;
+  Film<Spectrum> film_;
+  std::vector<Film<Spectrum>> halves_;
+  std::optional<BatchMeans<Spectrum>> batches_;
+  TechniqueSums techniques_;
+  std::span<const Spectrum> frame_;
+  std::vector<Spectrum> part_;
+  Progress progress_;
+  ConvergenceLog log_;
+  Counters counters_;
+  PhaseSeconds phases_;
+  double film_seconds_ = 0;
+  double cpu_seconds_ = 0;
+};
+
+}  // namespace gmis::tools
