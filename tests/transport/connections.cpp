@@ -1,0 +1,192 @@
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "gmis/transport/integrators.hpp"
+#include "support/catch.hpp"
+#include "transport/furnace_scene.hpp"
+
+// Connections from the cache of all trees, the paired form, and camera subpaths that split: all make the furnace's light,
+// (1 − a^D)/(1 − a). Each figure lies within 4.5 standard errors (a false alarm in 7e-6 each, 1e-4 in all 15) of the truth
+// plus what merging's own bias may be (0.1 %); a standard error is at most 0.2 %, so that 1 % shows.
+
+namespace {
+
+using namespace gmis;
+using Furnace = gmis_test::FurnaceScene<float>;
+
+struct Measured {
+  double mean, standard_error;
+  Counters counters;
+  Tuning tuning;
+};
+
+template <class I>
+Measured render(const RenderSettings& settings, int iterations) {
+  const Furnace scene(0.7F, 1.0F, 16, 2);
+  Engine<Furnace, I> engine(scene, settings);
+  SerialExecutor executor;
+  double sum = 0.0, squares = 0.0;
+  for (int i = 0; i < iterations; ++i) {
+    engine.iterate(executor);
+    double mean = 0.0;
+    for (const float value : engine.frame()) mean += static_cast<double>(value);
+    mean /= static_cast<double>(engine.frame().size());
+    sum += mean;
+    squares += mean * mean;
+  }
+  const double mean = sum / iterations;
+  return {mean, std::sqrt(std::max(0.0, squares / iterations - mean * mean) / (iterations - 1)), engine.counters(),
+          engine.tuning()};
+}
+
+RenderSettings settings_with(int connections) {
+  RenderSettings settings;
+  settings.max_depth = 6;
+  settings.radius = 0.02;
+  settings.connections = connections;
+  return settings;
+}
+
+void check(const Measured& measured) {
+  const double truth = (1.0 - std::pow(0.7, 6)) / (1.0 - 0.7);
+  CAPTURE(truth, measured.mean, measured.standard_error);
+  CHECK(std::abs(measured.mean - truth) < 4.5 * measured.standard_error + 1e-3 * truth);
+  CHECK(measured.standard_error < 2e-3 * truth);
+}
+
+/// The mean of what connections of two light and two camera vertices give without their weight.
+Measured connections_alone(const RenderSettings& settings, int iterations) {
+  const Furnace scene(0.7F, 1.0F, 16, 1);
+  Engine<Furnace, integrators::Bpt, true> engine(scene, settings);
+  SerialExecutor executor;
+  double sum = 0.0, squares = 0.0;
+  for (int i = 0; i < iterations; ++i) {
+    engine.iterate(executor);
+    double mean = 0.0;
+    engine.for_each_contribution([&](const Contribution<float>& c) {
+      if (c.id.technique == Technique::connect && c.id.s == 2 && c.id.t == 2) mean += static_cast<double>(c.value);
+    });
+    mean /= static_cast<double>(engine.frame().size());
+    sum += mean;
+    squares += mean * mean;
+  }
+  const double mean = sum / iterations;
+  return {mean, std::sqrt(std::max(0.0, squares / iterations - mean * mean) / (iterations - 1)), engine.counters(),
+          engine.tuning()};
+}
+
+}  // namespace
+
+TEST_CASE("any number of connections from the cache makes the same light as the paired tree") {
+  for (const int connections : {int{paired_connections}, 1, 3}) {
+    DYNAMIC_SECTION("bpt, connections " << connections) {
+      check(render<integrators::Bpt>(settings_with(connections), 300));
+    }
+  }
+  for (const int connections : {int{paired_connections}, 8}) DYNAMIC_SECTION("connections alone, " << connections) {
+      // Within a sphere the geometry term is the same for all pairs of points, so that the spread is small.
+      const Measured alone = connections_alone(settings_with(connections), 300);
+      const double truth = 0.7 * 0.7;
+      CAPTURE(alone.mean, alone.standard_error, truth);
+      CHECK(std::abs(alone.mean - truth) < 4.5 * alone.standard_error + 1e-5);
+      CHECK(alone.standard_error < 2e-3 * truth);
+    }
+  SECTION("few trees, each used by many pixels") {
+    RenderSettings settings = settings_with(2);
+    settings.light_paths = 0.25;
+    check(render<integrators::Bpt>(settings, 400));
+  }
+}
+
+TEST_CASE("a camera vertex is connected as often as asked for, however large the trees are") {
+  RenderSettings settings = settings_with(2);
+  settings.light_paths = 3.0;
+  const Measured measured = render<integrators::Bpt>(settings, 2);
+  // Every camera vertex that next event is made from (one shadow ray) makes two attempts; some are too deep.
+  CHECK(measured.counters.connections <= 2 * measured.counters.rays);
+  CHECK(measured.counters.connections > 0);
+  CHECK(measured.tuning.connections == 2);
+}
+
+TEST_CASE("camera subpaths may split at their first non-specular vertex") {
+  for (const Scheme scheme : {Scheme::N3, Scheme::R1}) DYNAMIC_SECTION("four children, scheme " << name_of(scheme)) {
+      RenderSettings settings = settings_with(1);
+      settings.scheme = scheme;
+      settings.camera_children = 4;
+      check(render<integrators::Gmis<>>(settings, 250));
+    }
+  SECTION("three children of two lobes are drawn from the mixture") {
+    RenderSettings settings = settings_with(1);
+    settings.camera_children = 3;
+    check(render<integrators::Gmis<>>(settings, 250));
+  }
+  SECTION("emitter hits and splats alone, many children: a splat must know of them") {
+    // With 16 children an emitter hit has 16 times the density that it has with one.
+    RenderSettings settings = settings_with(1);
+    settings.camera_children = 16;
+    settings.light_paths = 4.0;
+    check(render<Integrator<Techniques<EmitterHit, Splat>, BudgetedSplit>>(settings, 120));
+  }
+}
+
+TEST_CASE("adaptive splitting leaves the light as it is, and settles") {
+  RenderSettings settings = settings_with(measured_connections);
+  settings.adapts_split = true;
+  check(render<integrators::Gmis<>>(settings, 250));
+
+  const Furnace scene(0.7F, 1.0F, 16, 2);
+  Engine<Furnace, integrators::Gmis<>> engine(scene, settings);
+  SerialExecutor executor;
+  int iterations = 0;
+  while (!engine.tuner().is_settled()) {
+    engine.iterate(executor);
+    REQUIRE(++iterations < 100);
+  }
+  CHECK(engine.tuner().trials().size() == 12);  // three candidates each of four counts
+  engine.iterate(executor);
+  const Tuning settled = engine.tuning();
+  engine.iterate(executor);
+  CHECK(engine.tuning().connections == settled.connections);
+  CHECK(engine.tuning().light_children == settled.light_children);
+}
+
+TEST_CASE("the tuner takes the candidate with the least variance times cost") {
+  // Frames of one value with noise of a known size; costs by counted rays.
+  struct Case {
+    double variance[3];
+    std::uint64_t rays[3];
+    int expected;
+  };
+  const std::vector<Case> cases{{{1.0, 0.5, 0.4}, {100, 150, 400}, 2},   // .5 · 150 is the least
+                                {{1.0, 0.5, 0.2}, {100, 150, 250}, 4},   // .2 · 250
+                                {{1.0, 0.8, 0.6}, {100, 200, 400}, 1},   // it does not pay
+                                {{1.0, 0.49, 0.3}, {100, 200, 400}, 1},  // by 2 % only: not more than chance
+                                {{0.0, 0.0, 0.0}, {100, 200, 400}, 1}};
+  for (const Case& c : cases) {
+    RenderSettings settings;
+    Tuner<float> tuner(settings, true, false);
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal;
+    while (!tuner.is_settled()) {
+      const int connections = tuner.current().connections;
+      const int candidate = connections == 4 ? 2 : connections - 1;
+      std::vector<float> frame(40000);
+      const auto noise = static_cast<float>(0.1 * std::sqrt(c.variance[candidate]));
+      for (float& value : frame) value = 1.0F + noise * normal(random);
+      Counters work;
+      work.rays = c.rays[candidate];
+      tuner.report(frame, work);
+    }
+    CAPTURE(c.expected);
+    CHECK(tuner.current().connections == c.expected);
+    REQUIRE(tuner.trials().size() == 3);
+    for (int i = 0; i < 3; ++i) {
+      const auto& trial = tuner.trials()[static_cast<std::size_t>(i)];
+      // Relative to value² + 1 % of its mean; the worst thousandth that is left out holds about 1 % of the variance.
+      CHECK(trial.variance == Approx(0.01 * c.variance[i] / 1.01).epsilon(0.04));
+      CHECK(trial.cost == Approx(static_cast<double>(c.rays[i])));
+    }
+  }
+}
