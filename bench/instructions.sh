@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Instructions an iteration and error an iteration of pt, bpt and vcm on svcm0 and svcm1 (128×128, 10 segments), beside the
+# Instructions an iteration of all integrators and error an iteration of pt, bpt and vcm on svcm0 and svcm1 (128×128, 10 segments), beside the
 # figures of SmallVCM for the same settings (tests/render/reference/README.md). Instructions, counted by callgrind, because
 # seconds differ from machine to machine: the difference between runs of 3 and of 1 iterations, so that reading the scene
 # and building its tree do not count.
@@ -15,14 +15,19 @@ reference=tests/render/reference
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# The settings of SmallVCM: half the diagonal of its bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
+# The settings of SmallVCM, which connects with every vertex of one light path: half the diagonal of its bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
+connections() { # integrator
+  case "$1" in bpt | vcm) echo "--connections paired" ;; esac
+}
 settings=(--max-depth 10 --alpha 0.75 --radius 0.003 --threads 1 --quiet)
 
 # scene integrator → millions of instructions an iteration of SmallVCM
 smallvcm_instructions() {
   case "$1 $2" in
-    'svcm0 pt') echo 203 ;; 'svcm0 bpt') echo 385 ;; 'svcm0 vcm') echo 414 ;;
-    'svcm1 pt') echo 223 ;; 'svcm1 bpt') echo 572 ;; 'svcm1 vcm') echo 608 ;;
+    'svcm0 pt') echo 203 ;; 'svcm0 lt') echo 112 ;; 'svcm0 ppm') echo 145 ;;
+    'svcm0 bpm') echo 283 ;; 'svcm0 bpt') echo 385 ;; 'svcm0 vcm') echo 414 ;;
+    'svcm1 pt') echo 223 ;; 'svcm1 lt') echo 207 ;; 'svcm1 ppm') echo 201 ;;
+    'svcm1 bpm') echo 334 ;; 'svcm1 bpt') echo 572 ;; 'svcm1 vcm') echo 608 ;;
   esac
 }
 
@@ -45,8 +50,9 @@ smallvcm_error() {
 }
 
 instructions_of() { # scene integrator iterations
+  # shellcheck disable=SC2046 # two words or none
   valgrind --tool=callgrind --callgrind-out-file=/dev/null "$render" "$reference/$1.pbrt" --integrator "$2" \
-    "${settings[@]}" --iterations "$3" --out "$folder/out.pfm" 2>&1 |
+    $(connections "$2") "${settings[@]}" --iterations "$3" --out "$folder/out.pfm" 2>&1 |
     sed -n 's/.*Collected : \([0-9]*\).*/\1/p'
 }
 
@@ -57,7 +63,7 @@ statistic() { # file key
 if [[ $what != errors ]]; then
   printf '%-6s %-4s %12s %12s %7s\n' scene '' 'M instr/it.' 'SmallVCM' ratio
   for scene in svcm0 svcm1; do
-    for integrator in pt bpt vcm; do
+    for integrator in pt lt ppm bpm bpt vcm; do
       one=$(instructions_of "$scene" "$integrator" 1)
       three=$(instructions_of "$scene" "$integrator" 3)
       awk -v s="$scene" -v i="$integrator" -v a="$one" -v b="$three" -v r="$(smallvcm_instructions "$scene" "$integrator")" \
@@ -75,7 +81,8 @@ if [[ $what != instructions ]]; then
       for iterations in 1 4 16 64; do
         : >"$folder/errors"
         for ((seed = 1; seed <= seeds; ++seed)); do
-          "$render" "$reference/$scene.pbrt" --integrator "$integrator" --max-depth 10 --alpha 0.75 --radius 0.003 --quiet \
+          # shellcheck disable=SC2046 # two words or none
+          "$render" "$reference/$scene.pbrt" --integrator "$integrator" $(connections "$integrator") --max-depth 10 --alpha 0.75 --radius 0.003 --quiet \
             --iterations "$iterations" --seed "$seed" --reference "$reference/$scene.pfm" --stats "$folder/stats.json" \
             --out "$folder/out.pfm"
           echo "$(statistic "$folder/stats.json" relmse) $(statistic "$folder/stats.json" relmse_trimmed)" >>"$folder/errors"
