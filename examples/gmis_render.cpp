@@ -1,8 +1,11 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <fstream>
+#include <functional>
+#include <memory>
 
 #include "support/progress_bar.hpp"
 #include "support/scene_files.hpp"
@@ -25,6 +28,7 @@ void check_outputs(const Options& options) {
   };
   for (const auto& output : options.outputs) require_folder(output, "--out");
   require_folder(options.statistics_file, "--stats");
+  require_folder(options.log_file, "--log");
   if (options.techniques_folder.empty()) return;
   std::error_code error;
   std::filesystem::create_directories(options.techniques_folder, error);
@@ -44,11 +48,35 @@ std::filesystem::path default_output(const BuiltScene& scene, bool is_quiet) {
   return file;
 }
 
+void print_prediction(const RenderResult& result, bool is_merging) {
+  if (!result.prediction) return;
+  const auto& [law, seconds] = *result.prediction;
+  if (std::isfinite(seconds))
+    std::printf("half that error: after about %.3g s (error ~ seconds^%.2f, %s)%s\n", seconds, law.slope,
+                law.is_fitted ? "fitted to this run" : "too short a run to fit",
+                is_merging ? "; merging's bias comes on top" : "");
+  else
+    std::printf("half that error: not in sight, it does not fall (error ~ seconds^%.2f)\n", law.slope);
+}
+
+/// A line in the file for every point, as it is made.
+std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem::path& file) {
+  const auto stream = std::make_shared<std::ofstream>(file);
+  const auto write_line = [stream, file](const std::string& line) {
+    *stream << line << std::endl;
+    if (!*stream) throw OutputError(file.string() + ": this file cannot be written");
+  };
+  write_line(gmis::convergence_csv_header());
+  return [write_line](const gmis::ConvergencePoint& point) { write_line(gmis::convergence_csv_row(point)); };
+}
+
 void print_summary(const RenderResult& result, const Options& options, const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
               result.stopped_by.c_str(), result.estimate.mean);
   if (result.iterations > 1) std::printf(", relative error %.4f", result.estimate.relative_error);
+  if (result.interval) std::printf(" (95 %%: %.4f to %.4f)", result.interval->lower, result.interval->upper);
   std::printf("\n");
+  print_prediction(result, merges(options.integrator));
   if (error)
     std::printf("against the reference: relMSE %.4g (%.4g without the worst 0.1 %% of the pixels), RMSE %.4g\n",
                 error->relmse, error->relmse_trimmed, error->rmse);
@@ -86,6 +114,9 @@ int run(Options options) {
   if (options.explain) std::fputs(explain(options, request, scene, executor.thread_count()).c_str(), stdout);
 
   request.interrupted = &interrupt_flag();
+  request.reference = reference ? &*reference : nullptr;
+  request.intervals = !options.log_file.empty() || !options.statistics_file.empty();
+  if (!options.log_file.empty()) request.on_log = log_to(options.log_file);
   ProgressBar bar(request, !options.quiet);
   if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);

@@ -123,6 +123,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->expected(1)
       ->allow_extra_args(false);
   app.add_option("--stats", options.statistics_file, "Write what was done and how long it took, as JSON");
+  app.add_option("--log", options.log_file, "Write how the error fell with time, as CSV, while it does");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");

@@ -39,6 +39,7 @@ struct Options {
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;
+  std::filesystem::path log_file;
   std::filesystem::path reference_file;
   bool explain = false;
   bool quiet = false;

@@ -59,7 +59,7 @@ ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderReques
   const Timer timer(progress_.seconds, cpu_seconds_);
   source_ = start(scene, request);
   if (request.halves) halves_.assign(2, Film<Spectrum>(film_.resolution()));
-  if (request.intervals || request.on_log) batches_.emplace(film_.pixel_count());
+  if (request.intervals) batches_.emplace(film_.pixel_count());
 }
 
 bool ProgressiveRender::advance(ThreadedExecutor& executor) {
@@ -73,11 +73,19 @@ bool ProgressiveRender::advance(ThreadedExecutor& executor) {
   }
   counters_ = source_->counters();  // of whole iterations only
   phases_ = source_->seconds();
-  if (log_.is_due(progress_.iterations) && (request_.on_log || request_.intervals)) {
-    log_.add(point());
-    if (request_.on_log) request_.on_log(log_.points().back());
-  }
+  if (log_.is_due(progress_.iterations)) add_to_log();
   return true;
+}
+
+void ProgressiveRender::add_to_log() {
+  double ignored = 0;
+  const Timer timer(progress_.seconds, ignored);  // looking at the picture is no part of making it
+  log_.add(point());
+  if (request_.on_log) request_.on_log(log_.points().back());
+}
+
+void ProgressiveRender::finish_log() {
+  if (progress_.iterations > 0 && log_.points().back().iteration != progress_.iterations) add_to_log();
 }
 
 void ProgressiveRender::take_frame() {

@@ -13,7 +13,8 @@
 
 namespace gmis::tools {
 
-/// A rendering that advances iteration by iteration, so that several can take turns. Seconds are those spent in here.
+/// A rendering that advances iteration by iteration, so that several can take turns. Wall
+/// seconds are those spent in here, processor seconds those of them that went into the picture and not into its log.
 class ProgressiveRender {
  public:
   using Spectrum = FrameSource::Spectrum;
@@ -23,6 +24,8 @@ class ProgressiveRender {
 
   /// One more iteration. False when the request's interruption cut it short: it is then left out.
   [[nodiscard]] bool advance(ThreadedExecutor& executor);
+  /// Sees to it that the log ends with the latest iteration.
+  void finish_log();
   /// Why to stop now; nothing to go on.
   [[nodiscard]] std::optional<StopReason> reason_to_stop() const;
 
@@ -41,6 +44,7 @@ class ProgressiveRender {
 
  private:
   void take_frame();
+  void add_to_log();
 
   const RenderRequest& request_;
   glm::ivec2 resolution_;

@@ -47,6 +47,7 @@ RenderResult render(const BuiltScene& scene, const RenderRequest& request, Threa
     executor.stop_when(request.interrupted);  // there is something to show from now on
   }
   executor.stop_when(nullptr);
+  rendering.finish_log();
   return rendering.result(*reason);
 }
 

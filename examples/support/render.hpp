@@ -43,10 +43,10 @@ struct RenderRequest {
   const std::atomic<bool>* interrupted = nullptr;
   bool halves = false;
   bool techniques = false;
-  bool intervals = false;            ///< keeps batches, for the interval of the error, and a log
+  bool intervals = false;            ///< keeps batches, for the interval of the error
   const Image* reference = nullptr;  ///< of the crop's size, for the log
   std::function<void(const Progress&)> on_iteration;
-  std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the log; implies `intervals`
+  std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the log
 };
 
 /// The part of the image that one technique makes.

@@ -91,6 +91,15 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   const bool has_variance = result.iterations > 1;
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
   json["estimate"]["relative_error"] = has_variance ? Json(result.estimate.relative_error) : Json(nullptr);
+  json["estimate"]["interval"] = result.interval ? Json{result.interval->lower, result.interval->upper} : Json(nullptr);
+  if (result.prediction) {
+    const double seconds = result.prediction->seconds_to_half_error;
+    json["prediction"] = {{"slope", result.prediction->law.slope},
+                          {"is_fitted", result.prediction->law.is_fitted},
+                          {"seconds_to_half_error", std::isfinite(seconds) ? Json(seconds) : Json(nullptr)}};
+  } else {
+    json["prediction"] = nullptr;
+  }
   json["memory"] = {{"peak_bytes", peak_memory_bytes()}, {"photon_bytes", result.photon_bytes}};
   if (facts.error)
     json["error"] = {

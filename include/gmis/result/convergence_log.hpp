@@ -27,11 +27,11 @@ struct ConvergencePoint {
 /// long run leaves a short log and all decades weigh the same.
 class ConvergenceLog {
  public:
-  /// Is there to be a point after this iteration? 1 to 8, then each an eighth more than the last.
+  /// Is there to be a point after this iteration? 1 to 8, then each a quarter more than the last, rounded down.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   void add(ConvergencePoint point) {
-    next_ = point.iteration + std::max<std::uint64_t>(1, point.iteration / 8);
+    next_ = point.iteration + std::max<std::uint64_t>(1, point.iteration / 4);
     points_.push_back(std::move(point));
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -37,29 +38,43 @@ template <Spectrum S>
   if (batches < 4 || values == 0 || iterations == 0) return {};
   const double count = static_cast<double>(batches);
 
-  // Sums over pixels of (sample variance of a batch mean) / (mean² + 0.01): with all batches, and without each one.
+  // Sums over pixels of (sample variance of a batch mean) / (mean² + 0.01): with all batches, and without each one. In
+  // blocks, so that every inner loop runs along an image.
   double with_all = 0.0;
   std::vector<double> without(batches, 0.0);
-  for (std::size_t i = 0; i < values; ++i) {
-    double mean = 0.0;
-    for (std::size_t b = 0; b < batches; ++b) mean += static_cast<double>(means.batch(b)[i]);
-    mean /= count;
-    double squares = 0.0;
+  constexpr std::size_t block = 512;
+  std::array<double, block> mean, squares;
+  for (std::size_t begin = 0; begin < values; begin += block) {
+    const std::size_t size = std::min(block, values - begin);
+    mean.fill(0.0);
+    squares.fill(0.0);
     for (std::size_t b = 0; b < batches; ++b) {
-      const double deviation = static_cast<double>(means.batch(b)[i]) - mean;
-      squares += deviation * deviation;
+      const std::span<const float> image = means.batch(b).subspan(begin, size);
+      for (std::size_t i = 0; i < size; ++i) mean[i] += static_cast<double>(image[i]) / count;
     }
-    if (!(squares > 0.0)) continue;
-    with_all += squares / (count - 1.0) / (mean * mean + 0.01);
     for (std::size_t b = 0; b < batches; ++b) {
-      const double deviation = static_cast<double>(means.batch(b)[i]) - mean;
-      const double rest = std::max(0.0, squares - deviation * deviation * count / (count - 1.0));
-      const double mean_of_rest = mean - deviation / (count - 1.0);
-      without[b] += rest / (count - 2.0) / (mean_of_rest * mean_of_rest + 0.01);
+      const std::span<const float> image = means.batch(b).subspan(begin, size);
+      for (std::size_t i = 0; i < size; ++i) {
+        const double deviation = static_cast<double>(image[i]) - mean[i];
+        squares[i] += deviation * deviation;
+      }
+    }
+    for (std::size_t i = 0; i < size; ++i) with_all += squares[i] / (count - 1.0) / (mean[i] * mean[i] + 0.01);
+    for (std::size_t b = 0; b < batches; ++b) {
+      const std::span<const float> image = means.batch(b).subspan(begin, size);
+      double sum = 0.0;
+      for (std::size_t i = 0; i < size; ++i) {
+        const double deviation = static_cast<double>(image[i]) - mean[i];
+        const double rest = std::max(0.0, squares[i] - deviation * deviation * (count / (count - 1.0)));
+        const double mean_of_rest = mean[i] - deviation * (1.0 / (count - 1.0));
+        sum += rest / (mean_of_rest * mean_of_rest + 0.01);
+      }
+      without[b] += sum / (count - 2.0);
     }
   }
   const double smallest = *std::min_element(without.begin(), without.end());
-  if (!(smallest > 0.0) || !std::isfinite(with_all)) return {};
+  constexpr double rounding = 1e-12;
+  if (!(smallest > rounding * with_all) || !std::isfinite(with_all)) return {};
 
   double mean_log = 0.0, spread = 0.0;
   for (const double sum : without) mean_log += std::log(sum) / count;
