@@ -20,7 +20,8 @@ add_library(gmis_render_session STATIC
   support/render.cpp
   support/scene_files.cpp
   support/session.cpp
-  support/statistics.cpp)
+  support/statistics.cpp
+  support/technique_sheet.cpp)
 target_link_libraries(gmis_render_session PUBLIC gmis_scene_reader PRIVATE gmis_warnings CLI11::CLI11
                                                                            nlohmann_json::nlohmann_json)
 target_compile_definitions(gmis_render_session PRIVATE
@@ -29,6 +30,7 @@ target_compile_definitions(gmis_render_session PRIVATE
 
 # Much to compile, little to run.
 set_source_files_properties(support/options.cpp support/progress_bar.cpp support/session.cpp support/statistics.cpp
+                            support/technique_sheet.cpp
                             PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
 
 foreach(program render demo)

@@ -7,6 +7,7 @@
 
 #include "support/image/formats.hpp"
 #include "support/pbrt/reader.hpp"
+#include "support/technique_sheet.hpp"
 
 namespace gmis::tools {
 
@@ -151,6 +152,9 @@ void write_techniques(const RenderResult& result, const std::filesystem::path& f
     write_image(technique.weighted, folder / (name + ending));
     write_image(technique.unweighted, folder / (name + "_unweighted" + ending));
   }
+  const std::string sheet_ending = has_png() ? ".png" : ".pfm";
+  write_image(technique_sheet(result.techniques, true), folder / ("pyramid" + sheet_ending));
+  write_image(technique_sheet(result.techniques, false), folder / ("pyramid_unweighted" + sheet_ending));
 }
 
 namespace {

@@ -40,7 +40,8 @@ struct LoadedScene {
 
 /// Writes the image to every output, with `_a` and `_b` before the ending for the halves.
 void write_outputs(const RenderResult& result, const std::vector<std::filesystem::path>& outputs, bool halves);
-/// Writes `FOLDER/NAME_sS_tT.pfm` (or .exr) and the same with `_unweighted` for every technique.
+/// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with `_unweighted` for every technique,
+/// and all of them side by side: `pyramid.png` and `pyramid_unweighted.png`.
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder);
 
 /// Set by Ctrl-C from now on; a second Ctrl-C ends the program at once.

@@ -1,10 +1,13 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "program.hpp"
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
+#include "support/technique_sheet.hpp"
 
 using namespace program;
 using Json = nlohmann::json;
@@ -248,25 +251,103 @@ TEST_CASE("The halves are independent and their mean is the image") {
 }
 
 TEST_CASE("The images of all techniques add up to the image") {
-  const ScratchFolder folder;
-  (void)statistics(folder, "cornell --size 8x8 --iterations 3 --max-depth 4 --radius 0.1 --techniques parts");
-  const auto whole = gmis::tools::read_image(folder / "a.pfm");
-  std::vector<double> sum(whole.rgb.size());
-  int images = 0;
-  bool has_merge = false;
-  for (const auto& entry : fs::directory_iterator(folder.path / "parts")) {
-    const std::string name = entry.path().stem().string();
-    if (name.ends_with("_unweighted")) continue;
-    const auto part = gmis::tools::read_image(entry.path());
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(part.rgb[i]);
-    ++images;
-    has_merge = has_merge || name.starts_with("merge_");
-    CHECK(fs::exists(entry.path().parent_path() / (name + "_unweighted" + entry.path().extension().string())));
+  struct Case {
+    const char* arguments;
+    std::vector<std::string> names;  ///< all that there are, up to 3 edges
+  };
+  const std::string hits[] = {"emitter_hit_s0_t2", "emitter_hit_s0_t3", "emitter_hit_s0_t4"};
+  const std::string events[] = {"next_event_s1_t2", "next_event_s1_t3"};
+  const std::string splats[] = {"splat_s2_t1", "splat_s3_t1"};
+  const std::string merges[] = {"merge_s2_t2", "merge_s2_t3", "merge_s3_t2"};
+  const std::string connection = "connect_s2_t2";
+  const std::vector<std::string> all{hits[0],   hits[1],   hits[2],   events[0], events[1], connection,
+                                     splats[0], splats[1], merges[0], merges[1], merges[2]};
+  const std::vector<Case> cases{
+      {"--integrator pt", {hits[0], hits[1], hits[2], events[0], events[1]}},
+      {"--integrator lt", {hits[0], splats[0], splats[1]}},
+      {"--integrator bpt", {hits[0], hits[1], hits[2], events[0], events[1], connection, splats[0], splats[1]}},
+      {"--integrator ppm", {hits[0], merges[0], merges[2]}},
+      {"--integrator bpm", {hits[0], hits[1], hits[2], merges[0], merges[1], merges[2]}},
+      {"--integrator vcm", all},
+      {"--integrator vcm --halves", all},
+      {"--integrator vcm --crop 2,3,20,22", all},
+      {"--integrator gmis", all},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.arguments);
+    const ScratchFolder folder;
+    (void)statistics(folder, "cornell --size 24x24 --iterations 4 --max-depth 3 --radius 0.2 --techniques parts " +
+                                 std::string(c.arguments));
+    const auto whole = gmis::tools::read_image(folder / "a.pfm");
+    std::vector<double> sum(whole.rgb.size());
+    std::set<std::string> names;
+    std::string ending;
+    for (const auto& entry : fs::directory_iterator(folder.path / "parts"))
+      if (entry.path().extension() != ".png") {
+        names.insert(entry.path().stem().string());
+        ending = entry.path().extension().string();
+      }
+    int above = 0;
+    for (const std::string& name : c.names) {
+      CAPTURE(name);
+      REQUIRE(names.erase(name) == 1);
+      REQUIRE(names.erase(name + "_unweighted") == 1);
+      const auto weighted = gmis::tools::read_image(folder / ("parts/" + name + ending));
+      const auto unweighted = gmis::tools::read_image(folder / ("parts/" + name + "_unweighted" + ending));
+      REQUIRE(weighted.rgb.size() == sum.size());
+      REQUIRE(unweighted.rgb.size() == sum.size());
+      for (std::size_t i = 0; i < sum.size(); ++i) {
+        sum[i] += static_cast<double>(weighted.rgb[i]);
+        above += weighted.rgb[i] > unweighted.rgb[i] * 1.0001F ? 1 : 0;  // a weight is at most 1
+      }
+    }
+    CHECK(above == 0);
+    const std::string sheet_ending = gmis::tools::has_png() ? ".png" : ".pfm";
+    CHECK(fs::file_size(folder / ("parts/pyramid" + sheet_ending)) > 1000);
+    CHECK(fs::file_size(folder / ("parts/pyramid_unweighted" + sheet_ending)) > 1000);
+    names.erase("pyramid");
+    names.erase("pyramid_unweighted");
+    CHECK(names.empty());
+    // A frame is a sum of some hundred floats a pixel, each rounded by 6e-8 of what there is so far.
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      CHECK(sum[i] == Approx(static_cast<double>(whole.rgb[i])).epsilon(1e-5).margin(1e-7));
   }
-  CHECK(images >= 8);
-  CHECK(has_merge);
-  for (std::size_t i = 0; i < sum.size(); ++i)
-    CHECK(sum[i] == Approx(static_cast<double>(whole.rgb[i])).epsilon(1e-4).margin(1e-6));
+}
+
+TEST_CASE("The sheet of all techniques: a row per path length, connections left, merges right") {
+  using gmis::Technique;
+  const auto image = [](float value) {
+    gmis::tools::Image result(64, 40);
+    std::fill(result.rgb.begin(), result.rgb.end(), value);
+    return result;
+  };
+  std::vector<gmis::tools::TechniqueImage> techniques;
+  techniques.push_back({{Technique::emitter_hit, 0, 2}, image(0.1F), image(0.5F)});
+  techniques.push_back({{Technique::splat, 2, 1}, image(0.2F), image(0.6F)});
+  techniques.push_back({{Technique::merge, 2, 2}, image(0.3F), image(0.7F)});
+  CHECK(gmis::tools::edges_of(techniques[0].id) == 1);
+  CHECK(gmis::tools::edges_of(techniques[1].id) == 2);
+  CHECK(gmis::tools::edges_of(techniques[2].id) == 2);
+  for (const bool is_weighted : {true, false}) {
+    const auto sheet = gmis::tools::technique_sheet(techniques, is_weighted);
+    // Two rows; columns s = 0, 1, 2, then the one of the merges.
+    REQUIRE(sheet.width > 4 * 64);
+    REQUIRE(sheet.width < 5 * 64);
+    REQUIRE(sheet.height > 2 * 40);
+    const int row = (sheet.height - 4) / 2;
+    const auto value_at = [&](int x, int y) { return sheet.rgb[sheet.index(x, y)]; };
+    const float offset = is_weighted ? 0.0F : 0.4F;
+    CHECK(value_at(4 + 30, row - 20) == Approx(0.1F + offset));
+    CHECK(value_at(4 + 2 * 68 + 30, 2 * row - 20) == Approx(0.2F + offset));
+    CHECK(value_at(sheet.width - 34, 2 * row - 20) == Approx(0.3F + offset));
+    CHECK(value_at(4 + 68 + 30, 2 * row - 20) < 0.05F);  // no path was made with s = 1
+  }
+  // Small images are enlarged, large ones reduced.
+  techniques.resize(1);
+  techniques[0].weighted = gmis::tools::Image(8, 8);
+  CHECK(gmis::tools::technique_sheet(techniques, true).width == 4 + 64 + 4);
+  techniques[0].weighted = gmis::tools::Image(512, 256);
+  CHECK(gmis::tools::technique_sheet(techniques, true).width == 4 + 128 + 4);
 }
 
 TEST_CASE("Stopping rules: the first one met") {
