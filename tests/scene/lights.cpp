@@ -182,6 +182,22 @@ void check_densities(const scene::Light<T>& light, bool is_area, double toleranc
       const T cosine = std::abs(glm::dot(start->origin.geometric_normal, start->direction));
       compare(start->weight.x, emitted.radiance.x * cosine / (start->density.origin * start->density.first));
     }
+    if (start && !is_area && !light.is_delta()) {
+      const auto emitted = light.emitted(start->origin, start->direction);
+      compare(emitted.density.origin, start->density.origin);
+      compare(emitted.density.first, start->density.first);
+      compare(start->weight.x, emitted.radiance.x / (start->density.origin * start->density.first));
+    }
+    if (start && light.is_delta()) {
+      // Two units down the way, next event gives the intensity over the square of the distance, or the irradiance.
+      const auto there = receiver<T>(Vec3<double>(start->origin.position + start->direction * T(2)), {0, 1, 0});
+      const auto arriving = light.sample_next_event(there, {T(0.5), T(0.5)});
+      // Where a spot fades out, its falloff has few digits.
+      if (arriving && arriving->density.first > T(1e-3)) {
+        compare(start->density.first * start->weight.x, arriving->weight.x * (light.is_infinite() ? T(1) : T(4)));
+        compare(start->density.first, arriving->density.first);
+      }
+    }
     const auto sample = light.sample_next_event(at, random_square<T>(source));
     if (!sample) continue;
     const T cosine = std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light));
@@ -215,6 +231,92 @@ TEMPLATE_TEST_CASE("samples carry the densities that the light states for them",
   auto sky = scene::Light<T>::environment(Vec3<T>(1));
   sky.enclose(Vec3<T>(0, 0, 0), T(5));
   check_densities(sky, false, tolerance, source);
+  auto sun = scene::Light<T>::directional(glm::normalize(Vec3<T>(1, 2, 0)), Vec3<T>(3));
+  sun.enclose(Vec3<T>(0, 0, 0), T(5));
+  check_densities(sun, false, tolerance, source);
+}
+
+template <std::floating_point T>
+scene::Light<T> spot(double inner, double outer) {
+  return scene::Light<T>::spot(
+      Vec3<T>(0.2, 0, 0), SpotCone<T>(Vec3<T>(glm::normalize(glm::dvec3(0.1, -1, 0.2))), inner, outer), Vec3<T>(2));
+}
+
+EnvironmentImage small_sky() {
+  EnvironmentImage image{{4, 4}, {}, SkyMapping::equal_area};
+  for (int i = 0; i < 16; ++i) image.radiance.push_back(glm::vec3(i % 5 == 2 ? 9.0F : 0.5F * static_cast<float>(i)));
+  return image;
+}
+
+TEMPLATE_TEST_CASE("spot lights and image skies: emission, next event and stated densities agree", "[light]", float,
+                   double) {
+  using T = TestType;
+  Philox source(59);
+  const double tolerance = std::same_as<T, float> ? 1e-3 : 1e-11;
+  for (const auto& [inner, outer] : {std::pair{0.2, 0.5}, std::pair{0.3, 0.3}, std::pair{0.0, 2.5}}) {
+    compare_emission_with_next_event(spot<T>(inner, outer), source);
+    check_densities(spot<T>(inner, outer), false, tolerance, source);
+  }
+  for (const SkyMapping mapping : {SkyMapping::equal_area, SkyMapping::latitude_longitude}) {
+    EnvironmentImage image = small_sky();
+    image.mapping = mapping;
+    const EnvironmentMap<T> map(image, glm::dmat3(glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1), glm::dvec3(1, 0, 0)));
+    auto sky = scene::Light<T>::environment(map);
+    sky.enclose(Vec3<T>(0, -1, 0), T(5));
+    CHECK(sky.is_infinite());
+    CHECK_FALSE(sky.is_delta());
+    compare_emission_with_next_event(sky, source);
+    check_densities(sky, false, tolerance, source);
+  }
+}
+
+TEST_CASE("a spot light shines as its falloff says, and gives off the power that comes of it", "[light][spot]") {
+  using T = double;
+  Philox source(60);
+  const double inner = 0.4, outer = 0.9;
+  const Vec3<T> axis = glm::normalize(Vec3<T>(1, -2, 0.5));
+  const auto light = scene::Light<T>::spot({0, 0, 0}, SpotCone<T>(axis, inner, outer), Vec3<T>(3));
+  const auto falloff = [&](double angle) {
+    const double t = std::clamp((std::cos(angle) - std::cos(outer)) / (std::cos(inner) - std::cos(outer)), 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+  };
+  double flux = 0;
+  constexpr int steps = 20'000;
+  for (int i = 0; i < steps; ++i) {
+    const double angle = outer * (i + 0.5) / steps;
+    flux += 3 * falloff(angle) * 2 * pi<T> * std::sin(angle) * outer / steps;
+  }
+  CHECK(light.power() == Approx(flux).epsilon(1e-6));
+  // Walking over the first number walks outwards, and it is the share of the flux that is further in.
+  const double a = 1 - std::cos(inner), b = std::cos(inner) - std::cos(outer);
+  for (int i = 0; i < 1000; ++i) {
+    const double u = (i + 0.5) / 1000;
+    const double drop = 1 - glm::dot(SpotCone<T>(axis, inner, outer).sample({u, 0.3}).direction, axis);
+    const double t = drop < a ? 1 : 1 - (drop - a) / b;
+    const double further_in = drop < a ? drop : a + b * (0.5 - t * t * t + t * t * t * t / 2);
+    if (!(std::abs(further_in / (a + b / 2) - u) < 1e-9)) FAIL("the share " << u << " is not where it should be");
+  }
+  for (const double angle : {0.0, 0.3, 0.5, 0.8, 0.89, 1.0, 3.0}) {
+    const Vec3<T> direction = Frame<T>::around(axis).to_world({std::sin(angle), 0, std::cos(angle)});
+    const auto sample = light.sample_next_event(receiver<T>(direction * 2.0, {0, 1, 0}), {0.1, 0.2});
+    CHECK(sample.has_value() == (angle < outer));
+    if (!sample) continue;
+    CHECK(sample->weight.x == Approx(3 * falloff(angle) / 4));
+    CHECK(sample->density.first == Approx(3 * falloff(angle) / flux).epsilon(1e-6));
+  }
+  const auto emission = check_directions<T>(
+      axis,
+      [&]() -> std::optional<Vec3<T>> {
+        const auto start = light.sample_emission({0, 0}, random_square<T>(source));
+        if (!start) return std::nullopt;
+        if (!(std::abs(start->weight.x / flux - 1) < 1e-5)) FAIL("the weight varies");
+        const double angle = std::acos(glm::dot(start->direction, axis));
+        if (!(std::abs(start->density.first - 3 * falloff(angle) / flux) < 1e-5)) FAIL("another density is stated");
+        return start->direction;
+      },
+      [&](const Vec3<T>& w) { return 3 * falloff(std::acos(std::clamp(glm::dot(w, axis), -1.0, 1.0))) / flux; });
+  CHECK(emission.passes(level));
+  CHECK(emission.integral == Approx(1).epsilon(1e-4));
 }
 
 TEST_CASE("directions of emission are distributed as stated", "[light]") {
@@ -273,6 +375,23 @@ TEST_CASE("the alias table gives each index its share, exactly", "[alias]") {
   CHECK(AliasTable<float>(nothing).is_empty());
 }
 
+TEST_CASE("what of a number an alias table does not use is uniform", "[alias]") {
+  const std::vector<double> weights{1, 0, 5, 2, 0.1};
+  const AliasTable<double> table(weights);
+  constexpr int steps = 400'000, bins = 10;
+  std::vector<double> drawn(5 * bins);
+  for (int i = 0; i < steps; ++i) {
+    const double u = (i + 0.5) / steps;
+    const auto choice = table.sample_and_reuse(u);
+    if (choice.index != table.sample(u) || !(choice.rest >= 0 && choice.rest < 1)) FAIL("another index, or no rest");
+    ++drawn[choice.index * bins + static_cast<std::size_t>(choice.rest * bins)];
+  }
+  for (std::size_t i = 0; i < 5; ++i)
+    for (std::size_t bin = 0; bin < bins; ++bin)
+      CHECK(std::abs(drawn[i * bins + bin] / steps - weights[i] / 8.1 / bins) < 3e-5);
+  CHECK(table.sample_and_reuse(1 - 1e-16).rest < 1);
+}
+
 TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]") {
   SceneBuilder<> builder;
   const auto material = builder.add_material(make_diffuse({.5, .5, .5}));
@@ -282,18 +401,26 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
   builder.add_directional_light({0, 1, 0}, {2, 2, 2});
   builder.add_environment({0.1, 0.1, 0.1});
   builder.add_point_light({0.5, 0, 0}, {0, 0, 0});
+  builder.add_spot_light({0, 0.5, 0}, {0, -1, 0}, {1, 2, 3}, 0.3, 0.3);
+  builder.add_environment(small_sky());
   builder.set_camera(camera_at({0, 0, -0.5}));
   const auto scene = builder.build();
-  REQUIRE(scene.lights().size() == 5);
-  CHECK(scene.infinite_lights().size() == 2);
+  REQUIRE(scene.lights().size() == 7);
+  CHECK(scene.infinite_lights().size() == 3);
   double sum = 0;
   for (const auto& light : scene.lights()) sum += static_cast<double>(scene.selection_probability(light));
   CHECK(sum == Approx(1).epsilon(1e-6));
   const double disk = pi<double> * 3;  // the ball around the box has r² = 3
   const double area = 4 * pi<double> * 0.01 * pi<double> * 10, point = 4 * pi<double>, sun = 2 * disk,
-               sky = 0.1 * 4 * pi<double> * disk;
-  CHECK(scene.selection_probability(scene.lights()[0]) == Approx(area / (area + point + sun + sky)).epsilon(1e-4));
-  CHECK(scene.selection_probability(scene.lights()[3]) == Approx(sun / (area + point + sun + sky)).epsilon(1e-4));
+               sky = 0.1 * 4 * pi<double> * disk, cone = 2 * 2 * pi<double> * (1 - std::cos(0.3));
+  double image = 0;
+  for (const auto& pixel : small_sky().radiance) image += static_cast<double>(pixel.x) * 4 * pi<double> / 16 * disk;
+  const double all = area + point + sun + sky + cone + image;
+  CHECK(scene.selection_probability(scene.lights()[0]) == Approx(area / all).epsilon(1e-4));
+  // Area lights come first, then points, spots and what is infinitely far.
+  CHECK(scene.selection_probability(scene.lights()[3]) == Approx(cone / all).epsilon(1e-4));
+  CHECK(scene.selection_probability(scene.lights()[4]) == Approx(sun / all).epsilon(1e-4));
+  CHECK(scene.selection_probability(scene.lights()[6]) == Approx(image / all).epsilon(1e-4));
   Philox source(58);
   for (int i = 0; i < 2000; ++i) {
     const auto choice = scene.sample_light(uniform<float>(source));

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -52,6 +53,22 @@ class AliasTable {
     const T scaled = u * static_cast<T>(cells_.size());
     const std::size_t cell = std::min(static_cast<std::size_t>(scaled), cells_.size() - 1);
     return scaled - static_cast<T>(cell) < cells_[cell].threshold ? cell : cells_[cell].alias;
+  }
+
+  struct Choice {
+    std::size_t index;
+    T rest;  ///< in [0, 1), as uniform as `u` was and independent of `index`, with as many digits as are left
+  };
+  /// As `sample`, and what of `u` was not needed.
+  [[nodiscard]] Choice sample_and_reuse(T u) const noexcept {
+    const T scaled = u * static_cast<T>(cells_.size());
+    const std::size_t i = std::min(static_cast<std::size_t>(scaled), cells_.size() - 1);
+    constexpr T below_one = T(1) - std::numeric_limits<T>::epsilon() / T(2);
+    const T place = std::min(scaled - static_cast<T>(i), below_one);
+    const Cell& cell = cells_[i];
+    const bool is_own = place < cell.threshold;
+    const T rest = is_own ? place / cell.threshold : (place - cell.threshold) / (T(1) - cell.threshold);
+    return {is_own ? i : cell.alias, std::min(rest, below_one)};
   }
 
   /// The probability that the cells give to `index`, to check them by: takes time linear in their number.

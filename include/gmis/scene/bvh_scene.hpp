@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -131,6 +132,7 @@ class BvhScene {
   std::vector<Sphere> spheres_;
   std::vector<Vec3<T>> vertex_normals_;
   std::vector<Material<T>> materials_;
+  std::vector<std::shared_ptr<const EnvironmentMap<T>>> environment_maps_;
   std::vector<Light> lights_;
   std::vector<const Light*> infinite_lights_;
   AliasTable<T> light_choice_;

@@ -5,6 +5,8 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/warp.hpp"
+#include "gmis/scene/environment_map.hpp"
+#include "gmis/scene/spot_cone.hpp"
 
 namespace gmis::scene {
 
@@ -48,6 +50,14 @@ class Light {
     light.origin_ = position;
     return light;
   }
+  /// `intensity` per steradian along the axis of `cone`.
+  [[nodiscard]] static Light spot(const Vec3<T>& position, const SpotCone<T>& cone,
+                                  const Spectrum& intensity) noexcept {
+    Light light(Kind::spot, intensity);
+    light.origin_ = position;
+    light.cone_ = cone;
+    return light;
+  }
   /// `irradiance` on a plane perpendicular to the unit vector `to_light`.
   [[nodiscard]] static Light directional(const Vec3<T>& to_light, const Spectrum& irradiance) noexcept {
     Light light(Kind::directional, irradiance);
@@ -56,6 +66,12 @@ class Light {
   }
   [[nodiscard]] static Light environment(const Spectrum& radiance) noexcept {
     return Light(Kind::environment, radiance);
+  }
+  /// `map` must outlive this and not be black.
+  [[nodiscard]] static Light environment(const EnvironmentMap<T>& map) noexcept {
+    Light light(Kind::image, Spectrum(T(1)));
+    light.map_ = &map;
+    return light;
   }
 
   /// The ball that holds everything light can fall on.
@@ -75,16 +91,24 @@ class Light {
         return mean * pi<double> * (is_two_sided_ ? 2 : 1) / static_cast<double>(inverse_area_);
       case Kind::point:
         return mean * 4 * pi<double>;
+      case Kind::spot:
+        return mean * static_cast<double>(cone_.solid_angle());
       case Kind::directional:
         return mean / static_cast<double>(inverse_area_);
       case Kind::environment:
         return mean * 4 * pi<double> / static_cast<double>(inverse_area_);
+      case Kind::image:
+        return map_->total() / static_cast<double>(inverse_area_);
     }
     return 0;
   }
 
-  [[nodiscard]] bool is_delta() const noexcept { return kind_ == Kind::point || kind_ == Kind::directional; }
-  [[nodiscard]] bool is_infinite() const noexcept { return kind_ == Kind::directional || kind_ == Kind::environment; }
+  [[nodiscard]] bool is_delta() const noexcept {
+    return kind_ == Kind::point || kind_ == Kind::spot || kind_ == Kind::directional;
+  }
+  [[nodiscard]] bool is_infinite() const noexcept {
+    return kind_ == Kind::directional || kind_ == Kind::environment || kind_ == Kind::image;
+  }
   [[nodiscard]] T selection_probability() const noexcept { return selection_probability_; }
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 
@@ -95,21 +119,28 @@ class Light {
         return toward(uniform_point(uv), from, inverse_area_);
       case Kind::sphere:
         return sample_sphere(from, uv);
-      case Kind::point: {
+      case Kind::point:
+      case Kind::spot: {
         const Vec3<T> offset = origin_ - from.position;
         const T distance_squared = glm::dot(offset, offset);
         if (!(distance_squared > T(0))) return std::nullopt;
-        return NextEventSample<Spectrum>{place(),
-                                         offset * (T(1) / std::sqrt(distance_squared)),
-                                         emission_ * (T(1) / distance_squared),
-                                         T(1),
-                                         {T(1), uniform_sphere}};
+        const Vec3<T> to_light = offset * (T(1) / std::sqrt(distance_squared));
+        const T falloff = kind_ == Kind::spot ? cone_.falloff(-to_light) : T(1);
+        if (!(falloff > T(0))) return std::nullopt;
+        const T density = kind_ == Kind::spot ? falloff / cone_.solid_angle() : uniform_sphere;
+        return NextEventSample<Spectrum>{
+            place(), to_light, emission_ * (falloff / distance_squared), T(1), {T(1), density}};
       }
       case Kind::directional:
         return NextEventSample<Spectrum>{{}, normal_, emission_, T(1), {T(1), inverse_area_}};
       case Kind::environment:
         return NextEventSample<Spectrum>{
             {}, square_to_sphere(uv), emission_ * (T(4) * pi<T>), uniform_sphere, {uniform_sphere, inverse_area_}};
+      case Kind::image: {
+        const auto sky = map_->sample(uv);
+        return NextEventSample<Spectrum>{
+            {}, sky.to_sky, sky.radiance * (T(1) / sky.density), sky.density, {sky.density, inverse_area_}};
+      }
     }
     return std::nullopt;
   }
@@ -123,6 +154,12 @@ class Light {
       case Kind::point:
         return EmissionSample<Spectrum>{
             place(), square_to_sphere(uv_direction), emission_ * (T(4) * pi<T>), {T(1), uniform_sphere}};
+      case Kind::spot: {
+        const auto drawn = cone_.sample(uv_direction);
+        if (!(drawn.density > T(0))) return std::nullopt;
+        return EmissionSample<Spectrum>{
+            place(), drawn.direction, emission_ * cone_.solid_angle(), {T(1), drawn.density}};
+      }
       case Kind::directional:
         return EmissionSample<Spectrum>{
             disk_point(normal_, uv_origin), -normal_, emission_ * (T(1) / inverse_area_), {T(1), inverse_area_}};
@@ -132,6 +169,13 @@ class Light {
                                         -to_sky,
                                         emission_ * (T(4) * pi<T> / inverse_area_),
                                         {uniform_sphere, inverse_area_}};
+      }
+      case Kind::image: {
+        const auto sky = map_->sample(uv_direction);
+        return EmissionSample<Spectrum>{disk_point(sky.to_sky, uv_origin),
+                                        -sky.to_sky,
+                                        sky.radiance * (T(1) / (sky.density * inverse_area_)),
+                                        {sky.density, inverse_area_}};
       }
     }
     return std::nullopt;
@@ -147,6 +191,10 @@ class Light {
       }
       case Kind::environment:
         return {emission_, {uniform_sphere, inverse_area_}};
+      case Kind::image: {
+        const Spectrum radiance = map_->radiance(-direction);
+        return {radiance, {map_->density(radiance), inverse_area_}};
+      }
       default:
         return {};
     }
@@ -165,13 +213,15 @@ class Light {
       }
       case Kind::environment:
         return uniform_sphere;
+      case Kind::image:
+        return map_->density(map_->radiance(-direction));
       default:
         return T(1);
     }
   }
 
  private:
-  enum class Kind : std::uint8_t { triangle, sphere, point, directional, environment };
+  enum class Kind : std::uint8_t { triangle, sphere, point, spot, directional, environment, image };
   static constexpr T uniform_sphere = T(1) / (T(4) * pi<T>);
 
   Light(Kind kind, const Spectrum& emission) noexcept : kind_(kind), emission_(emission) {}
@@ -269,6 +319,8 @@ class Light {
   T inverse_area_ = 0;  ///< of the surface; of the scene's disk
   T position_error_ = 0;
   T selection_probability_ = 0;
+  SpotCone<T> cone_{};
+  const EnvironmentMap<T>* map_ = nullptr;
 };
 
 static_assert(gmis::Light<Light<float>>);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -84,6 +85,18 @@ class SceneBuilder {
     check_color(intensity);
     point_lights_.push_back({position, intensity});
   }
+  /// A point light that shines into a cone around `direction` (any length but 0): with `intensity` up to the half angle
+  /// `inner`, falling smoothly to nothing at `outer`; radians, 0 ≤ inner ≤ outer ≤ π.
+  void add_spot_light(const glm::dvec3& position, const glm::dvec3& direction, const glm::dvec3& intensity,
+                      double inner, double outer) {
+    check_place(position);
+    check_place(direction);
+    check_color(intensity);
+    if (!(glm::length(direction) > 0)) fail("a spot light needs a direction");
+    if (!(inner >= 0 && inner <= outer && outer > 1e-4 && outer <= pi<double>))
+      fail("the angles of a spot light must be 0 <= inner <= outer <= pi, and outer above 0.0001");
+    spot_lights_.push_back({position, direction, intensity, inner, outer});
+  }
   /// `irradiance` on a plane perpendicular to `to_light` (any length but 0).
   void add_directional_light(const glm::dvec3& to_light, const glm::dvec3& irradiance) {
     check_place(to_light);
@@ -95,6 +108,13 @@ class SceneBuilder {
   void add_environment(const glm::dvec3& radiance) {
     check_color(radiance);
     infinite_lights_.push_back(Light<T>::environment(Vec3<T>(radiance)));
+  }
+  /// The columns of `world_from_sky` are the axes of the image's frame (see `EnvironmentMap`). A black image is no light.
+  void add_environment(const EnvironmentImage& image, const glm::dmat3& world_from_sky = glm::dmat3(1)) {
+    auto map = std::make_shared<const EnvironmentMap<T>>(image, world_from_sky);
+    if (!(map->total() > 0)) return;
+    infinite_lights_.push_back(Light<T>::environment(*map));
+    environment_maps_.push_back(std::move(map));
   }
 
   void set_camera(const CameraDescription& camera) {
@@ -109,6 +129,7 @@ class SceneBuilder {
     const glm::dvec3 origin(camera_->world_from_camera[3]);
     BvhScene<T> scene(Camera<T>(*camera_, origin));
     scene.materials_ = materials_;
+    scene.environment_maps_ = environment_maps_;
 
     // Shapes in the scene's own space; what has no area there is left out.
     std::vector<TriangleCorners<T>> corners;
@@ -177,6 +198,10 @@ class SceneBuilder {
   };
   struct PointLight {
     glm::dvec3 position, intensity;
+  };
+  struct SpotLight {
+    glm::dvec3 position, direction, intensity;
+    double inner, outer;
   };
   static constexpr std::uint32_t no_light = std::numeric_limits<std::uint32_t>::max();
   /// The third power must be finite in T.
@@ -251,6 +276,10 @@ class SceneBuilder {
     }
     for (const PointLight& light : point_lights_)
       lights.push_back(Light<T>::point(Vec3<T>(light.position - origin), Vec3<T>(light.intensity)));
+    for (const SpotLight& light : spot_lights_)
+      lights.push_back(Light<T>::spot(Vec3<T>(light.position - origin),
+                                      SpotCone<T>(Vec3<T>(glm::normalize(light.direction)), light.inner, light.outer),
+                                      Vec3<T>(light.intensity)));
     for (Light<T> light : infinite_lights_) {
       light.enclose(center, radius);
       lights.push_back(light);
@@ -315,7 +344,9 @@ class SceneBuilder {
   std::vector<Triangle> triangles_;
   std::vector<Sphere> spheres_;
   std::vector<PointLight> point_lights_;
+  std::vector<SpotLight> spot_lights_;
   std::vector<Light<T>> infinite_lights_;
+  std::vector<std::shared_ptr<const EnvironmentMap<T>>> environment_maps_;
   std::optional<CameraDescription> camera_;
 };
 

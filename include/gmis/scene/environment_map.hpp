@@ -1,0 +1,171 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "gmis/core/spectrum.hpp"
+#include "gmis/core/warp.hpp"
+#include "gmis/scene/alias_table.hpp"
+
+namespace gmis::scene {
+
+/// How the pixels of an image cover the sky. In the sky's own frame z is up; the first row is the top of the image.
+enum class SkyMapping : std::uint8_t {
+  equal_area,         ///< a square unfolded from an octahedron, z up in its middle: pbrt-v4's [Clarberg 2008]
+  latitude_longitude  ///< columns go by the angle from x towards y, rows by the angle from z
+};
+
+/// Radiance from all directions, constant over each pixel.
+struct EnvironmentImage {
+  glm::ivec2 resolution{0};
+  std::vector<glm::vec3> radiance;  ///< rows from the top
+  SkyMapping mapping = SkyMapping::equal_area;
+};
+
+/// From the unit square to the sphere; every part of the square becomes a part of the sphere of 4π its area.
+template <std::floating_point T>
+[[nodiscard]] inline Vec3<T> square_to_octahedral_sphere(const Vec2<T>& u) noexcept {
+  const T x = T(2) * u.x - T(1), y = T(2) * u.y - T(1);
+  const T from_diagonal = T(1) - std::abs(x) - std::abs(y);  // > 0 in the inner diamond, the upper half
+  const T radius = T(1) - std::abs(from_diagonal);
+  const T turn = radius > T(0) ? ((std::abs(y) - std::abs(x)) / radius + T(1)) * (pi<T> / T(4)) : T(0);
+  const T sine = radius * std::sqrt(T(2) - radius * radius);
+  return {std::copysign(sine * std::cos(turn), x), std::copysign(sine * std::sin(turn), y),
+          std::copysign(T(1) - radius * radius, from_diagonal)};
+}
+
+/// The inverse of `square_to_octahedral_sphere`, for a unit vector; keeps its digits near the poles.
+template <std::floating_point T>
+[[nodiscard]] inline Vec2<T> octahedral_sphere_to_square(const Vec3<T>& w) noexcept {
+  const T x = std::abs(w.x), y = std::abs(w.y);
+  const T radius = std::sqrt((x * x + y * y) / (T(1) + std::abs(w.z)));  // √(1 − |z|)
+  const T along_y = radius * std::atan2(y, x) * (T(2) / pi<T>);
+  const T along_x = radius - along_y;
+  // The lower half is folded out over the diagonals.
+  const T u = w.z < T(0) ? T(1) - along_y : along_x;
+  const T v = w.z < T(0) ? T(1) - along_x : along_y;
+  return {(std::copysign(u, w.x) + T(1)) / T(2), (std::copysign(v, w.y) + T(1)) / T(2)};
+}
+
+/// A sky of pixels that is sampled in proportion to its radiance (the mean of the channels): the density is exact, at the
+/// poles too, since a direction is uniform over the solid angle of its pixel.
+template <std::floating_point T = float>
+class EnvironmentMap {
+ public:
+  struct Sample {
+    Vec3<T> to_sky;
+    Vec3<T> radiance;
+    T density;  ///< per steradian
+  };
+
+  /// The columns of `world_from_sky` are the sky's axes; they have one length and stand at right angles, in whatever
+  /// handedness. Throws `std::invalid_argument` when the image is none.
+  EnvironmentMap(const EnvironmentImage& image, const glm::dmat3& world_from_sky)
+      : resolution_(image.resolution), mapping_(image.mapping) {
+    if (resolution_.x < 1 || resolution_.y < 1 || resolution_.x > largest_side || resolution_.y > largest_side ||
+        image.radiance.size() != pixel_count())
+      throw std::invalid_argument("an environment image needs one radiance per pixel and sides of 1 to 32768 pixels");
+    if (mapping_ == SkyMapping::equal_area && resolution_.x != resolution_.y)
+      throw std::invalid_argument("an environment image with equal areas must be square");
+    for (int i = 0; i < 3; ++i) {
+      const double length = glm::length(world_from_sky[i]);
+      if (!(length > 0)) throw std::invalid_argument("the transform of an environment image is singular");
+      axes_[static_cast<std::size_t>(i)] = Vec3<T>(world_from_sky[i] / length);
+    }
+    if (mapping_ == SkyMapping::latitude_longitude)
+      for (int row = 0; row <= resolution_.y; ++row) {
+        const double half = pi<double> / 2 * row / resolution_.y;
+        row_edges_.push_back({static_cast<T>(square(std::sin(half))), static_cast<T>(square(std::cos(half)))});
+      }
+    const auto width = static_cast<std::size_t>(resolution_.x);
+    std::vector<double> row_power, weights(width);
+    for (int row = 0; row < resolution_.y; ++row) {
+      double sum = 0;
+      for (std::size_t column = 0; column < width; ++column) {
+        const Vec3<T> radiance(image.radiance[pixels_.size()]);
+        for (int c = 0; c < 3; ++c)
+          if (!(radiance[c] >= T(0) && radiance[c] <= T(1e30)))
+            throw std::invalid_argument("the radiance of an environment image must be finite and not negative");
+        pixels_.push_back(radiance);
+        sum += weights[column] = static_cast<double>(mean_channel(radiance));
+      }
+      columns_.emplace_back(std::span<const double>(weights));
+      row_power.push_back(sum * solid_angle_in_row(row));
+      total_ += row_power.back();
+    }
+    rows_ = AliasTable<T>(std::span<const double>(row_power));
+    inverse_total_ = total_ > 0 ? static_cast<T>(1 / total_) : T(0);
+  }
+
+  /// ∫ radiance over the sphere, mean of the channels.
+  [[nodiscard]] double total() const noexcept { return total_; }
+
+  [[nodiscard]] Vec3<T> radiance(const Vec3<T>& to_sky) const noexcept {
+    const Vec3<T> w(glm::dot(axes_[0], to_sky), glm::dot(axes_[1], to_sky), glm::dot(axes_[2], to_sky));
+    const Vec2<T> place = mapping_ == SkyMapping::equal_area ? octahedral_sphere_to_square(w) : angles_to_square(w);
+    const auto at = [](T x, int cells) {
+      return static_cast<std::size_t>(std::clamp(static_cast<int>(x * static_cast<T>(cells)), 0, cells - 1));
+    };
+    return pixels_[at(place.y, resolution_.y) * static_cast<std::size_t>(resolution_.x) + at(place.x, resolution_.x)];
+  }
+
+  /// Per steradian, of the directions that `sample` makes, where the sky has this radiance.
+  [[nodiscard]] T density(const Vec3<T>& radiance) const noexcept { return mean_channel(radiance) * inverse_total_; }
+
+  /// The sky must not be black.
+  [[nodiscard]] Sample sample(const Vec2<T>& uv) const noexcept {
+    const auto row = rows_.sample_and_reuse(uv.y);
+    const auto column = columns_[row.index].sample_and_reuse(uv.x);
+    const Vec3<T>& radiance = pixels_[row.index * static_cast<std::size_t>(resolution_.x) + column.index];
+    const T u = (static_cast<T>(column.index) + column.rest) / static_cast<T>(resolution_.x);
+    Vec3<T> w;
+    if (mapping_ == SkyMapping::equal_area) {
+      w = square_to_octahedral_sphere<T>({u, (static_cast<T>(row.index) + row.rest) / static_cast<T>(resolution_.y)});
+    } else {
+      // Uniform in z, by way of the two halves of 1 ∓ z so that both poles keep their digits.
+      const RowEdge& from = row_edges_[row.index];
+      const RowEdge& to = row_edges_[row.index + 1];
+      const T sin2_half = from.sin2_half + (to.sin2_half - from.sin2_half) * row.rest;
+      const T cos2_half = from.cos2_half + (to.cos2_half - from.cos2_half) * row.rest;
+      const T radius = T(2) * std::sqrt(sin2_half * cos2_half);
+      w = {radius * std::cos(T(2) * pi<T> * u), radius * std::sin(T(2) * pi<T> * u), cos2_half - sin2_half};
+    }
+    return {axes_[0] * w.x + axes_[1] * w.y + axes_[2] * w.z, radiance, density(radiance)};
+  }
+
+ private:
+  static constexpr int largest_side = 32768;
+  struct RowEdge {
+    T sin2_half, cos2_half;  ///< of half the angle from z
+  };
+
+  [[nodiscard]] std::size_t pixel_count() const noexcept {
+    return static_cast<std::size_t>(resolution_.x) * static_cast<std::size_t>(resolution_.y);
+  }
+  /// Of one pixel of it, in steradians.
+  [[nodiscard]] double solid_angle_in_row(int row) const noexcept {
+    if (mapping_ == SkyMapping::equal_area) return 4 * pi<double> / static_cast<double>(pixel_count());
+    const auto edge = [&](int i) { return square(std::sin(pi<double> / 2 * i / resolution_.y)); };
+    return 4 * pi<double> * (edge(row + 1) - edge(row)) / resolution_.x;
+  }
+  [[nodiscard]] static Vec2<T> angles_to_square(const Vec3<T>& w) noexcept {
+    const T turn = std::atan2(w.y, w.x) / (T(2) * pi<T>);
+    return {turn < T(0) ? turn + T(1) : turn, std::atan2(std::sqrt(w.x * w.x + w.y * w.y), w.z) / pi<T>};
+  }
+
+  glm::ivec2 resolution_;
+  SkyMapping mapping_;
+  std::array<Vec3<T>, 3> axes_{};
+  std::vector<RowEdge> row_edges_;
+  std::vector<Vec3<T>> pixels_;
+  std::vector<AliasTable<T>> columns_;
+  AliasTable<T> rows_;
+  double total_ = 0;
+  T inverse_total_ = 0;
+};
+
+}  // namespace gmis::scene

@@ -1,0 +1,146 @@
+#include "gmis/scene/environment_map.hpp"
+
+#include "gmis/core/check.hpp"
+#include "scene/shapes.hpp"
+#include "support/catch.hpp"
+
+using namespace gmis;
+using namespace gmis::scene;
+using namespace scene_test;
+
+namespace {
+
+/// A few bright pixels on dim noise, a black row and a black patch.
+EnvironmentImage test_image(SkyMapping mapping, glm::ivec2 resolution) {
+  Philox source(81);
+  EnvironmentImage image{resolution, {}, mapping};
+  for (int y = 0; y < resolution.y; ++y)
+    for (int x = 0; x < resolution.x; ++x) {
+      const bool is_black = y == 1 || (x < 2 && y == resolution.y - 1);
+      const double level = is_black ? 0 : (x + y) % 7 == 3 ? 6 : 0.2 + uniform<double>(source);
+      image.radiance.push_back(glm::vec3(glm::dvec3(1.2, 1, 0.8) * level));
+    }
+  return image;
+}
+
+const glm::dmat3 turned(glm::normalize(glm::dvec3(1, 2, 2)), glm::normalize(glm::dvec3(-2, -1, 2)),
+                        glm::normalize(glm::dvec3(2, -2, 1)));
+const glm::dmat3 mirrored(turned[0] * 3.0, turned[1] * -3.0, turned[2] * 3.0);
+
+// False-alarm rate of all χ² tests of this file together: 1e-3.
+const double level = sidak_level(1e-3, 16);
+
+TEST_CASE("the octahedral square keeps areas and has the inverse that it states", "[environment]") {
+  using T = double;
+  Philox source(82);
+  double worst = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const Vec2<T> u = random_square<T>(source);
+    const Vec3<T> w = square_to_octahedral_sphere(u);
+    worst = std::max({worst, std::abs(glm::length(w) - 1), glm::length(octahedral_sphere_to_square(w) - u)});
+    // The determinant of the map, by differences: 4π everywhere but on the creases.
+    const T h = 1e-6;
+    const bool on_crease = std::abs(std::abs(2 * u.x - 1) + std::abs(2 * u.y - 1) - 1) < 1e-4 ||
+                           std::abs(u.x - 0.5) < 1e-4 || std::abs(u.y - 0.5) < 1e-4 || u.x > 0.999 || u.y > 0.999;
+    if (on_crease) continue;
+    const auto dx = (square_to_octahedral_sphere(Vec2<T>(u.x + h, u.y)) - w) / h;
+    const auto dy = (square_to_octahedral_sphere(Vec2<T>(u.x, u.y + h)) - w) / h;
+    if (!(std::abs(glm::length(glm::cross(dx, dy)) / (4 * pi<T>)-1) < 1e-3))
+      FAIL("area is lost at " << u.x << ", " << u.y);
+  }
+  CHECK(worst < 1e-7);
+  // Near the poles and where the square is folded, single precision finds its way back too.
+  double worst_float = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto offset = static_cast<float>(random_magnitude(source, -6, -1));
+    const Vec2<float> u(0.5F + offset, 0.5F - offset / 3);
+    worst_float = std::max(
+        worst_float, static_cast<double>(glm::length(octahedral_sphere_to_square(square_to_octahedral_sphere(u)) - u)));
+  }
+  CHECK(worst_float < 1e-6);
+  // Where the format puts its landmarks: z up in the middle, x to the right, y down, −z in the corners.
+  CHECK(glm::length(square_to_octahedral_sphere(Vec2<T>(0.5, 0.5)) - Vec3<T>(0, 0, 1)) < 1e-12);
+  CHECK(glm::length(square_to_octahedral_sphere(Vec2<T>(1, 0.5)) - Vec3<T>(1, 0, 0)) < 1e-12);
+  CHECK(glm::length(square_to_octahedral_sphere(Vec2<T>(0.5, 1)) - Vec3<T>(0, 1, 0)) < 1e-12);
+  CHECK(glm::length(square_to_octahedral_sphere(Vec2<T>(0, 0)) - Vec3<T>(0, 0, -1)) < 1e-12);
+}
+
+TEST_CASE("rows of latitude and columns of longitude go where they should", "[environment]") {
+  EnvironmentImage image{{8, 4}, std::vector<glm::vec3>(32, glm::vec3(1)), SkyMapping::latitude_longitude};
+  image.radiance[1 * 8 + 2] = glm::vec3(5);  // 45 to 90 degrees from z, 90 to 135 degrees from x towards y
+  const EnvironmentMap<double> map(image, glm::dmat3(1));
+  CHECK(map.radiance(glm::normalize(Vec3<double>(-0.4, 1, 0.6))).x == 5);
+  CHECK(map.radiance(glm::normalize(Vec3<double>(0.1, 1, 0.6))).x == 1);
+  CHECK(map.radiance(glm::normalize(Vec3<double>(-0.4, 1, -0.1))).x == 1);
+  CHECK(map.radiance(glm::normalize(Vec3<double>(-0.4, 1, 2))).x == 1);
+  CHECK(map.radiance(Vec3<double>(0, 0, 1)).x == 1);
+  CHECK(map.radiance(Vec3<double>(0, 0, -1)).x == 1);
+  // 4π of radiance 1, and 4 more over 2π/8 (cos 45° − cos 90°).
+  CHECK(map.total() == Approx(4 * pi<double> + 4 * pi<double> / 4 * std::sqrt(0.5)));
+}
+
+TEMPLATE_TEST_CASE("a sky is sampled with the density that it states, which is exact", "[environment]", float, double) {
+  using T = TestType;
+  Philox source(83);
+  for (const SkyMapping mapping : {SkyMapping::equal_area, SkyMapping::latitude_longitude})
+    for (const glm::ivec2 resolution : {glm::ivec2(8, 8), glm::ivec2(13, 13)})
+      for (const glm::dmat3& transform : {turned, mirrored}) {
+        CAPTURE(static_cast<int>(mapping), resolution.x);
+        const EnvironmentMap<T> map(test_image(mapping, resolution), transform);
+        CheckSettings settings;
+        settings.samples = 60'000;
+        settings.precision = 1e-6;
+        int differ = 0;
+        const auto check = check_directions<T>(
+            Vec3<T>(glm::normalize(transform[2])),
+            [&] {
+              const auto sample = map.sample(random_square<T>(source));
+              differ += sample.radiance == map.radiance(sample.to_sky) ? 0 : 1;
+              if (!(std::abs(glm::length(sample.to_sky) - T(1)) < T(1e-5))) FAIL("not a unit vector");
+              // In proportion to radiance: the weight is the same wherever it falls.
+              const double weight = static_cast<double>(mean_channel(sample.radiance) / sample.density);
+              if (!(std::abs(weight / map.total() - 1) < 1e-5)) FAIL("the weight varies");
+              return std::optional(sample.to_sky);
+            },
+            [&](const Vec3<T>& w) { return map.density(map.radiance(w)); }, settings);
+        CHECK(check.outside <= (std::same_as<T, float> ? 2 : 0));  // rounding may put a direction into the next pixel
+        CHECK(differ <= (std::same_as<T, float> ? 10 : 0));
+        CHECK(check.test.p_value > level);
+        CHECK(check.integral == Approx(1).epsilon(5e-3));  // quadrature over steps
+      }
+}
+
+TEST_CASE("the poles of a sky are sampled evenly", "[environment]") {
+  // All light in the first row: uniform over the cap of 180°/32.
+  using T = float;
+  Philox source(84);
+  EnvironmentImage image{{4, 32}, std::vector<glm::vec3>(128, glm::vec3(0)), SkyMapping::latitude_longitude};
+  for (std::size_t i = 0; i < 4; ++i) image.radiance[124 + i] = glm::vec3(1);  // the last row: around −z
+  const EnvironmentMap<T> map(image, glm::dmat3(1));
+  std::vector<double> counts(40), expected(40, 250.0);
+  const double cap = 1 - std::cos(pi<double> / 32);
+  for (int i = 0; i < 10'000; ++i) {
+    const auto w = map.sample(random_square<T>(source)).to_sky;
+    const double drop =
+        (static_cast<double>(w.x) * w.x + static_cast<double>(w.y) * w.y) / (1 - static_cast<double>(w.z));
+    const auto ring = static_cast<std::size_t>(std::min(drop / cap * 10, 9.5));
+    const auto quadrant = static_cast<std::size_t>((w.x > 0 ? 1 : 0) + (w.y > 0 ? 2 : 0));
+    ++counts[ring * 4 + quadrant];
+  }
+  CHECK(chi_square_test(counts, expected).passes(level));
+}
+
+TEST_CASE("what is no sky is refused", "[environment]") {
+  EnvironmentImage image = test_image(SkyMapping::equal_area, {4, 4});
+  CHECK_NOTHROW(EnvironmentMap<float>(image, glm::dmat3(1)));
+  image.resolution = {4, 3};
+  CHECK_THROWS_AS(EnvironmentMap<float>(image, glm::dmat3(1)), std::invalid_argument);
+  image.resolution = {8, 2};
+  CHECK_THROWS_AS(EnvironmentMap<float>(image, glm::dmat3(1)), std::invalid_argument);
+  image.resolution = {4, 4};
+  CHECK_THROWS_AS(EnvironmentMap<float>(image, glm::dmat3(0)), std::invalid_argument);
+  image.radiance[3].y = -1;
+  CHECK_THROWS_AS(EnvironmentMap<float>(image, glm::dmat3(1)), std::invalid_argument);
+}
+
+}  // namespace
