@@ -19,7 +19,7 @@ struct MakeMaterial {
   Material operator()(const ConductorDescription& m) const {
     return scene::make_conductor(m.eta, m.k, m.alpha, m.masking);
   }
-  Material operator()(const DielectricDescription& m) const { return scene::make_dielectric(m.eta); }
+  Material operator()(const DielectricDescription& m) const { return scene::make_dielectric(m.eta, m.alpha); }
   Material operator()(const CoatedDiffuseDescription& m) const {
     return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha);
   }
@@ -40,6 +40,10 @@ struct AddLight {
   Builder& builder;
   void operator()(const PointLightDescription& l) const { builder.add_point_light(l.position, l.intensity); }
   void operator()(const DistantLightDescription& l) const { builder.add_directional_light(l.to_light, l.irradiance); }
+  void operator()(const SpotLightDescription& l) const {
+    builder.add_spot_light(l.position, l.direction, l.intensity, l.inner, l.outer);
+  }
+  void operator()(const EnvironmentLightDescription& l) const { builder.add_environment(l.image, l.world_from_sky); }
   void operator()(const InfiniteLightDescription& l) const { builder.add_environment(l.radiance); }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "gmis/scene/environment_map.hpp"
 #include "gmis/scene/microfacet.hpp"
 #include "support/diagnostics.hpp"
 
@@ -38,9 +40,10 @@ struct ConductorDescription {
   double alpha = 0;
   scene::Masking masking = scene::Masking::height_correlated;
 };
-/// Smooth, with a constant index of refraction.
+/// With a constant index of refraction; `alpha` is that of GGX, 0 is a smooth surface.
 struct DielectricDescription {
   double eta = 1.5;
+  double alpha = 0;
 };
 /// A diffuse base under a dielectric coat; `alpha` 0 is a smooth coat.
 struct CoatedDiffuseDescription {
@@ -86,6 +89,12 @@ struct PointLightDescription {
   Point position{0};
   Rgb intensity{1};
 };
+struct SpotLightDescription {
+  Point position{0};
+  glm::dvec3 direction{0, 0, 1};
+  Rgb intensity{1};
+  double inner = 0, outer = 1;  ///< half angles in radians: full strength within the one, nothing beyond the other
+};
 struct DistantLightDescription {
   glm::dvec3 to_light{0, 0, 1};  ///< unit
   Rgb irradiance{1};             ///< on a plane perpendicular to it
@@ -93,9 +102,15 @@ struct DistantLightDescription {
 struct InfiniteLightDescription {
   Rgb radiance{1};
 };
+struct EnvironmentLightDescription {
+  scene::EnvironmentImage image;
+  glm::dmat3 world_from_sky{1};
+};
 
 struct LightDescription {
-  std::variant<PointLightDescription, DistantLightDescription, InfiniteLightDescription> kind;
+  std::variant<PointLightDescription, SpotLightDescription, DistantLightDescription, InfiniteLightDescription,
+               EnvironmentLightDescription>
+      kind;
   SourcePosition where;
 };
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "support/catch.hpp"
+#include "support/image/image.hpp"
 #include "support/ply_mesh.hpp"
 
 using namespace gmis::tools;
@@ -311,6 +312,9 @@ TEST_CASE("Materials") {
   SECTION("glass") {
     CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\"").kind).eta == 1.5);
     CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\" \"float eta\" 1.6").kind).eta == 1.6);
+    CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\"").kind).alpha == 0);
+    CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\" \"float roughness\" .09").kind).alpha ==
+          Approx(0.3));
     CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"").kind)
               .eta == Approx(1.5168));
   }
@@ -362,6 +366,56 @@ TEST_CASE("Lights") {
     CHECK(near(standard.to_light, {0, 0, -1}));
     const auto set = std::get<DistantLightDescription>(light_of("LightSource \"distant\" \"float illuminance\" 7"));
     CHECK(set.irradiance.x == Approx(7));
+  }
+  SECTION("spot") {
+    const auto spot = std::get<SpotLightDescription>(light_of(
+        "Translate 1 0 0 Scale 2 2 2 LightSource \"spot\" \"rgb I\" [ 1 2 3 ] \"float scale\" 2 \"point3 from\" "
+        "[ 0 1 0 ] \"point3 to\" [ 0 0 0 ] \"float coneangle\" 60 \"float conedeltaangle\" 15"));
+    CHECK(near(spot.position, {1, 2, 0}));
+    CHECK(near(spot.direction, {0, -1, 0}));
+    CHECK(near(spot.intensity, {2, 4, 6}));
+    CHECK(spot.outer == Approx(std::acos(0.5)));
+    CHECK(spot.inner == Approx(std::acos(std::sqrt(0.5))));
+    const auto standard = std::get<SpotLightDescription>(light_of("LightSource \"spot\""));
+    CHECK(near(standard.direction, {0, 0, 1}));
+    CHECK(standard.inner == Approx(25 * std::acos(-1.0) / 180));
+    // A sharp cone of 60 degrees is a quarter of the sphere.
+    const auto powered = std::get<SpotLightDescription>(
+        light_of("LightSource \"spot\" \"float power\" 10 \"float coneangle\" 60 \"float conedeltaangle\" 0"));
+    CHECK(powered.intensity.x == Approx(10 / std::acos(-1.0)));
+  }
+  SECTION("an image of the sky") {
+    const fs::path folder = fs::temp_directory_path() / "gmis_reader_test_sky";
+    fs::create_directories(folder);
+    Image image(2, 2);
+    for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<float>(i) - 1;
+    write_image(image, folder / "square.pfm");
+    write_image(Image(6, 3), folder / "wide.pfm");
+    write_image(Image(5, 3), folder / "odd.pfm");
+    const auto lit_by = [&](const std::string& parameters) {
+      return read("WorldBegin Rotate 90 0 0 1 LightSource \"infinite\" \"string filename\" " + parameters + triangle,
+                  folder);
+    };
+    const Read square = lit_by("\"square.pfm\" \"float scale\" 3\n");
+    REQUIRE(square.scene.lights.size() == 1);
+    const auto& sky = std::get<EnvironmentLightDescription>(square.scene.lights[0].kind);
+    CHECK(sky.image.mapping == gmis::scene::SkyMapping::equal_area);
+    REQUIRE(sky.image.radiance.size() == 4);
+    CHECK(sky.image.radiance[0] == glm::vec3(0, 0, 3));
+    CHECK(sky.image.radiance[3] == glm::vec3(24, 27, 30));
+    CHECK(has_message(square, "negative"));
+    CHECK(near(sky.world_from_sky[0], {0, 1, 0}));
+    CHECK(lit_by("\"wide.pfm\"\n").scene.lights.empty());  // black
+    CHECK(has_message(lit_by("\"wide.pfm\"\n"), "latitude"));
+    std::string message;
+    try {
+      static_cast<void>(lit_by("\"odd.pfm\"\n"));
+    } catch (const InputError& error) {
+      message = error.what();
+    }
+    CHECK(message.find("t.pbrt:1: ") == 0);
+    CHECK(message.find("5 by 3") != std::string::npos);
+    fs::remove_all(folder);
   }
   SECTION("infinite") {
     CHECK(

@@ -17,9 +17,10 @@ namespace gmis::tools::pbrt {
 [[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters,
                                                 Diagnostics& diagnostics);
 
-/// Nothing when the light is black.
+/// Nothing when the light is black. Images are looked for in `folder`.
 [[nodiscard]] std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
-                                                         const Transform& world_from_light, Diagnostics& diagnostics);
+                                                         const Transform& world_from_light,
+                                                         const std::filesystem::path& folder, Diagnostics& diagnostics);
 
 /// What an area light emits, before it is known how large it is.
 struct AreaLight {

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "support/image/image.hpp"
 #include "support/pbrt/elements.hpp"
 
 namespace gmis::tools::pbrt {
@@ -37,10 +39,83 @@ Rgb with_luminance(Parameters& parameters, const std::string& name, double wante
   return current > 0 ? color * (wanted * parameters.number_or("scale", 1) / current) : Rgb(0);
 }
 
+SpotLightDescription make_spot(Parameters& parameters, const Transform& world_from_light) {
+  SpotLightDescription spot;
+  spot.intensity = emitted(parameters, "I");
+  const double cone = parameters.number_or("coneangle", 30);
+  const double delta = parameters.number_or("conedeltaangle", 5);
+  if (!(cone >= 0.01 && cone <= 180)) parameters.fail("coneangle", "must be from 0.01 to 180 degrees");
+  if (!(delta >= 0 && delta <= cone)) parameters.fail("conedeltaangle", "must be from 0 to \"coneangle\"");
+  spot.outer = std::min(cone * std::numbers::pi / 180, std::numbers::pi);
+  spot.inner = (cone - delta) * std::numbers::pi / 180;
+  if (const auto power = strength(parameters, "power"))
+    spot.intensity = with_luminance(parameters, "I",
+                                    *power / (std::numbers::pi * (2 - std::cos(spot.inner) - std::cos(spot.outer))));
+  const Point from = parameters.point("from").value_or(Point(0));
+  const Point to = parameters.point("to").value_or(Point(0, 0, 1));
+  spot.position = transform_point(world_from_light, from);
+  spot.direction = transform_vector(world_from_light, to - from);
+  if (!(glm::length(spot.direction) > 0)) parameters.fail("to", "equals \"from\": a spot light needs a direction");
+  if (!similarity_scale(world_from_light))
+    throw InputError(parameters.where(), "the transforms above a spot light stretch space: scale all axes alike");
+  spot.direction = glm::normalize(spot.direction);
+  return spot;
+}
+
+/// An image of the sky, `scale` left in.
+EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light,
+                                     const std::filesystem::path& folder, Diagnostics& diagnostics) {
+  for (const char* name : {"L", "illuminance"})
+    if (parameters.has(name)) parameters.fail(name, "cannot stand beside an image: use scale");
+  const double scale = parameters.number_or("scale", 1);
+  if (!(scale >= 0 && scale <= 1e20)) parameters.fail("scale", "must be from 0 to 1e20");
+  const std::string name = parameters.string("filename").value_or("");
+  Image image;
+  try {
+    image = read_image(folder / name);
+  } catch (const InputError& error) {
+    throw InputError(parameters.where(), error.what());
+  }
+  EnvironmentLightDescription sky;
+  sky.world_from_sky = glm::dmat3(world_from_light);
+  sky.image.resolution = {image.width, image.height};
+  if (image.width == image.height) {
+    sky.image.mapping = scene::SkyMapping::equal_area;
+  } else if (image.width == 2 * image.height) {
+    sky.image.mapping = scene::SkyMapping::latitude_longitude;
+    diagnostics.note(parameters.where(),
+                     in_quotes(name) + " is twice as wide as high: it is taken for latitude and longitude");
+  } else {
+    parameters.fail("filename", "names an image of " + std::to_string(image.width) + " by " +
+                                    std::to_string(image.height) +
+                                    " pixels: an environment image must be square (equal-area octahedral, as pbrt-v4 "
+                                    "has it) or twice as wide as high (latitude and longitude)");
+  }
+  if (!similarity_scale(world_from_light))
+    throw InputError(parameters.where(),
+                     "the transforms above an environment image stretch space: scale all axes alike");
+  bool has_negative = false;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    glm::vec3 radiance(0);
+    for (int c = 0; c < 3; ++c) {
+      const double value = scale * static_cast<double>(image.rgb[i + static_cast<std::size_t>(c)]);
+      if (!(value <= 1e20))
+        parameters.fail("filename", "names an image with a value that is not a number or above 1e20");
+      has_negative = has_negative || value < 0;
+      radiance[c] = static_cast<float>(std::max(value, 0.0));
+    }
+    sky.image.radiance.push_back(radiance);
+  }
+  if (has_negative)
+    diagnostics.warning(parameters.where(), in_quotes(name) + " has negative values: they are taken for 0");
+  return sky;
+}
+
 }  // namespace
 
 std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
-                                           const Transform& world_from_light, Diagnostics& diagnostics) {
+                                           const Transform& world_from_light, const std::filesystem::path& folder,
+                                           Diagnostics& diagnostics) {
   LightDescription light;
   light.where = parameters.where();
   Rgb color(0);
@@ -50,6 +125,10 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
       color = with_luminance(parameters, "I", *power / (4 * std::numbers::pi));
     const Point from = parameters.point("from").value_or(Point(0));
     light.kind = PointLightDescription{transform_point(world_from_light, from), color};
+  } else if (kind == "spot") {
+    const SpotLightDescription spot = make_spot(parameters, world_from_light);
+    color = spot.intensity;
+    light.kind = spot;
   } else if (kind == "distant") {
     color = emitted(parameters, "L");
     if (const auto illuminance = strength(parameters, "illuminance"))
@@ -60,16 +139,20 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
     if (!(glm::length(towards) > 0)) parameters.fail("to", "equals \"from\": a distant light needs a direction");
     light.kind = DistantLightDescription{glm::normalize(towards), color};
   } else if (kind == "infinite") {
-    if (parameters.has("filename"))
-      parameters.fail("filename", "names an environment image, which is not supported: give a constant L");
-    color = emitted(parameters, "L");
-    if (const auto illuminance = strength(parameters, "illuminance"))
-      color = with_luminance(parameters, "L", *illuminance / std::numbers::pi);
+    if (parameters.has("filename")) {
+      EnvironmentLightDescription sky = make_sky(parameters, world_from_light, folder, diagnostics);
+      for (const glm::vec3& pixel : sky.image.radiance) color = glm::max(color, Rgb(pixel));
+      light.kind = std::move(sky);
+    } else {
+      color = emitted(parameters, "L");
+      if (const auto illuminance = strength(parameters, "illuminance"))
+        color = with_luminance(parameters, "L", *illuminance / std::numbers::pi);
+      light.kind = InfiniteLightDescription{color};
+    }
     parameters.ignore({"portal"});
-    light.kind = InfiniteLightDescription{color};
   } else {
     throw InputError(parameters.where(),
-                     "the light " + in_quotes(kind) + " is not understood: use point, distant or infinite");
+                     "the light " + in_quotes(kind) + " is not understood: use point, spot, distant or infinite");
   }
   if (color == Rgb(0)) {
     diagnostics.note(parameters.where(), "a black light is left out");

@@ -135,10 +135,7 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
     result.kind = make_conductor(parameters, diagnostics);
   } else if (kind == "dielectric") {
     const double eta = index_of_refraction(parameters, diagnostics, 1.5);
-    if (alpha_of(parameters, diagnostics) > 0)
-      parameters.fail(parameters.has("roughness") ? "roughness" : "uroughness",
-                      "is not supported on a dielectric: only smooth glass is, set it to 0");
-    result.kind = DielectricDescription{eta};
+    result.kind = DielectricDescription{eta, alpha_of(parameters, diagnostics)};
   } else if (kind == "coateddiffuse") {
     CoatedDiffuseDescription coated;
     coated.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics);
