@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -76,6 +77,7 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --out", "--out"},
       {"cornell --out no_such_folder/a.pfm", "does not exist"},
       {"cornell --stats no_such_folder/s.json", "does not exist"},
+      {"cornell --log no_such_folder/l.csv", "does not exist"},
       {"cornell --techniques stdout.txt", "--techniques"},
       {"cornell --reference absent.pfm", "absent.pfm"},
       {"cornell --reference a.png", ".exr or .pfm"},
@@ -105,11 +107,10 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const ScratchFolder folder;
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
-  for (const char* option :
-       {"--integrator", "--split",       "--scheme",     "--size",       "--max-depth",  "--radius",
-        "--alpha",      "--light-paths", "--seed",       "--threads",    "--iterations", "--time",
-        "--error",      "--crop",        "--techniques", "--halves",     "--out",        "--stats",
-        "--reference",  "--explain",     "--quiet",      "--list-scenes"}) {
+  for (const char* option : {"--integrator", "--split",       "--scheme",     "--size",    "--max-depth",  "--radius",
+                             "--alpha",      "--light-paths", "--seed",       "--threads", "--iterations", "--time",
+                             "--error",      "--crop",        "--techniques", "--halves",  "--out",        "--stats",
+                             "--log",        "--reference",   "--explain",    "--quiet",   "--list-scenes"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -360,6 +361,28 @@ TEST_CASE("Stopping rules: the first one met") {
   CHECK(exact["estimate"]["relative_error"].get<double>() <= 0.5);
   CHECK(exact["iterations"].get<int>() >= 8);
   CHECK(statistics(folder, "cornell --size 4x4 --threads 1")["iterations"] == 64);
+}
+
+TEST_CASE("The log has a line per point, with and without a reference, and the last one is what the statistics say") {
+  const ScratchFolder folder;
+  const Json plain = statistics(folder, "cornell --size 8x8 --iterations 41 --seed 3 --log l.csv");
+  const std::string log = text_of(folder / "l.csv");
+  CHECK(line_count(log) == 1 + 16);  // 1 to 8, 10 12 15 18 22 27 33, and the end
+  CHECK(log.starts_with("cpu_seconds,wall_seconds,iteration,estimated_error,"));
+  CHECK(log.ends_with(",\n"));  // nothing to compare with
+  const auto interval = plain["estimate"]["interval"];
+  REQUIRE(interval.is_array());
+  CHECK(interval[0].get<double>() < interval[1].get<double>());
+  CHECK(interval[0].get<double>() < 1.5 * plain["estimate"]["relative_error"].get<double>());
+  CHECK(interval[1].get<double>() > plain["estimate"]["relative_error"].get<double>() / 1.5);
+  CHECK(plain["prediction"]["slope"].get<double>() < -0.2);
+
+  fs::rename(folder / "a.pfm", folder / "reference.pfm");
+  const Json compared = statistics(folder, "cornell --size 8x8 --iterations 9 --log l.csv --reference reference.pfm");
+  const std::string text = text_of(folder / "l.csv");
+  CHECK(line_count(text) == 1 + 9);
+  const std::string last = text.substr(text.rfind(',') + 1);
+  CHECK(std::stod(last) == Approx(std::sqrt(compared["error"]["relmse"].get<double>())).epsilon(1e-4));
 }
 
 TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
