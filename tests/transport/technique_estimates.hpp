@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "gmis/core/statistics.hpp"
+#include "gmis/transport/integrators.hpp"
+#include "support/catch.hpp"
+
+namespace gmis_test {
+
+/// Mean and standard error over iterations of one image mean.
+class Series {
+ public:
+  void add(double value) {
+    ++count_;
+    const double step = value - mean_;
+    mean_ += step / static_cast<double>(count_);
+    squares_ += step * (value - mean_);
+  }
+  [[nodiscard]] double mean() const { return mean_; }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] double standard_error() const {
+    const auto n = static_cast<double>(count_);
+    return std::sqrt(squares_ / (n * (n - 1.0)));
+  }
+
+ private:
+  std::size_t count_ = 0;
+  double mean_ = 0.0, squares_ = 0.0;
+};
+
+/// The image mean (of one channel) that each technique gives by itself, with the weight 1, and what all of them give together,
+/// by number of edges.
+class TechniqueEstimates {
+ public:
+  static constexpr std::size_t most_edges = 12;
+
+  /// What paths of `edges` edges carry, as one technique alone estimates it.
+  [[nodiscard]] const Series& alone(gmis::Technique technique, int edges) const {
+    return alone_[static_cast<std::size_t>(technique)][static_cast<std::size_t>(edges)];
+  }
+  /// The same, all techniques by their weights.
+  [[nodiscard]] const Series& together(int edges) const { return together_[static_cast<std::size_t>(edges)]; }
+  /// The image.
+  [[nodiscard]] const Series& image() const { return image_; }
+
+  template <class Engine>
+  void add(const Engine& engine) {
+    using S = typename Engine::S;
+    const double share = 1.0 / static_cast<double>(engine.frame().size());
+    std::array<std::array<double, most_edges + 1>, 5> alone{};
+    std::array<double, most_edges + 1> together{};
+    engine.for_each_contribution([&](const gmis::Contribution<S>& record) {
+      const int edges = record.id.s + record.id.t - (record.id.technique == gmis::Technique::merge ? 2 : 1);
+      const double value = share * static_cast<double>(gmis::SpectrumTraits<S>::channel(record.value, 0));
+      alone[static_cast<std::size_t>(record.id.technique)][static_cast<std::size_t>(edges)] += value;
+      together[static_cast<std::size_t>(edges)] += value * static_cast<double>(record.weight);
+    });
+    for (std::size_t technique = 0; technique < 5; ++technique)
+      for (std::size_t edges = 1; edges <= most_edges; ++edges) alone_[technique][edges].add(alone[technique][edges]);
+    for (std::size_t edges = 1; edges <= most_edges; ++edges) together_[edges].add(together[edges]);
+    double mean = 0.0;
+    for (const S& pixel : engine.frame())
+      mean += share * static_cast<double>(gmis::SpectrumTraits<S>::channel(pixel, 0));
+    image_.add(mean);
+  }
+
+ private:
+  std::array<std::array<Series, most_edges + 1>, 5> alone_;
+  std::array<Series, most_edges + 1> together_;
+  Series image_;
+};
+
+template <class Integrator, class Scene>
+[[nodiscard]] TechniqueEstimates estimate(const Scene& scene, const gmis::RenderSettings& settings, int iterations) {
+  gmis::Engine<Scene, Integrator, true> engine(scene, settings);
+  gmis::SerialExecutor executor;
+  TechniqueEstimates estimates;
+  for (int i = 0; i < iterations; ++i) {
+    engine.iterate(executor);
+    estimates.add(engine);
+  }
+  CHECK(engine.counters().rejected_non_finite + engine.counters().rejected_negative == 0);
+  return estimates;
+}
+
+/// Level of one comparison so that a hundred of them raise a false alarm in a thousandth of the runs.
+inline const double single_level = gmis::sidak_level(1e-3, 100);
+
+/// Is the estimate compatible with the closed form? `power`: the relative standard error must be below this, so that the test
+/// means something. `bias`: relative, of merging.
+inline void check_closed_form(const char* what, const Series& series, double truth, double power, double bias = 0.0) {
+  const double off = series.mean() - truth;
+  const double beyond = std::copysign(std::max(0.0, std::abs(off) - bias * truth), off);
+  const auto test = gmis::t_test(truth + beyond, series.standard_error(), series.count(), truth);
+  CAPTURE(what, series.mean(), truth, series.mean() / truth - 1.0, series.standard_error() / truth, test.statistic);
+  // An estimate without noise may be off by rounding.
+  CHECK((test.passes(single_level) || std::abs(off) < 1e-5 * truth));
+  CHECK(series.standard_error() < power * truth);
+}
+
+}  // namespace gmis_test
