@@ -28,6 +28,7 @@ class ThreadExecutor {
   unsigned threads_;
 };
 
+/// By default connections draw from the cache of all trees, by a number that follows measured efficiency.
 gmis::RenderSettings settings() {
   gmis::RenderSettings result;
   result.max_depth = 6;
@@ -37,20 +38,19 @@ gmis::RenderSettings settings() {
 }
 
 template <class I>
-std::vector<float> frame_with(unsigned threads) {
+std::vector<float> frame_with(unsigned threads, const gmis::RenderSettings& render_settings, int iterations) {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
-  gmis::Engine<gmis_test::FurnaceScene<float>, I> engine(scene, settings());
+  gmis::Engine<gmis_test::FurnaceScene<float>, I> engine(scene, render_settings);
   ThreadExecutor executor(threads);
-  engine.iterate(executor);
-  engine.iterate(executor);
+  for (int i = 0; i < iterations; ++i) engine.iterate(executor);
   return {engine.frame().begin(), engine.frame().end()};
 }
 
 template <class I>
-void check_threads() {
-  const auto one = frame_with<I>(1);
+void check_threads(const gmis::RenderSettings& render_settings = settings(), int iterations = 2) {
+  const auto one = frame_with<I>(1, render_settings, iterations);
   for (const unsigned threads : {2U, 7U, 16U}) {
-    const auto many = frame_with<I>(threads);
+    const auto many = frame_with<I>(threads, render_settings, iterations);
     CAPTURE(threads);
     CHECK(std::memcmp(one.data(), many.data(), one.size() * sizeof(float)) == 0);
   }
@@ -66,11 +66,35 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
   SECTION("bpt") {
     check_threads<Bpt>();
   }
+  SECTION("lt") {
+    check_threads<Lt>();
+  }
+  SECTION("ppm") {
+    check_threads<Ppm>();
+  }
+  SECTION("bpm") {
+    check_threads<Bpm>();
+  }
   SECTION("vcm") {
     check_threads<Vcm>();
   }
+  SECTION("vcm, a fixed number of connections from the cache") {
+    auto cached = settings();
+    cached.connections = 3;
+    check_threads<Vcm>(cached);
+  }
+  SECTION("vcm, connections paired") {
+    auto paired = settings();
+    paired.connections = gmis::paired_connections;
+    check_threads<Vcm>(paired);
+  }
   SECTION("gmis") {
     check_threads<Gmis<>>();
+  }
+  SECTION("gmis, split on both sides, as measured") {
+    auto adaptive = settings();
+    adaptive.adapts_split = true;
+    check_threads<Gmis<>>(adaptive, 26);  // all is chosen by then
   }
 }
 

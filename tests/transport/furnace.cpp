@@ -72,8 +72,22 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
   SECTION("bpt, double") {
     check<Bpt, double>(2, 0.0);
   }
+  SECTION("lt") {
+    check<Lt, float>(1, 0.0);
+  }
+  SECTION("ppm") {
+    check<Ppm, float>(1, 0.01);
+  }
+  SECTION("bpm") {
+    check<Bpm, float>(1, 0.01);
+  }
   SECTION("vcm") {
     check<Vcm, float>(1, 0.01);
+  }
+  SECTION("vcm, two lobes, connections paired") {
+    gmis::RenderSettings settings;
+    settings.connections = gmis::paired_connections;
+    check<Vcm, float>(2, 0.01, settings);
   }
   SECTION("vcm, two lobes") {
     check<Vcm, float>(2, 0.01);
@@ -85,6 +99,16 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
     gmis::RenderSettings settings;
     settings.light_tree_budget = 5;
     settings.rounds = 2;
+    check<Gmis<>, float>(2, 0.01, settings);
+  }
+  SECTION("gmis, two lobes, the camera subpath split too") {
+    gmis::RenderSettings settings;
+    settings.camera_children = 4;
+    check<Gmis<>, float>(2, 0.01, settings);
+  }
+  SECTION("gmis, two lobes, numbers of children as measured") {
+    gmis::RenderSettings settings;
+    settings.adapts_split = true;
     check<Gmis<>, float>(2, 0.01, settings);
   }
   for (const gmis::Scheme scheme : gmis::all_schemes)
@@ -107,8 +131,7 @@ TEST_CASE("where merging makes nearly all of the light it makes the right amount
   settings.alpha = 1.0;
   settings.light_paths = 64.0;
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 16);
-  const Measured measured =
-      render<gmis::Integrator<gmis::Techniques<gmis::EmitterHit, gmis::Merge>>>(scene, settings, 24);
+  const Measured measured = render<gmis::integrators::Bpm>(scene, settings, 24);
   CAPTURE(measured.mean, measured.standard_error, truth(0.7, 4));
   CHECK(std::abs(measured.mean - truth(0.7, 4)) < 4.5 * measured.standard_error + 0.003 * truth(0.7, 4));
   CHECK(measured.standard_error < 0.004 * truth(0.7, 4));  // so that 2 % would show

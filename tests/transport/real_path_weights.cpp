@@ -288,3 +288,92 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
     check_both_cameras<Gmis<>>(1e-10, 100, split);
   }
 }
+
+namespace {
+
+struct Recorded {
+  std::uint32_t pixel;
+  int technique, s, t;
+  double value, weight;
+  [[nodiscard]] bool operator==(const Recorded&) const = default;
+};
+
+struct Rendering {
+  std::vector<Recorded> records;
+  std::vector<double> frame;
+};
+
+template <class I>
+Rendering render(int max_depth) {
+  using World = DiscreteWorld<double>;
+  const World world(gmis_test::make_atlas<double>(5, false), 32);
+  gmis::RenderSettings render_settings = settings();
+  render_settings.max_depth = max_depth;
+  gmis::Engine<World, I, true> engine(world, render_settings);
+  gmis::SerialExecutor executor;
+  engine.iterate(executor);
+  Rendering result;
+  engine.for_each_contribution([&](const auto& record) {
+    result.records.push_back({record.pixel, static_cast<int>(record.id.technique), record.id.s, record.id.t,
+                              record.value.value, record.weight});
+  });
+  for (const auto& pixel : engine.frame()) result.frame.push_back(pixel.value);
+  return result;
+}
+
+/// The image of every depth is what the records add up to, and the records of a depth are those of the depth before and those
+/// with one edge more, bit by bit: the same paths, with the same weights.
+template <class I>
+void check_path_lengths() {
+  Rendering before;
+  for (int max_depth = 1; max_depth <= 4; ++max_depth) {
+    CAPTURE(max_depth);
+    const Rendering rendering = render<I>(max_depth);
+    std::vector<double> sum(rendering.frame.size(), 0.0), longest(rendering.frame.size(), 0.0);
+    std::vector<Recorded> shorter;
+    int longer = 0;
+    for (const Recorded& record : rendering.records) {
+      const int edges = record.s + record.t - (record.technique == static_cast<int>(gmis::Technique::merge) ? 2 : 1);
+      longer += edges > max_depth;
+      (edges == max_depth ? longest : sum)[record.pixel] += record.value * record.weight;
+      if (edges < max_depth) shorter.push_back(record);
+    }
+    CHECK(rendering.records.size() > shorter.size());
+    CHECK(longer == 0);
+    CHECK((shorter == before.records));
+    double worst = 0.0;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      worst = std::max(worst, std::abs(sum[i] + longest[i] - rendering.frame[i]));
+      if (max_depth > 1) worst = std::max(worst, std::abs(before.frame[i] + longest[i] - rendering.frame[i]));
+    }
+    CHECK(worst < 1e-11);
+    before = rendering;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("path lengths add up to the image, and a greater depth only adds longer paths") {
+  using namespace gmis::integrators;
+  SECTION("pt") {
+    check_path_lengths<Pt>();
+  }
+  SECTION("lt") {
+    check_path_lengths<Lt>();
+  }
+  SECTION("bpt") {
+    check_path_lengths<Bpt>();
+  }
+  SECTION("ppm") {
+    check_path_lengths<Ppm>();
+  }
+  SECTION("bpm") {
+    check_path_lengths<Bpm>();
+  }
+  SECTION("vcm") {
+    check_path_lengths<Vcm>();
+  }
+  SECTION("gmis") {
+    check_path_lengths<Gmis<>>();
+  }
+}
