@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "gmis/transport/light_vertex_grid.hpp"
@@ -114,5 +115,114 @@ TEST_CASE("a grid can be built again with other points, and a query that is not 
     grid.query(Point(nan, 0.0F, 0.0F), [&](std::uint32_t) { ++found; });
     grid.query(Point(0.0F, nan, 0.0F), [&](std::uint32_t) { ++found; });
     CHECK(found == 0);
+  }
+}
+
+namespace {
+
+/// Any layout: how many points, how far, of what shape, how often the same, around which place.
+template <class T>
+struct Layout {
+  std::vector<gmis::Vec3<T>> points;
+  T radius;
+  std::string description;
+};
+
+template <class T>
+Layout<T> random_layout(std::mt19937_64& source) {
+  using V = gmis::Vec3<T>;
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const auto log_uniform = [&](double low, double high) { return std::pow(10.0, low + (high - low) * unit(source)); };
+  const auto pick = [&](int count) { return static_cast<int>(source() % static_cast<std::uint64_t>(count)); };
+
+  // Twice as many buckets as points: 1 to 65,536.
+  const auto count = static_cast<std::size_t>(std::exp2(15.0 * unit(source)) - (pick(6) == 0 ? 1.0 : 0.0));
+  const double scale = pick(3) == 0 ? log_uniform(-15.0, 15.0) : log_uniform(-2.0, 2.0);
+  const int shape = pick(6);
+  const V offset =
+      pick(3) == 0 ? V(static_cast<T>(scale * log_uniform(0.0, 5.0)), static_cast<T>(-2.0 * scale), T(0)) : V(T(0));
+  const double repeated = pick(3) == 0 ? unit(source) : 0.0;
+  Layout<T> layout;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0 && unit(source) < repeated) {
+      layout.points.push_back(layout.points[source() % i]);
+      continue;
+    }
+    glm::dvec3 at(unit(source), unit(source), unit(source));
+    if (shape == 1) at.z = 0.3;                                 // a plane
+    if (shape == 2) at.y = at.z = 0.7;                          // a line
+    if (shape == 3) at = glm::floor(at * 12.0) / 12.0;          // a lattice
+    if (shape == 4) at = pick(50) == 0 ? at * 1e4 : at * 1e-3;  // one heap, and a few far away
+    if (shape == 5) at = glm::dvec3(0.5);                       // one place
+    layout.points.push_back(offset + V(at * scale));
+  }
+  switch (pick(5)) {
+    case 0:
+      layout.radius = T(0);
+      break;
+    case 1:
+      layout.radius = static_cast<T>(scale * log_uniform(1.0, 3.0));
+      break;  // all in one cell
+    case 2:
+      layout.radius = static_cast<T>(scale / 12.0);
+      break;  // the step of the lattice
+    default:
+      layout.radius = static_cast<T>(scale * log_uniform(-5.0, 0.0));
+      break;
+  }
+  layout.description = std::to_string(count) + " points, scale " + std::to_string(scale) + ", shape " +
+                       std::to_string(shape) + ", radius " +
+                       std::to_string(static_cast<double>(layout.radius) / scale) + " of the scale, repeated " +
+                       std::to_string(repeated);
+  return layout;
+}
+
+/// Wrong answers to queries at points, at the radius from points and a little to either side, between points, and outside.
+template <class T>
+int wrong_answers(const Layout<T>& layout, std::mt19937_64& source) {
+  using V = gmis::Vec3<T>;
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  gmis::LightVertexGrid<T> grid;
+  grid.build(layout.points.size(), layout.radius, [&](std::size_t i) { return layout.points[i]; });
+  int wrong = 0;
+  for (int n = 0; n < 24; ++n) {
+    V at = layout.points.empty() ? V(T(0)) : layout.points[source() % layout.points.size()];
+    V away = V(glm::dvec3(unit(source), unit(source), unit(source)));
+    if (n % 4 == 3) away = V(T(n % 3 == 0), T(n % 3 == 1), T(n % 3 == 2)) * (n % 8 == 3 ? T(1) : T(-1));
+    const T length = glm::length(away);
+    if (n % 4 >= 2) at += away * (layout.radius / length);
+    if (n % 4 == 1) at += away * (layout.radius * T(3));
+    if (n % 12 == 5) at += away * T(1e3) * layout.radius;
+    std::vector<std::uint32_t> found, expected;
+    grid.query(at, [&](std::uint32_t i) { found.push_back(i); });
+    for (std::size_t i = 0; i < layout.points.size(); ++i) {
+      const V offset = layout.points[i] - at;
+      if (glm::dot(offset, offset) <= layout.radius * layout.radius) expected.push_back(static_cast<std::uint32_t>(i));
+    }
+    std::sort(found.begin(), found.end());
+    wrong += found != expected;
+  }
+  return wrong;
+}
+
+template <class T>
+void check_random_layouts(std::uint64_t first_seed, int layouts) {
+  for (int n = 0; n < layouts; ++n) {
+    const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(n);
+    std::mt19937_64 source(seed);
+    const Layout<T> layout = random_layout<T>(source);
+    CAPTURE(seed, layout.description);
+    CHECK(wrong_answers(layout, source) == 0);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("whatever the layout, the grid finds exactly the points within the radius") {
+  SECTION("float") {
+    check_random_layouts<float>(1000, 600);
+  }
+  SECTION("double") {
+    check_random_layouts<double>(5000, 200);
   }
 }
