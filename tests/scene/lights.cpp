@@ -34,7 +34,7 @@ Mean irradiance(const scene::Light<T>& light, const SurfacePoint<T>& at, Philox&
 }
 
 // Level of each z- and χ² test here, for 1e-3 in all.
-const double level = sidak_level(1e-3, 60);
+const double level = sidak_level(1e-3, 90);
 
 template <std::floating_point T>
 scene::Light<T> triangle_light(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c,
@@ -349,6 +349,125 @@ TEST_CASE("directions of emission are distributed as stated", "[light]") {
   CHECK(chi_square_test(counts, expected).passes(level));
 }
 
+/// χ² of the directions that next event takes against the density it states, from where a ray meets the light.
+template <std::floating_point T, class Meet>
+void check_next_event_directions(const scene::Light<T>& light, const Vec3<double>& position, const Vec3<double>& axis,
+                                 Meet&& meet, Philox& source) {
+  const auto at = receiver<T>(position, {0, 1, 0});
+  CheckSettings settings;
+  settings.samples = 60'000;
+  settings.precision = 1e-6;
+  const auto check = check_directions<T>(
+      Vec3<T>(glm::normalize(axis)),
+      [&]() -> std::optional<Vec3<T>> {
+        const auto sample = light.sample_next_event(at, random_square<T>(source));
+        if (!sample) return std::nullopt;
+        return sample->to_light;
+      },
+      [&](const Vec3<T>& w) -> T {
+        const std::optional<SurfacePoint<T>> point = meet(at.position, w);
+        if (!point || is_black(light.emitted(*point, -w).radiance)) return T(0);
+        const Vec3<T> offset = point->position - at.position;
+        const T cosine = std::abs(glm::dot(point->geometric_normal, w));
+        return light.next_event_density(*point, -w, at) * glm::dot(offset, offset) / std::max(cosine, T(1e-6));
+      },
+      settings);
+  CAPTURE(check.integral, check.success_share, check.test.statistic, check.test.degrees_of_freedom);
+  CHECK(check.test.p_value > level);
+  CHECK(check.outside <= 3);  // at the edge of the light, where rounding decides
+  CHECK(check.integral < 1.005);
+}
+
+TEST_CASE("next event goes where its density says", "[light]") {
+  using T = double;
+  Philox source(48);
+  const Vec3<T> a(-1, 1, -0.5), b(1, 1.4, -0.5), c(0.3, 1.2, 1);
+  const Vec3<T> normal = glm::normalize(glm::cross(b - a, c - a));
+  for (const bool two_sided : {false, true})
+    check_next_event_directions<T>(
+        triangle_light<T>(a, b, c, two_sided), {0.2, -0.3, 0.1}, {0, 1, 0},
+        [&](const Vec3<T>& from, const Vec3<T>& w) -> std::optional<SurfacePoint<T>> {
+          const T t = glm::dot(a - from, normal) / glm::dot(w, normal);
+          const Vec3<T> p = from + w * t;
+          const auto inside = [&](const Vec3<T>& u, const Vec3<T>& v) {
+            return glm::dot(glm::cross(v - u, p - u), normal) >= 0;
+          };
+          if (!(t > 0) || !inside(a, b) || !inside(b, c) || !inside(c, a)) return std::nullopt;
+          return SurfacePoint<T>{p, normal, normal, 0};
+        },
+        source);
+  for (const T radius : {0.5, 3.0})  // seen from outside, and from within
+    check_next_event_directions<T>(
+        scene::Light<T>::sphere({0, 1, 0}, radius, false, 0, Vec3<T>(1), true), {0.2, -0.3, 0.1}, {-0.2, 1.3, -0.1},
+        [&](const Vec3<T>& from, const Vec3<T>& w) -> std::optional<SurfacePoint<T>> {
+          const Vec3<T> offset = from - Vec3<T>(0, 1, 0);
+          const T half = glm::dot(offset, w), inner = glm::dot(offset, offset) - radius * radius;
+          const T root = half * half - inner;
+          if (!(root >= 0)) return std::nullopt;
+          const T t = inner > 0 ? -half - std::sqrt(root) : -half + std::sqrt(root);
+          if (!(t > 0)) return std::nullopt;
+          const Vec3<T> outward = (offset + w * t) / radius;
+          return SurfacePoint<T>{from + w * t, outward, outward, 0};
+        },
+        source);
+}
+
+TEST_CASE("light subpaths start evenly over a light, and over the disk of an infinite one", "[light]") {
+  using T = double;
+  Philox source(49);
+  constexpr std::size_t across = 12, along = 8;
+  const auto check = [&](const scene::Light<T>& light, auto&& place) {
+    std::vector<double> counts(across * along), expected(across * along, 300.0);
+    for (std::size_t i = 0; i < 300 * across * along; ++i) {
+      const auto start = light.sample_emission(random_square<T>(source), random_square<T>(source));
+      if (!start) continue;
+      const Vec2<T> at = place(*start);
+      if (!(at.x >= 0 && at.x <= 1 && at.y >= 0 && at.y <= 1)) FAIL("outside at " << at.x << ", " << at.y);
+      ++counts[std::min(static_cast<std::size_t>(at.x * across), across - 1) * along +
+               std::min(static_cast<std::size_t>(at.y * along), along - 1)];
+    }
+    CHECK(chi_square_test(counts, expected).passes(level));
+  };
+  const auto turn = [](T y, T x) { return std::atan2(y, x) / (2 * pi<T>)+0.5; };
+  // A triangle folds to the unit square by the share of its area beside an edge and the place across.
+  const Vec3<T> a(-1, 0, 0), b(1, 0, 0.3), c(0, 0.3, 1);
+  check(triangle_light<T>(a, b, c), [&](const auto& start) {
+    const Vec3<T> n = glm::cross(b - a, c - a), p = start.origin.position;
+    const T at_b = glm::dot(glm::cross(p - a, c - a), n) / glm::dot(n, n),
+            at_c = glm::dot(glm::cross(b - a, p - a), n) / glm::dot(n, n);
+    const T far = at_b + at_c;
+    return Vec2<T>(std::min(far * far, 1.0), far > 0 ? at_c / far : 0.0);
+  });
+  check(scene::Light<T>::sphere({1, 2, 3}, 2, true, 0, Vec3<T>(1), false), [&](const auto& start) {
+    const Vec3<T> outward = (start.origin.position - Vec3<T>(1, 2, 3)) / 2.0;
+    CHECK(std::abs(glm::length(outward) - 1) < 1e-9);
+    return Vec2<T>(turn(outward.y, outward.x), std::min((outward.z + 1) / 2, 1.0));
+  });
+  auto sun = scene::Light<T>::directional(glm::normalize(Vec3<T>(1, 2, 2)), Vec3<T>(1));
+  sun.enclose({1, 2, 3}, 4);
+  auto sky = scene::Light<T>::environment(Vec3<T>(1));
+  sky.enclose({1, 2, 3}, 4);
+  const EnvironmentMap<T> map(small_sky(), glm::dmat3(1));
+  auto image = scene::Light<T>::environment(map);
+  image.enclose({1, 2, 3}, 4);
+  for (const auto& light : {sun, sky, image})
+    check(light, [&](const auto& start) {
+      const Vec3<T> offset = start.origin.position - Vec3<T>(1, 2, 3);
+      const Frame<T> frame = Frame<T>::around(start.direction);
+      const Vec2<T> disk(glm::dot(offset, frame.tangent) / 4, glm::dot(offset, frame.bitangent) / 4);
+      // Before the ball that holds the scene.
+      if (!(glm::dot(offset, start.direction) < -4 * (1 - 1e-9))) FAIL("starts within the scene");
+      return Vec2<T>(turn(disk.y, disk.x), disk.x * disk.x + disk.y * disk.y);
+    });
+  // Directions of the lights that shine all around.
+  check(scene::Light<T>::point({0, 0, 0}, Vec3<T>(1)), [&](const auto& start) {
+    return Vec2<T>(turn(start.direction.y, start.direction.x), (start.direction.z + 1) / 2);
+  });
+  check(sky, [&](const auto& start) {
+    return Vec2<T>(turn(start.direction.y, start.direction.x), (start.direction.z + 1) / 2);
+  });
+}
+
 TEST_CASE("the alias table gives each index its share, exactly", "[alias]") {
   Philox source(57);
   for (const std::size_t count : {1U, 2U, 7U, 1000U}) {
@@ -373,6 +492,34 @@ TEST_CASE("the alias table gives each index its share, exactly", "[alias]") {
   }
   const std::vector<double> nothing(3, 0.0);
   CHECK(AliasTable<float>(nothing).is_empty());
+}
+
+TEST_CASE("the chances that many lights really have are known", "[alias]") {
+  Philox source(50);
+  std::vector<double> weights(3000);
+  double sum = 0;
+  for (double& weight : weights) sum += weight = random_magnitude(source, -4, 0);
+  const AliasTable<float> table(weights);
+  const std::vector<double> realised = table.realised_probabilities();
+  // All the numbers there are.
+  constexpr int steps = 1 << 24;
+  std::vector<int> counts(weights.size());
+  for (int k = 0; k < steps; ++k) ++counts[table.sample(static_cast<float>(k) / static_cast<float>(steps))];
+  int wrong = 0;
+  double worst = 0, total = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    wrong += static_cast<double>(counts[i]) / steps == realised[i] ? 0 : 1;
+    worst = std::max(worst, std::abs(realised[i] - weights[i] / sum));
+    total += realised[i];
+  }
+  CHECK(wrong == 0);
+  CHECK(total == 1);
+  CHECK(worst < 1e-5);
+  const std::vector<double> exact = AliasTable<double>(weights).realised_probabilities();
+  worst = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) worst = std::max(worst, std::abs(exact[i] / weights[i] * sum - 1));
+  CHECK(worst < 1e-9);
+  CHECK(AliasTable<float>(std::vector<double>{0.0, 2.0}).realised_probabilities() == std::vector<double>{0, 1});
 }
 
 TEST_CASE("what of a number an alias table does not use is uniform", "[alias]") {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <vector>
@@ -127,15 +128,24 @@ template <std::floating_point T, class Sample, class Pdf>
         2 * pi<double> * static_cast<double>(column) / static_cast<double>(columns),
         2 * pi<double> * static_cast<double>(column + 1) / static_cast<double>(columns), precision, depth, least_depth);
   };
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column)
+      integrals[row * columns + column] = integral_over(row, column, settings.precision, 6, 1);
+
+  // Where counts and integrals disagree, doubt the quadrature first: it may have missed a sliver where the density is not
+  // 0. That does not favour the sampler, since a better integral is better whatever the counts.
   const auto samples = static_cast<double>(settings.samples);
+  const auto deviation = [](double count, double expected) { return std::abs(count - expected) / std::sqrt(expected); };
+  const double share = std::accumulate(counts.begin(), counts.end(), 0.0) / samples;
+  const double integral = std::accumulate(integrals.begin(), integrals.end(), 0.0);
+  const bool is_total_off =
+      std::abs(share - integral) > 1e-4 + 3 * std::sqrt(share * std::max(1 - share, 0.0) / samples);
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column) {
       const std::size_t i = row * columns + column;
-      integrals[i] = integral_over(row, column, settings.precision, 6, 1);
-      // Where the two disagree, doubt the quadrature first: it may have missed a sliver where the density is not 0.
-      for (const int least_depth : {3, 6})
-        if (std::abs(counts[i] - samples * integrals[i]) > 4 * std::sqrt(samples * integrals[i]))
-          integrals[i] = integral_over(row, column, settings.precision / 100, 9, least_depth);
+      const auto is_off = [&](double sigmas) { return deviation(counts[i], samples * integrals[i] + 1e-9) > sigmas; };
+      if (is_total_off || is_off(2)) integrals[i] = integral_over(row, column, settings.precision / 100, 9, 3);
+      if (is_off(4)) integrals[i] = integral_over(row, column, settings.precision / 100, 9, 6);
     }
   return detail::judge(std::move(counts), std::move(integrals), outside, settings);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -50,9 +51,8 @@ class AliasTable {
 
   /// `u` in [0, 1). The table must not be empty.
   [[nodiscard]] std::size_t sample(T u) const noexcept {
-    const T scaled = u * static_cast<T>(cells_.size());
-    const std::size_t cell = std::min(static_cast<std::size_t>(scaled), cells_.size() - 1);
-    return scaled - static_cast<T>(cell) < cells_[cell].threshold ? cell : cells_[cell].alias;
+    const Place at = place_of(u);
+    return at.height < cells_[at.cell].threshold ? at.cell : cells_[at.cell].alias;
   }
 
   struct Choice {
@@ -61,14 +61,41 @@ class AliasTable {
   };
   /// As `sample`, and what of `u` was not needed.
   [[nodiscard]] Choice sample_and_reuse(T u) const noexcept {
-    const T scaled = u * static_cast<T>(cells_.size());
-    const std::size_t i = std::min(static_cast<std::size_t>(scaled), cells_.size() - 1);
     constexpr T below_one = T(1) - std::numeric_limits<T>::epsilon() / T(2);
-    const T place = std::min(scaled - static_cast<T>(i), below_one);
-    const Cell& cell = cells_[i];
-    const bool is_own = place < cell.threshold;
-    const T rest = is_own ? place / cell.threshold : (place - cell.threshold) / (T(1) - cell.threshold);
-    return {is_own ? i : cell.alias, std::min(rest, below_one)};
+    const Place at = place_of(u);
+    const Cell& cell = cells_[at.cell];
+    const T height = std::min(at.height, below_one);
+    const bool is_own = height < cell.threshold;
+    const T rest = is_own ? height / cell.threshold : (height - cell.threshold) / (T(1) - cell.threshold);
+    return {is_own ? at.cell : cell.alias, std::min(rest, below_one)};
+  }
+
+  /// The probabilities with which a `u` that is a multiple of 2^-24 (of 2^-53 in double precision), all as likely, really
+  /// gives the indices. They differ from the weights where the cells are so many that few values fall into each, and an
+  /// estimate that divides by them is unbiased all the same.
+  [[nodiscard]] std::vector<double> realised_probabilities() const {
+    constexpr std::uint64_t steps = std::uint64_t{1} << std::numeric_limits<T>::digits;
+    // The first value for which `is_past` holds; it holds from there on.
+    const auto first = [](std::uint64_t lower, std::uint64_t upper, auto&& is_past) {
+      while (lower < upper) {
+        const std::uint64_t middle = lower + (upper - lower) / 2;
+        if (is_past(static_cast<T>(middle) / static_cast<T>(steps)))
+          upper = middle;
+        else
+          lower = middle + 1;
+      }
+      return lower;
+    };
+    std::vector<double> result(cells_.size());
+    std::uint64_t begin = 0;
+    for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+      const std::uint64_t end = first(begin, steps, [&](T u) { return place_of(u).cell > cell; });
+      const std::uint64_t turn = first(begin, end, [&](T u) { return !(place_of(u).height < cells_[cell].threshold); });
+      result[cell] += static_cast<double>(turn - begin) / static_cast<double>(steps);
+      result[cells_[cell].alias] += static_cast<double>(end - turn) / static_cast<double>(steps);
+      begin = end;
+    }
+    return result;
   }
 
   /// The probability that the cells give to `index`, to check them by: takes time linear in their number.
@@ -86,6 +113,16 @@ class AliasTable {
     T threshold;
     std::uint32_t alias;
   };
+
+  struct Place {
+    std::size_t cell;
+    T height;  ///< within the cell
+  };
+  [[nodiscard]] Place place_of(T u) const noexcept {
+    const T scaled = u * static_cast<T>(cells_.size());
+    const std::size_t cell = std::min(static_cast<std::size_t>(scaled), cells_.size() - 1);
+    return {cell, scaled - static_cast<T>(cell)};
+  }
 
   [[nodiscard]] static std::size_t heaviest(std::span<const double> weights) noexcept {
     std::size_t best = 0;

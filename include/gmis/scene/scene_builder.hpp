@@ -286,14 +286,11 @@ class SceneBuilder {
     }
 
     std::vector<double> powers;
-    double sum = 0;
-    for (const Light<T>& light : lights) {
-      powers.push_back(light.power());
-      sum += powers.back();
-    }
+    for (const Light<T>& light : lights) powers.push_back(light.power());
     scene.light_choice_ = AliasTable<T>(powers);
+    const std::vector<double> chances = scene.light_choice_.realised_probabilities();
     for (std::size_t i = 0; i < lights.size(); ++i) {
-      if (sum > 0) lights[i].set_selection_probability(static_cast<T>(powers[i] / sum));
+      if (!chances.empty()) lights[i].set_selection_probability(static_cast<T>(chances[i]));
       if (lights[i].is_infinite()) scene.infinite_lights_.push_back(&lights[i]);
     }
   }
