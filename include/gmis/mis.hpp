@@ -8,6 +8,7 @@
 #include "gmis/mis/estimate.hpp"
 #include "gmis/mis/heuristic.hpp"
 #include "gmis/mis/multi_sample.hpp"
+#include "gmis/mis/partial_mixture.hpp"
 #include "gmis/mis/proposal.hpp"
 #include "gmis/mis/proposal_set.hpp"
 #include "gmis/mis/round.hpp"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gmis/mis/estimate.hpp"
+#include "gmis/mis/groups.hpp"
 
 namespace gmis {
 
@@ -17,7 +18,8 @@ struct Coverage {
   std::uint64_t probes = 0;              ///< points looked at
   std::uint64_t nonzero = 0;             ///< of these, with f ≠ 0
   std::uint64_t uncovered = 0;           ///< of these, with no proposal positive: every scheme misses them
-  std::uint64_t partly_uncovered = 0;    ///< with some proposal positive and some zero: R1, R2, N1, N2 are biased
+  std::uint64_t partly_uncovered = 0;    ///< with some proposal positive and some zero: R1, R2, N1, N2 are biased. For
+                                         ///< groups, with some group of all zeros: their partial mixture is biased
   std::uint64_t non_finite = 0;          ///< points where f or a density was not finite; not judged
   std::optional<X> uncovered_example{};  ///< the first uncovered point
   std::optional<X> partly_uncovered_example{};  ///< the first partly uncovered point
@@ -26,14 +28,16 @@ struct Coverage {
   [[nodiscard]] constexpr bool allows(Scheme scheme) const noexcept {
     return uncovered == 0 && (!needs_full_support(scheme) || partly_uncovered == 0);
   }
+
+  /// True when no probe speaks against the partial mixture of the groups that were checked being unbiased.
+  [[nodiscard]] constexpr bool allows_groups() const noexcept { return uncovered == 0 && partly_uncovered == 0; }
 };
 
-/// Looks at `points` (any range of samples: a grid, draws of a broad proposal) for places where f ≠ 0 and proposals are
-/// zero. No estimator can notice these by itself, since its samples only fall where some proposal is positive.
-/// A test by sampling: it can find a hole, not prove that there is none.
-template <class Integrand, Proposals P, std::ranges::input_range Points>
+/// Looks at `points` for places where f ≠ 0 and all proposals of a group are zero. Ask `allows_groups` of the result.
+template <class Integrand, Proposals P, std::size_t GroupCapacity, std::ranges::input_range Points>
 requires(!AnyProposal<Points>)
-    [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Points& points) {
+    [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Groups<GroupCapacity>& groups,
+                                      const Points& points) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   Coverage<typename Set::Value> coverage;
@@ -51,25 +55,38 @@ requires(!AnyProposal<Points>)
 
     DensitiesAt<Set> densities(set, x, workspace.densities.data());
     densities.expect_all();
-    std::size_t positive = 0;
+    std::size_t covering = 0;
     bool all_finite = true;
-    for (std::size_t k = 0; k < set.size(); ++k) {
-      const DensityState state = state_of(DensitiesAt<Set>::as_denominator(densities[k]));
-      if (state == DensityState::usable) ++positive;
-      if (state == DensityState::non_finite) all_finite = false;
+    for (std::size_t group = 0; group < groups.size(); ++group) {
+      bool covers = false;
+      for (const std::uint32_t k : groups.members(group)) {
+        const DensityState state = state_of(DensitiesAt<Set>::as_denominator(densities[k]));
+        if (state == DensityState::usable) covers = true;
+        if (state == DensityState::non_finite) all_finite = false;
+      }
+      if (covers) ++covering;
     }
     if (!all_finite) {
       ++coverage.non_finite;
       continue;
     }
     ++coverage.nonzero;
-    if (positive == 0) {
+    if (covering == 0) {
       if (coverage.uncovered++ == 0) coverage.uncovered_example = x;
-    } else if (positive < set.size()) {
+    } else if (covering < groups.size()) {
       if (coverage.partly_uncovered++ == 0) coverage.partly_uncovered_example = x;
     }
   }
   return coverage;
+}
+
+/// Looks at `points` (any range of samples: a grid, draws of a broad proposal) for places where f ≠ 0 and proposals are
+/// zero. No estimator can notice these by itself, since its samples only fall where some proposal is positive.
+/// A test by sampling: it can find a hole, not prove that there is none.
+template <class Integrand, Proposals P, std::ranges::input_range Points>
+requires(!AnyProposal<Points>)
+    [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Points& points) {
+  return check_coverage(f, proposals, Groups<>(as_proposal_set(proposals).size(), 1), points);
 }
 
 /// The same with `count` samples of `probe`, a proposal that covers everything where f might not be zero.

@@ -17,23 +17,22 @@ struct OwnAndDenominator {
 /// φ_n at the point of `densities`, for sample n of the round, made by proposal `index`. Reads `workspace` as
 /// `IndexSelector` left it.
 template <Scheme scheme, Selection selection, class Set, class ShareType, class WorkspaceType>
-[[nodiscard]] OwnAndDenominator<Set> denominator_of(DensitiesAt<Set>& densities, const Set& set,
-                                                    const ShareType& shares, const WorkspaceType& workspace,
-                                                    std::size_t index, std::size_t n, std::size_t sample_count) {
+[[nodiscard, gnu::always_inline]] inline OwnAndDenominator<Set> denominator_of(DensitiesAt<Set>& densities,
+                                                                               const Set& set, const ShareType& shares,
+                                                                               const WorkspaceType& workspace,
+                                                                               std::size_t index, std::size_t n,
+                                                                               std::size_t sample_count) {
   using T = typename Set::Density;
   MixtureSum<T, is_log_set<Set>> mixture;
   T own(0);
-  // Adds proposal k, `times` over, and keeps the density of the proposal that made the sample.
-  const auto add = [&](std::size_t k, auto... times) {
-    const T density = densities[k];
-    if (k == index) own = density;
-    mixture.add(density, times...);
-  };
-
+  // Adds proposal k, `times` over. Kept, so that the density of the proposal that made the sample can be looked up
+  // after: that is cheaper than to ask of each whether it is the one.
+  const auto add = [&](std::size_t k, auto... times) { mixture.add(densities.keep(k), times...); };
   const auto add_all = [&](std::size_t count) {
     if constexpr (capacity_of<Set> <= 8) {  // unrolled
       for (std::size_t k = 0; k < count; ++k) add(k);
-    } else {  // with no condition inside, so that densities can be evaluated side by side
+      own = densities.kept(index);
+    } else {  // with nothing kept, so that densities can be evaluated side by side
       for (std::size_t k = 0; k < index; ++k) mixture.add(densities[k]);
       own = densities[index];
       mixture.add(own);
@@ -56,19 +55,24 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
         const T coefficient = selection == Selection::S1 ? shares.weight(k) : static_cast<T>(shares.count(k));
         if (coefficient > T(0)) add(k, coefficient);
       }
+      own = densities.kept(index);
       if constexpr (selection != Selection::S1) normaliser = static_cast<T>(sample_count);
     }
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(normaliser)};
   } else if constexpr (scheme == Scheme::R2) {  // what this round drew, each distinct index evaluated once
     for (std::size_t k = 0; k < set.size(); ++k)
-      if (workspace.multiplicity[k] > 0) add(k, static_cast<T>(workspace.multiplicity[k]));
+      if (workspace.multiplicity[k] > T(0)) add(k, workspace.multiplicity[k]);
+    own = densities.kept(index);
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(static_cast<T>(sample_count))};
   } else {  // N2: what could still be drawn, this sample included; summed afresh, since a difference would cancel
     if constexpr (ShareType::is_equal) {
-      for (std::size_t m = sample_count; m-- > n;) add(workspace.order[m]);
+      for (std::size_t m = sample_count; --m > n;) mixture.add(densities[workspace.order[m]]);
+      own = densities[index];  // which is order[n]
+      mixture.add(own);
     } else {
       for (std::size_t k = 0; k < set.size(); ++k)
-        if (workspace.multiplicity[k] > 0) add(k, static_cast<T>(workspace.multiplicity[k]));
+        if (workspace.multiplicity[k] > T(0)) add(k, workspace.multiplicity[k]);
+      own = densities.kept(index);
     }
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(static_cast<T>(sample_count - n))};
   }

@@ -2,9 +2,11 @@
 
 /// \file
 /// Exact means and variances of the six schemes for one-dimensional problems, by quadrature, beside which measured ones can
-/// be put. For study and tests: no estimate uses any of this, and gmis/mis.hpp does not include it.
+/// be put; and the choice of a scheme from a pilot. For study and tests, before an estimate: no estimate uses any of this,
+/// and gmis/mis.hpp does not include it.
 
 #include "gmis/mis/averaged_variance.hpp"
+#include "gmis/mis/best_scheme.hpp"
 #include "gmis/mis/exact_variance.hpp"
 #include "gmis/mis/quadrature.hpp"
 #include "gmis/mis/tabulated_problem.hpp"

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <vector>
 
+#include "gmis/mis/groups.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/mis/tabulated_problem.hpp"
 
@@ -206,6 +209,43 @@ class SubsetSum {
 /// The variance of one round. Throws as `exact_moments` does.
 [[nodiscard]] inline double exact_variance(Scheme scheme, const TabulatedProblem& problem) {
   return exact_moments(scheme, problem).variance;
+}
+
+/// True when the mixture of every group covers f, as the partial deterministic mixture needs it.
+template <std::size_t Capacity>
+[[nodiscard]] bool has_full_support(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  std::vector<double> sum(problem.node_count());
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    std::fill(sum.begin(), sum.end(), 0.0);
+    for (const std::uint32_t k : groups.members(group)) problem.add_density(k, 1.0, sum.data(), sum.data());
+    if (!problem.covers(sum.data())) return false;
+  }
+  return true;
+}
+
+/// Mean and variance of one round of the partial deterministic mixture:
+/// (1/N²) Σ_g (P_g ∫ f²/ψ_g − Σ_{k in g} (∫ f q_k/ψ_g)²). Holds for partial support too.
+template <std::size_t Capacity>
+[[nodiscard]] ExactMoments exact_moments(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  const double n = static_cast<double>(problem.proposal_count());
+  std::vector<double> sum(problem.node_count()), divided(problem.node_count()), is_member(problem.proposal_count());
+  ExactMoments moments{0.0, 0.0};
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    const double size = static_cast<double>(groups.members(group).size());
+    std::fill(sum.begin(), sum.end(), 0.0);
+    std::fill(is_member.begin(), is_member.end(), 0.0);
+    for (const std::uint32_t k : groups.members(group)) {
+      problem.add_density(k, 1.0, sum.data(), sum.data());
+      is_member[k] = 1.0;
+    }
+    problem.divide(size, sum.data(), divided.data());
+    const double share = size / n;
+    moments.mean += share * problem.covered_integral(sum.data());
+    moments.variance += share * share * detail::conditional_variance(problem, divided.data(), size, [&](std::size_t k) {
+                          return is_member[k];
+                        });
+  }
+  return moments;
 }
 
 }  // namespace gmis

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <type_traits>
@@ -60,11 +62,32 @@ template <std::floating_point T>
   return density.log == -std::numeric_limits<T>::infinity() ? DensityState::zero : DensityState::non_finite;
 }
 
+/// Positive and finite. The bit patterns of positive finite numbers are consecutive, so that for float and double one
+/// comparison of integers answers.
+template <std::floating_point T>
+[[nodiscard, gnu::always_inline]] constexpr bool is_positive_and_finite(T x) noexcept {
+  if constexpr (std::numeric_limits<T>::is_iec559 && sizeof(T) == sizeof(std::uint64_t)) {
+    return std::bit_cast<std::uint64_t>(x) - 1U < std::bit_cast<std::uint64_t>(std::numeric_limits<T>::infinity()) - 1U;
+  } else if constexpr (std::numeric_limits<T>::is_iec559 && sizeof(T) == sizeof(std::uint32_t)) {
+    return std::bit_cast<std::uint32_t>(x) - 1U < std::bit_cast<std::uint32_t>(std::numeric_limits<T>::infinity()) - 1U;
+  } else {
+    return x > T(0) && x <= std::numeric_limits<T>::max();
+  }
+}
+
 /// Whether a sample can be used: its own density positive, its denominator positive and finite. (A finite mixture has no
 /// infinite part, so nothing more needs to be asked.)
 template <std::floating_point T>
-[[nodiscard]] constexpr bool is_usable(T own, T denominator) noexcept {
-  return own > T(0) && denominator > T(0) && denominator <= std::numeric_limits<T>::max();
+[[nodiscard, gnu::always_inline]] constexpr bool is_usable(T own, T denominator) noexcept {
+  return own > T(0) && is_positive_and_finite(denominator);
+}
+template <std::floating_point T>
+[[nodiscard, gnu::always_inline]] constexpr bool is_usable(T own_and_denominator) noexcept {
+  return is_positive_and_finite(own_and_denominator);
+}
+template <std::floating_point T>
+[[nodiscard]] constexpr bool is_usable(LogDensity<T> own_and_denominator) noexcept {
+  return is_finite_number(own_and_denominator.log);
 }
 template <std::floating_point T>
 [[nodiscard]] constexpr bool is_usable(LogDensity<T> own, LogDensity<T> denominator) noexcept {
@@ -81,7 +104,8 @@ class DensitiesAt {
   static constexpr bool all_at_once = SetHasPdfs<Set> || SetHasLogPdfs<Set>;
 
   /// `buffer`: room for `set.size()` numbers.
-  DensitiesAt(const Set& set, const typename Set::Value& x, T* buffer) : set_(set), x_(x), buffer_(buffer) {
+  [[gnu::always_inline]] DensitiesAt(const Set& set, const typename Set::Value& x, T* buffer)
+      : set_(set), x_(x), buffer_(buffer) {
     if constexpr (!one_at_a_time) evaluate_all();
   }
 
@@ -94,7 +118,7 @@ class DensitiesAt {
   }
 
   /// The density, or its logarithm, of proposal k.
-  [[nodiscard]] T operator[](std::size_t k) {
+  [[nodiscard, gnu::always_inline]] T operator[](std::size_t k) {
     if constexpr (!one_at_a_time) {
       return buffer_[k];
     } else {
@@ -107,6 +131,14 @@ class DensitiesAt {
         return set_.pdf(k, x_);
     }
   }
+
+  /// The same, and kept for `kept(k)` until the next point.
+  [[nodiscard, gnu::always_inline]] T keep(std::size_t k) {
+    const T density = (*this)[k];
+    if constexpr (one_at_a_time) buffer_[k] = density;
+    return density;
+  }
+  [[nodiscard]] T kept(std::size_t k) const noexcept { return buffer_[k]; }
 
   /// How many densities have been evaluated.
   [[nodiscard]] std::size_t evaluations() const noexcept { return evaluations_; }

@@ -24,9 +24,10 @@ RoundCounts sample_weighted_round(const H& heuristic, const Set& set, const Shar
   using D = typename Set::Density;
   const std::size_t proposal_count = set.size();
   const std::size_t sample_count = shares.sample_count(proposal_count);
-  workspace.prepare(proposal_count, sample_count);
-  for (std::size_t k = 0; k < proposal_count; ++k) workspace.multiplicity[k] = shares.count(k);
-  const std::span<const std::uint32_t> sample_counts(workspace.multiplicity.data(), proposal_count);
+  workspace.prepare(proposal_count, proposal_count);
+  // Samples come in the order of their proposals, so that `order` is free to hold the counts.
+  for (std::size_t k = 0; k < proposal_count; ++k) workspace.order[k] = shares.count(k);
+  const std::span<const std::uint32_t> sample_counts(workspace.order.data(), proposal_count);
   const std::span<D> densities(workspace.densities.data(), proposal_count);
 
   RoundCounts counts;

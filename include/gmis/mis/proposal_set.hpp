@@ -98,13 +98,15 @@ class ProposalSpan {
       return Count;
   }
   template <class Source>
-  [[nodiscard]] constexpr auto sample(std::size_t k, Source& source) const {
+  [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t k, Source& source) const {
     return proposals_[k].sample(source);
   }
-  [[nodiscard]] constexpr Density pdf(std::size_t k, const Value& x) const requires(!HasLogPdf<P, Value>) {
+  [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t k, const Value& x) const
+      requires(!HasLogPdf<P, Value>) {
     return proposals_[k].pdf(x);
   }
-  [[nodiscard]] constexpr Density log_pdf(std::size_t k, const Value& x) const requires HasLogPdf<P, Value> {
+  [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t k,
+                                                              const Value& x) const requires HasLogPdf<P, Value> {
     return proposals_[k].log_pdf(x);
   }
 

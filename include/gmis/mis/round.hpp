@@ -25,6 +25,41 @@ struct RoundCounts {
   std::size_t non_finite_density = 0;  ///< a density was infinite, NaN or negative; an error of the proposal
 };
 
+/// Draws one sample of proposal `index` and hands it to `visit(x, denominator, index)` if it can be used, else counts why
+/// not. `weigh(densities)` returns its own density and the denominator; `discard()` is called when both are known, or when
+/// no sample was made. The one place where a sample is judged.
+template <bool divided_by_own, ProposalSet Set, UniformSource Source, class WorkspaceType, class Weigh, class Discard,
+          class Visit>
+[[gnu::always_inline]] inline void visit_sample(const Set& set, std::size_t index, Source& source,
+                                                WorkspaceType& workspace, RoundCounts& counts, Weigh&& weigh,
+                                                Discard&& discard, Visit& visit) {
+  const auto result = set.sample(index, source);
+  using Result = SampleResult<std::remove_cvref_t<decltype(result)>>;
+  const typename Set::Value* x = nullptr;
+  if constexpr (Result::can_fail) {
+    if (!result) {
+      ++counts.failed_samples;
+      discard();
+      return;
+    }
+    x = &*result;
+  } else {
+    x = &result;
+  }
+
+  DensitiesAt<Set> densities(set, *x, workspace.densities.data());
+  const auto [own, denominator] = weigh(densities);
+  discard();
+  counts.density_evaluations += densities.evaluations();
+  if (divided_by_own ? is_usable(denominator) : is_usable(own, denominator)) [[likely]] {
+    visit(*x, denominator, index);
+  } else {
+    const DensityState own_state = state_of(own);
+    const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
+    ++(state == DensityState::zero ? counts.zero_density : counts.non_finite_density);
+  }
+}
+
 /// Draws one round of samples and calls `visit(x, denominator, index)` for each: the sample, the density φ(x) that
 /// the pair of selection and weighting divides it by, and the index of the proposal that made it. With n =
 /// `shares.sample_count(N)` samples in the round, (1/n) Σ f(x) / φ(x) estimates ∫ f.
@@ -34,8 +69,9 @@ struct RoundCounts {
 /// this function.
 template <Selection selection, Weighting weighting, ProposalSet Set, class ShareType, UniformSource Source,
           std::size_t Capacity, class Visit>
-RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
-                         Workspace<typename Set::Density, Capacity>& workspace, Visit&& visit) {
+[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
+                                                       Workspace<typename Set::Density, Capacity>& workspace,
+                                                       Visit&& visit) {
   constexpr Scheme scheme = scheme_of(selection, weighting);
   const std::size_t proposal_count = set.size();
   const std::size_t sample_count = shares.sample_count(proposal_count);
@@ -46,40 +82,21 @@ RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source
       shares, source, workspace, proposal_count, sample_count);
   for (std::size_t n = 0; n < sample_count; ++n) {
     const std::size_t index = selector.next(n);
-    const auto result = set.sample(index, source);
-    using Result = SampleResult<std::remove_cvref_t<decltype(result)>>;
-    const typename Set::Value* x = nullptr;
-    if constexpr (Result::can_fail) {
-      if (!result) {
-        ++counts.failed_samples;
-        selector.discard(n);
-        continue;
-      }
-      x = &*result;
-    } else {
-      x = &result;
-    }
-
-    DensitiesAt<Set> densities(set, *x, workspace.densities.data());
-    const auto [own, denominator] =
-        denominator_of<scheme, selection>(densities, set, shares, workspace, index, n, sample_count);
-    selector.discard(n);
-    counts.density_evaluations += densities.evaluations();
-    if (is_usable(own, denominator)) [[likely]] {
-      visit(*x, denominator, index);
-    } else {
-      const DensityState own_state = state_of(own);
-      const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
-      ++(state == DensityState::zero ? counts.zero_density : counts.non_finite_density);
-    }
+    visit_sample<scheme == Scheme::R1 || scheme == Scheme::N1>(
+        set, index, source, workspace, counts,
+        [&](DensitiesAt<Set>& densities) {
+          return denominator_of<scheme, selection>(densities, set, shares, workspace, index, n, sample_count);
+        },
+        [&] { selector.discard(n); }, visit);
   }
   return counts;
 }
 
 /// The same for a scheme, run as its cheapest pair.
 template <Scheme scheme, ProposalSet Set, class ShareType, UniformSource Source, std::size_t Capacity, class Visit>
-RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
-                         Workspace<typename Set::Density, Capacity>& workspace, Visit&& visit) {
+[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
+                                                       Workspace<typename Set::Density, Capacity>& workspace,
+                                                       Visit&& visit) {
   constexpr SelectionAndWeighting pair = cheapest_pair(scheme);
   return sample_round<pair.selection, pair.weighting>(set, shares, source, workspace, std::forward<Visit>(visit));
 }

@@ -16,10 +16,11 @@ template <Selection selection, Scheme scheme, class ShareType, UniformSource Sou
 class IndexSelector {
   static constexpr bool draws_all_first = scheme == Scheme::R2;
   static constexpr bool counts_undrawn = scheme == Scheme::N2 && !ShareType::is_equal;
+  using Count = typename WorkspaceType::Count;
 
  public:
-  IndexSelector(const ShareType& shares, Source& source, WorkspaceType& workspace, std::size_t proposal_count,
-                std::size_t sample_count)
+  [[gnu::always_inline]] IndexSelector(const ShareType& shares, Source& source, WorkspaceType& workspace,
+                                       std::size_t proposal_count, std::size_t sample_count)
       : shares_(shares),
         source_(source),
         workspace_(workspace),
@@ -29,19 +30,19 @@ class IndexSelector {
       for (std::size_t n = 0; n < sample_count; ++n)
         workspace_.order[n] = static_cast<std::uint32_t>(shares.proposal_of_slot(n));
     if constexpr (draws_all_first || counts_undrawn)
-      for (std::size_t k = 0; k < proposal_count; ++k) workspace_.multiplicity[k] = 0;
+      for (std::size_t k = 0; k < proposal_count; ++k) workspace_.multiplicity[k] = Count(0);
     if constexpr (draws_all_first)
       for (std::size_t n = 0; n < sample_count; ++n) {
         const std::size_t k = shares.draw(source, proposal_count);
         workspace_.order[n] = static_cast<std::uint32_t>(k);
-        ++workspace_.multiplicity[k];
+        workspace_.multiplicity[k] += Count(1);
       }
     if constexpr (counts_undrawn)
-      for (std::size_t n = 0; n < sample_count; ++n) ++workspace_.multiplicity[workspace_.order[n]];
+      for (std::size_t n = 0; n < sample_count; ++n) workspace_.multiplicity[workspace_.order[n]] += Count(1);
   }
 
   /// The index of sample n; to be called for n = 0, 1, … in order.
-  [[nodiscard]] std::size_t next(std::size_t n) {
+  [[nodiscard, gnu::always_inline]] std::size_t next(std::size_t n) {
     if constexpr (selection == Selection::S3) {
       return shares_.proposal_of_slot(n);
     } else if constexpr (draws_all_first) {
@@ -57,8 +58,8 @@ class IndexSelector {
   }
 
   /// Says that sample n is done with: its index no longer counts as undrawn.
-  void discard(std::size_t n) {
-    if constexpr (counts_undrawn) --workspace_.multiplicity[workspace_.order[n]];
+  [[gnu::always_inline]] void discard(std::size_t n) {
+    if constexpr (counts_undrawn) workspace_.multiplicity[workspace_.order[n]] -= Count(1);
   }
 
  private:

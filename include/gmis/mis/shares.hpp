@@ -19,7 +19,7 @@ struct EqualShares {
   [[nodiscard]] constexpr std::size_t sample_count(std::size_t proposal_count) const noexcept { return proposal_count; }
   [[nodiscard]] constexpr std::size_t proposal_of_slot(std::size_t slot) const noexcept { return slot; }
   template <UniformSource Source>
-  [[nodiscard]] constexpr std::size_t draw(Source& source, std::size_t proposal_count) const {
+  [[nodiscard, gnu::always_inline]] constexpr std::size_t draw(Source& source, std::size_t proposal_count) const {
     return proposal_count == 1 ? 0 : uniform_index(source, static_cast<std::uint32_t>(proposal_count));
   }
 };

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <span>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "gmis/mis/proposal_set.hpp"
@@ -33,6 +34,17 @@ class TabulatedProblem {
     }
   }
 
+  /// From values at nodes that are given: `f` and the `weights` of the nodes, and the densities, all of proposal 0 first.
+  /// Values must be finite, and the sizes fit: densities.size() is a multiple of f.size().
+  TabulatedProblem(std::vector<double> f, std::span<const double> weights, std::vector<double> densities)
+      : proposal_count_(densities.size() / f.size()),
+        node_count_(f.size()),
+        weighted_f_(f.size()),
+        f_(std::move(f)),
+        densities_(std::move(densities)) {
+    for (std::size_t i = 0; i < node_count_; ++i) weighted_f_[i] = weights[i] * f_[i];
+  }
+
   [[nodiscard]] std::size_t proposal_count() const noexcept { return proposal_count_; }
   [[nodiscard]] std::size_t node_count() const noexcept { return node_count_; }
   /// q_k at all nodes.
@@ -45,15 +57,19 @@ class TabulatedProblem {
     return sum;
   }
 
-  /// False when some proposal is zero on a part of the domain that carries more than 1e-12 of ∫ |f|.
-  [[nodiscard]] bool has_full_support() const noexcept {
-    double whole = 0.0;
-    for (std::size_t i = 0; i < node_count_; ++i) whole += std::abs(weighted_f_[i]);
-    for (std::size_t k = 0; k < proposal_count_; ++k) {
-      double missed = 0.0;
-      for (std::size_t i = 0; i < node_count_; ++i) missed += densities(k)[i] > 0.0 ? 0.0 : std::abs(weighted_f_[i]);
-      if (missed > 1e-12 * whole) return false;
+  /// False when `density` is zero on a part of the domain that carries more than 1e-12 of ∫ |f|.
+  [[nodiscard]] bool covers(const double* density) const noexcept {
+    double whole = 0.0, missed = 0.0;
+    for (std::size_t i = 0; i < node_count_; ++i) {
+      whole += std::abs(weighted_f_[i]);
+      missed += density[i] > 0.0 ? 0.0 : std::abs(weighted_f_[i]);
     }
+    return missed <= 1e-12 * whole;
+  }
+  /// True when every proposal covers f.
+  [[nodiscard]] bool has_full_support() const noexcept {
+    for (std::size_t k = 0; k < proposal_count_; ++k)
+      if (!covers(densities(k))) return false;
     return true;
   }
 

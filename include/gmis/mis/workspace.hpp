@@ -15,6 +15,7 @@ template <std::floating_point T, std::size_t Capacity>
 class Workspace {
  public:
   static constexpr std::size_t capacity = Capacity;
+  using Count = T;  ///< counts are factors of densities: kept in their type, so that none is converted in the loop
 
   void prepare(std::size_t proposal_count, std::size_t sample_count) {
     order.prepare(sample_count);
@@ -22,9 +23,9 @@ class Workspace {
     densities.prepare(proposal_count);
   }
 
-  Storage<std::uint32_t, Capacity> order;         ///< proposal index of each sample
-  Storage<std::uint32_t, Capacity> multiplicity;  ///< times that a proposal occurs
-  Storage<T, Capacity> densities;                 ///< of all proposals at one point
+  Storage<std::uint32_t, Capacity> order;  ///< proposal index of each sample
+  Storage<Count, Capacity> multiplicity;   ///< times that a proposal occurs, a whole number
+  Storage<T, Capacity> densities;          ///< of all proposals at one point
 };
 
 }  // namespace gmis

@@ -1,0 +1,155 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "gmis/mis/averaged_variance.hpp"
+#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/partial_mixture.hpp"
+
+namespace gmis {
+
+/// What things cost, in nanoseconds or any other unit, as measured by the caller.
+struct CostModel {
+  double per_density;  ///< one evaluation of one proposal's density at one point
+  double per_sample;   ///< all else about a sample: drawing it, evaluating f, dividing
+};
+
+/// Samples of a problem with all densities at each: what `best_scheme` works out variances from. Everything is kept relative
+/// to the mixture ψ at the sample, so that densities outside the range of double do no harm.
+class Pilot {
+ public:
+  /// Draws `rounds` ≥ 1 rounds, one sample of each proposal a round. The integrand returns a number or a `LogValue`; give it
+  /// the channel, or the mean of the channels, whose variance counts. Throws std::invalid_argument when no sample was usable.
+  template <class Integrand, Proposals P, UniformSource Source>
+  Pilot(Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source)
+      : problem_(tabulate(f, as_proposal_set(proposals), rounds, source)) {}
+
+  /// The samples as the nodes of a quadrature rule: a sum over them estimates an integral.
+  [[nodiscard]] const TabulatedProblem& problem() const noexcept { return problem_; }
+
+ private:
+  template <class Integrand, class Set, class Source>
+  [[nodiscard]] static TabulatedProblem tabulate(Integrand&& f, const Set& set, std::uint64_t rounds, Source& source) {
+    using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
+    static_assert(SpectrumTraits<F>::channel_count == 1, "a pilot needs an integrand with one channel");
+    const std::size_t n = set.size();
+    Workspace<typename Set::Density, dynamic_capacity> workspace;
+    std::vector<double> values, by_sample, made(n);
+    for (std::uint64_t round = 0; round < rounds; ++round)
+      sample_round<Scheme::N3>(set, EqualShares{}, source, workspace, [&](const auto& x, auto psi, std::size_t index) {
+        made[index] += 1.0;
+        const F value = f(x);
+        const double relative = is_finite(value) ? ratio<double>(SpectrumTraits<F>::channel(value, 0), psi) : 0.0;
+        values.push_back(std::isfinite(relative) ? relative : 0.0);
+        DensitiesAt<Set> densities(set, x, workspace.densities.data());
+        densities.expect_all();
+        for (std::size_t k = 0; k < n; ++k) {
+          if constexpr (is_log_set<Set>)
+            by_sample.push_back(std::exp(static_cast<double>(densities[k]) - static_cast<double>(psi.log)));
+          else
+            by_sample.push_back(static_cast<double>(densities[k]) / static_cast<double>(psi));
+        }
+      });
+    if (values.empty()) throw std::invalid_argument("no sample of the pilot was usable");
+
+    const std::size_t count = values.size();
+    const std::vector<double> weights(count, 1.0 / (static_cast<double>(rounds) * static_cast<double>(n)));
+    // Every density is scaled to integrate, over these nodes, to what it is known to: one, or its share of samples that were
+    // made. With that no variance comes out negative, and one that is zero comes out zero, however short the pilot.
+    std::vector<double> by_proposal(n * count);
+    for (std::size_t k = 0; k < n; ++k) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < count; ++i) sum += by_sample[i * n + k] * weights[i];
+      const double scale = sum > 0.0 ? made[k] / static_cast<double>(rounds) / sum : 0.0;
+      for (std::size_t i = 0; i < count; ++i) by_proposal[k * count + i] = by_sample[i * n + k] * scale;
+    }
+    return {std::move(values), weights, std::move(by_proposal)};
+  }
+
+  TabulatedProblem problem_;
+};
+
+/// One way of combining the proposals, with what the pilot says of it.
+struct SchemeCandidate {
+  Scheme scheme;
+  std::size_t group_size;  ///< 0, or P: the partial deterministic mixture in groups of P (strided), `scheme` being N3
+  bool is_unbiased;        ///< false when the pilot met a place that a proposal (a group) does not cover
+  double variance;         ///< of one round
+  double density_evaluations;  ///< in one round, their mean
+  double cost;                 ///< of one round, in the unit of the cost model
+
+  /// What is to be made small: the cost of reaching a given variance.
+  [[nodiscard]] double variance_times_cost() const noexcept { return variance * cost; }
+};
+
+/// The choice and the figures behind it.
+struct SchemeChoice {
+  std::vector<SchemeCandidate> candidates;  ///< the six schemes in the order of `all_schemes`, then P ascending
+  std::size_t best;                         ///< the index of the unbiased one with the least variance × cost
+
+  [[nodiscard]] const SchemeCandidate& chosen() const noexcept { return candidates[best]; }
+};
+
+/// The sizes of groups that `best_scheme` tries: 2, 3, 4, 6, 8, 12, 16, … below N.
+[[nodiscard]] inline std::vector<std::size_t> group_sizes_to_try(std::size_t proposal_count) {
+  std::vector<std::size_t> sizes;
+  for (std::size_t size = 2; size < proposal_count; size *= 2) {
+    sizes.push_back(size);
+    if (size + size / 2 < proposal_count) sizes.push_back(size + size / 2);
+  }
+  return sizes;
+}
+
+/// Every scheme, and the partial mixture for `group_sizes_to_try`, judged by variance × cost on the exact formulas, `problem`
+/// being a table of nodes: of a quadrature rule for the exact answer, of a pilot for an estimate of it. `averaged_draws`
+/// random draws of the indices stand in for the sums over all of them for R2 and N2 where N > 6.
+template <UniformSource Source>
+[[nodiscard]] SchemeChoice best_scheme(const TabulatedProblem& problem, const CostModel& costs, Source& source,
+                                       std::uint64_t averaged_draws = 32) {
+  constexpr std::size_t largest_exact = 6;
+  const std::size_t n = problem.proposal_count();
+  const double count = static_cast<double>(n);
+  const bool all_cover = problem.has_full_support();
+  SchemeChoice choice{{}, 0};
+  const auto add = [&](Scheme scheme, std::size_t group_size, bool is_unbiased, double variance, double evaluations) {
+    choice.candidates.push_back({scheme, group_size, is_unbiased, std::max(variance, 0.0), evaluations,
+                                 evaluations * costs.per_density + count * costs.per_sample});
+  };
+
+  for (const Scheme scheme : all_schemes) {
+    const double distinct = count * (1.0 - std::pow(1.0 - 1.0 / count, count));
+    const double evaluations =
+        scheme == Scheme::R2 ? count * distinct : static_cast<double>(density_evaluations_per_round(scheme, n));
+    if (needs_full_support(scheme) && !all_cover) {
+      add(scheme, 0, false, std::numeric_limits<double>::quiet_NaN(), evaluations);
+    } else if ((scheme == Scheme::R2 || scheme == Scheme::N2) && n > largest_exact) {
+      add(scheme, 0, true, averaged_variance(scheme, problem, averaged_draws, source).value, evaluations);
+    } else {
+      add(scheme, 0, true, exact_variance(scheme, problem), evaluations);
+    }
+  }
+  for (const std::size_t size : group_sizes_to_try(n)) {
+    const Groups<> groups(n, size);
+    add(Scheme::N3, size, has_full_support(groups, problem), exact_moments(groups, problem).variance,
+        static_cast<double>(groups.density_evaluations_per_round()));
+  }
+
+  const auto is_better = [](const SchemeCandidate& a, const SchemeCandidate& b) {
+    if (!a.is_unbiased || !b.is_unbiased) return a.is_unbiased && !b.is_unbiased;
+    const double score = a.variance_times_cost(), other = b.variance_times_cost();
+    return score != other ? score < other : a.cost < b.cost;
+  };
+  for (std::size_t i = 1; i < choice.candidates.size(); ++i)
+    if (is_better(choice.candidates[i], choice.candidates[choice.best])) choice.best = i;
+  return choice;
+}
+
+}  // namespace gmis
