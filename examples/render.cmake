@@ -33,7 +33,19 @@ set_source_files_properties(support/options.cpp support/progress_bar.cpp support
                             support/technique_sheet.cpp
                             PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
 
-foreach(program render demo)
+add_library(gmis_report STATIC
+  support/report/comparison.cpp
+  support/report/false_colour.cpp
+  support/report/figures.cpp
+  support/report/html_report.cpp
+  support/report/plot.cpp
+  support/report/tables.cpp)
+target_link_libraries(gmis_report PUBLIC gmis_render_session PRIVATE gmis_warnings nlohmann_json::nlohmann_json)
+target_compile_definitions(gmis_report PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
+
+foreach(program render compare demo)
   add_executable(gmis-${program} gmis_${program}.cpp)
-  target_link_libraries(gmis-${program} PRIVATE gmis_render_session gmis_warnings)
+  target_link_libraries(gmis-${program} PRIVATE gmis_report gmis_warnings)
 endforeach()
+target_link_libraries(gmis-compare PRIVATE CLI11::CLI11)
+target_compile_definitions(gmis-compare PRIVATE GMIS_VERSION="${PROJECT_VERSION}")

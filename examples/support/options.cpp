@@ -39,19 +39,6 @@ Unsigned whole_number_of(const std::string& option, std::string_view text) {
   return value;
 }
 
-IntegratorChoice integrator_of(const std::string& name) {
-  if (name == "auto") return IntegratorChoice::gmis;
-  for (const IntegratorChoice integrator : all_integrators)
-    if (name == name_of(integrator)) return integrator;
-  throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, lt, bpt, ppm, bpm, vcm or gmis");
-}
-
-SplitChoice split_of(const std::string& name) {
-  for (const SplitChoice split : {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::adaptive})
-    if (name == name_of(split)) return split;
-  throw InputError("--split " + in_quotes(name) + " is not known: use none, paper, budgeted or adaptive");
-}
-
 int connections_of(const std::string& text) {
   if (text == "auto") return measured_connections;
   if (text == "paired") return paired_connections;
@@ -66,14 +53,6 @@ Scheme scheme_of(const std::string& name) {
   for (const Scheme scheme : all_schemes)
     if (name == gmis::name_of(scheme)) return scheme;
   throw InputError("--scheme " + in_quotes(name) + " is not known: use R1, R2, R3, N1, N2 or N3");
-}
-
-std::array<int, 2> size_of(const std::string& text) {
-  const auto size = integers_of<2>(text, 'x');
-  constexpr int largest = 32768;
-  if (!size || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > largest || (*size)[1] > largest)
-    throw InputError("--size " + in_quotes(text) + " must be WIDTHxHEIGHT, each from 1 to 32768");
-  return *size;
 }
 
 std::array<int, 4> crop_of(const std::string& text) {
@@ -130,6 +109,27 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
 }
 
 }  // namespace
+
+IntegratorChoice integrator_of(const std::string& name) {
+  if (name == "auto") return IntegratorChoice::gmis;
+  for (const IntegratorChoice integrator : all_integrators)
+    if (name == name_of(integrator)) return integrator;
+  throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, lt, bpt, ppm, bpm, vcm or gmis");
+}
+
+SplitChoice split_of(const std::string& name) {
+  for (const SplitChoice split : {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::adaptive})
+    if (name == name_of(split)) return split;
+  throw InputError("--split " + in_quotes(name) + " is not known: use none, paper, budgeted or adaptive");
+}
+
+std::array<int, 2> size_of(const std::string& text) {
+  const auto size = integers_of<2>(text, 'x');
+  constexpr int largest = 32768;
+  if (!size || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > largest || (*size)[1] > largest)
+    throw InputError("--size " + in_quotes(text) + " must be WIDTHxHEIGHT, each from 1 to 32768");
+  return *size;
+}
 
 bool connects(IntegratorChoice integrator) {
   return integrator == IntegratorChoice::bpt || integrator == IntegratorChoice::vcm ||

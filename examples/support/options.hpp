@@ -56,6 +56,11 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 [[nodiscard]] bool connects(IntegratorChoice integrator);
 [[nodiscard]] bool merges(IntegratorChoice integrator);
 
+// What the text of an option means; they throw `InputError` when it means nothing.
+[[nodiscard]] IntegratorChoice integrator_of(const std::string& name);
+[[nodiscard]] SplitChoice split_of(const std::string& name);
+[[nodiscard]] std::array<int, 2> size_of(const std::string& text);
+
 [[nodiscard]] const char* name_of(IntegratorChoice integrator);
 [[nodiscard]] const char* name_of(SplitChoice split);
 

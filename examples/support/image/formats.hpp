@@ -23,5 +23,7 @@ void write_exr(const Image& image, const std::filesystem::path& file);
 /// 8 bits a channel with the sRGB curve; values outside [0, 1] are cut.
 [[nodiscard]] bool has_png();
 void write_png(const Image& image, const std::filesystem::path& file);
+/// The bytes of such a file, each value times `exposure`.
+[[nodiscard]] std::vector<std::uint8_t> png_of(const Image& image, float exposure = 1);
 
 }  // namespace gmis::tools

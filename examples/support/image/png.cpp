@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
@@ -27,15 +28,27 @@ std::uint8_t to_srgb(float linear) {
 
 }  // namespace
 
-void write_png(const Image& image, const std::filesystem::path& file) {
-  std::vector<std::uint8_t> bytes(image.rgb.size());
-  std::transform(image.rgb.begin(), image.rgb.end(), bytes.begin(), to_srgb);
+std::vector<std::uint8_t> png_of(const Image& image, float exposure) {
+  std::vector<std::uint8_t> pixels(image.rgb.size());
+  std::transform(image.rgb.begin(), image.rgb.end(), pixels.begin(), [&](float x) { return to_srgb(exposure * x); });
   png_image description{};
   description.version = PNG_IMAGE_VERSION;
   description.width = static_cast<png_uint_32>(image.width);
   description.height = static_cast<png_uint_32>(image.height);
   description.format = PNG_FORMAT_RGB;
-  if (png_image_write_to_file(&description, file.string().c_str(), 0, bytes.data(), 0, nullptr) == 0)
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);
+  std::vector<std::uint8_t> file(size);
+  if (png_image_write_to_memory(&description, file.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
+    throw OutputError(std::string("an image cannot be made into a .png: ") + description.message);
+  file.resize(size);
+  return file;
+}
+
+void write_png(const Image& image, const std::filesystem::path& file) {
+  const std::vector<std::uint8_t> bytes = png_of(image);
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream.flush())
     throw OutputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
 }
 
@@ -43,6 +56,10 @@ void write_png(const Image& image, const std::filesystem::path& file) {
 
 bool has_png() {
   return false;
+}
+
+std::vector<std::uint8_t> png_of(const Image&, float) {
+  throw InputError("this program was built without libpng: it makes no .png");
 }
 
 void write_png(const Image&, const std::filesystem::path& file) {

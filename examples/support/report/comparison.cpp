@@ -1,0 +1,258 @@
+#include "support/report/comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "support/diagnostics.hpp"
+#include "support/image/image.hpp"
+#include "support/progressive_render.hpp"
+#include "support/report/html_report.hpp"
+#include "support/report/tables.hpp"
+#include "support/scene_files.hpp"
+
+namespace gmis::tools {
+
+namespace {
+
+bool is_interrupted(const ComparisonRequest& request) {
+  return request.interrupted != nullptr && request.interrupted->load();
+}
+
+/// References have a seed that no run has.
+constexpr std::uint64_t reference_seed = 0x5EED0FF5E7ULL;
+
+RenderRequest render_request(const ComparisonRequest& request, const BuiltScene& scene, IntegratorChoice integrator,
+                             SplitChoice split) {
+  Options options = request.settings;
+  options.integrator = integrator;
+  options.split = integrator == IntegratorChoice::gmis ? split : SplitChoice::none;
+  options.iterations.reset();
+  options.seconds.reset();
+  options.relative_error.reset();
+  return request_of(options, scene);
+}
+
+std::string file_name_of(const std::string& name) {
+  std::string result = std::filesystem::path(name).stem().string();
+  for (char& c : result)
+    if (!(std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')) c = '_';
+  return result;
+}
+
+struct Reference {
+  Image image;
+  std::string origin;
+  std::optional<double> error;
+};
+
+/// From the folder when the same was made before; else by a long run, which is then kept there.
+std::optional<Reference> make_reference(const ComparisonRequest& request, const BuiltScene& scene,
+                                        const std::string& name, ThreadedExecutor& executor) {
+  RenderRequest render = render_request(request, scene, request.reference_integrator, SplitChoice::budgeted);
+  render.settings.seed = reference_seed;
+  const bool is_merging = merges(request.reference_integrator);
+  if (is_merging) render.settings.radius /= 4;  // a sixteenth of the bias
+  const glm::ivec2 size = scene.scene().camera().resolution();
+  const std::string what = std::string(name_of(request.reference_integrator)) +
+                           (is_merging ? " (biased, with a quarter of the radius)" : " (unbiased)") +
+                           ", another seed, " + three_digits(request.reference_seconds) + " processor seconds";
+  const std::string stem = "reference_" + name + "_" + std::to_string(size.x) + "x" + std::to_string(size.y) +
+                           "_depth" + std::to_string(render.settings.max_depth) + "_" +
+                           name_of(request.reference_integrator) + "_" + three_digits(request.reference_seconds) + "s";
+  const std::filesystem::path image_file = request.folder / (stem + ".pfm"),
+                              error_file = request.folder / (stem + ".txt");
+  Reference reference;
+  if (double error = 0; std::filesystem::exists(image_file) && std::ifstream(error_file) >> error) {
+    reference.image = read_image(image_file);
+    reference.error = error;
+    reference.origin = what + ", from an earlier run; its own relative error is " + percentage(error);
+    return reference;
+  }
+  request.say(name + ": making a reference with " + what);
+  ProgressiveRender rendering(scene, render);
+  while (rendering.cpu_seconds() < request.reference_seconds) {
+    if (is_interrupted(request)) return {};
+    if (!rendering.advance(executor)) return {};
+  }
+  reference.image = rendering.image();
+  reference.error = estimate_of(rendering.film()).relative_error;
+  reference.origin = what + "; its own relative error is " + percentage(*reference.error);
+  write_image(reference.image, image_file);
+  write_whole(std::to_string(*reference.error) + "\n", error_file);
+  return reference;
+}
+
+/// One integrator with one seed, on its way.
+struct Runner {
+  Runner(const BuiltScene& scene, RenderRequest render_request, ContenderRecord& its_record)
+      : request(std::move(render_request)), rendering(scene, request), record(&its_record) {}
+  Runner(const Runner&) = delete;
+  Runner& operator=(const Runner&) = delete;
+
+  RenderRequest request;  // the rendering refers to it
+  ProgressiveRender rendering;
+  ContenderRecord* record;
+  bool is_done = false;
+
+  [[nodiscard]] bool has_enough(const ComparisonRequest& limits) const {
+    if (limits.cpu_seconds && rendering.cpu_seconds() >= *limits.cpu_seconds) return true;
+    const auto& points = rendering.log().points();
+    return limits.error && points.size() > 2 && points.back().reference_error.value_or(1e9) <= *limits.error &&
+           points[points.size() - 2].reference_error.value_or(1e9) <= *limits.error;
+  }
+
+  void store(std::uint64_t seed) {
+    rendering.finish_log();
+    RunRecord run;
+    run.seed = seed;
+    run.iterations = rendering.progress().iterations;
+    run.cpu_seconds = rendering.cpu_seconds();
+    run.wall_seconds = rendering.progress().seconds;
+    run.points = rendering.log().points();
+    if (record->image.rgb.empty()) record->image = rendering.image();
+    record->runs.push_back(std::move(run));
+  }
+};
+
+/// False when it was interrupted; the runs are then as far as they came.
+bool run_seed(const ComparisonRequest& request, const BuiltScene& scene, SceneRecord& record, std::uint64_t seed,
+              ThreadedExecutor& executor) {
+  std::vector<std::unique_ptr<Runner>> runners;
+  for (std::size_t i = 0; i < request.contenders.size(); ++i) {
+    RenderRequest render =
+        render_request(request, scene, request.contenders[i].integrator, request.contenders[i].split);
+    render.settings.seed = seed;
+    render.reference = &record.reference;
+    runners.push_back(std::make_unique<Runner>(scene, std::move(render), record.contenders[i]));
+  }
+  bool is_whole = true;
+  while (is_whole) {
+    Runner* next = nullptr;
+    for (const auto& runner : runners)
+      if (!runner->is_done && (next == nullptr || runner->rendering.cpu_seconds() < next->rendering.cpu_seconds()))
+        next = runner.get();
+    if (next == nullptr) break;
+    is_whole = next->rendering.advance(executor) && !is_interrupted(request);
+    next->is_done = next->has_enough(request);
+  }
+  for (const auto& runner : runners)
+    if (runner->rendering.progress().iterations > 0) runner->store(seed);
+  return is_whole;
+}
+
+/// Two radii in turns with the same seed, for a part of the time that a run has.
+void measure_bias(const ComparisonRequest& request, const BuiltScene& scene, SceneRecord& record,
+                  ThreadedExecutor& executor) {
+  constexpr double ratio = 2;
+  for (std::size_t i = 0; i < request.contenders.size(); ++i) {
+    ContenderRecord& contender = record.contenders[i];
+    if (!contender.is_merging || contender.runs.empty()) continue;
+    RenderRequest narrow =
+        render_request(request, scene, request.contenders[i].integrator, request.contenders[i].split);
+    narrow.settings.seed = request.settings.seed;
+    // As the run chose it: the two radii must differ in nothing else.
+    if (narrow.settings.connections == measured_connections) narrow.settings.connections = 1;
+    RenderRequest wide = narrow;
+    wide.settings.radius *= ratio;
+    ProgressiveRender at_radius(scene, narrow), at_twice(scene, wide);
+    const glm::ivec2 size = at_radius.film().resolution();
+    Film<FrameSource::Spectrum> difference(size);
+    std::vector<FrameSource::Spectrum> frame(difference.pixel_count());
+    const double seconds = contender.runs.front().cpu_seconds;
+    while (at_radius.cpu_seconds() < seconds / 2 || difference.iterations() < 4) {
+      if (is_interrupted(request) || !at_radius.advance(executor) || !at_twice.advance(executor)) return;
+      for (std::size_t p = 0; p < frame.size(); ++p) frame[p] = at_twice.frame()[p] - at_radius.frame()[p];
+      difference.add_iteration(frame);
+    }
+    contender.bias = merging_bias(difference, at_radius.film(), ratio);
+  }
+}
+
+void write_logs(const ComparisonRequest& request, const SceneRecord& scene) {
+  for (const ContenderRecord& contender : scene.contenders)
+    for (const RunRecord& run : contender.runs) {
+      std::string text = convergence_csv_header() + "\n";
+      for (const ConvergencePoint& point : run.points) text += convergence_csv_row(point) + "\n";
+      write_whole(text, request.folder / (scene.name + "_" + file_name_of(contender.name) + "_seed" +
+                                          std::to_string(run.seed) + ".csv"));
+    }
+}
+
+std::string limits_of(const ComparisonRequest& request) {
+  std::string text;
+  if (request.cpu_seconds) text = three_digits(*request.cpu_seconds) + " processor seconds";
+  if (request.error) text += (text.empty() ? "" : " or ") + ("an error of " + percentage(*request.error));
+  return text + " for every integrator and seed, " + std::to_string(request.seeds) +
+         (request.seeds == 1 ? " seed" : " seeds");
+}
+
+}  // namespace
+
+ComparisonRequest::Contender contender_of(const std::string& name) {
+  const std::size_t slash = name.find('/');
+  const IntegratorChoice integrator = integrator_of(name.substr(0, slash));
+  if (slash == std::string::npos) return {integrator, SplitChoice::budgeted, name_of(integrator)};
+  if (integrator != IntegratorChoice::gmis) throw InputError(in_quotes(name) + ": only gmis splits");
+  return {integrator, split_of(name.substr(slash + 1)), name};
+}
+
+Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor) {
+  Comparison comparison;
+  comparison.limits = limits_of(request);
+  comparison.settings = "paths of at most " + std::to_string(request.settings.max_depth) +
+                        " segments, merging radius " + three_digits(request.settings.radius) +
+                        " of half the scene's diagonal";
+  comparison.machine = std::to_string(executor.thread_count()) + " threads on " +
+                       std::to_string(std::max(1U, std::thread::hardware_concurrency())) + " processors";
+  comparison.version = GMIS_VERSION;
+  comparison.seeds = request.seeds;
+  executor.stop_when(request.interrupted);
+  for (const std::string& name : request.scenes) {
+    const LoadedScene loaded = load_scene(find_scene(name), request.size);
+    const BuiltScene& scene = *loaded.built;
+    SceneRecord record;
+    record.name = file_name_of(name);
+    record.summary = scene.summary();
+    std::optional<Reference> reference;
+    if (request.reference.empty()) {
+      reference = make_reference(request, scene, record.name, executor);
+    } else {
+      RenderRequest any;
+      reference = Reference{read_reference(request.reference, any, scene.scene().camera().resolution()),
+                            request.reference.filename().string(),
+                            {}};
+    }
+    if (!reference) {
+      comparison.is_whole = false;
+      break;
+    }
+    record.reference = std::move(reference->image);
+    record.reference_origin = reference->origin;
+    record.reference_error = reference->error;
+    for (const auto& contender : request.contenders) {
+      record.contenders.emplace_back();
+      record.contenders.back().name = contender.name;
+      record.contenders.back().is_merging = merges(contender.integrator);
+    }
+    for (std::uint32_t seed = 0; seed < request.seeds && comparison.is_whole; ++seed) {
+      request.say(record.name + ": seed " + std::to_string(seed + 1) + " of " + std::to_string(request.seeds));
+      comparison.is_whole = run_seed(request, scene, record, request.settings.seed + seed, executor);
+    }
+    if (comparison.is_whole) {
+      request.say(record.name + ": merging's bias from two radii");
+      measure_bias(request, scene, record, executor);
+      comparison.is_whole = !is_interrupted(request);
+    }
+    write_logs(request, record);
+    comparison.scenes.push_back(std::move(record));
+    if (request.on_scene) request.on_scene(comparison);
+    if (!comparison.is_whole) break;
+  }
+  executor.stop_when(nullptr);
+  return comparison;
+}
+
+}  // namespace gmis::tools

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "support/executor.hpp"
+#include "support/report/records.hpp"
+#include "support/session.hpp"
+
+namespace gmis::tools {
+
+/// What is to be compared, and how far.
+struct ComparisonRequest {
+  struct Contender {
+    IntegratorChoice integrator;
+    SplitChoice split;
+    std::string name;
+  };
+  std::vector<std::string> scenes;
+  std::vector<Contender> contenders;
+  std::optional<std::array<int, 2>> size;
+  Options settings;                   ///< depth, radius and the like; its integrator, size and limits are not used
+  std::optional<double> cpu_seconds;  ///< per integrator and seed
+  std::optional<double> error;        ///< against the reference
+  std::uint32_t seeds = 3;
+  std::filesystem::path reference;  ///< empty: one is made for each scene
+  double reference_seconds = 0;     ///< processor time for making one
+  IntegratorChoice reference_integrator = IntegratorChoice::bpt;
+  std::filesystem::path folder;  ///< for references, logs and whatever else is written
+  const std::atomic<bool>* interrupted = nullptr;
+  std::function<void(const std::string&)> say;      ///< one line about what is being done
+  std::function<void(const Comparison&)> on_scene;  ///< whenever there is more to show
+};
+
+/// "vcm", "gmis" or, with a way to split, "gmis/paper". Throws `InputError`.
+[[nodiscard]] ComparisonRequest::Contender contender_of(const std::string& name);
+
+/// Runs the integrators on every scene, seed after seed: after each iteration the turn goes to the one that has had the least
+/// processor time. Ends early when interrupted; what there is then is valid.
+[[nodiscard]] Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor);
+
+}  // namespace gmis::tools

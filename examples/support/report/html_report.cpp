@@ -1,0 +1,172 @@
+#include "support/report/html_report.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "support/diagnostics.hpp"
+#include "support/image/formats.hpp"
+#include "support/report/false_colour.hpp"
+#include "support/report/page.hpp"
+#include "support/report/plot.hpp"
+#include "support/report/tables.hpp"
+
+namespace gmis::tools {
+
+namespace {
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '<')
+      result += "&lt;";
+    else if (c == '>')
+      result += "&gt;";
+    else if (c == '&')
+      result += "&amp;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += c;
+  }
+  return result;
+}
+
+std::string base64_of(const std::vector<std::uint8_t>& bytes) {
+  constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < count ? bytes[i + k] : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+/// "not reached (≈ 90 s)" in two lines: what is in brackets goes below.
+std::string cell_of(const std::string& text) {
+  const std::size_t bracket = text.find(" (");
+  const bool is_miss = text.starts_with("not reached");
+  std::string cell = is_miss ? "<td class=\"miss\">" : "<td>";
+  cell += escaped(text.substr(0, bracket));
+  if (bracket != std::string::npos) {
+    std::string below = text.substr(bracket + 2, text.size() - bracket - 3);
+    cell += "<small>" + escaped(below) + (is_miss ? " by the fit" : "") + "</small>";
+  }
+  return cell + "</td>";
+}
+
+void add_table(std::ostream& html, const SceneRecord& scene) {
+  const Table table = table_of(scene);
+  html << "<div class=\"table\"><table><thead><tr>";
+  for (const std::string& heading : table.headings) html << "<th>" << escaped(heading) << "</th>";
+  html << "</tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    html << "<tr><td><i class=\"key\" style=\"background:var(--series-" << i + 1 << ")\"></i>"
+         << escaped(table.rows[i][0]) << "</td>";
+    for (std::size_t column = 1; column < table.rows[i].size(); ++column) html << cell_of(table.rows[i][column]);
+    html << "</tr>\n";
+  }
+  html << "</tbody></table></div>\n";
+}
+
+void add_viewer(std::ostream& html, const SceneRecord& scene) {
+  nlohmann::json images = nlohmann::json::array();
+  std::string choices;
+  const float exposure = exposure_of(scene.reference);
+  const auto add = [&](const std::string& name, const Image& image, bool is_reference) {
+    if (image.rgb.size() != scene.reference.rgb.size()) return;
+    choices += "<option value=\"" + std::to_string(images.size()) + "\">" + escaped(name) + "</option>";
+    images.push_back({{"name", name}, {"image", base64_of(png_of(image, exposure))}});
+    if (!is_reference) images.back()["map"] = base64_of(png_of(error_map(image, scene.reference)));
+  };
+  for (const ContenderRecord& contender : scene.contenders) add(contender.name, contender.image, false);
+  add("reference", scene.reference, true);
+  if (images.size() < 2) return;
+  // The second of the choices stands at the right: two integrators side by side.
+  std::string right = choices;
+  right.replace(right.find("value=\"1\""), 9, "value=\"1\" selected");
+  html
+      << "<div data-viewer><div class=\"bar\"><label>left <select data-left>" << choices
+      << "</select></label><label>right <select data-right>" << right
+      << "</select></label><span><button data-pictures>pictures</button> <button data-maps>error maps</button></span>"
+         "<span><button data-out aria-label=\"smaller\">−</button> <span data-zoom>1×</span> "
+         "<button data-in aria-label=\"larger\">+</button></span></div>\n"
+      << "<div class=\"viewer\" data-view style=\"aspect-ratio:" << scene.reference.width << "/"
+      << scene.reference.height
+      << "\"><img data-back alt=\"\"><div class=\"clip\" data-clip><img data-front alt=\"\"></div>"
+         "<div class=\"line\" data-line></div><b class=\"l\" data-leftname></b><b class=\"r\" data-rightname></b></div>"
+         "<input type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" data-slider aria-label=\"left or right picture\">\n"
+         "<div class=\"scale\" data-scale hidden><span>1 % and less</span><span></span><span>100 % and "
+         "more</span></div>"
+      << "<script type=\"application/json\">" << nlohmann::json{{"images", images}}.dump() << "</script></div>\n";
+}
+
+void add_scene(std::ostream& html, const SceneRecord& scene, const std::filesystem::path& folder, bool has_plots) {
+  html << "<section id=\"" << escaped(scene.name) << "\"><h2>" << escaped(scene.name) << "</h2><p class=\"soft\">"
+       << escaped(scene.summary) << "; " << scene.reference.width << "×" << scene.reference.height
+       << " pixels. Reference: " << escaped(scene.reference_origin) << ".</p>\n";
+  add_table(html, scene);
+  if (has_plots) html << "<div class=\"plot\">" << error_plot_svg(scene, folder) << "</div>\n";
+  if (has_png()) add_viewer(html, scene);
+  html << "</section>\n";
+}
+
+constexpr const char* explanations = R"html(
+<section><h2>How to read this</h2><dl>
+<dt>Error</dt><dd>The square root of relMSE, the mean over pixels and channels of (x − ref)² / (ref² + 0.01): noise, merging's bias and
+what a method misses altogether. The noise of the reference itself is in it too; it is told with each scene.</dd>
+<dt>Seconds to reach an error</dt><dd>Processor seconds until the curve is below it for good: the geometric mean over the seeds, if every seed
+came so far. “Not reached” is followed by what the power law fitted to the run says, for what an extrapolation is worth.</dd>
+<dt>Curves</dt><dd>The line is the geometric mean over the seeds, the band goes from the lowest seed to the highest. Independent iterations of
+equal variance fall with slope −½.</dd>
+<dt>Efficiency</dt><dd>1 / (error² × processor seconds) at the end, relative to vcm with the same seed: 2 means as good in half the time. In
+brackets the 95 % interval from the spread between seeds.</dd>
+<dt>Merging bias</dt><dd>The relative error that would be left without any noise, estimated from two radii apart from the error itself; “below” where
+noise hides it.</dd>
+<dt>Fairness</dt><dd>One process; after every iteration the turn goes to the integrator that has had the least processor time, so that whatever
+else the machine does meets all alike. Looking at the errors is not counted.</dd></dl></section>
+)html";
+
+}  // namespace
+
+std::string html_of(const Comparison& comparison, const std::filesystem::path& folder) {
+  std::ostringstream html;
+  html << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Accuracy and time</title>"
+          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><style>"
+       << page::style << "</style></head><body><main>\n<h1>What accuracy costs in time</h1>\n<p class=\"soft\">"
+       << escaped(comparison.limits) << "; " << escaped(comparison.settings) << "; " << escaped(comparison.machine)
+       << "; gmis " << escaped(comparison.version) << ".</p>\n";
+  if (!comparison.is_whole)
+    html << "<p class=\"warn\">This comparison was interrupted: what is here is valid, but not all runs are "
+            "whole.</p>\n";
+  const bool has_plots = has_gnuplot();
+  if (!has_plots) html << "<p class=\"warn\">gnuplot is not on this machine: there are no curves.</p>\n";
+  if (!has_png()) html << "<p class=\"warn\">This program was built without libpng: there are no images.</p>\n";
+  if (comparison.scenes.size() > 1) {
+    html << "<nav>";
+    for (const SceneRecord& scene : comparison.scenes)
+      html << "<a href=\"#" << escaped(scene.name) << "\">" << escaped(scene.name) << "</a>";
+    html << "</nav>\n";
+  }
+  for (const SceneRecord& scene : comparison.scenes) add_scene(html, scene, folder, has_plots);
+  html << explanations << "</main><script>" << page::script << "</script></body></html>\n";
+  return html.str();
+}
+
+void write_whole(const std::string& text, const std::filesystem::path& file) {
+  std::filesystem::path part = file;
+  part += ".part";
+  {
+    std::ofstream stream(part, std::ios::binary);
+    stream << text << std::flush;
+    if (!stream) throw OutputError(part.string() + ": this file cannot be written");
+  }
+  std::filesystem::rename(part, file);
+}
+
+}  // namespace gmis::tools

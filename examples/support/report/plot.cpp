@@ -1,0 +1,114 @@
+#include "support/report/plot.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+namespace gmis::tools {
+
+namespace {
+
+// Colours that gnuplot is given to be found again in what it writes.
+constexpr const char* axis_colour = "#0A0B0C";
+
+std::string series_colour(std::size_t index) {
+  char buffer[16];
+  std::snprintf(buffer, sizeof buffer, "#0A0C%02X", static_cast<unsigned>(index + 1));
+  return buffer;
+}
+
+void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+}
+
+/// As gnuplot's SVG spells a colour: rgb( 10,  11,  12).
+std::string as_svg(const std::string& colour) {
+  const auto part = [&](std::size_t at) { return std::stoi(colour.substr(at, 2), nullptr, 16); };
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "rgb(%3d, %3d, %3d)", part(1), part(3), part(5));
+  return buffer;
+}
+
+/// gnuplot's data blocks, one per integrator.
+std::string data_of(const SceneRecord& scene) {
+  std::ostringstream text;
+  for (std::size_t i = 0; i < scene.contenders.size(); ++i) {
+    text << "$d" << i << " << END\n";
+    for (const BandPoint& point : band_of(scene.contenders[i].courses(), 64))
+      text << point.seconds << ' ' << 100 * point.lowest << ' ' << 100 * point.mean << ' ' << 100 * point.highest
+           << '\n';
+    text << "END\n";
+  }
+  return text.str();
+}
+
+std::string script_of(const SceneRecord& scene, const std::filesystem::path& output) {
+  std::ostringstream text;
+  text << data_of(scene);
+  text << "set terminal svg size 720,430 dynamic font 'sans-serif,15' linewidth 1.2\nset output '" << output.string()
+       << "'\nset logscale xy\nset border 3 lc rgb '" << axis_colour << "'\nset tics nomirror textcolor rgb '"
+       << axis_colour << "'\nset format x '%g'\nset format y '%g %%'\nset ytics add (";
+  const char* separator = "";
+  for (double decade = 0.01; decade < 2000; decade *= 10)
+    for (const int step : {1, 2, 5}) {
+      text << separator << step * decade;
+      separator = ", ";
+    }
+  text << ")\nset xlabel 'processor seconds' textcolor rgb '" << axis_colour
+       << "'\nset ylabel 'relative error' textcolor rgb '" << axis_colour << "'\nset grid x y lc rgb '" << axis_colour
+       << "' lw 0.4 dt 3\nset key top right textcolor rgb '" << axis_colour << "' samplen 2\nset samples 2\nplot ";
+  separator = "";
+  for (std::size_t i = 0; i < scene.contenders.size(); ++i) {
+    if (band_of(scene.contenders[i].courses(), 2).empty()) continue;
+    text << separator;
+    if (scene.contenders[i].runs.size() > 1)
+      text << "$d" << i << " using 1:2:4 with filledcurves fs transparent solid 0.18 noborder lc rgb '"
+           << series_colour(i) << "' notitle, ";
+    text << "$d" << i << " using 1:3 with lines lw 2 lc rgb '" << series_colour(i) << "' title '"
+         << scene.contenders[i].name << "'";
+    separator = ", ";
+  }
+  text << "\n";
+  return text.str();
+}
+
+}  // namespace
+
+bool has_gnuplot() {
+  return std::system("gnuplot --version >/dev/null 2>&1") == 0;
+}
+
+std::string error_plot_svg(const SceneRecord& scene, const std::filesystem::path& folder) {
+  bool has_curves = false;
+  for (const ContenderRecord& contender : scene.contenders)
+    has_curves = has_curves || !band_of(contender.courses(), 2).empty();
+  if (!has_curves) return {};
+  const auto script = folder / "plot.gnuplot.tmp", output = folder / "plot.svg.tmp";
+  std::ofstream(script) << script_of(scene, output);
+  const int status = std::system(("gnuplot '" + script.string() + "' >/dev/null 2>&1 </dev/null").c_str());
+  std::string svg;
+  {
+    std::ifstream stream(output, std::ios::binary);
+    svg.assign(std::istreambuf_iterator<char>(stream), {});
+  }
+  std::error_code ignored;
+  std::filesystem::remove(script, ignored);
+  std::filesystem::remove(output, ignored);
+  const std::size_t begin = svg.find("<svg");
+  if (status != 0 || begin == std::string::npos) return {};
+  svg.erase(0, begin);
+  replace_all(svg, as_svg(axis_colour), "var(--axis)");
+  for (std::size_t i = 0; i < scene.contenders.size(); ++i)
+    replace_all(svg, as_svg(series_colour(i)), "var(--series-" + std::to_string(i + 1) + ")");
+  // Several of these stand in one page: what they refer to inside themselves must be their own.
+  replace_all(svg, "id=\"", "id=\"" + scene.name + "_");
+  replace_all(svg, "url(#", "url(#" + scene.name + "_");
+  replace_all(svg, "href='#", "href='#" + scene.name + "_");
+  replace_all(svg, "id='", "id='" + scene.name + "_");
+  return svg;
+}
+
+}  // namespace gmis::tools

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gmis/result/convergence_log.hpp"
+#include "gmis/result/merging_bias.hpp"
+#include "support/image/image.hpp"
+#include "support/report/figures.hpp"
+
+/// \file
+/// What a comparison of integrators has measured.
+
+namespace gmis::tools {
+
+/// One integrator with one seed.
+struct RunRecord {
+  std::uint64_t seed = 0;
+  std::uint64_t iterations = 0;
+  double cpu_seconds = 0;
+  double wall_seconds = 0;
+  std::vector<ConvergencePoint> points;
+};
+
+/// One integrator on one scene, with all seeds.
+struct ContenderRecord {
+  std::string name;
+  bool is_merging = false;
+  std::vector<RunRecord> runs;
+  Image image;  ///< of the first seed, at the end
+  std::optional<MergingBias> bias;
+
+  /// Error against the reference over processor seconds.
+  [[nodiscard]] Courses courses() const {
+    Courses all;
+    for (const RunRecord& run : runs) {
+      all.emplace_back();
+      for (const ConvergencePoint& point : run.points)
+        if (point.reference_error) all.back().push_back({point.cpu_seconds, *point.reference_error});
+    }
+    return all;
+  }
+};
+
+struct SceneRecord {
+  std::string name;
+  std::string summary;
+  Image reference;
+  std::string reference_origin;           ///< where the reference is from, in words
+  std::optional<double> reference_error;  ///< its own relative error, estimated, where it was made here
+  std::vector<ContenderRecord> contenders;
+};
+
+struct Comparison {
+  std::string limits;    ///< how long or how far every run went, in words
+  std::string settings;  ///< depth, radius and the like, in words
+  std::string machine;
+  std::string version;
+  std::size_t seeds = 0;
+  bool is_whole = true;  ///< false when it was interrupted
+  std::vector<SceneRecord> scenes;
+
+  static constexpr double targets[] = {0.05, 0.02, 0.01};
+  static constexpr const char* baseline = "vcm";
+};
+
+/// The integrator that efficiencies are relative to; null when it does not take part.
+[[nodiscard]] inline const ContenderRecord* baseline_of(const SceneRecord& scene) {
+  for (const ContenderRecord& contender : scene.contenders)
+    if (contender.name == Comparison::baseline) return &contender;
+  return nullptr;
+}
+
+}  // namespace gmis::tools

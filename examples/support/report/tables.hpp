@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "support/report/records.hpp"
+
+namespace gmis::tools {
+
+/// One row per integrator, as text: what the report, the terminal and the documents show.
+struct Table {
+  std::vector<std::string> headings;
+  std::vector<std::vector<std::string>> rows;
+};
+
+/// Integrator, iterations, error at the end, seconds to reach each target ("not reached" where a seed missed it), efficiency
+/// relative to the baseline with its interval, slope, merging's bias.
+[[nodiscard]] Table table_of(const SceneRecord& scene);
+
+/// The tables of all scenes, as Markdown.
+[[nodiscard]] std::string markdown_of(const Comparison& comparison);
+/// Of one scene, for a terminal.
+[[nodiscard]] std::string text_of(const Table& table);
+
+/// Three significant digits without an exponent: 1234, 12.3, 0.0123.
+[[nodiscard]] std::string three_digits(double value);
+/// As a percentage.
+[[nodiscard]] std::string percentage(double value);
+
+}  // namespace gmis::tools
