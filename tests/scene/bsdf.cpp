@@ -253,6 +253,29 @@ TEST_CASE("a smooth coat is a delta lobe over a lobe that is none", "[bsdf][delt
   CHECK(SurfaceBsdf<T>(bare, axis, axis).is_purely_delta());
 }
 
+TEST_CASE("what the base under a coat gives back does not depend on the coat's roughness", "[bsdf]") {
+  using T = double;
+  Philox source(44);
+  const Vec3<T> reflectance(0.8, 0.5, 0.2);
+  const auto rough = make_coated_diffuse<T>(reflectance, 1.5, 0.3), bare = make_coated_diffuse<T>({0, 0, 0}, 1.5, 0.3);
+  const double from_outside = fresnel_diffuse_reflectance(1.5), from_inside = 1 - (1 - from_outside) / 2.25;
+  for (int i = 0; i < 100; ++i) {
+    const Vec2<T> first(uniform<T>(source), uniform<T>(source)), second(uniform<T>(source), uniform<T>(source));
+    const auto frame = Frame<T>::around(axis);
+    const Vec3<T> prev = frame.to_world(square_to_cosine_hemisphere(first));
+    const Vec3<T> next = frame.to_world(square_to_cosine_hemisphere(second));
+    const auto f = [&](const Material<T>& material) {
+      return SurfaceBsdf<T>(material, axis, axis).evaluate(prev, next, TransportMode::radiance).value;
+    };
+    // In, and out, and any number of times to and fro in between: a geometric series.
+    const double in = 1 - fresnel_dielectric(glm::dot(prev, axis), 1.5).reflectance;
+    const double out = 1 - fresnel_dielectric(glm::dot(next, axis), 1.5).reflectance;
+    for (int c = 0; c < 3; ++c)
+      CHECK(f(rough)[c] - f(bare)[c] ==
+            Approx(in * out / 2.25 * reflectance[c] / pi<T> / (1 - reflectance[c] * from_inside)).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("a black surface scatters nothing", "[bsdf]") {
   const auto black = make_diffuse<float>({0, 0, 0});
   const Vec3<float> normal(axis);
