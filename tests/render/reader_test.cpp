@@ -385,8 +385,8 @@ TEST_CASE("Lights") {
     CHECK(powered.intensity.x == Approx(10 / std::acos(-1.0)));
   }
   SECTION("an image of the sky") {
-    const fs::path folder = fs::temp_directory_path() / "gmis_reader_test_sky";
-    fs::create_directories(folder);
+    const ScratchFolder scratch;
+    const fs::path& folder = scratch.path;
     Image image(2, 2);
     for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<float>(i) - 1;
     write_image(image, folder / "square.pfm");
@@ -415,7 +415,6 @@ TEST_CASE("Lights") {
     }
     CHECK(message.find("t.pbrt:1: ") == 0);
     CHECK(message.find("5 by 3") != std::string::npos);
-    fs::remove_all(folder);
   }
   SECTION("infinite") {
     CHECK(
@@ -485,7 +484,8 @@ TEST_CASE("The reference scenes and the example scenes are read without a warnin
       CAPTURE(entry.path().string());
       Diagnostics diagnostics;
       const SceneDescription scene = read_pbrt_scene(entry.path(), diagnostics);
-      CHECK(diagnostics.all().empty());
+      for (const Diagnostic& diagnostic : diagnostics.all())
+        CHECK(diagnostic.to_string().find("warning") == std::string::npos);
       CHECK(scene.shapes.size() >= 6);
       ++scenes;
     }

@@ -148,4 +148,42 @@ TEST_CASE("the size of a scene", "[builder]") {
   CHECK(statistics.bounding_radius < std::sqrt(14.0) * 1.0001);
 }
 
+TEST_CASE("from within glass the sky is brighter by the square of the index", "[builder][glass]") {
+  // Radiance over index² is the same all along a path that only reflects and refracts; flux does not change.
+  for (const double index : {1.5, 1 / 1.3}) {
+    SceneBuilder<double> builder;
+    const auto glass = builder.add_material(make_dielectric<double>(index));
+    const auto core = builder.add_material(make_dielectric<double>(1.2));
+    builder.add_sphere({0, 0, 0}, 1, glass);
+    builder.add_sphere({0.4, 0, 0}, 0.3, core);
+    builder.set_camera(camera_at({-0.5, 0.1, 0}));
+    const auto scene = builder.build();
+    Philox source(26);
+    for (const TransportMode mode : {TransportMode::radiance, TransportMode::importance}) {
+      int escaped = 0;
+      double worst = 0;
+      for (int i = 0; i < 300; ++i) {
+        Ray<double> ray{{0, 0, 0}, random_direction<double>(source)};
+        double weight = 1;
+        for (int bounce = 0; bounce < 1000; ++bounce) {
+          const auto hit = scene.intersect(ray);
+          if (!hit) {
+            const double expected = mode == TransportMode::radiance ? index * index : 1;
+            worst = std::max(worst, std::abs(weight / expected - 1));
+            ++escaped;
+            break;
+          }
+          const double u = uniform<double>(source);
+          const auto sample = hit->bsdf.sample(-ray.direction, u, {0.5, 0.5}, mode);
+          REQUIRE(sample);
+          weight *= sample->weight.x;
+          ray = leave(hit->point, sample->to_next);
+        }
+      }
+      CHECK(escaped > 100);
+      CHECK(worst < 1e-9);
+    }
+  }
+}
+
 }  // namespace
