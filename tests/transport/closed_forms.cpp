@@ -10,8 +10,8 @@
 
 // Scenes whose answer is known in closed form (or by an integral of one or two variables), against what each technique finds
 // by itself, with the weight 1, and what all find together. Paths are told apart by their number of edges.
-// Some 80 comparisons; a false alarm in less than a thousandth of the runs. Standard errors are 0.1 to 0.4 %, so that 2 %
-// shows in each of them nearly always and 1 % in most.
+// Some 95 comparisons, all of them pass in at least 999 of 1000 seeds. Standard errors are 0.05 to 0.2 % but in a few, so that
+// an error of 1 % shows.
 
 namespace {
 
@@ -118,7 +118,7 @@ void check_direct(const Builder& builder, const std::function<double(double, dou
   const Irradiance all(irradiance);
   const double radiance = albedo / pi * all.mean;
   const double bias = std::abs(all.merged / all.mean - 1.0);
-  const double power = 0.0035;
+  const double power = 0.003;
   if (can_be_hit) check_closed_form("emitter hit", estimates.alone(Technique::emitter_hit, 2), radiance, power);
   check_closed_form("next event", estimates.alone(Technique::next_event, 2), radiance, power);
   check_closed_form("splat", estimates.alone(Technique::splat, 2), radiance, power);
@@ -258,9 +258,9 @@ TEST_CASE("mirrors that face each other") {
     for (const int reflections : {2, 3}) {
       CAPTURE(reflections);
       const double truth = radiance * std::pow(reflectance, reflections);
-      check_closed_form("splat", estimates.alone(Technique::splat, reflections + 2), truth, 0.004);
-      check_closed_form("merge", estimates.alone(Technique::merge, reflections + 2), truth, 0.006);
-      check_closed_form("together", estimates.together(reflections + 2), truth, 0.004);
+      check_closed_form("splat", estimates.alone(Technique::splat, reflections + 2), truth, 0.0025);
+      check_closed_form("merge", estimates.alone(Technique::merge, reflections + 2), truth, 0.003);
+      check_closed_form("together", estimates.together(reflections + 2), truth, 0.0025);
     }
   }
 }
@@ -293,9 +293,9 @@ TEST_CASE("a slab of glass lets through what the interfaces say, in both directi
     const double cosine = 1.0 / std::hypot(0.5, 1.0), reflected = fresnel(cosine, index);
     const double radiance = albedo / pi * 2.0 * cosine * gmis::square(1.0 - reflected);
     const auto estimates = estimate(builder.build(), settings(4, 6.0, 0.1), 700);
-    check_closed_form("splat", estimates.alone(Technique::splat, 4), radiance, 0.0035);
-    check_closed_form("merge", estimates.alone(Technique::merge, 4), radiance, 0.0035);
-    check_closed_form("together", estimates.together(4), radiance, 0.0035);
+    check_closed_form("splat", estimates.alone(Technique::splat, 4), radiance, 0.0025);
+    check_closed_form("merge", estimates.alone(Technique::merge, 4), radiance, 0.0025);
+    check_closed_form("together", estimates.together(4), radiance, 0.0025);
   }
   SECTION("a lit floor seen through it: what enters the glass is undone where it leaves") {
     add_floor(builder, albedo, 1.0);
@@ -309,8 +309,8 @@ TEST_CASE("a slab of glass lets through what the interfaces say, in both directi
     const double merged = seen * 2.0 / gmis::square(disk) * (1.0 - height / std::hypot(height, disk));
     const auto estimates = estimate(builder.build(), settings(4, 16.0, disk), 2500);
     check_closed_form("next event", estimates.alone(Technique::next_event, 4), direct, 0.003);
-    check_closed_form("merge", estimates.alone(Technique::merge, 4), merged, 0.007);
-    check_closed_form("together", estimates.together(4), direct, 0.005, 1.0 - merged / direct);
+    check_closed_form("merge", estimates.alone(Technique::merge, 4), merged, 0.002);
+    check_closed_form("together", estimates.together(4), direct, 0.002, 1.0 - merged / direct);
   }
 }
 
@@ -348,8 +348,8 @@ TEST_CASE("inside glass radiance is n² times what it is outside, found from the
     const double radiance = albedo / pi * irradiance;
     const auto estimates = estimate(builder.build(), settings(3, 10.0, 0.04), 600);
     check_closed_form("emitter hit", estimates.alone(Technique::emitter_hit, 3), radiance, 0.002);
-    check_closed_form("splat", estimates.alone(Technique::splat, 3), radiance, 0.0035);
-    check_closed_form("merge", estimates.alone(Technique::merge, 3), radiance, 0.0035);
+    check_closed_form("splat", estimates.alone(Technique::splat, 3), radiance, 0.0025);
+    check_closed_form("merge", estimates.alone(Technique::merge, 3), radiance, 0.0025);
     check_closed_form("together", estimates.together(3), radiance, 0.0025);
   }
 }
@@ -379,9 +379,9 @@ TEST_CASE("a ball of glass in the sun throws on the floor what it lets through")
   const double radiance = small_albedo / pi * power / gmis::square(2 * half);
   const auto estimates = estimate(builder.build(), settings(4, 8.0, 0.1), 800);
   // By way of the floor and the ball again come some 2e-4 more.
-  check_closed_form("splat", estimates.alone(Technique::splat, 4), radiance, 0.0035, 4e-4);
-  check_closed_form("merge", estimates.alone(Technique::merge, 4), radiance, 0.0055, 6e-4);
-  check_closed_form("together", estimates.together(4), radiance, 0.004, 6e-4);
+  check_closed_form("splat", estimates.alone(Technique::splat, 4), radiance, 0.002, 4e-4);
+  check_closed_form("merge", estimates.alone(Technique::merge, 4), radiance, 0.005, 6e-4);
+  check_closed_form("together", estimates.together(4), radiance, 0.0025, 6e-4);
 }
 
 TEST_CASE("a coarse ball with a smooth look is the same seen from the camera and from the light") {
@@ -401,13 +401,13 @@ TEST_CASE("a coarse ball with a smooth look is the same seen from the camera and
   }
   const auto estimates = estimate(builder.build(), settings(2, 2.0), 3200);
   const auto& reference = estimates.alone(Technique::next_event, 2);
-  CHECK(reference.standard_error() < 0.003 * reference.mean());
+  CHECK(reference.standard_error() < 0.004 * reference.mean());
   const auto agree = [&](const char* what, const gmis_test::Series& series, double bias) {
     const double error = std::hypot(series.standard_error(), reference.standard_error());
     const double off = std::max(0.0, std::abs(series.mean() - reference.mean()) - bias * reference.mean());
     CAPTURE(what, series.mean(), reference.mean(), series.mean() / reference.mean() - 1.0, error / reference.mean());
     CHECK(gmis::z_test(off, error, 0.0).passes(gmis_test::single_level));
-    CHECK(error < 0.004 * reference.mean());
+    CHECK(error < 0.005 * reference.mean());
   };
   if (can_be_hit) agree("emitter hit", estimates.alone(Technique::emitter_hit, 2), 0.0);
   agree("splat", estimates.alone(Technique::splat, 2), 0.0);

@@ -7,6 +7,7 @@
 #include "gmis/core/statistics.hpp"
 #include "gmis/transport/integrators.hpp"
 #include "support/catch.hpp"
+#include "transport/shifted_lattice.hpp"
 
 namespace gmis_test {
 
@@ -73,9 +74,9 @@ class TechniqueEstimates {
   Series image_;
 };
 
-template <class Integrator, class Scene>
+template <class Integrator, class Source = ShiftedLattice, class Scene>
 [[nodiscard]] TechniqueEstimates estimate(const Scene& scene, const gmis::RenderSettings& settings, int iterations) {
-  gmis::Engine<Scene, Integrator, true> engine(scene, settings);
+  gmis::Engine<Scene, Integrator, true, Source> engine(scene, settings);
   gmis::SerialExecutor executor;
   TechniqueEstimates estimates;
   for (int i = 0; i < iterations; ++i) {
