@@ -115,6 +115,11 @@ TEST_CASE("The table says what was measured, and where a target was not reached"
   CHECK(table.rows[1] == vcm);
   scene.contenders[1].bias = gmis::MergingBias{0.001, 0.001};
   CHECK(table_of(scene).rows[1].back() == "below 0.200 %");
+  CHECK(reference_warning(scene).empty());
+  scene.reference_error = 0.008;  // less than a third of vcm's 2.5 %
+  CHECK(reference_warning(scene).empty());
+  scene.reference_error = 0.01;
+  CHECK(reference_warning(scene).find("not small") != std::string::npos);
 
   Comparison comparison;
   comparison.scenes = {scene};
@@ -128,7 +133,7 @@ TEST_CASE("The table says what was measured, and where a target was not reached"
 
 TEST_CASE("Three digits") {
   CHECK(three_digits(0) == "0");
-  CHECK(three_digits(1234.5) == "1234");
+  CHECK(three_digits(1234.5) == "1230");
   CHECK(three_digits(12.345) == "12.3");
   CHECK(three_digits(0.0012345) == "0.00123");
   CHECK(percentage(0.05) == "5.00 %");

@@ -48,16 +48,16 @@ std::string base64_of(const std::vector<std::uint8_t>& bytes) {
 }
 
 /// "not reached (≈ 90 s)" in two lines: what is in brackets goes below.
-std::string cell_of(const std::string& text) {
+std::string cell_of(const std::string& text, const std::string& heading) {
   const std::size_t bracket = text.find(" (");
   const bool is_miss = text.starts_with("not reached");
-  std::string cell = is_miss ? "<td class=\"miss\">" : "<td>";
+  std::string cell = "<td data-name=\"" + escaped(heading) + (is_miss ? "\" class=\"miss\"><span>" : "\"><span>");
   cell += escaped(text.substr(0, bracket));
   if (bracket != std::string::npos) {
     std::string below = text.substr(bracket + 2, text.size() - bracket - 3);
     cell += "<small>" + escaped(below) + (is_miss ? " by the fit" : "") + "</small>";
   }
-  return cell + "</td>";
+  return cell + "</span></td>";
 }
 
 void add_table(std::ostream& html, const SceneRecord& scene) {
@@ -68,7 +68,8 @@ void add_table(std::ostream& html, const SceneRecord& scene) {
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     html << "<tr><td><i class=\"key\" style=\"background:var(--series-" << i + 1 << ")\"></i>"
          << escaped(table.rows[i][0]) << "</td>";
-    for (std::size_t column = 1; column < table.rows[i].size(); ++column) html << cell_of(table.rows[i][column]);
+    for (std::size_t column = 1; column < table.rows[i].size(); ++column)
+      html << cell_of(table.rows[i][column], table.headings[column]);
     html << "</tr>\n";
   }
   html << "</tbody></table></div>\n";
@@ -87,12 +88,17 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
   for (const ContenderRecord& contender : scene.contenders) add(contender.name, contender.image, false);
   add("reference", scene.reference, true);
   if (images.size() < 2) return;
-  // The second of the choices stands at the right: two integrators side by side.
-  std::string right = choices;
-  right.replace(right.find("value=\"1\""), 9, "value=\"1\" selected");
+  // At first the baseline beside the last integrator.
+  const auto selecting = [&](std::size_t index) {
+    std::string text = choices;
+    const std::string value = "value=\"" + std::to_string(index) + "\"";
+    return text.replace(text.find(value), value.size(), value + " selected");
+  };
+  const ContenderRecord* baseline = baseline_of(scene);
+  const std::size_t left = baseline != nullptr ? static_cast<std::size_t>(baseline - scene.contenders.data()) : 0;
   html
-      << "<div data-viewer><div class=\"bar\"><label>left <select data-left>" << choices
-      << "</select></label><label>right <select data-right>" << right
+      << "<div data-viewer><div class=\"bar\"><label>left <select data-left>" << selecting(left)
+      << "</select></label><label>right <select data-right>" << selecting(images.size() > 2 ? images.size() - 2 : 1)
       << "</select></label><span><button data-pictures>pictures</button> <button data-maps>error maps</button></span>"
          "<span><button data-out aria-label=\"smaller\">−</button> <span data-zoom>1×</span> "
          "<button data-in aria-label=\"larger\">+</button></span></div>\n"
@@ -109,7 +115,7 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
 void add_scene(std::ostream& html, const SceneRecord& scene, const std::filesystem::path& folder, bool has_plots) {
   html << "<section id=\"" << escaped(scene.name) << "\"><h2>" << escaped(scene.name) << "</h2><p class=\"soft\">"
        << escaped(scene.summary) << "; " << scene.reference.width << "×" << scene.reference.height
-       << " pixels. Reference: " << escaped(scene.reference_origin) << ".</p>\n";
+       << " pixels. Reference: " << escaped(scene.reference_origin) << "." << reference_warning(scene) << "</p>\n";
   add_table(html, scene);
   if (has_plots) html << "<div class=\"plot\">" << error_plot_svg(scene, folder) << "</div>\n";
   if (has_png()) add_viewer(html, scene);

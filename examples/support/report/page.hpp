@@ -16,7 +16,7 @@ inline constexpr std::string_view style = R"css(
   --series-4: #a3e635; --series-5: #f472b6; --series-6: #facc15; --series-7: #94a3b8; --series-8: #38bdf8; } }
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 system-ui, sans-serif; }
-main { max-width: 62rem; margin: 0 auto; padding: 2.5rem 1.25rem 4rem; }
+main { max-width: 70rem; margin: 0 auto; padding: 2.5rem 1.25rem 4rem; }
 h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .4rem; letter-spacing: -.01em; }
 h2 { font-size: 1.3rem; margin: 0 0 .2rem; }
 p { margin: .4rem 0; max-width: 46rem; }
@@ -28,14 +28,14 @@ nav a:hover { border-color: var(--accent); color: var(--accent); }
 section { background: var(--card); border: 1px solid var(--rule); border-radius: .8rem; padding: 1.4rem; margin: 1.6rem 0; }
 .table { overflow-x: auto; margin: 1rem 0; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; font-size: .92rem; }
-th, td { padding: .4rem .6rem; text-align: right; border-bottom: 1px solid var(--rule); white-space: nowrap; vertical-align: top; }
+th, td { padding: .4rem .5rem; text-align: right; border-bottom: 1px solid var(--rule); white-space: nowrap; vertical-align: top; }
 th { font-weight: 600; color: var(--soft); white-space: normal; vertical-align: bottom; }
 th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: var(--card); }
 td small { display: block; color: var(--soft); }
 td.miss { color: var(--soft); }
 i.key { display: inline-block; width: .8em; height: .8em; border-radius: 50%; margin-right: .45em; }
-.plot svg { display: block; width: 100%; height: auto; max-width: 46rem; margin: 0 auto; }
-.plot text { font-family: system-ui, sans-serif; }
+.plot svg { display: block; width: 100%; height: auto; max-width: 38rem; margin: 0 auto; }
+.plot text { font-family: system-ui, sans-serif; fill: var(--axis); }
 .bar { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: center; margin: 1rem 0 .6rem; font-size: .92rem; }
 select, button { font: inherit; color: inherit; background: var(--paper); border: 1px solid var(--rule); border-radius: .4rem;
   padding: .25rem .6rem; }
@@ -58,6 +58,12 @@ input[type=range] { width: 100%; max-width: 40rem; display: block; margin: .5rem
   rgb(121 28 109), rgb(187 55 84), rgb(237 105 37), rgb(252 181 25), rgb(252 255 164)); }
 [hidden] { display: none !important; }
 dl { margin: 0; } dt { font-weight: 600; margin-top: .7rem; } dd { margin: 0; color: var(--soft); max-width: 46rem; }
+@media (max-width: 44rem) {
+  table, tbody, tr, td:first-child { display: block; } thead { display: none; }
+  tr { border-bottom: 1px solid var(--rule); padding: .5rem 0; }
+  td { display: flex; justify-content: space-between; gap: 1rem; border: 0; padding: .1rem 0; white-space: normal; }
+  td::before { content: attr(data-name); color: var(--soft); text-align: left; }
+  td:first-child { font-weight: 600; position: static; } td:first-child::before { content: none; } }
 @media (max-width: 40rem) { main { padding: 1.4rem .8rem 3rem; } section { padding: 1rem .8rem; } body { font-size: 15px; } }
 @media print { .bar, .viewer, input, .scale { display: none; } }
 )css";

@@ -48,7 +48,7 @@ std::string data_of(const SceneRecord& scene) {
 std::string script_of(const SceneRecord& scene, const std::filesystem::path& output) {
   std::ostringstream text;
   text << data_of(scene);
-  text << "set terminal svg size 720,430 dynamic font 'sans-serif,15' linewidth 1.2\nset output '" << output.string()
+  text << "set terminal svg size 560,380 dynamic font 'sans-serif,15' linewidth 1.1\nset output '" << output.string()
        << "'\nset logscale xy\nset border 3 lc rgb '" << axis_colour << "'\nset tics nomirror textcolor rgb '"
        << axis_colour << "'\nset format x '%g'\nset format y '%g %%'\nset ytics add (";
   const char* separator = "";

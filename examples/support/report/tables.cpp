@@ -47,12 +47,22 @@ std::string three_digits(double value) {
   if (value == 0) return "0";
   const int before_point = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
   char buffer[64];
+  const double unit = std::pow(10.0, std::max(0, before_point - 3));
+  if (unit > 1) value = unit * std::round(value / unit);
   std::snprintf(buffer, sizeof buffer, "%.*f", std::clamp(3 - before_point, 0, 12), value);
   return buffer;
 }
 
 std::string percentage(double value) {
   return three_digits(100 * value) + " %";
+}
+
+std::string reference_warning(const SceneRecord& scene) {
+  std::optional<double> smallest;
+  for (const ContenderRecord& contender : scene.contenders)
+    if (const auto error = last_error(contender.courses())) smallest = std::min(smallest.value_or(*error), *error);
+  if (!scene.reference_error || !smallest || 3 * *scene.reference_error < *smallest) return {};
+  return " This is not small beside the errors below it: they contain it, the true ones are smaller.";
 }
 
 Table table_of(const SceneRecord& scene) {
@@ -95,7 +105,7 @@ std::string markdown_of(const Comparison& comparison) {
     add_row(table.headings);
     add_row(std::vector<std::string>(table.headings.size(), "---"));
     for (const auto& row : table.rows) add_row(row);
-    text += "\nReference: " + scene.reference_origin + ".\n\n";
+    text += "\nReference: " + scene.reference_origin + "." + reference_warning(scene) + "\n\n";
   }
   text += comparison.limits + "; " + comparison.settings + "; " + comparison.machine + ".\n";
   if (!comparison.is_whole) text += "Interrupted: not all runs are whole.\n";

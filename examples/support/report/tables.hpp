@@ -17,12 +17,15 @@ struct Table {
 /// relative to the baseline with its interval, slope, merging's bias.
 [[nodiscard]] Table table_of(const SceneRecord& scene);
 
+/// A sentence (with a space before it) when the reference's own noise is more than a third of the smallest error.
+[[nodiscard]] std::string reference_warning(const SceneRecord& scene);
+
 /// The tables of all scenes, as Markdown.
 [[nodiscard]] std::string markdown_of(const Comparison& comparison);
 /// Of one scene, for a terminal.
 [[nodiscard]] std::string text_of(const Table& table);
 
-/// Three significant digits without an exponent: 1234, 12.3, 0.0123.
+/// Three significant digits without an exponent: 1230, 12.3, 0.0123.
 [[nodiscard]] std::string three_digits(double value);
 /// As a percentage.
 [[nodiscard]] std::string percentage(double value);

@@ -1,0 +1,96 @@
+#include <string>
+
+#include "render/program.hpp"
+#include "support/catch.hpp"
+
+// gmis-compare as a user runs it.
+
+using namespace program;
+
+namespace {
+
+std::size_t occurrences(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+/// One page, whole, that asks for nothing from elsewhere.
+void check_page(const std::string& page) {
+  CHECK(page.starts_with("<!doctype html>"));
+  CHECK(page.ends_with("</html>\n"));
+  CHECK(occurrences(page, "<section") == occurrences(page, "</section>"));
+  CHECK(occurrences(page, "<table") == occurrences(page, "</table>"));
+  CHECK(occurrences(page, "<svg") == occurrences(page, "</svg>"));
+  CHECK(occurrences(page, "src=\"") == 0);
+  CHECK(occurrences(page, "<link") == 0);
+  CHECK(occurrences(page, "http") == occurrences(page, "http://www.w3.org/"));  // the names of namespaces
+}
+
+}  // namespace
+
+TEST_CASE("Bad usage of gmis-compare: exit code 2 and one line that says what to change") {
+  const ScratchFolder folder;
+  for (const auto& [arguments, part] :
+       {std::pair{"", "scenes"}, std::pair{"no_such_scene", "--list-scenes"},
+        std::pair{"cornell --integrators pt,magic", "magic"}, std::pair{"cornell --integrators vcm/paper", "only gmis"},
+        std::pair{"cornell --time 0", "--time"}, std::pair{"cornell --seeds 0", "--seeds"},
+        std::pair{"cornell --size big", "--size"}, std::pair{"cornell paper1 --reference a.pfm", "one scene"},
+        std::pair{"cornell --reference absent.pfm", "absent.pfm"}, std::pair{"cornell --frobnicate", "--frobnicate"}}) {
+    CAPTURE(arguments, part);
+    const Outcome outcome = run(folder, arguments);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.err.find(part) != std::string::npos);
+  }
+}
+
+TEST_CASE("A comparison leaves a report, its tables, its logs and a reference that is used again") {
+  const ScratchFolder folder;
+  const std::string command = "cornell --integrators pt,vcm,gmis/none --size 8x6 --time 0.1 --seeds 2 --out here";
+  const Outcome first = run(folder, command);
+  INFO(first.err);
+  REQUIRE(first.exit_code == 0);
+  CHECK(first.out.find("making a reference") != std::string::npos);
+  CHECK(first.out.find("efficiency, vcm = 1") != std::string::npos);
+  const std::string page = text_of(folder.path / "here/report.html");
+  check_page(page);
+  for (const char* part : {"gmis/none", "bpt (unbiased)", "<td data-name=\"slope\">", "2 seeds", "merging bias"}) {
+    CAPTURE(part);
+    CHECK(page.find(part) != std::string::npos);
+  }
+  CHECK(page.find("interrupted:") == std::string::npos);
+  CHECK(text_of(folder.path / "here/report.md").starts_with("### cornell\n\n| integrator |"));
+  for (const char* name : {"cornell_pt_seed0.csv", "cornell_vcm_seed1.csv", "cornell_none_seed0.csv"}) {
+    CAPTURE(name);
+    const std::string log = text_of(folder.path / "here" / name);
+    CHECK(log.starts_with("cpu_seconds,"));
+    CHECK(line_count(log) > 3);
+  }
+  const Outcome second = run(folder, command);
+  CHECK(second.exit_code == 0);
+  CHECK(second.out.find("making a reference") == std::string::npos);
+  CHECK(second.out.find("seed 2 of 2") != std::string::npos);
+}
+
+TEST_CASE("Ctrl-C in the middle of a comparison leaves a valid report of what there is") {
+  const ScratchFolder folder;
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    if (chdir(folder.path.c_str()) != 0) _exit(99);
+    if (std::freopen("/dev/null", "w", stdout) == nullptr) _exit(97);
+    execl(GMIS_RENDER_PROGRAM, "gmis-compare", "cornell", "paper1", "--size", "8x8", "--time", "1000",
+          "--reference-time", "0.2", "--out", "here", static_cast<char*>(nullptr));
+    _exit(98);
+  }
+  usleep(2'000'000);
+  REQUIRE(kill(child, SIGINT) == 0);
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  REQUIRE(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+  const std::string page = text_of(folder.path / "here/report.html");
+  check_page(page);
+  CHECK(page.find("interrupted:") != std::string::npos);
+  CHECK(page.find("<td data-name=\"slope\">") != std::string::npos);
+}
