@@ -35,7 +35,8 @@ concept Bsdf = std::copyable<B> && requires {
 ///
 /// - `B::max_lobes`: the most lobes that any point has, known at compile time.
 /// - `lobe_count()`: here; 0 on a purely delta surface.
-/// - `lobe_weight(k)`: α_k, sums to one over the lobes: what `sample` chooses by, given that it chooses no delta lobe.
+/// - `lobe_weight(k)`: α_k, sums to one over the lobes: what `sample` chooses by, given that it chooses no delta lobe; a
+///   fixed share where that depends on the directions (Fresnel), so that only `evaluate` has the densities of `sample`.
 /// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when it goes under the surface.
 /// - `lobe_pdfs(to_prev, to_next, pdfs)`: the density of every lobe at `to_next`, per steradian, all at once.
 /// - `has_delta_lobes()`: `sample` may also choose a delta lobe here; then children are drawn by `sample` alone.
