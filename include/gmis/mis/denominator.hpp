@@ -33,10 +33,10 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
       for (std::size_t k = 0; k < count; ++k) add(k);
       own = densities.kept(index);
     } else {  // with nothing kept, so that densities can be evaluated side by side
-      for (std::size_t k = 0; k < index; ++k) mixture.add(densities[k]);
-      own = densities[index];
+      for (std::size_t k = 0; k < index; ++k) mixture.add(densities.uncounted(k));
+      own = densities.uncounted(index);
       mixture.add(own);
-      for (std::size_t k = index + 1; k < count; ++k) mixture.add(densities[k]);
+      for (std::size_t k = index + 1; k < count; ++k) mixture.add(densities.uncounted(k));
     }
   };
 
@@ -49,32 +49,43 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
     T normaliser(1);
     if constexpr (ShareType::is_equal) {
       add_all(set.size());
-      normaliser = static_cast<T>(set.size());
+      densities.count(set.size());
+      normaliser = as_factor<T>(set.size());
     } else {
       for (std::size_t k = 0; k < set.size(); ++k) {
         const T coefficient = selection == Selection::S1 ? shares.weight(k) : static_cast<T>(shares.count(k));
-        if (coefficient > T(0)) add(k, coefficient);
+        if (coefficient > T(0)) {
+          add(k, coefficient);
+          densities.count(1);
+        }
       }
       own = densities.kept(index);
-      if constexpr (selection != Selection::S1) normaliser = static_cast<T>(sample_count);
+      if constexpr (selection != Selection::S1) normaliser = as_factor<T>(sample_count);
     }
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(normaliser)};
   } else if constexpr (scheme == Scheme::R2) {  // what this round drew, each distinct index evaluated once
     for (std::size_t k = 0; k < set.size(); ++k)
-      if (workspace.multiplicity[k] > T(0)) add(k, workspace.multiplicity[k]);
+      if (workspace.multiplicity[k] > T(0)) {
+        add(k, workspace.multiplicity[k]);
+        densities.count(1);
+      }
     own = densities.kept(index);
-    return {DensitiesAt<Set>::as_denominator(own), mixture.over(static_cast<T>(sample_count))};
+    return {DensitiesAt<Set>::as_denominator(own), mixture.over(as_factor<T>(sample_count))};
   } else {  // N2: what could still be drawn, this sample included; summed afresh, since a difference would cancel
     if constexpr (ShareType::is_equal) {
-      for (std::size_t m = sample_count; --m > n;) mixture.add(densities[workspace.order[m]]);
-      own = densities[index];  // which is order[n]
+      for (std::size_t m = sample_count; --m > n;) mixture.add(densities.uncounted(workspace.order[m]));
+      own = densities.uncounted(index);  // which is order[n]
       mixture.add(own);
+      densities.count(sample_count - n);
     } else {
       for (std::size_t k = 0; k < set.size(); ++k)
-        if (workspace.multiplicity[k] > T(0)) add(k, workspace.multiplicity[k]);
+        if (workspace.multiplicity[k] > T(0)) {
+          add(k, workspace.multiplicity[k]);
+          densities.count(1);
+        }
       own = densities.kept(index);
     }
-    return {DensitiesAt<Set>::as_denominator(own), mixture.over(static_cast<T>(sample_count - n))};
+    return {DensitiesAt<Set>::as_denominator(own), mixture.over(as_factor<T>(sample_count - n))};
   }
 }
 

@@ -20,6 +20,12 @@ namespace gmis {
 template <class Set>
 using Denominator = std::conditional_t<is_log_set<Set>, LogDensity<typename Set::Density>, typename Set::Density>;
 
+/// A count as a factor of densities. Processors convert signed numbers in one step and unsigned ones in five.
+template <std::floating_point T>
+[[nodiscard]] constexpr T as_factor(std::size_t count) noexcept {
+  return static_cast<T>(static_cast<std::ptrdiff_t>(count));
+}
+
 /// Σ c_i q_i, and then over a normaliser.
 template <std::floating_point T, bool in_logarithms>
 class MixtureSum {
@@ -119,22 +125,32 @@ class DensitiesAt {
 
   /// The density, or its logarithm, of proposal k.
   [[nodiscard, gnu::always_inline]] T operator[](std::size_t k) {
+    count(1);
+    return uncounted(k);
+  }
+
+  /// The same, to be counted by the caller with `count`: a sum of many need not carry a counter along.
+  [[nodiscard, gnu::always_inline]] T uncounted(std::size_t k) const {
     if constexpr (!one_at_a_time) {
       return buffer_[k];
     } else {
       if constexpr (all_at_once)
         if (have_all_) return buffer_[k];
-      ++evaluations_;
       if constexpr (is_log_set<Set>)
         return set_.log_pdf(k, x_);
       else
         return set_.pdf(k, x_);
     }
   }
+  /// Says that `evaluations` densities were asked for. (Does not count where all were evaluated at once.)
+  [[gnu::always_inline]] void count(std::size_t evaluations) noexcept {
+    if constexpr (one_at_a_time)
+      if (!have_all_) evaluations_ += evaluations;
+  }
 
-  /// The same, and kept for `kept(k)` until the next point.
+  /// `uncounted`, and kept for `kept(k)` until the next point.
   [[nodiscard, gnu::always_inline]] T keep(std::size_t k) {
-    const T density = (*this)[k];
+    const T density = uncounted(k);
     if constexpr (one_at_a_time) buffer_[k] = density;
     return density;
   }

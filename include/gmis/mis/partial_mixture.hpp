@@ -34,8 +34,9 @@ template <ProposalSet Set, std::size_t GroupCapacity, UniformSource Source, std:
             if (members.size() == set.size()) densities.expect_all();
             MixtureSum<T, is_log_set<Set>> mixture;
             for (const std::uint32_t k : members) mixture.add(densities.keep(k));
+            densities.count(members.size());
             return OwnAndDenominator<Set>{DensitiesAt<Set>::as_denominator(densities.kept(index)),
-                                          mixture.over(static_cast<T>(members.size()))};
+                                          mixture.over(as_factor<T>(members.size()))};
           },
           [] {}, visit);
   }

@@ -29,7 +29,8 @@ template <class T>
 class Storage<T, dynamic_capacity> {
  public:
   void prepare(std::size_t size) {
-    if (items_.size() < size) items_.resize(size);
+    if (items_.size() < size) [[unlikely]]
+      grow(size);
   }
   [[nodiscard]] T* data() noexcept { return items_.data(); }
   [[nodiscard]] const T* data() const noexcept { return items_.data(); }
@@ -37,6 +38,9 @@ class Storage<T, dynamic_capacity> {
   [[nodiscard]] const T& operator[](std::size_t i) const noexcept { return items_[i]; }
 
  private:
+  // Out of line: rounds prepare their workspace each time, and almost never need to.
+  [[gnu::noinline, gnu::cold]] void grow(std::size_t size) { items_.resize(size); }
+
   std::vector<T> items_;
 };
 
