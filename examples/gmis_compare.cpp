@@ -18,7 +18,8 @@ using namespace gmis::tools;
 
 struct RawOptions {
   std::vector<std::string> integrators{"pt", "bpt", "vcm", "gmis"};
-  std::string size, reference_integrator = "bpt";
+  std::vector<std::string> reference_integrators{"bpt"};
+  std::string size;
   double seconds = 0, error = 0, reference_seconds = 0;
 };
 
@@ -41,7 +42,9 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
   app.add_option("--light-paths", request.settings.light_paths, "Light trees per pixel (1)")
       ->check(CLI::Range(0.001, 1000.0));
   app.add_option("--reference", request.reference, "The true image, .exr or .pfm (made by a long run and kept in DIR)");
-  app.add_option("--reference-integrator", raw.reference_integrator, "What makes the reference (bpt)");
+  app.add_option("--reference-integrator", raw.reference_integrators,
+                 "What makes the references (bpt): one for all scenes, or one for each with commas between")
+      ->delimiter(',');
   app.add_option("--reference-time", raw.reference_seconds, "Processor seconds for making it (10 times --time)");
   app.add_option("--out", request.folder, "Folder for report.html, report.md and the logs (out/compare)");
 }
@@ -60,7 +63,11 @@ void check(const CLI::App& app, ComparisonRequest& request, const RawOptions& ra
   request.reference_seconds = above_zero("--reference-time", raw.reference_seconds)
                                   ? raw.reference_seconds
                                   : request.cpu_seconds.value_or(without_time / reference_share) * reference_share;
-  request.reference_integrator = integrator_of(raw.reference_integrator);
+  request.reference_integrators.clear();
+  for (const std::string& name : raw.reference_integrators)
+    request.reference_integrators.push_back(integrator_of(name));
+  if (request.reference_integrators.size() > 1 && request.reference_integrators.size() != request.scenes.size())
+    throw InputError("--reference-integrator must name one integrator, or one for each scene");
   if (!request.reference.empty() && request.scenes.size() > 1)
     throw InputError("--reference is for one scene: name one, or leave the option out");
 }

@@ -7,71 +7,68 @@
 #include <string>
 #include <vector>
 
+#include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
-#include "support/progress_bar.hpp"
-#include "support/scene_files.hpp"
-#include "support/session.hpp"
+#include "support/report/comparison.hpp"
+#include "support/report/html_report.hpp"
+#include "support/report/tables.hpp"
 
 namespace {
 
 using namespace gmis::tools;
 namespace fs = std::filesystem;
 
-struct Entry {
-  std::string name;
-  RenderResult result;
-  std::vector<fs::path> files;
-
-  [[nodiscard]] double efficiency() const { return 1 / (result.estimate.variance * result.wall_seconds); }
-};
-
-Entry render_for(double seconds, IntegratorChoice integrator, const BuiltScene& scene, ThreadedExecutor& executor,
-                 const fs::path& folder) {
-  Options options;
-  options.integrator = integrator;
-  RenderRequest request = request_of(options, scene);
-  request.budget.seconds = seconds;
-  request.interrupted = &interrupt_flag();
-  ProgressBar bar(request, true);
-  if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
-  Entry entry{name_of(integrator), render(scene, request, executor), {}};
-  bar.finish();
+std::vector<fs::path> write_pictures(const ContenderRecord& contender, const fs::path& folder) {
   std::vector<std::string> endings;
   if (has_exr()) endings.push_back(".exr");
   if (has_png()) endings.push_back(".png");
   if (endings.empty()) endings.push_back(".pfm");
+  std::vector<fs::path> files;
   for (const std::string& ending : endings) {
-    entry.files.push_back(folder / ("paper1_" + entry.name + ending));
-    write_image(entry.result.image, entry.files.back());
+    files.push_back(folder / ("paper1_" + contender.name + ending));
+    write_image(contender.image, files.back());
   }
-  return entry;
+  return files;
 }
 
-void print_table(const std::vector<Entry>& entries) {
-  const Entry& vcm = entries.back();
-  std::printf("%-6s %9s %11s %15s %12s %8s  %s\n", "", "seconds", "iterations", "relative error", "efficiency",
-              "to vcm", "files");
-  for (const Entry& entry : entries) {
-    std::printf("%-6s %9.2f %11u %15.4f %12.4g %8.3f ", entry.name.c_str(), entry.result.wall_seconds,
-                entry.result.iterations, entry.result.estimate.relative_error, entry.efficiency(),
-                entry.efficiency() / vcm.efficiency());
-    for (const fs::path& file : entry.files) std::printf(" %s", file.c_str());
+void print_table(const SceneRecord& scene, const fs::path& folder) {
+  std::printf("%-6s %9s %11s %15s %8s  %s\n", "", "seconds", "iterations", "relative error", "to vcm", "files");
+  const ContenderRecord* vcm = baseline_of(scene);
+  for (const ContenderRecord& contender : scene.contenders) {
+    if (contender.runs.empty()) continue;
+    const RunRecord& run = contender.runs.front();
+    const auto efficiency = relative_efficiency(contender.courses(), vcm != nullptr ? vcm->courses() : Courses{});
+    std::printf("%-6s %9.2f %11llu %15.4f %8.3f ", contender.name.c_str(), run.wall_seconds,
+                static_cast<unsigned long long>(run.iterations), last_error(contender.courses()).value_or(0),
+                efficiency ? efficiency->value : 0.0);
+    for (const fs::path& file : write_pictures(contender, folder)) std::printf(" %s", file.c_str());
     std::printf("\n");
   }
-  std::printf("efficiency = 1 / (variance of the image x seconds); twice as much is as good as twice the time\n");
+  std::printf(
+      "to vcm: efficiency, 1 / (relative error^2 x processor seconds); twice as much is as good as twice the time\n");
 }
 
 int run(const fs::path& folder, double seconds) {
   fs::create_directories(folder);
-  const LoadedScene loaded = load_scene(find_scene("paper1"), std::array{256, 256});
   ThreadedExecutor executor(0);
-  std::printf("paper1: %s\n256x256 pixels, %g s for each integrator on %d threads\n\n", loaded.built->summary().c_str(),
-              seconds, executor.thread_count());
+  ComparisonRequest request;
+  request.scenes = {"paper1"};
+  request.size = {{256, 256}};
+  request.contenders = {contender_of("gmis"), contender_of("vcm")};
+  request.cpu_seconds = seconds * executor.thread_count();
+  request.seeds = 1;
+  request.measures_bias = false;
+  request.folder = folder;
+  request.interrupted = &interrupt_flag();
+  request.say = [](const std::string&) {};
+  std::printf("paper1, 256x256 pixels: about %g s for each integrator, in turns, on %d threads\n", seconds,
+              executor.thread_count());
   std::fflush(stdout);
-  std::vector<Entry> entries;
-  for (const IntegratorChoice integrator : {IntegratorChoice::gmis, IntegratorChoice::vcm})
-    entries.push_back(render_for(seconds, integrator, *loaded.built, executor, folder));
-  print_table(entries);
+  const Comparison comparison = compare(request, executor);
+  if (comparison.scenes.empty()) return 0;
+  print_table(comparison.scenes.front(), folder);
+  write_whole(html_of(comparison, folder), folder / "report.html");
+  std::printf("the pictures side by side, and how the error fell: %s\n", (folder / "report.html").c_str());
   return 0;
 }
 

@@ -36,7 +36,9 @@ TEST_CASE("Bad usage of gmis-compare: exit code 2 and one line that says what to
         std::pair{"cornell --integrators pt,magic", "magic"}, std::pair{"cornell --integrators vcm/paper", "only gmis"},
         std::pair{"cornell --time 0", "--time"}, std::pair{"cornell --seeds 0", "--seeds"},
         std::pair{"cornell --size big", "--size"}, std::pair{"cornell paper1 --reference a.pfm", "one scene"},
-        std::pair{"cornell --reference absent.pfm", "absent.pfm"}, std::pair{"cornell --frobnicate", "--frobnicate"}}) {
+        std::pair{"cornell --reference absent.pfm", "absent.pfm"},
+        std::pair{"cornell --reference-integrator bpt,pt", "one for each"},
+        std::pair{"cornell --frobnicate", "--frobnicate"}}) {
     CAPTURE(arguments, part);
     const Outcome outcome = run(folder, arguments);
     CHECK(outcome.exit_code == 2);

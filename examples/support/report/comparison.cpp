@@ -9,6 +9,7 @@
 #include "support/diagnostics.hpp"
 #include "support/image/image.hpp"
 #include "support/progressive_render.hpp"
+#include "support/report/false_colour.hpp"
 #include "support/report/html_report.hpp"
 #include "support/report/tables.hpp"
 #include "support/scene_files.hpp"
@@ -50,18 +51,19 @@ struct Reference {
 
 /// From the folder when the same was made before; else by a long run, which is then kept there.
 std::optional<Reference> make_reference(const ComparisonRequest& request, const BuiltScene& scene,
-                                        const std::string& name, ThreadedExecutor& executor) {
-  RenderRequest render = render_request(request, scene, request.reference_integrator, SplitChoice::budgeted);
+                                        const std::string& name, IntegratorChoice integrator,
+                                        ThreadedExecutor& executor) {
+  RenderRequest render = render_request(request, scene, integrator, SplitChoice::budgeted);
   render.settings.seed = reference_seed;
-  const bool is_merging = merges(request.reference_integrator);
+  const bool is_merging = merges(integrator);
   if (is_merging) render.settings.radius /= 4;  // a sixteenth of the bias
   const glm::ivec2 size = scene.scene().camera().resolution();
-  const std::string what = std::string(name_of(request.reference_integrator)) +
+  const std::string what = std::string(name_of(integrator)) +
                            (is_merging ? " (biased, with a quarter of the radius)" : " (unbiased)") +
                            ", another seed, " + three_digits(request.reference_seconds) + " processor seconds";
   const std::string stem = "reference_" + name + "_" + std::to_string(size.x) + "x" + std::to_string(size.y) +
-                           "_depth" + std::to_string(render.settings.max_depth) + "_" +
-                           name_of(request.reference_integrator) + "_" + three_digits(request.reference_seconds) + "s";
+                           "_depth" + std::to_string(render.settings.max_depth) + "_" + name_of(integrator) + "_" +
+                           three_digits(request.reference_seconds) + "s";
   const std::filesystem::path image_file = request.folder / (stem + ".pfm"),
                               error_file = request.folder / (stem + ".txt");
   Reference reference;
@@ -83,6 +85,18 @@ std::optional<Reference> make_reference(const ComparisonRequest& request, const 
   write_image(reference.image, image_file);
   write_whole(std::to_string(*reference.error) + "\n", error_file);
   return reference;
+}
+
+/// The standard deviation of every value over √(value² + 0.01).
+Image estimated_pixel_error(const Film<FrameSource::Spectrum>& film) {
+  Image error(film.resolution().x, film.resolution().y);
+  for (std::size_t pixel = 0; pixel < film.pixel_count(); ++pixel)
+    for (int c = 0; c < 3; ++c) {
+      const double value = film.mean(pixel, c);
+      error.rgb[3 * pixel + static_cast<std::size_t>(c)] =
+          static_cast<float>(std::sqrt(film.variance_of_mean(pixel, c) / (value * value + 0.01)));
+    }
+  return error;
 }
 
 /// One integrator with one seed, on its way.
@@ -112,7 +126,11 @@ struct Runner {
     run.cpu_seconds = rendering.cpu_seconds();
     run.wall_seconds = rendering.progress().seconds;
     run.points = rendering.log().points();
-    if (record->image.rgb.empty()) record->image = rendering.image();
+    if (record->image.rgb.empty()) {
+      record->image = rendering.image();
+      record->pixel_error = request.reference != nullptr ? pixel_error(record->image, *request.reference)
+                                                         : estimated_pixel_error(rendering.film());
+    }
     record->runs.push_back(std::move(run));
   }
 };
@@ -125,7 +143,7 @@ bool run_seed(const ComparisonRequest& request, const BuiltScene& scene, SceneRe
     RenderRequest render =
         render_request(request, scene, request.contenders[i].integrator, request.contenders[i].split);
     render.settings.seed = seed;
-    render.reference = &record.reference;
+    if (!record.reference.rgb.empty()) render.reference = &record.reference;
     runners.push_back(std::make_unique<Runner>(scene, std::move(render), record.contenders[i]));
   }
   bool is_whole = true;
@@ -217,13 +235,17 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     record.name = file_name_of(name);
     record.summary = scene.summary();
     std::optional<Reference> reference;
-    if (request.reference.empty()) {
-      reference = make_reference(request, scene, record.name, executor);
-    } else {
-      RenderRequest any;
-      reference = Reference{read_reference(request.reference, any, scene.scene().camera().resolution()),
+    if (!request.reference.empty()) {
+      const RenderRequest whole;
+      reference = Reference{read_reference(request.reference, whole, scene.scene().camera().resolution()),
                             request.reference.filename().string(),
                             {}};
+    } else if (request.reference_seconds > 0) {
+      const auto& integrators = request.reference_integrators;
+      const std::size_t index = integrators.size() > 1 ? comparison.scenes.size() : 0;
+      reference = make_reference(request, scene, record.name, integrators.at(index), executor);
+    } else {
+      reference = Reference{{}, "none, errors are estimated from the spread between iterations", {}};
     }
     if (!reference) {
       comparison.is_whole = false;
@@ -241,7 +263,7 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
       request.say(record.name + ": seed " + std::to_string(seed + 1) + " of " + std::to_string(request.seeds));
       comparison.is_whole = run_seed(request, scene, record, request.settings.seed + seed, executor);
     }
-    if (comparison.is_whole) {
+    if (comparison.is_whole && request.measures_bias) {
       request.say(record.name + ": merging's bias from two radii");
       measure_bias(request, scene, record, executor);
       comparison.is_whole = !is_interrupted(request);

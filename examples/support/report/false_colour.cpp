@@ -19,14 +19,20 @@ float linear_of(float srgb) {
 
 }  // namespace
 
-Image error_map(const Image& image, const Image& reference) {
-  Image map(image.width, image.height);
-  for (std::size_t pixel = 0; 3 * pixel < image.rgb.size(); ++pixel) {
+Image pixel_error(const Image& image, const Image& reference) {
+  Image error(image.width, image.height);
+  for (std::size_t i = 0; i < error.rgb.size(); ++i)
+    error.rgb[i] = std::abs(image.rgb[i] - reference.rgb[i]) / std::sqrt(reference.rgb[i] * reference.rgb[i] + 0.01F);
+  return error;
+}
+
+Image error_map(const Image& pixel_error) {
+  Image map(pixel_error.width, pixel_error.height);
+  for (std::size_t pixel = 0; 3 * pixel < map.rgb.size(); ++pixel) {
     double square = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double wanted = static_cast<double>(reference.rgb[3 * pixel + c]);
-      const double difference = static_cast<double>(image.rgb[3 * pixel + c]) - wanted;
-      square += difference * difference / (wanted * wanted + 0.01) / 3;
+      const double error = static_cast<double>(pixel_error.rgb[3 * pixel + c]);
+      square += error * error / 3;
     }
     const double decades = std::isfinite(square) ? 0.5 * std::log10(std::max(square, 1e-12)) : 0.0;
     const double place = std::clamp((decades + 2) / 2, 0.0, 1.0) * (ramp.size() - 1);

@@ -75,35 +75,42 @@ void add_table(std::ostream& html, const SceneRecord& scene) {
   html << "</tbody></table></div>\n";
 }
 
+/// An image as large as all of them.
+const Image& measure_of(const SceneRecord& scene) {
+  return scene.reference.rgb.empty() ? scene.contenders.front().image : scene.reference;
+}
+
 void add_viewer(std::ostream& html, const SceneRecord& scene) {
   nlohmann::json images = nlohmann::json::array();
   std::string choices;
-  const float exposure = exposure_of(scene.reference);
-  const auto add = [&](const std::string& name, const Image& image, bool is_reference) {
-    if (image.rgb.size() != scene.reference.rgb.size()) return;
+  const Image& shown = measure_of(scene);
+  const float exposure = exposure_of(shown);
+  const auto add = [&](const std::string& name, const Image& image, const Image& error) {
+    if (image.rgb.empty() || image.rgb.size() != shown.rgb.size()) return;
     choices += "<option value=\"" + std::to_string(images.size()) + "\">" + escaped(name) + "</option>";
     images.push_back({{"name", name}, {"image", base64_of(png_of(image, exposure))}});
-    if (!is_reference) images.back()["map"] = base64_of(png_of(error_map(image, scene.reference)));
+    if (!error.rgb.empty()) images.back()["map"] = base64_of(png_of(error_map(error)));
   };
-  for (const ContenderRecord& contender : scene.contenders) add(contender.name, contender.image, false);
-  add("reference", scene.reference, true);
+  for (const ContenderRecord& contender : scene.contenders) add(contender.name, contender.image, contender.pixel_error);
+  const std::size_t last = images.empty() ? 0 : images.size() - 1;
+  add("reference", scene.reference, {});
   if (images.size() < 2) return;
   // At first the baseline beside the last integrator.
   const auto selecting = [&](std::size_t index) {
     std::string text = choices;
     const std::string value = "value=\"" + std::to_string(index) + "\"";
-    return text.replace(text.find(value), value.size(), value + " selected");
+    const std::size_t at = text.find(value);
+    return at == std::string::npos ? text : text.replace(at, value.size(), value + " selected");
   };
   const ContenderRecord* baseline = baseline_of(scene);
   const std::size_t left = baseline != nullptr ? static_cast<std::size_t>(baseline - scene.contenders.data()) : 0;
   html
       << "<div data-viewer><div class=\"bar\"><label>left <select data-left>" << selecting(left)
-      << "</select></label><label>right <select data-right>" << selecting(images.size() > 2 ? images.size() - 2 : 1)
+      << "</select></label><label>right <select data-right>" << selecting(last > 0 ? last : 1)
       << "</select></label><span><button data-pictures>pictures</button> <button data-maps>error maps</button></span>"
          "<span><button data-out aria-label=\"smaller\">−</button> <span data-zoom>1×</span> "
          "<button data-in aria-label=\"larger\">+</button></span></div>\n"
-      << "<div class=\"viewer\" data-view style=\"aspect-ratio:" << scene.reference.width << "/"
-      << scene.reference.height
+      << "<div class=\"viewer\" data-view style=\"aspect-ratio:" << shown.width << "/" << shown.height
       << "\"><img data-back alt=\"\"><div class=\"clip\" data-clip><img data-front alt=\"\"></div>"
          "<div class=\"line\" data-line></div><b class=\"l\" data-leftname></b><b class=\"r\" data-rightname></b></div>"
          "<input type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" data-slider aria-label=\"left or right picture\">\n"
@@ -114,7 +121,7 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
 
 void add_scene(std::ostream& html, const SceneRecord& scene, const std::filesystem::path& folder, bool has_plots) {
   html << "<section id=\"" << escaped(scene.name) << "\"><h2>" << escaped(scene.name) << "</h2><p class=\"soft\">"
-       << escaped(scene.summary) << "; " << scene.reference.width << "×" << scene.reference.height
+       << escaped(scene.summary) << "; " << measure_of(scene).width << "×" << measure_of(scene).height
        << " pixels. Reference: " << escaped(scene.reference_origin) << "." << reference_warning(scene) << "</p>\n";
   add_table(html, scene);
   if (has_plots) html << "<div class=\"plot\">" << error_plot_svg(scene, folder) << "</div>\n";
@@ -125,7 +132,8 @@ void add_scene(std::ostream& html, const SceneRecord& scene, const std::filesyst
 constexpr const char* explanations = R"html(
 <section><h2>How to read this</h2><dl>
 <dt>Error</dt><dd>The square root of relMSE, the mean over pixels and channels of (x − ref)² / (ref² + 0.01): noise, merging's bias and
-what a method misses altogether. The noise of the reference itself is in it too; it is told with each scene.</dd>
+what a method misses altogether. The noise of the reference itself is in it too; it is told with each scene. Without a
+reference the error is estimated from the spread between iterations: then it is noise only, so far as the run has seen it.</dd>
 <dt>Seconds to reach an error</dt><dd>Processor seconds until the curve is below it for good: the geometric mean over the seeds, if every seed
 came so far. “Not reached” is followed by what the power law fitted to the run says, for what an extrapolation is worth.</dd>
 <dt>Curves</dt><dd>The line is the geometric mean over the seeds, the band goes from the lowest seed to the highest. Independent iterations of

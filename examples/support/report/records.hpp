@@ -29,16 +29,18 @@ struct ContenderRecord {
   std::string name;
   bool is_merging = false;
   std::vector<RunRecord> runs;
-  Image image;  ///< of the first seed, at the end
+  Image image;        ///< of the first seed, at the end
+  Image pixel_error;  ///< its relative error pixel by pixel: against the reference, or estimated where there is none
   std::optional<MergingBias> bias;
 
-  /// Error against the reference over processor seconds.
+  /// Error over processor seconds: against the reference, or estimated where there is none.
   [[nodiscard]] Courses courses() const {
     Courses all;
     for (const RunRecord& run : runs) {
       all.emplace_back();
       for (const ConvergencePoint& point : run.points)
-        if (point.reference_error) all.back().push_back({point.cpu_seconds, *point.reference_error});
+        if (const auto error = point.reference_error ? point.reference_error : point.estimated_error)
+          all.back().push_back({point.cpu_seconds, *error});
     }
     return all;
   }
@@ -47,7 +49,7 @@ struct ContenderRecord {
 struct SceneRecord {
   std::string name;
   std::string summary;
-  Image reference;
+  Image reference;                        ///< empty where the errors are estimated
   std::string reference_origin;           ///< where the reference is from, in words
   std::optional<double> reference_error;  ///< its own relative error, estimated, where it was made here
   std::vector<ContenderRecord> contenders;
