@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gmis/core/statistics.hpp"
+#include "render/block_statistics.hpp"
+#include "support/build_scene.hpp"
+#include "support/catch.hpp"
+#include "support/frame_source.hpp"
+#include "support/pbrt/reader.hpp"
+#include "support/render.hpp"
+
+// All integrators against each other, in pairs, on every kind of light with every kind of surface and of camera: 8 lights ×
+// 3 cameras × 2 sets of objects (scenes/). Single iterations are the independent estimates; Welch's t for the means of 8×8
+// blocks and of the whole picture, per channel, at the Šidák level of a false-alarm rate of 1e-3 for the whole family.
+//
+// What an integrator cannot make by its nature is left out:
+// - among surfaces without delta lobes (`objects_rough`) each of the seven makes every path;
+// - `lt` cannot connect the camera with what is seen by way of a delta lobe: it takes no part where there are some;
+// - where a delta light shines through or off a delta lobe onto a surface, `pt` and `bpt` lack that light, seen directly
+//   (`pt`) or in a mirror (both): under delta lights and among delta lobes they take part at two segments only, direct
+//   light, which all seven make.
+//
+// Merging is biased. Where it takes part, the difference may be larger by a bound on that, `bias_bound` radii over half the
+// scene's diagonal; the last test shows that the bound holds at several radii, and that the bias falls along the schedule.
+
+using namespace gmis::tools;
+
+namespace {
+
+constexpr double family_level = 1e-3;
+constexpr double radius = 0.005;
+constexpr double bias_bound = 3.0;
+
+struct Light {
+  const char* name;
+  bool is_delta;
+};
+constexpr Light lights[] = {{"triangle", false},   {"sphere", false},      {"point", true},  {"spot", true},
+                            {"directional", true}, {"environment", false}, {"image", false}, {"many", false}};
+constexpr const char* cameras[] = {"pinhole", "lens", "orthographic"};
+
+struct Scene {
+  std::string name;
+  std::unique_ptr<BuiltScene> built;
+};
+
+Scene scene_of(const std::string& light, const std::string& camera, const std::string& objects) {
+  Diagnostics diagnostics;
+  const std::string text = "Include \"camera_" + camera + ".pbrt\"\nWorldBegin\nInclude \"light_" + light +
+                           ".pbrt\"\nInclude \"objects_" + objects + ".pbrt\"\n";
+  const SceneDescription description = read_pbrt_text(text, "test", GMIS_PAIRWISE_SCENE_FOLDER, diagnostics);
+  for (const Diagnostic& diagnostic : diagnostics.all()) CHECK(diagnostic.severity == Severity::note);
+  return {objects + " objects, light " + light + ", camera " + camera, build_scene(description, diagnostics)};
+}
+
+/// How an integrator is run: iterations and light trees a pixel, for about equal time.
+struct Effort {
+  IntegratorChoice integrator;
+  std::uint32_t iterations;
+  double light_paths;
+};
+constexpr Effort efforts[] = {{IntegratorChoice::pt, 1600, 1}, {IntegratorChoice::lt, 1000, 3},
+                              {IntegratorChoice::bpt, 600, 1}, {IntegratorChoice::ppm, 600, 6},
+                              {IntegratorChoice::bpm, 600, 6}, {IntegratorChoice::vcm, 600, 1},
+                              {IntegratorChoice::gmis, 600, 1}};
+
+RenderRequest request_for(const Scene& scene, const Effort& effort, int max_depth, std::uint64_t seed) {
+  RenderRequest request;
+  request.integrator = effort.integrator;
+  request.settings.seed = seed;
+  request.settings.max_depth = max_depth;
+  request.settings.radius = radius * scene.built->half_diagonal();
+  request.settings.light_paths = effort.light_paths;
+  // The three ways of gmis to split, one after the other.
+  if (effort.integrator == IntegratorChoice::gmis) {
+    if (seed % 3 == 1) request.settings.camera_children = 3;
+    if (seed % 3 == 2) request.split = SplitChoice::adaptive;
+  }
+  return request;
+}
+
+/// Single iterations as frames, by blocks and as a whole.
+struct Estimates {
+  gmis_test::BlockStatistics blocks, whole;
+
+  explicit Estimates(glm::ivec2 resolution)
+      : blocks(resolution, 8), whole(resolution, std::max(resolution.x, resolution.y)) {}
+  [[nodiscard]] std::size_t count() const { return blocks.count() + whole.count(); }
+  [[nodiscard]] double mean(std::size_t i) const {
+    return i < blocks.count() ? blocks.mean(i) : whole.mean(i - blocks.count());
+  }
+  [[nodiscard]] double standard_error(std::size_t i) const {
+    return i < blocks.count() ? blocks.standard_error(i) : whole.standard_error(i - blocks.count());
+  }
+};
+
+/// Iterations `first` to `last` of a run.
+Estimates estimates_of(const Scene& scene, const RenderRequest& request, std::uint32_t first, std::uint32_t last) {
+  ThreadedExecutor executor(0);
+  const auto source = start(*scene.built, request);
+  Estimates result(scene.built->scene().camera().resolution());
+  for (std::uint32_t i = 1; i <= last; ++i) {
+    source->iterate(executor);
+    if (i < first) continue;
+    result.blocks.add(source->frame());
+    result.whole.add(source->frame());
+  }
+  REQUIRE(source->counters().rejected_non_finite == 0);
+  REQUIRE(source->counters().rejected_negative == 0);
+  return result;
+}
+
+struct Comparison {
+  std::string name;
+  double p_value, relative_difference, relative_error;
+};
+
+/// All pairs of `integrators` in one scene.
+void compare(const Scene& scene, const std::vector<IntegratorChoice>& integrators, int max_depth, std::uint64_t seed,
+             std::vector<Comparison>& comparisons) {
+  std::vector<std::pair<IntegratorChoice, Estimates>> all;
+  for (const Effort& effort : efforts)
+    if (std::find(integrators.begin(), integrators.end(), effort.integrator) != integrators.end())
+      all.emplace_back(effort.integrator,
+                       estimates_of(scene, request_for(scene, effort, max_depth, seed), 1, effort.iterations));
+  for (std::size_t a = 0; a < all.size(); ++a)
+    for (std::size_t b = a + 1; b < all.size(); ++b) {
+      const Estimates& left = all[a].second;
+      const Estimates& right = all[b].second;
+      for (std::size_t i = 0; i < left.count(); ++i) {
+        const double error = std::hypot(left.standard_error(i), right.standard_error(i));
+        const double mean = std::max(left.mean(i), right.mean(i));
+        const bool is_biased = merges(all[a].first) || merges(all[b].first);
+        const double difference = std::abs(left.mean(i) - right.mean(i));
+        const double excess = std::max(0.0, difference - (is_biased ? bias_bound * radius * mean : 0.0));
+        // Too few photons reach a block this dark, twenty times darker than the picture, for Student's t to hold.
+        const double whole = std::max(left.mean(left.count() - 1), right.mean(left.count() - 1));
+        if (mean < 0.05 * whole || (error == 0.0 && excess == 0.0)) continue;
+        const double degrees = std::min(left.blocks.frames(), right.blocks.frames()) - 1.0;
+        comparisons.push_back({scene.name + ", " + std::to_string(max_depth) + " segments, " + name_of(all[a].first) +
+                                   " and " + name_of(all[b].first) + ", value " + std::to_string(i),
+                               gmis::student_t_p_value(excess / error, degrees), difference / mean, error / mean});
+      }
+    }
+}
+
+}  // namespace
+
+TEST_CASE("all integrators agree on every light with every surface and every camera") {
+  using enum IntegratorChoice;
+  const std::vector<IntegratorChoice> all{pt, lt, bpt, ppm, bpm, vcm, gmis};
+  const std::vector<IntegratorChoice> all_but_lt{pt, bpt, ppm, bpm, vcm, gmis};
+  const std::vector<IntegratorChoice> merging{ppm, bpm, vcm, gmis};
+  std::vector<Comparison> comparisons;
+  std::uint64_t seed = 500;
+  for (const Light& light : lights)
+    for (const char* camera : cameras) {
+      compare(scene_of(light.name, camera, "rough"), all, 5, ++seed, comparisons);
+      const Scene specular = scene_of(light.name, camera, "specular");
+      compare(specular, light.is_delta ? merging : all_but_lt, 5, seed, comparisons);
+      if (light.is_delta) compare(specular, all, 2, seed, comparisons);
+    }
+  const double level = gmis::sidak_level(family_level, comparisons.size());
+  std::sort(comparisons.begin(), comparisons.end(),
+            [](const Comparison& a, const Comparison& b) { return a.p_value < b.p_value; });
+  std::vector<double> errors;
+  for (const Comparison& comparison : comparisons) errors.push_back(comparison.relative_error);
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+  std::printf(
+      "%zu comparisons, level %.1e, smallest p %.1e (%s); the median standard error of a difference is %.1f %%\n",
+      comparisons.size(), level, comparisons[0].p_value, comparisons[0].name.c_str(),
+      100.0 * errors[errors.size() / 2]);
+  for (const Comparison& comparison : comparisons) {
+    if (comparison.p_value > level) break;
+    UNSCOPED_INFO(comparison.name << ": p " << comparison.p_value << ", difference " << comparison.relative_difference
+                                  << " ± " << comparison.relative_error);
+  }
+  CHECK(comparisons[0].p_value > level);
+}
+
+namespace {
+
+/// The bias of `biased` against `truth`: the root mean square over blocks of their relative difference, less what noise
+/// makes of it, with the uncertainty of that.
+struct Bias {
+  double rms, uncertainty, worst_excess;  ///< of a block over its noise
+};
+
+Bias bias_of(const Estimates& biased, const Estimates& truth) {
+  double sum = 0.0, noise = 0.0, worst = 0.0;
+  const std::size_t count = truth.blocks.count();
+  for (std::size_t i = 0; i < count; ++i) {
+    const double difference = (biased.mean(i) - truth.mean(i)) / truth.mean(i);
+    const double error = std::hypot(biased.standard_error(i), truth.standard_error(i)) / truth.mean(i);
+    sum += difference * difference;
+    noise += error * error;
+    worst = std::max(worst, std::abs(difference) - 4.5 * error);
+  }
+  return {std::sqrt(std::max(0.0, sum - noise) / static_cast<double>(count)),
+          std::sqrt(noise / static_cast<double>(count)), worst};
+}
+
+}  // namespace
+
+// Photon mapping makes all its light by merging, so its bias is the largest. Runs start at 16 times the radius of the test
+// above; r falls as i^((α − 1)/2) with α = 1/4, to half of what it was by iteration 6 and to a 16th by iteration 1600.
+TEST_CASE("merging's bias stays within its bound and falls along the radius schedule") {
+  for (const auto& [objects, light] : {std::pair("rough", "triangle"), std::pair("specular", "environment")}) {
+    const Scene scene = scene_of(light, "pinhole", objects);
+    const Estimates truth = estimates_of(scene, request_for(scene, {IntegratorChoice::bpt, 0, 1}, 5, 9000), 1, 6000);
+    for (const IntegratorChoice integrator : {IntegratorChoice::ppm, IntegratorChoice::bpm, IntegratorChoice::vcm}) {
+      RenderRequest request = request_for(scene, {integrator, 0, 2}, 5, 9100);
+      const double first_radius = 16.0 * radius;
+      request.settings.radius = first_radius * scene.built->half_diagonal();
+      request.settings.alpha = 0.25;
+      double previous = 1e9;
+      for (const std::uint32_t last : {2U, 20U, 200U}) {
+        // The first iterations are few: many runs of them.
+        Estimates merged(scene.built->scene().camera().resolution());
+        ThreadedExecutor executor(0);
+        const std::uint32_t runs = 4000 / last;
+        double radius_sum = 0.0;
+        for (std::uint32_t run = 0; run < runs; ++run) {
+          request.settings.seed = 9200 + run;
+          const auto source = start(*scene.built, request);
+          for (std::uint32_t i = 1; i <= last; ++i) {
+            source->iterate(executor);
+            if (2 * i <= last) continue;
+            merged.blocks.add(source->frame());
+            merged.whole.add(source->frame());
+            radius_sum += first_radius * std::pow(i, -0.375);
+          }
+        }
+        const double mean_radius = radius_sum / merged.blocks.frames();
+        const Bias bias = bias_of(merged, truth);
+        std::printf("%s, %s, iterations up to %u: radius %.4f, bias %.4f ± %.4f, worst %.4f\n", scene.name.c_str(),
+                    name_of(integrator), last, mean_radius, bias.rms, bias.uncertainty, bias.worst_excess);
+        CAPTURE(scene.name, name_of(integrator), last, mean_radius, bias.rms, bias.uncertainty, bias.worst_excess);
+        CHECK(bias.worst_excess < bias_bound * mean_radius);
+        CHECK(bias.rms < previous);
+        previous = std::max(0.7 * bias.rms, 2.0 * bias.uncertainty);
+      }
+    }
+  }
+}
