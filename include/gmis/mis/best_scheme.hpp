@@ -62,8 +62,8 @@ class Pilot {
 
     const std::size_t count = values.size();
     const std::vector<double> weights(count, 1.0 / (static_cast<double>(rounds) * static_cast<double>(n)));
-    // Every density is scaled to integrate, over these nodes, to what it is known to: one, or its share of samples that were
-    // made. With that no variance comes out negative, and one that is zero comes out zero, however short the pilot.
+    // Every density is scaled to integrate, over these nodes, to what it is known to: one, or its share of samples that
+    // were made. With that no variance comes out negative, however short the pilot (Cauchy and Schwarz).
     std::vector<double> by_proposal(n * count);
     for (std::size_t k = 0; k < n; ++k) {
       double sum = 0.0;
@@ -142,13 +142,19 @@ template <UniformSource Source>
         static_cast<double>(groups.density_evaluations_per_round()));
   }
 
+  // Of two that are level, to rounding, the cheaper one, then the one met first: those without random indices come first.
   const auto is_better = [](const SchemeCandidate& a, const SchemeCandidate& b) {
     if (!a.is_unbiased || !b.is_unbiased) return a.is_unbiased && !b.is_unbiased;
     const double score = a.variance_times_cost(), other = b.variance_times_cost();
-    return score != other ? score < other : a.cost < b.cost;
+    if (std::abs(score - other) > 1e-9 * other) return score < other;
+    return a.cost < b.cost;
   };
-  for (std::size_t i = 1; i < choice.candidates.size(); ++i)
-    if (is_better(choice.candidates[i], choice.candidates[choice.best])) choice.best = i;
+  constexpr std::size_t random_schemes = 3;
+  choice.best = random_schemes;
+  for (std::size_t i = 1; i < choice.candidates.size(); ++i) {
+    const std::size_t candidate = (random_schemes + i) % choice.candidates.size();
+    if (is_better(choice.candidates[candidate], choice.candidates[choice.best])) choice.best = candidate;
+  }
   return choice;
 }
 
