@@ -73,7 +73,7 @@ Variance variance_of(Scheme scheme, const gmis::TabulatedProblem& table, std::ui
   const std::size_t n = table.proposal_count();
   if ((scheme == Scheme::R2 && n > gmis::max_exact_r2) || (scheme == Scheme::N2 && n > gmis::max_exact_n2)) {
     gmis::Philox source(seed);
-    const auto averaged = averaged_variance(scheme, table, 64, source);
+    const auto averaged = averaged_variance(scheme, table, 512, source);
     return {averaged.value, averaged.half_width};
   }
   return {exact_variance(scheme, table), 0.0};

@@ -134,6 +134,21 @@ double variance_of_n3() {
   return gmis::exact_variance(gmis::Scheme::N3, {f, proposals, nodes});
 }
 
+auto estimate_in_groups(const std::vector<Exponential>& proposals) {
+  const gmis::Groups<> groups(proposals.size(), 4);  // of 4: a sample costs 4 densities
+  gmis::Philox source(42);
+  const auto f = [](double x) { return x * std::exp(-x); };
+  return gmis::estimate_partial(f, proposals, groups, 10'000, source);
+}
+
+gmis::SchemeChoice which_scheme(const std::vector<Exponential>& proposals) {
+  gmis::Philox source(7);
+  const auto f = [](double x) { return x * std::exp(-x); };
+  const gmis::Pilot pilot(f, proposals, 100, source);  // 100 samples of each proposal, with all densities
+  const gmis::CostModel costs{.per_density = 8.0, .per_sample = 40.0};  // nanoseconds, as you measured them
+  return gmis::best_scheme(pilot.problem(), costs, source);
+}
+
 }  // namespace
 
 TEST_CASE("the guide's code does what the guide says", "[mis][docs]") {
@@ -141,6 +156,15 @@ TEST_CASE("the guide's code does what the guide says", "[mis][docs]") {
   CHECK(std::abs(own_loop() - 1.0) < 2.0);
   CHECK(std::abs(own_loop_of_any_size({{0.5}, {2.0}}, 10'000) - 1.0) < 0.05);
   CHECK_FALSE(all_schemes_are_unbiased());
+
+  std::vector<Exponential> eight;
+  for (int k = 0; k < 8; ++k) eight.push_back({0.4 + 0.2 * k});
+  const auto grouped = estimate_in_groups(eight);
+  CHECK(grouped.density_evaluations == 10'000 * 8 * 4);
+  CHECK(test::normal_p_value((grouped.mean - 1.0) / grouped.standard_error.value()) > 1e-4);
+  const auto choice = which_scheme(eight);
+  for (const auto& candidate : choice.candidates)
+    CHECK(choice.chosen().variance_times_cost() <= candidate.variance_times_cost());
 
   const auto shared = estimate_with_shares();
   CHECK(shared.samples == 100'000);
