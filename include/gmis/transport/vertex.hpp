@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/ieee.hpp"
 #include "gmis/transport/partial_weights.hpp"
 #include "gmis/transport/scatter.hpp"
 
@@ -35,7 +36,8 @@ struct CameraVertex {
   [[nodiscard]] bool is_first() const noexcept { return depth == 1; }
 };
 
-/// Two points that see each other or not: the unit vector from `from` to `to` and the factors between them.
+/// Two points that see each other or not: the unit vector from `from` to `to` and the factors between them. Of one and
+/// the same point it has no direction; `distance_squared` is then 0.
 template <std::floating_point T>
 struct Link {
   Vec3<T> direction;
@@ -44,7 +46,7 @@ struct Link {
   [[nodiscard]] static Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept {
     const Vec3<T> offset = to - from;
     const T distance_squared = glm::dot(offset, offset);
-    return {offset * (T(1) / std::sqrt(distance_squared)), distance_squared};
+    return {offset * ieee_divide(T(1), std::sqrt(distance_squared)), distance_squared};
   }
   /// Change from solid angle at the other end to area at `point`.
   [[nodiscard]] T to_area(const SurfacePoint<T>& point) const noexcept {
