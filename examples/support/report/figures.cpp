@@ -34,9 +34,11 @@ double error_at(std::span<const ErrorAtTime> points, double seconds) {
 
 TimeToError time_to_error(const Courses& courses, double error) {
   TimeToError result;
-  double log_sum = 0, log_predicted = 0;
+  constexpr double farthest = 100;
+  double log_sum = 0, log_predicted = 0, measured = 0;
   for (const auto& course : courses) {
     const auto points = usable(course);
+    if (!points.empty()) measured = std::max(measured, points.back().seconds);
     if (const auto seconds = seconds_until(points, error)) {
       ++result.reached;
       log_sum += std::log(*seconds);
@@ -51,7 +53,7 @@ TimeToError time_to_error(const Courses& courses, double error) {
   if (courses.empty()) return result;
   if (result.reached == courses.size())
     result.seconds = std::exp(log_sum / count);
-  else if (std::isfinite(log_predicted))
+  else if (std::exp(log_predicted / count) <= farthest * measured)
     result.predicted = std::exp(log_predicted / count);
   return result;
 }

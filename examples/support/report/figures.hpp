@@ -18,9 +18,11 @@ using Courses = std::vector<std::vector<ErrorAtTime>>;
 
 /// How long an integrator takes to come down to an error.
 struct TimeToError {
-  std::optional<double> seconds;    ///< the geometric mean over the seeds; nothing unless every seed reached it
-  std::size_t reached = 0;          ///< how many seeds did
-  std::optional<double> predicted;  ///< where it was not reached: by the fitted power laws; nothing if they do not fall
+  std::optional<double> seconds;  ///< the geometric mean over the seeds; nothing unless every seed reached it
+  std::size_t reached = 0;        ///< how many seeds did
+  /// Where it was not reached: by the fitted power laws. Nothing if they do not fall, or if it is more than 100 times as far as
+  /// was measured: so far a fit says nothing.
+  std::optional<double> predicted;
 };
 [[nodiscard]] TimeToError time_to_error(const Courses& courses, double error);
 

@@ -18,8 +18,7 @@ std::string seconds_text(const TimeToError& time, std::size_t seeds) {
   if (time.seconds) return three_digits(*time.seconds) + " s";
   std::string text = "not reached";
   if (time.reached > 0) text += " by " + std::to_string(seeds - time.reached) + " of " + std::to_string(seeds);
-  constexpr double year = 3e7;
-  if (time.predicted && *time.predicted < year) text += " (≈ " + three_digits(*time.predicted) + " s)";
+  if (time.predicted) text += " (≈ " + three_digits(*time.predicted) + " s)";
   return text;
 }
 
@@ -68,7 +67,8 @@ std::string reference_warning(const SceneRecord& scene) {
 Table table_of(const SceneRecord& scene) {
   Table table;
   table.headings = {"integrator", "iterations", "error at the end"};
-  for (const double target : Comparison::targets) table.headings.push_back("to " + percentage(target));
+  for (const double target : Comparison::targets)
+    table.headings.push_back("to " + std::to_string(std::lround(100 * target)) + " %");
   table.headings.insert(table.headings.end(), {"efficiency, vcm = 1", "slope", "merging bias"});
   const ContenderRecord* baseline = baseline_of(scene);
   const Courses baseline_courses = baseline != nullptr ? baseline->courses() : Courses{};
