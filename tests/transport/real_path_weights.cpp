@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -36,12 +37,13 @@ struct Outcome {
 };
 
 std::string describe(const gmis::TechniqueId& id, const DiscretePath& path) {
-  std::string text = "technique " + std::to_string(static_cast<int>(id.technique)) + " s " + std::to_string(id.s) +
-                     " t " + std::to_string(id.t) + " path";
-  for (std::size_t i = 0; i < path.nodes.size(); ++i)
-    text += " " + std::to_string(path.nodes[i]) +
-            (path.lobes[i] == gmis_test::Tag::smooth ? "" : "d" + std::to_string(path.lobes[i]));
-  return text;
+  std::ostringstream text;
+  text << "technique " << static_cast<int>(id.technique) << " s " << id.s << " t " << id.t << " path";
+  for (std::size_t i = 0; i < path.nodes.size(); ++i) {
+    text << ' ' << path.nodes[i];
+    if (path.lobes[i] != gmis_test::Tag::smooth) text << 'd' << path.lobes[i];
+  }
+  return text.str();
 }
 
 gmis::RenderSettings settings() {
