@@ -117,7 +117,7 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   CHECK(run(folder, "--version").exit_code == 0);
   const Outcome list = run(folder, "--list-scenes");
   CHECK(list.exit_code == 0);
-  CHECK(list.out == "cornell\npaper1\npaper2\npaper3\npaper4\n");
+  CHECK(list.out == "cornell\npaper1\npaper2\npaper3\npaper4\nstudio\n");
 }
 
 TEST_CASE("The statistics hold every key that scripts rely on") {
