@@ -95,7 +95,7 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
   const std::size_t last = images.empty() ? 0 : images.size() - 1;
   add("reference", scene.reference, {});
   if (images.size() < 2) return;
-  // At first the baseline beside the last integrator.
+  // At first the baseline beside the last integrator, or the first one if that is the baseline.
   const auto selecting = [&](std::size_t index) {
     std::string text = choices;
     const std::string value = "value=\"" + std::to_string(index) + "\"";
@@ -106,7 +106,7 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
   const std::size_t left = baseline != nullptr ? static_cast<std::size_t>(baseline - scene.contenders.data()) : 0;
   html
       << "<div data-viewer><div class=\"bar\"><label>left <select data-left>" << selecting(left)
-      << "</select></label><label>right <select data-right>" << selecting(last > 0 ? last : 1)
+      << "</select></label><label>right <select data-right>" << selecting(last == left ? (left == 0 ? 1 : 0) : last)
       << "</select></label><span><button data-pictures>pictures</button> <button data-maps>error maps</button></span>"
          "<span><button data-out aria-label=\"smaller\">−</button> <span data-zoom>1×</span> "
          "<button data-in aria-label=\"larger\">+</button></span></div>\n"
