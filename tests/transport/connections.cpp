@@ -32,7 +32,7 @@ struct Measured {
 
 template <class I>
 Measured render(const RenderSettings& settings, int wanted) {
-  const int iterations = wanted / fewer + 1;
+  const int iterations = std::max(2, wanted / fewer);
   const Furnace scene(0.7F, 1.0F, 16, 2);
   Engine<Furnace, I> engine(scene, settings);
   SerialExecutor executor;
@@ -67,7 +67,7 @@ void check(const Measured& measured) {
 
 /// The mean of what connections of two light and two camera vertices give without their weight.
 Measured connections_alone(const RenderSettings& settings, int wanted) {
-  const int iterations = wanted / fewer + 1;
+  const int iterations = std::max(2, wanted / fewer);
   const Furnace scene(0.7F, 1.0F, 16, 1);
   Engine<Furnace, integrators::Bpt, true> engine(scene, settings);
   SerialExecutor executor;
