@@ -75,6 +75,9 @@ TEST_CASE("heuristics are Veach's", "[mis]") {
   CHECK(near(weights_of(gmis::Power{2.0}, counts, p), {9.0 / 13.04, 4.0 / 13.04, 0.04 / 13.04}));
   CHECK(near(weights_of(gmis::Power{1.0}, counts, p), weights_of(gmis::Balance{}, counts, p)));
   CHECK(near(weights_of(gmis::Cutoff{0.1}, counts, p), {0.6, 0.4, 0.0}));
+  CHECK(near(weights_of(gmis::Cutoff{0.1}, Counts{1, 1}, std::vector<double>{1.0, 0.1004}),
+             {1 / 1.1004, 0.1004 / 1.1004}));
+  CHECK(near(weights_of(gmis::Cutoff{0.1}, Counts{1, 1}, std::vector<double>{1.0, 0.0996}), {1.0, 0.0}));
   CHECK(near(weights_of(gmis::Cutoff{0.0}, counts, p), weights_of(gmis::Balance{}, counts, p)));
   CHECK(near(weights_of(gmis::Maximum{}, counts, p), {1.0, 0.0, 0.0}));
   CHECK(near(weights_of(gmis::Maximum{}, Counts{2, 2, 1}, std::vector<double>{1.0, 1.0, 1.0}), {0.5, 0.5, 0.0}));
