@@ -13,6 +13,8 @@ add_library(gmis_render_session STATIC
   support/integrators/lt.cpp
   support/integrators/ppm.cpp
   support/integrators/pt.cpp
+  support/integrators/pt_lt.cpp
+  support/integrators/pt_lt_pm.cpp
   support/integrators/vcm.cpp
   support/options.cpp
   support/progress_bar.cpp

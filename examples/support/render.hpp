@@ -82,6 +82,8 @@ struct RenderResult {
 
 // One per integrator, each in a file of its own: the engine is compiled anew for each.
 [[nodiscard]] std::unique_ptr<FrameSource> start_pt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_pt_lt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_pt_lt_pm(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_lt(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_ppm(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_bpm(const BuiltScene&, const RenderRequest&);

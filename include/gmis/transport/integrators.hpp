@@ -10,6 +10,11 @@ using Pt = Integrator<Techniques<EmitterHit, NextEvent>>;
 /// Light tracing: light vertices are connected with the camera; camera subpaths only find the lights that are seen
 /// directly or through specular surfaces. Cannot make what is seen in a mirror or through glass.
 using Lt = Integrator<Techniques<EmitterHit, Splat>, NoSplit, CameraWalk::specular>;
+/// Path and light tracing together: no photon is kept, no two subpaths are connected. Enough for what light subpaths
+/// find best, caustics on what is seen directly.
+using PtLt = Integrator<Techniques<EmitterHit, NextEvent, Splat>>;
+/// The same with photon mapping, which also makes caustics seen in a mirror: all techniques but connections.
+using PtLtPm = Integrator<Techniques<EmitterHit, NextEvent, Splat, Merge>>;
 /// Bidirectional path tracing.
 using Bpt = Integrator<Techniques<EmitterHit, NextEvent, Connect, Splat>>;
 /// Stochastic progressive photon mapping: merging alone, at the first non-specular camera vertex
