@@ -19,6 +19,8 @@ class CameraSubpath {
   using I = typename Context::IntegratorType;
   using S = typename Context::S;
   using T = typename Context::T;
+  using Vertex = CameraVertex<Sc, I>;
+  using CameraPartial = decltype(Vertex::weights);
 
   CameraSubpath(const Context& context, Output& output) : context_(context), output_(output) {}
 
@@ -42,10 +44,10 @@ class CameraSubpath {
   struct Edge {
     SurfacePoint<T> from;
     Step<S> step;
-    S throughput;                      ///< at the far end
-    PartialWeights<T> weights_behind;  ///< at `from`
-    std::int32_t depth;                ///< of the far end: edges from the camera
-    bool is_past_first;                ///< a non-specular vertex lies behind
+    S throughput;                  ///< at the far end
+    CameraPartial weights_behind;  ///< at `from`
+    std::int32_t depth;            ///< of the far end: edges from the camera
+    bool is_past_first;            ///< a non-specular vertex lies behind
   };
 
   // Numbers of one vertex and child: the techniques' and the scattering's. 2 · 256 < 1024.
@@ -60,7 +62,7 @@ class CameraSubpath {
         escape(edge);
         return;
       }
-      CameraVertex<Sc> vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth};
+      Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth};
       if (!arrive(edge, vertex)) return;
       if constexpr (I::template has<EmitterHit>) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
       if (edge.depth == context_.max_depth) return;
@@ -103,7 +105,7 @@ class CameraSubpath {
 
   /// All children of the first non-specular vertex, each with random numbers of its own.
   template <UniformSource Source>
-  void branch(const Edge& edge, const CameraVertex<Sc>& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering,
+  void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering,
               Source& source, std::uint32_t number) {
     Source children = source;
     children.at_vertex(number);
@@ -115,7 +117,7 @@ class CameraSubpath {
   }
 
   /// Forms the vertex's partial weights; false where its density allows none.
-  [[nodiscard]] bool arrive(const Edge& edge, CameraVertex<Sc>& vertex) {
+  [[nodiscard]] bool arrive(const Edge& edge, Vertex& vertex) {
     const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
     const T distance_squared = glm::dot(offset, offset);
     const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
@@ -140,14 +142,14 @@ class CameraSubpath {
     return std::abs(glm::dot(edge.from.geometric_normal, edge.step.to_next));
   }
 
-  [[nodiscard]] PartialWeights<T> weights_at(const Edge& edge, T to_area_back, T density) const {
+  [[nodiscard]] CameraPartial weights_at(const Edge& edge, T to_area_back, T density) const {
     if (edge.depth == 1) return context_.recursion.first_camera_vertex(density);
     return context_.recursion.extend_camera(edge.weights_behind, edge.depth == 2, edge.step.is_delta, edge.step.reverse,
                                             to_area_back, density);
   }
 
   template <UniformSource Source>
-  void at_vertex(const CameraVertex<Sc>& vertex, Source& source, std::uint32_t number) {
+  void at_vertex(const Vertex& vertex, Source& source, std::uint32_t number) {
     if constexpr (I::works_at_camera_vertices) source.at_vertex(number);
     if constexpr (I::template has<NextEvent>) NextEvent::at_camera_vertex(context_, vertex, source, output_);
     if constexpr (I::template has<Connect>) Connect::at_camera_vertex(context_, vertex, number_, source, output_);

@@ -5,17 +5,9 @@
 
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/counters.hpp"
+#include "gmis/transport/technique.hpp"
 
 namespace gmis {
-
-enum class Technique : std::uint8_t { emitter_hit, next_event, connect, splat, merge };
-
-/// Which technique made a path, with `s` light and `t` camera vertices; a merged vertex counts on both sides.
-struct TechniqueId {
-  Technique technique;
-  std::int16_t s;
-  std::int16_t t;
-};
 
 /// One estimate of one pixel before it reaches the film: `value` is not yet multiplied by the MIS weight.
 template <Spectrum S>

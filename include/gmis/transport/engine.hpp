@@ -122,7 +122,8 @@ class Engine {
   enum Stream : std::uint32_t { light_stream = 0, camera_stream = 1, pilot_stream = 2 };
 
   using Context = IterationContext<Sc, Integrator_>;
-  using Output = ChunkOutput<S, records_techniques>;
+  using Output = typename Integrator_::template Output<S, records_techniques>;
+  using StoredVertex = typename Context::StoredVertex;
   using LightTree = gmis::LightTree<Context>;
 
   using Policy = typename Integrator_::Split::template Policy<T>;
@@ -150,7 +151,7 @@ class Engine {
         const auto number = static_cast<std::uint32_t>(chunk * chunk_size + i);
         tree.trace(
             Source(settings_.seed, 0, number, pilot_stream),
-            [&](const LightVertex<Sc>& vertex, auto&) { pilots[chunk].stored += is_worth_storing(vertex) ? 1 : 0; },
+            [&](const StoredVertex& vertex, auto&) { pilots[chunk].stored += is_worth_storing(vertex) ? 1 : 0; },
             [&](const auto& bsdf, int drawn) {
               if constexpr (Integrator_::Split::splits) pilots[chunk].children.count(bsdf, drawn);
             });
@@ -183,7 +184,7 @@ class Engine {
     }
   };
 
-  [[nodiscard]] static bool is_worth_storing(const LightVertex<Sc>& vertex) noexcept {
+  [[nodiscard]] static bool is_worth_storing(const StoredVertex& vertex) noexcept {
     return !vertex.bsdf.is_purely_delta() && survival_probability(vertex.bsdf) > T(0);
   }
 
@@ -209,7 +210,7 @@ class Engine {
     counts.splat = I::template has<Splat> ? trees : T(0);
     counts.merge = I::template has<Merge> ? merge_area : T(0);
     return {scene_,
-            WeightRecursion<T, typename I::Heuristic>(counts),
+            typename I::template Recursion<T>(counts),
             split_,
             grid_,
             cache_,
@@ -237,7 +238,7 @@ class Engine {
       for (std::size_t number = index * chunk_size; number < end; ++number) {
         tree.trace(
             Source(settings_.seed, context.iteration, static_cast<std::uint32_t>(number), light_stream),
-            [&](const LightVertex<Sc>& vertex, auto& source) {
+            [&](const StoredVertex& vertex, auto& source) {
               if (!is_worth_storing(vertex)) return;
               if constexpr (Integrator_::stores_light_vertices) stored.add(vertex);
               if constexpr (Integrator_::template has<Splat>) Splat::at_light_vertex(context, vertex, source, output);
@@ -307,7 +308,7 @@ class Engine {
   std::size_t light_tree_count_ = 0;
   std::vector<Output> light_outputs_;
   std::vector<Output> camera_outputs_;
-  LightVertexCache<Sc> cache_;
+  LightVertexCache<StoredVertex> cache_;
   LightVertexGrid<T> grid_;
   std::vector<S> frame_;
   Counters counters_;

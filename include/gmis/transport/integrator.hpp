@@ -1,5 +1,7 @@
 #pragma once
 
+#include "gmis/transport/contribution.hpp"
+#include "gmis/transport/partial_weights.hpp"
 #include "gmis/transport/split.hpp"
 #include "gmis/transport/technique_list.hpp"
 #include "gmis/transport/techniques/connect.hpp"
@@ -21,6 +23,11 @@ struct Integrator {
   using TechniqueList = TechniqueList_;
   using Split = Split_;
   using Heuristic = Heuristic_;
+  /// What weights are formed with, and where what they weight goes.
+  template <std::floating_point T>
+  using Recursion = WeightRecursion<T, Heuristic>;
+  template <Spectrum S, bool records_techniques>
+  using Output = ChunkOutput<S, records_techniques>;
   static constexpr CameraWalk camera_walk = camera_walk_;
   template <class T>
   static constexpr bool has = TechniqueList::template contains<T>;

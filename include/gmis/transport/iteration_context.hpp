@@ -5,7 +5,7 @@
 #include "gmis/transport/integrator.hpp"
 #include "gmis/transport/light_vertex_cache.hpp"
 #include "gmis/transport/light_vertex_grid.hpp"
-#include "gmis/transport/partial_weights.hpp"
+#include "gmis/transport/vertex.hpp"
 
 namespace gmis {
 
@@ -22,15 +22,15 @@ struct IterationContext {
   using IntegratorType = Integrator_;
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
-  using StoredVertex = LightVertex<Sc>;
+  using StoredVertex = LightVertex<Sc, Integrator_>;
 
   const Sc& scene;
-  WeightRecursion<T, typename Integrator_::Heuristic> recursion;
+  typename Integrator_::template Recursion<T> recursion;
   typename Integrator_::Split::template Policy<T> split;
   const LightVertexGrid<T>& grid;
-  const LightVertexCache<Sc>& cache;  ///< its numbers are those of the grid
-  int connections;                    ///< vertices drawn from the cache; 0: the paired tree instead
-  T connection_scale;                 ///< V / (m n_L): what the throughput of one of them stands for
+  const LightVertexCache<StoredVertex>& cache;  ///< its numbers are those of the grid
+  int connections;                              ///< vertices drawn from the cache; 0: the paired tree instead
+  T connection_scale;                           ///< V / (m n_L): what the throughput of one of them stands for
   PixelBounds crop;
   glm::ivec2 resolution;
   std::uint64_t seed;

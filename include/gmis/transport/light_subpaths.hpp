@@ -17,7 +17,7 @@ template <class Context>
 class LightTree {
  public:
   using Sc = typename Context::SceneType;
-  using Vertex = LightVertex<Sc>;
+  using Vertex = typename Context::StoredVertex;
   using S = typename Vertex::S;
   using T = typename Vertex::T;
   using Split = typename Context::IntegratorType::Split;
@@ -98,7 +98,7 @@ class LightTree {
                               : solid_angle_per_area(glm::dot(emission->origin.geometric_normal, emission->direction),
                                                      distance_squared);
     const T next_event = choice.light->next_event_density(emission->origin, emission->direction, hit->point);
-    const PartialWeights<T> weights =
+    const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
     return vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1);
@@ -120,7 +120,7 @@ class LightTree {
   }
 
   [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
-                                 const PartialWeights<T>& weights, std::int32_t depth) const {
+                                 const decltype(Vertex::weights)& weights, std::int32_t depth) const {
     const T survival = survival_probability(hit.bsdf);
     return {hit.point,  hit.bsdf,
             -direction, throughput,

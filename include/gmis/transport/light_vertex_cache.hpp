@@ -5,17 +5,13 @@
 #include <span>
 #include <vector>
 
-#include "gmis/transport/vertex.hpp"
-
 namespace gmis {
 
 /// The light vertices of one iteration, tree by tree, written in chunks of trees by whichever thread has one. Memory is
 /// kept from one iteration to the next.
-template <Scene Sc>
+template <class Vertex>
 class LightVertexCache {
  public:
-  using Vertex = LightVertex<Sc>;
-
   /// The vertices of some trees that follow one another.
   class Chunk {
    public:

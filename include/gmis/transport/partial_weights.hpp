@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/extended.hpp"
+#include "gmis/transport/technique.hpp"
 #include "gmis/transport/technique_counts.hpp"
 
 /// \file
@@ -40,40 +41,65 @@ struct PowerRatio {
   }
 };
 
-/// What a vertex must know of the path behind it to weight any technique that ends there.
-template <std::floating_point T>
-struct PartialWeights {
-  Extended<T> shared;  ///< κ_i / a_i, or 0 where the edge behind cannot be a connection (a delta event at either end)
-  Extended<T> chain;   ///< times the reverse density per steradian: L_{i−1} / a_i
+/// What a vertex must know of the path behind it to weight any technique that ends there. `Shared` is a plain number on
+/// the camera side, a sum over techniques on the light side.
+template <class Shared, class Sum>
+struct PartialSums {
+  Shared shared;  ///< κ_i / a_i, or 0 where the edge behind cannot be a connection (a delta event at either end)
+  Sum chain;      ///< times the reverse density per steradian: L_{i−1} / a_i
 };
 
-template <std::floating_point T, class Heuristic = BalanceRatio>
+template <std::floating_point T>
+using PartialWeights = PartialSums<Extended<T>, Extended<T>>;
+
+/// The whole sum over techniques as one number; a weight is a technique's share of it.
+template <std::floating_point T>
+struct WholeSum {
+  using Sum = Extended<T>;
+  using Weight = T;
+
+  /// The sum in which only one technique occurs, with that density.
+  template <Technique technique>
+  [[nodiscard]] static constexpr Sum of(Extended<T> density) noexcept {
+    return density;
+  }
+  /// own / (own + others), in [0, 1].
+  [[nodiscard]] static constexpr Weight weight(const Sum& own, const Sum& others) noexcept {
+    return own.is_zero() ? T(0) : (own / (own + others)).value();
+  }
+};
+
+/// `Sums` says what is summed over the techniques: `WholeSum`, or sums kept apart (technique_groups.hpp).
+template <std::floating_point T, class Heuristic = BalanceRatio, class Sums = WholeSum<T>>
 class WeightRecursion {
  public:
   using Number = Extended<T>;
-  using Partial = PartialWeights<T>;
+  using Sum = typename Sums::Sum;
+  using Weight = typename Sums::Weight;
+  using LightPartial = PartialSums<Sum, Sum>;
+  using CameraPartial = PartialSums<Number, Sum>;
 
   constexpr explicit WeightRecursion(const TechniqueCounts<T>& counts) noexcept
-      : emitter_hit_(h(counts.emitter_hit)),
-        next_event_(h(counts.next_event)),
-        connect_(h(counts.connect)),
-        splat_(h(counts.splat)),
-        merge_(h(counts.merge)) {}
+      : emitter_hit_(Sums::template of<Technique::emitter_hit>(h(counts.emitter_hit))),
+        next_event_(Sums::template of<Technique::next_event>(h(counts.next_event))),
+        connect_(Sums::template of<Technique::connect>(h(counts.connect))),
+        splat_(Sums::template of<Technique::splat>(h(counts.splat))),
+        merge_(Sums::template of<Technique::merge>(h(counts.merge))) {}
 
   // ---- light side -------------------------------------------------------------------------------------------------
 
   /// At x_1. `origin` is a_0 and `next_event` e_0, the densities of x_0 by emission and by next event, both with the
   /// probability of choosing the light and in one measure; `first` is a_1; `to_origin` is g_0 (0 for a light that no
   /// ray can hit).
-  [[nodiscard]] constexpr Partial first_light_vertex(T origin, T next_event, T first, T to_origin) const noexcept {
+  [[nodiscard]] constexpr LightPartial first_light_vertex(T origin, T next_event, T first, T to_origin) const noexcept {
     const Number inverse = Number(T(1)) / (h(origin) * h(first));
     return {next_event_ * h(next_event) * inverse, emitter_hit_ * h(to_origin) * inverse};
   }
 
   /// From x_i to x_{i+1} of a light subpath: `reverse` is the density per steradian at x_i of going back to x_{i−1},
   /// `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}.
-  [[nodiscard]] constexpr Partial extend_light(const Partial& at, bool is_delta, T reverse, T to_area,
-                                               T density) const noexcept {
+  [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, bool is_delta, T reverse, T to_area,
+                                                    T density) const noexcept {
     return extend(at, is_delta, reverse, to_area, density, connect_);
   }
 
@@ -81,80 +107,80 @@ class WeightRecursion {
   // A camera vertex keeps shared = 1 / b_j without the count: the count depends on what the vertex turns out to be.
 
   /// At the first vertex seen from the camera, `density` is b_{k−1}.
-  [[nodiscard]] constexpr Partial first_camera_vertex(T density) const noexcept {
-    return {Number(T(1)) / h(density), Number()};
+  [[nodiscard]] constexpr CameraPartial first_camera_vertex(T density) const noexcept {
+    return {Number(T(1)) / h(density), Sum()};
   }
 
   /// From x_j to x_{j−1} of a camera subpath; arguments as in `extend_light`. `is_first`: x_j is the first vertex seen.
-  [[nodiscard]] constexpr Partial extend_camera(const Partial& at, bool is_first, bool is_delta, T reverse, T to_area,
-                                                T density) const noexcept {
+  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_first, bool is_delta, T reverse,
+                                                      T to_area, T density) const noexcept {
     return extend(counted(at, is_first), is_delta, reverse, to_area, density, Number(T(1)));
   }
 
   // ---- weights ----------------------------------------------------------------------------------------------------
 
+  /// Light seen directly can be made in no other way.
+  [[nodiscard]] constexpr Weight seen_directly() const noexcept { return Sums::weight(emitter_hit_, Sum()); }
+
   /// s = 0. `at` is the camera vertex on the light, not the first one; `origin` a_0, `next_event` e_0 as above, `first`
   /// the density of the emitted direction (in the measure whose change to area was `to_area` of the edge before).
-  [[nodiscard]] constexpr T emitter_hit(const Partial& at, T origin, T next_event, T first) const noexcept {
-    const Number others = next_event_ * h(next_event) * at.shared + h(origin) * h(first) * at.chain;
-    return share(emitter_hit_, others);
+  [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T origin, T next_event, T first) const noexcept {
+    const Sum others = next_event_ * h(next_event) * at.shared + h(origin) * h(first) * at.chain;
+    return Sums::weight(emitter_hit_, others);
   }
 
   /// s = 1. `hit` is b_0, the density of the camera subpath making x_0 itself (0 for a light that no ray can hit);
   /// `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
-  [[nodiscard]] constexpr T next_event(const Partial& camera, bool is_first, T origin, T next_event, T hit, T first,
-                                       T reverse) const noexcept {
-    const Number others = emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_first), reverse);
-    return share(next_event_ * h(next_event), others);
+  [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_first, T origin, T next_event, T hit,
+                                            T first, T reverse) const noexcept {
+    const Sum others = emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_first), reverse);
+    return Sums::weight(next_event_ * h(next_event), others);
   }
 
   /// s, t ≥ 2. `light_density` is a of the camera vertex, `camera_density` is b of the light vertex (made from the
   /// other end); the reverse densities are per steradian, each back along its own subpath.
-  [[nodiscard]] constexpr T connect(const Partial& light, T light_reverse, T camera_density, const Partial& camera,
-                                    bool is_first, T camera_reverse, T light_density) const noexcept {
-    return share(connect_, h(camera_density) * side(light, light_reverse) +
-                               h(light_density) * side(counted(camera, is_first), camera_reverse));
+  [[nodiscard]] constexpr Weight connect(const LightPartial& light, T light_reverse, T camera_density,
+                                         const CameraPartial& camera, bool is_first, T camera_reverse,
+                                         T light_density) const noexcept {
+    return Sums::weight(connect_, h(camera_density) * side(light, light_reverse) +
+                                      h(light_density) * side(counted(camera, is_first), camera_reverse));
   }
 
   /// t = 1. `camera_density` is b of the light vertex, made by a camera ray.
-  [[nodiscard]] constexpr T splat(const Partial& light, T light_reverse, T camera_density) const noexcept {
-    return share(splat_, h(camera_density) * side(light, light_reverse));
+  [[nodiscard]] constexpr Weight splat(const LightPartial& light, T light_reverse, T camera_density) const noexcept {
+    return Sums::weight(splat_, h(camera_density) * side(light, light_reverse));
   }
 
   /// Merging at one vertex that both subpaths made.
-  [[nodiscard]] constexpr T merge(const Partial& light, T light_reverse, const Partial& camera, bool is_first,
-                                  T camera_reverse) const noexcept {
-    const Partial camera_counted = counted(camera, is_first);
-    return share(merge_, light.shared + h(light_reverse) * light.chain + camera_counted.shared +
-                             h(camera_reverse) * camera_counted.chain);
+  [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
+                                       bool is_first, T camera_reverse) const noexcept {
+    const LightPartial camera_counted = counted(camera, is_first);
+    return Sums::weight(merge_, light.shared + h(light_reverse) * light.chain + camera_counted.shared +
+                                    h(camera_reverse) * camera_counted.chain);
   }
 
  private:
   [[nodiscard]] static constexpr Number h(T density) noexcept { return Heuristic::of(Number(density)); }
 
-  /// own / (own + others), in [0, 1].
-  [[nodiscard]] static constexpr T share(Number own, Number others) noexcept {
-    return own.is_zero() ? T(0) : (own / (own + others)).value();
-  }
-
-  [[nodiscard]] constexpr Partial counted(const Partial& camera, bool is_first) const noexcept {
-    return {camera.shared * (is_first ? splat_ : connect_), camera.chain};
+  [[nodiscard]] constexpr LightPartial counted(const CameraPartial& camera, bool is_first) const noexcept {
+    return {(is_first ? splat_ : connect_) * camera.shared, camera.chain};
   }
 
   /// L_i / b_i at a vertex where the path goes on by a non-delta event.
-  [[nodiscard]] constexpr Number side(const Partial& at, T reverse) const noexcept {
+  [[nodiscard]] constexpr Sum side(const LightPartial& at, T reverse) const noexcept {
     return merge_ + at.shared + h(reverse) * at.chain;
   }
 
-  [[nodiscard]] constexpr Partial extend(const Partial& at, bool is_delta, T reverse, T to_area, T density,
-                                         Number count) const noexcept {
+  template <class Shared>
+  [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, bool is_delta, T reverse, T to_area,
+                                                          T density, const Shared& count) const noexcept {
     const Number inverse = Number(T(1)) / h(density);
     // A delta event at x_i: no merging there, and neither edge of it can be a connection.
-    if (is_delta) return {Number(), h(to_area) * h(reverse) * at.chain * inverse};
+    if (is_delta) return {Shared(), h(to_area) * h(reverse) * at.chain * inverse};
     return {count * inverse, h(to_area) * side(at, reverse) * inverse};
   }
 
-  Number emitter_hit_, next_event_, connect_, splat_, merge_;
+  Sum emitter_hit_, next_event_, connect_, splat_, merge_;
 };
 
 }  // namespace gmis

@@ -2,13 +2,12 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/ieee.hpp"
-#include "gmis/transport/partial_weights.hpp"
 #include "gmis/transport/scatter.hpp"
 
 namespace gmis {
 
 /// A vertex of a light subpath, kept for connecting and merging.
-template <Scene Sc>
+template <Scene Sc, class Integrator_>
 struct LightVertex {
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
@@ -16,20 +15,20 @@ struct LightVertex {
   typename Sc::Bsdf bsdf;
   Vec3<T> to_prev;
   S throughput;  ///< flux that arrives here, per expected tree; no MIS weight
-  PartialWeights<T> weights;
+  typename Integrator_::template Recursion<T>::LightPartial weights;
   NominalChildren<T> children;  ///< forward: as a light subpath
   std::int32_t depth;           ///< edges from the light
 };
 
 /// The vertex that a camera subpath is at.
-template <Scene Sc>
+template <Scene Sc, class Integrator_>
 struct CameraVertex {
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
   Hit<T, typename Sc::Bsdf, typename Sc::Light> hit;
   Vec3<T> to_prev;
   S throughput;
-  PartialWeights<T> weights;
+  typename Integrator_::template Recursion<T>::CameraPartial weights;
   NominalChildren<T> children{};  ///< forward: as a camera subpath
   std::int32_t depth;             ///< edges from the camera
 

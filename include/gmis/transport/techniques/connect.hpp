@@ -50,9 +50,10 @@ struct Connect {
     if (is_black(value)) return;
 
     ++output.counters.shadow_rays;
+    ++output.counters.connection_rays;
     if (!context.scene.visible(segment(point, light.point, link.direction))) return;
 
-    const T weight = context.recursion.connect(
+    const auto weight = context.recursion.connect(
         light.weights, light.children.reverse * light_bsdf.pdf.reverse.value,
         vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point), vertex.weights,
         vertex.is_first(), vertex.children.reverse * camera_bsdf.pdf.reverse.value,

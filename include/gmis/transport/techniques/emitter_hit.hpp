@@ -30,16 +30,16 @@ struct EmitterHit {
                   const S& throughput, const Weights& weights, int depth, const Point& from, Output& output) {
     const auto emitted = light.emitted(origin, direction);
     if (is_black(emitted.radiance)) return;
-    // Light seen directly can be made in no other way.
-    ScalarOf<S> weight(1);
-    if (depth > 1) {
-      const ScalarOf<S> choice = context.scene.selection_probability(light);
-      weight = context.recursion.emitter_hit(weights, choice * emitted.density.origin,
-                                             choice * light.next_event_density(origin, direction, from),
-                                             emitted.density.first);
+    const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1)};
+    if (depth == 1) {
+      output.add(id, throughput * emitted.radiance, context.recursion.seen_directly());
+      return;
     }
-    output.add({Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1)}, throughput * emitted.radiance,
-               weight);
+    const ScalarOf<S> choice = context.scene.selection_probability(light);
+    const auto weight = context.recursion.emitter_hit(weights, choice * emitted.density.origin,
+                                                      choice * light.next_event_density(origin, direction, from),
+                                                      emitted.density.first);
+    output.add(id, throughput * emitted.radiance, weight);
   }
 };
 

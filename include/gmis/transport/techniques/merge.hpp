@@ -26,7 +26,7 @@ struct Merge {
         correction *= geometric > T(0) ? std::abs(glm::dot(point.shading_normal, light.to_prev)) / geometric : T(0);
       }
       const S value = vertex.throughput * bsdf.value * light.throughput * correction;
-      const T weight =
+      const auto weight =
           context.recursion.merge(light.weights, vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
                                   vertex.is_first(), vertex.children.reverse * bsdf.pdf.reverse.value);
       ++output.counters.merges;

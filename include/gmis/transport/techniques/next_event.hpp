@@ -40,7 +40,7 @@ struct NextEvent {
       to_light_area = std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared;
     }
     const T hit = choice.light->is_delta() ? T(0) : vertex.children.forward * bsdf.pdf.forward.value * to_light_area;
-    const T weight = context.recursion.next_event(
+    const auto weight = context.recursion.next_event(
         vertex.weights, vertex.is_first(), choice.selection_probability * sample->density.origin,
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);

@@ -36,7 +36,8 @@ struct Splat {
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
     // The light vertex is the first non-specular one that the camera sees.
     const T camera_children = context.camera_children(survival_probability(light.bsdf), true);
-    const T weight = context.recursion.splat(light.weights, camera_children * bsdf.pdf.reverse.value, camera_density);
+    const auto weight =
+        context.recursion.splat(light.weights, camera_children * bsdf.pdf.reverse.value, camera_density);
     ++output.counters.splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
                      {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1}, value, weight);
