@@ -7,11 +7,12 @@ namespace gmis {
 /// What a run did, counted. A technique that is off leaves its counts at exactly 0.
 struct Counters {
   std::uint64_t camera_paths = 0;
-  std::uint64_t light_subpaths = 0;  ///< light trees
-  std::uint64_t rays = 0;            ///< closest-hit queries
-  std::uint64_t shadow_rays = 0;     ///< visibility queries
-  std::uint64_t connections = 0;     ///< pairs of vertices evaluated, whether or not they saw each other
-  std::uint64_t splats = 0;          ///< contributions of light vertices to the image
+  std::uint64_t light_subpaths = 0;   ///< light trees
+  std::uint64_t rays = 0;             ///< closest-hit queries
+  std::uint64_t shadow_rays = 0;      ///< visibility queries
+  std::uint64_t connections = 0;      ///< pairs of vertices evaluated, whether or not they saw each other
+  std::uint64_t connection_rays = 0;  ///< visibility queries of connections, among `shadow_rays`
+  std::uint64_t splats = 0;           ///< contributions of light vertices to the image
   std::uint64_t merge_queries = 0;
   std::uint64_t merges = 0;
   std::uint64_t photons_stored = 0;
@@ -27,6 +28,7 @@ struct Counters {
     rays += other.rays;
     shadow_rays += other.shadow_rays;
     connections += other.connections;
+    connection_rays += other.connection_rays;
     splats += other.splats;
     merge_queries += other.merge_queries;
     merges += other.merges;
@@ -46,6 +48,7 @@ struct Counters {
             rays - earlier.rays,
             shadow_rays - earlier.shadow_rays,
             connections - earlier.connections,
+            connection_rays - earlier.connection_rays,
             splats - earlier.splats,
             merge_queries - earlier.merge_queries,
             merges - earlier.merges,
