@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "gmis/core/concepts.hpp"
+#include "gmis/scene/effects.hpp"
 #include "gmis/scene/material.hpp"
 #include "gmis/scene/rough_dielectric.hpp"
 
@@ -78,6 +79,8 @@ class SurfaceBsdf {
 
   [[nodiscard]] bool is_purely_delta() const noexcept { return lobe_count() == 0; }
   [[nodiscard]] Spectrum albedo() const noexcept { return material_->albedo; }
+  /// Scatters, and without any diffuse part.
+  [[nodiscard]] bool is_glossy() const noexcept { return is_purely_glossy(*material_); }
 
   [[nodiscard]] int lobe_count() const noexcept {
     switch (material_->kind) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/effects.hpp"
 #include "gmis/scene/alias_table.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/bvh.hpp"
@@ -69,6 +70,7 @@ class BvhScene {
   [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
   [[nodiscard]] const Camera& camera() const noexcept { return camera_; }
   [[nodiscard]] const SceneStatistics& statistics() const noexcept { return statistics_; }
+  [[nodiscard]] const Effects& effects() const noexcept { return effects_; }
 
  private:
   friend class SceneBuilder<T>;
@@ -138,9 +140,10 @@ class BvhScene {
   AliasTable<T> light_choice_;
   Camera camera_;
   SceneStatistics statistics_;
+  Effects effects_;
 };
 
-static_assert(gmis::Scene<BvhScene<float>>);
-static_assert(gmis::Scene<BvhScene<double>>);
+static_assert(gmis::SceneWithEffects<BvhScene<float>>);
+static_assert(gmis::SceneWithEffects<BvhScene<double>>);
 
 }  // namespace gmis::scene

@@ -109,6 +109,7 @@ class Light {
   [[nodiscard]] bool is_infinite() const noexcept {
     return kind_ == Kind::directional || kind_ == Kind::environment || kind_ == Kind::image;
   }
+  [[nodiscard]] bool is_spot() const noexcept { return kind_ == Kind::spot; }
   [[nodiscard]] T selection_probability() const noexcept { return selection_probability_; }
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 

@@ -11,6 +11,7 @@
 
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
+#include "gmis/scene/effects.hpp"
 
 namespace gmis::scene {
 
@@ -166,6 +167,7 @@ class SceneBuilder {
     scene.bvh_ = std::move(built.bvh);
     add_lights(scene, corners, kept, balls, origin, Vec3<T>(center), static_cast<T>(radius));
     fill_slots(scene, built, corners, kept, balls);
+    scene.effects_ = derived_effects(scene, kept);
 
     SceneStatistics& statistics = scene.statistics_;
     statistics.triangle_count = corners.size();
@@ -252,6 +254,31 @@ class SceneBuilder {
                         std::abs(static_cast<double>(ball.center.z));
     return static_cast<T>((4 * size + 16 * static_cast<double>(ball.radius)) *
                           static_cast<double>(std::numeric_limits<T>::epsilon()));
+  }
+
+  /// What the shapes and lights that were kept make possible.
+  [[nodiscard]] Effects derived_effects(const BvhScene<T>& scene, const std::vector<std::uint32_t>& kept) const {
+    Effects effects;
+    std::vector<bool> is_used(materials_.size(), false);
+    for (const std::uint32_t i : kept) {
+      is_used[surfaces_[triangles_[i].surface].material] = true;
+      effects.shading_normals = effects.shading_normals || triangles_[i].has_normals;
+    }
+    for (const Sphere& sphere : spheres_) is_used[surfaces_[sphere.surface].material] = true;
+    for (std::size_t i = 0; i < materials_.size(); ++i)
+      if (is_used[i]) add_effects_of(materials_[i], effects);
+
+    for (const Light<T>& light : scene.lights_) {
+      if (!(light.power() > 0)) continue;
+      if (!light.is_delta())
+        (light.is_infinite() ? effects.environment_lights : effects.area_lights) = true;
+      else if (light.is_infinite())
+        effects.directional_lights = true;
+      else
+        (light.is_spot() ? effects.spot_lights : effects.point_lights) = true;
+    }
+    effects.thin_lens = camera_->lens_radius > 0;
+    return effects;
   }
 
   /// One light per emitting primitive, then the others.
