@@ -44,10 +44,11 @@ class CameraSubpath {
   struct Edge {
     SurfacePoint<T> from;
     Step<S> step;
-    S throughput;                  ///< at the far end
-    CameraPartial weights_behind;  ///< at `from`
-    std::int32_t depth;            ///< of the far end: edges from the camera
-    bool is_past_first;            ///< a non-specular vertex lies behind
+    S throughput;                                         ///< at the far end
+    CameraPartial weights_behind;                         ///< at `from`
+    std::int32_t depth;                                   ///< of the far end: edges from the camera
+    bool is_past_first;                                   ///< a non-specular vertex lies behind
+    [[no_unique_address]] typename Context::Path path{};  ///< the events at `from` and before
   };
 
   // Numbers of one vertex and child: the techniques' and the scattering's. 2 · 256 < 1024.
@@ -62,7 +63,7 @@ class CameraSubpath {
         escape(edge);
         return;
       }
-      Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth};
+      Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
       if (!arrive(edge, vertex)) return;
       if constexpr (I::template has<EmitterHit>) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
       if (edge.depth == context_.max_depth) return;
@@ -75,7 +76,8 @@ class CameraSubpath {
       const T light_children = context_.light_children(bsdf, survival);
       vertex.children = {context_.camera_children(survival, is_first), light_children};
       const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
-      if (!is_specular) at_vertex(vertex, source, number);
+      if (!is_specular && context_.filter.keeps_camera(after_scattering(edge.path, bsdf)))
+        at_vertex(vertex, source, number);
 
       const ScatteringVertex<typename Sc::Bsdf> scattering{
           bsdf,
@@ -95,6 +97,8 @@ class CameraSubpath {
       if (!next) return;
       if constexpr (I::camera_walk == CameraWalk::specular)
         if (!next->is_delta) return;
+      edge.path = after_event(edge.path, bsdf, next->is_delta);
+      if (!context_.filter.keeps_camera(edge.path)) return;
       edge.step = *next;
       edge.throughput = edge.throughput * next->weight;
       edge.from = vertex.hit.point;
@@ -111,8 +115,11 @@ class CameraSubpath {
     children.at_vertex(number);
     std::uint32_t child = 0;
     context_.split.expand_camera(scattering, children, [&](const Step<S>& step) {
-      follow(Edge{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth + 1, true}, source,
-             numbers_per_child * ++child);
+      ++child;
+      const auto path = after_event(edge.path, vertex.hit.bsdf, step.is_delta);
+      if (!context_.filter.keeps_camera(path)) return;
+      follow(Edge{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth + 1, true, path},
+             source, numbers_per_child * child);
     });
   }
 
@@ -135,7 +142,8 @@ class CameraSubpath {
     if constexpr (I::template has<EmitterHit>)
       if (edge.step.forward > T(0))
         EmitterHit::at_escape(context_, -edge.step.to_next, edge.throughput,
-                              weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.from, output_);
+                              weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.path, edge.from,
+                              output_);
   }
 
   [[nodiscard]] static T cos_behind(const Edge& edge) noexcept {

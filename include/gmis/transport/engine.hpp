@@ -88,10 +88,19 @@ class Engine {
     for (Output& output : camera_outputs_) output.is_recording = keep;
   }
 
+  /// Calls `visit(output)` for every chunk of the light side, then of the camera side, in a fixed order.
+  template <class Visit>
+  void for_each_output(Visit&& visit) {
+    for (Output& output : light_outputs_) visit(output);
+    for (Output& output : camera_outputs_) visit(output);
+  }
+
   /// Linear values by rows from the upper left; pixels outside the crop stay black.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
   [[nodiscard]] std::uint32_t iteration() const noexcept { return iteration_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  /// The part of them that tracing light trees took.
+  [[nodiscard]] const Counters& light_work() const noexcept { return light_work_; }
   [[nodiscard]] const PhaseSeconds& seconds() const noexcept { return seconds_; }
   /// The counts that the latest iteration was made with.
   [[nodiscard]] const Tuning& tuning() const noexcept { return tuning_; }
@@ -151,7 +160,9 @@ class Engine {
         const auto number = static_cast<std::uint32_t>(chunk * chunk_size + i);
         tree.trace(
             Source(settings_.seed, 0, number, pilot_stream),
-            [&](const StoredVertex& vertex, auto&) { pilots[chunk].stored += is_worth_storing(vertex) ? 1 : 0; },
+            [&](const StoredVertex& vertex, auto&) {
+              pilots[chunk].stored += is_worth_storing(vertex) && is_wanted(context, vertex) ? 1 : 0;
+            },
             [&](const auto& bsdf, int drawn) {
               if constexpr (Integrator_::Split::splits) pilots[chunk].children.count(bsdf, drawn);
             });
@@ -188,6 +199,10 @@ class Engine {
     return !vertex.bsdf.is_purely_delta() && survival_probability(vertex.bsdf) > T(0);
   }
 
+  [[nodiscard]] static bool is_wanted(const Context& context, const StoredVertex& vertex) noexcept {
+    return context.filter.keeps_light(after_scattering(vertex.path, vertex.bsdf));
+  }
+
   [[nodiscard]] Context context_for(std::uint32_t iteration, T radius) const {
     using I = Integrator_;
     const T trees = static_cast<T>(light_tree_count_);
@@ -222,7 +237,8 @@ class Engine {
             iteration,
             settings_.max_depth,
             light_tree_count_,
-            merge_area > T(0) ? T(1) / merge_area : T(0)};
+            merge_area > T(0) ? T(1) / merge_area : T(0),
+            typename I::Filter(settings_.path_classes)};
   }
 
   template <Executor E>
@@ -240,7 +256,8 @@ class Engine {
             Source(settings_.seed, context.iteration, static_cast<std::uint32_t>(number), light_stream),
             [&](const StoredVertex& vertex, auto& source) {
               if (!is_worth_storing(vertex)) return;
-              if constexpr (Integrator_::stores_light_vertices) stored.add(vertex);
+              if constexpr (Integrator_::stores_light_vertices)
+                if (is_wanted(context, vertex)) stored.add(vertex);
               if constexpr (Integrator_::template has<Splat>) Splat::at_light_vertex(context, vertex, source, output);
             },
             [](const auto&, int) {});
@@ -248,6 +265,7 @@ class Engine {
       }
       if constexpr (Integrator_::stores_light_vertices) output.counters.photons_stored += stored.size();
     });
+    for (const Output& output : light_outputs_) light_work_ += output.counters;
     for (const Output& output : light_outputs_) counters_ += output.counters;
     if constexpr (Integrator_::stores_light_vertices)
       if (Integrator_::template has<Merge> || tuning_.connections != paired_connections) cache_.gather();
@@ -311,7 +329,7 @@ class Engine {
   LightVertexCache<StoredVertex> cache_;
   LightVertexGrid<T> grid_;
   std::vector<S> frame_;
-  Counters counters_;
+  Counters counters_, light_work_;
   PhaseSeconds seconds_;
   std::uint32_t iteration_ = 0;
   bool is_tuned_ = false;  // no count changes any more

@@ -2,6 +2,7 @@
 
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/partial_weights.hpp"
+#include "gmis/transport/path_filter.hpp"
 #include "gmis/transport/split.hpp"
 #include "gmis/transport/technique_list.hpp"
 #include "gmis/transport/techniques/connect.hpp"
@@ -28,6 +29,9 @@ struct Integrator {
   using Recursion = WeightRecursion<T, Heuristic>;
   template <Spectrum S, bool records_techniques>
   using Output = ChunkOutput<S, records_techniques>;
+  /// What subpaths know of their events, and which paths are wanted.
+  using Path = NoHalfPath;
+  using Filter = NoPathFilter;
   static constexpr CameraWalk camera_walk = camera_walk_;
   template <class T>
   static constexpr bool has = TechniqueList::template contains<T>;
@@ -35,6 +39,14 @@ struct Integrator {
   static constexpr bool traces_light = stores_light_vertices || has<Splat>;
   /// What is done at a camera vertex that is not purely specular.
   static constexpr bool works_at_camera_vertices = has<NextEvent> || has<Connect> || has<Merge>;
+};
+
+/// The same, with the class of every path known: its contributions carry it, and only those of
+/// `RenderSettings::path_classes` are made. A subpath ends where it can become part of none of these.
+template <class Integrator_>
+struct Classified : Integrator_ {
+  using Path = HalfPath;
+  using Filter = PathFilter;
 };
 
 }  // namespace gmis

@@ -23,6 +23,7 @@ struct IterationContext {
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
   using StoredVertex = LightVertex<Sc, Integrator_>;
+  using Path = typename Integrator_::Path;
 
   const Sc& scene;
   typename Integrator_::template Recursion<T> recursion;
@@ -38,6 +39,7 @@ struct IterationContext {
   int max_depth;
   std::uint64_t tree_count;  ///< n_L
   T merge_normalization;     ///< 1 / (n_L π r²)
+  [[no_unique_address]] typename Integrator_::Filter filter;
 
   /// The pixel's place in the frame, or −1 when it is outside what is rendered.
   [[nodiscard]] std::int64_t pixel_index(glm::ivec2 pixel) const noexcept {

@@ -13,7 +13,7 @@ namespace gmis {
 /// Traces the tree of light subpaths that starts at one emission and hands every vertex to `visit(vertex, source)`, in
 /// the order in which they are made. `Split` says how many children a vertex has; without splitting the tree is one
 /// path.
-template <class Context>
+template <class Context, class Output>
 class LightTree {
  public:
   using Sc = typename Context::SceneType;
@@ -22,13 +22,13 @@ class LightTree {
   using T = typename Vertex::T;
   using Split = typename Context::IntegratorType::Split;
 
-  LightTree(const Context& context, Counters& counters) : context_(context), counters_(counters) {}
+  LightTree(const Context& context, Output& output) : context_(context), output_(output) {}
 
   /// `expanded(bsdf, drawn)` is called where children were drawn from a vertex, with how many.
   template <UniformSource Source, class Visit, class Expanded>
   void trace(Source source, Visit&& visit, Expanded&& expanded) {
     if (context_.max_depth < 2) return;  // light seen directly is the camera's alone
-    ++counters_.light_subpaths;
+    ++output_.counters.light_subpaths;
     source.at_vertex(0);
     std::optional<Vertex> vertex = emit(source);
     std::uint32_t number = 0;  // of the vertex within the tree: what its random numbers are keyed by
@@ -82,7 +82,8 @@ class LightTree {
     const auto emission = choice.light->sample_emission(uv_origin, uv_direction);
     if (!emission) return std::nullopt;
 
-    ++counters_.rays;
+    if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
+    ++output_.counters.rays;
     const auto hit = context_.scene.intersect(leave(emission->origin, emission->direction));
     if (!hit) return std::nullopt;
     const Vec3<T> offset = hit->point.position - emission->origin.position;
@@ -101,11 +102,14 @@ class LightTree {
     const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
-    return vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1);
+    return vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1,
+                     {});
   }
 
   [[nodiscard]] std::optional<Vertex> arrive(const Vertex& from, const Step<S>& step) {
-    ++counters_.rays;
+    const auto path = after_event(from.path, from.bsdf, step.is_delta);
+    if (!context_.filter.keeps_light(path)) return std::nullopt;
+    ++output_.counters.rays;
     const auto hit = context_.scene.intersect(leave(from.point, step.to_next));
     if (!hit) return std::nullopt;
     const Vec3<T> offset = hit->point.position - from.point.position;
@@ -116,28 +120,29 @@ class LightTree {
     const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
     return vertex_at(*hit, step.to_next, from.throughput * step.weight,
                      context_.recursion.extend_light(from.weights, step.is_delta, step.reverse, to_area_back, density),
-                     from.depth + 1);
+                     from.depth + 1, path);
   }
 
   [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
-                                 const decltype(Vertex::weights)& weights, std::int32_t depth) const {
+                                 const decltype(Vertex::weights)& weights, std::int32_t depth,
+                                 typename Context::Path path) const {
     const T survival = survival_probability(hit.bsdf);
     return {hit.point,  hit.bsdf,
             -direction, throughput,
             weights,    {context_.light_children(hit.bsdf, survival), context_.camera_children(survival, false)},
-            depth};
+            depth,      path};
   }
 
   /// Counts a density that no weight can be formed with.
-  [[nodiscard]] bool is_usable(T density) noexcept {
+  [[nodiscard]] bool is_usable(T density) {
     if (is_usable_density(density)) [[likely]]
       return true;
-    ++counters_.rejected_zero_pdf;
+    output_.reject(RejectionCause::zero_pdf, {});
     return false;
   }
 
   const Context& context_;
-  Counters& counters_;
+  Output& output_;
   std::vector<Vertex> queue_;  // kept from tree to tree: no allocation once it has grown
 };
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "gmis/mis/scheme.hpp"
+#include "gmis/transport/path_class.hpp"
 
 namespace gmis {
 
@@ -25,7 +26,8 @@ struct RenderSettings {
   int rounds = 1;              ///< k: a vertex with N proposals has M = kN children
   int light_tree_budget = 20;  ///< samples a light tree may draw before it stops splitting [Liu, Algorithm 1]
   int camera_children = 1;     ///< of the first non-specular camera vertex, where the policy splits at all
-  bool adapts_split = false;   ///< numbers of children follow measured variance × cost, then stay as they are
+  PathClassSet path_classes = PathClassSet::all();  ///< what is rendered; read by integrators that are `Classified`
+  bool adapts_split = false;  ///< numbers of children follow measured variance × cost, then stay as they are
 };
 
 }  // namespace gmis

@@ -2,6 +2,7 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/ieee.hpp"
+#include "gmis/transport/path_filter.hpp"
 #include "gmis/transport/scatter.hpp"
 
 namespace gmis {
@@ -16,8 +17,9 @@ struct LightVertex {
   Vec3<T> to_prev;
   S throughput;  ///< flux that arrives here, per expected tree; no MIS weight
   typename Integrator_::template Recursion<T>::LightPartial weights;
-  NominalChildren<T> children;  ///< forward: as a light subpath
-  std::int32_t depth;           ///< edges from the light
+  NominalChildren<T> children;                              ///< forward: as a light subpath
+  std::int32_t depth;                                       ///< edges from the light
+  [[no_unique_address]] typename Integrator_::Path path{};  ///< the events before it
 };
 
 /// The vertex that a camera subpath is at.
@@ -29,8 +31,9 @@ struct CameraVertex {
   Vec3<T> to_prev;
   S throughput;
   typename Integrator_::template Recursion<T>::CameraPartial weights;
-  NominalChildren<T> children{};  ///< forward: as a camera subpath
-  std::int32_t depth;             ///< edges from the camera
+  NominalChildren<T> children{};                            ///< forward: as a camera subpath
+  std::int32_t depth;                                       ///< edges from the camera
+  [[no_unique_address]] typename Integrator_::Path path{};  ///< the events before it
 
   [[nodiscard]] bool is_first() const noexcept { return depth == 1; }
 };

@@ -36,6 +36,9 @@ struct Connect {
     const auto& point = vertex.hit.point;
     const auto link = Link<T>::between(point.position, light.point.position);
     if (!(link.distance_squared > T(0))) return;
+    const PathClass path_class =
+        class_of(after_scattering(light.path, light.bsdf), after_scattering(vertex.path, vertex.hit.bsdf));
+    if (!context.filter.keeps(path_class)) return;
     ++output.counters.connections;
 
     const auto camera_bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, link.direction, TransportMode::radiance);
@@ -58,9 +61,9 @@ struct Connect {
         vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point), vertex.weights,
         vertex.is_first(), vertex.children.reverse * camera_bsdf.pdf.reverse.value,
         light.children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
-    output.add(
-        {Technique::connect, static_cast<std::int16_t>(light.depth + 1), static_cast<std::int16_t>(vertex.depth + 1)},
-        value, weight);
+    output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),
+                static_cast<std::int16_t>(vertex.depth + 1), path_class},
+               value, weight);
   }
 };
 

@@ -12,25 +12,29 @@ struct EmitterHit {
   static void at_camera_vertex(const Context& context, const Vertex& vertex, const Point& from, Output& output) {
     if (vertex.hit.light == nullptr) return;
     add(context, *vertex.hit.light, vertex.hit.point, vertex.to_prev, vertex.throughput, vertex.weights, vertex.depth,
-        from, output);
+        vertex.path, from, output);
   }
 
   /// The ray left the scene along −`emission_direction`; `weights` and `depth` are those of the vertex at infinity.
   template <class Context, class Direction, class S, class Weights, class Point, class Output>
   static void at_escape(const Context& context, const Direction& emission_direction, const S& throughput,
-                        const Weights& weights, int depth, const Point& from, Output& output) {
+                        const Weights& weights, int depth, typename Context::Path path, const Point& from,
+                        Output& output) {
     for (const auto* light : context.scene.infinite_lights())
       if (!light->is_delta())
-        add(context, *light, Point{}, emission_direction, throughput, weights, depth, from, output);
+        add(context, *light, Point{}, emission_direction, throughput, weights, depth, path, from, output);
   }
 
  private:
   template <class Context, class L, class Point, class Direction, class S, class Weights, class Output>
   static void add(const Context& context, const L& light, const Point& origin, const Direction& direction,
-                  const S& throughput, const Weights& weights, int depth, const Point& from, Output& output) {
+                  const S& throughput, const Weights& weights, int depth, typename Context::Path path,
+                  const Point& from, Output& output) {
+    const PathClass path_class = class_of(typename Context::Path(), path);
+    if (!context.filter.keeps(path_class)) return;
     const auto emitted = light.emitted(origin, direction);
     if (is_black(emitted.radiance)) return;
-    const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1)};
+    const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1), path_class};
     if (depth == 1) {
       output.add(id, throughput * emitted.radiance, context.recursion.seen_directly());
       return;

@@ -17,6 +17,8 @@ struct Merge {
     context.grid.query(point.position, [&](std::uint32_t index) {
       const auto& light = context.cache[index];
       if (light.depth + vertex.depth > context.max_depth) return;
+      const PathClass path_class = class_of(light.path, after_scattering(vertex.path, vertex.hit.bsdf));
+      if (!context.filter.keeps(path_class)) return;
       const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, light.to_prev, TransportMode::radiance);
       if (is_black(bsdf.value)) return;
       // Photons lie on the surface as the geometric normal sees it; f wants irradiance under the shading normal.
@@ -30,9 +32,9 @@ struct Merge {
           context.recursion.merge(light.weights, vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
                                   vertex.is_first(), vertex.children.reverse * bsdf.pdf.reverse.value);
       ++output.counters.merges;
-      output.add(
-          {Technique::merge, static_cast<std::int16_t>(light.depth + 1), static_cast<std::int16_t>(vertex.depth + 1)},
-          value, weight);
+      output.add({Technique::merge, static_cast<std::int16_t>(light.depth + 1),
+                  static_cast<std::int16_t>(vertex.depth + 1), path_class},
+                 value, weight);
     });
   }
 };

@@ -13,8 +13,11 @@ struct NextEvent {
                                Output& output) {
     using S = typename Vertex::S;
     using T = typename Vertex::T;
-    const auto choice = context.scene.sample_light(uniform<T>(source));
+    const T u = uniform<T>(source);
     const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
+    const PathClass path_class = class_of(typename Context::Path(), after_scattering(vertex.path, vertex.hit.bsdf));
+    if (!context.filter.keeps(path_class)) return;
+    const auto choice = context.scene.sample_light(u);
     if (choice.light == nullptr) return;
     const auto& point = vertex.hit.point;
     const auto sample = choice.light->sample_next_event(point, uv);
@@ -44,7 +47,7 @@ struct NextEvent {
         vertex.weights, vertex.is_first(), choice.selection_probability * sample->density.origin,
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
-    output.add({Technique::next_event, 1, static_cast<std::int16_t>(vertex.depth + 1)}, value, weight);
+    output.add({Technique::next_event, 1, static_cast<std::int16_t>(vertex.depth + 1), path_class}, value, weight);
   }
 
  private:

@@ -13,7 +13,10 @@ struct Splat {
     using S = typename Stored::S;
     using T = typename Stored::T;
     const auto& camera = context.scene.camera();
-    const auto seen = camera.project(light.point.position, {uniform<T>(source), uniform<T>(source)});
+    const Vec2<T> uv_lens{uniform<T>(source), uniform<T>(source)};
+    const PathClass path_class = class_of(after_scattering(light.path, light.bsdf), typename Context::Path());
+    if (!context.filter.keeps(path_class)) return;
+    const auto seen = camera.project(light.point.position, uv_lens);
     if (!seen) return;
     const std::int64_t pixel = context.pixel_index(seen->pixel);
     if (pixel < 0) return;
@@ -40,7 +43,7 @@ struct Splat {
         context.recursion.splat(light.weights, camera_children * bsdf.pdf.reverse.value, camera_density);
     ++output.counters.splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
-                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1}, value, weight);
+                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, value, weight);
   }
 };
 
