@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <limits>
@@ -54,6 +55,11 @@ class Extended {
   }
 
   [[nodiscard]] constexpr bool is_zero() const noexcept { return mantissa_ == T(0); }
+
+  /// Into the range of double, which is wide enough to look at.
+  [[nodiscard]] double to_double() const noexcept {
+    return std::ldexp(static_cast<double>(mantissa_), exponent_ * (is_single ? 64 : 512));
+  }
 
   /// The nearest `T`: 0 on underflow, infinity on overflow.
   [[nodiscard]] constexpr T value() const noexcept {

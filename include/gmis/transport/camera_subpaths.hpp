@@ -34,6 +34,7 @@ class CameraSubpath {
     const Vec2<T> uv_lens(uniform<T>(source), uniform<T>(source));
     const auto sample = context_.scene.camera().sample_ray(pixel, uv_pixel, uv_lens);
     if (!sample) return;
+    if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight);
     Edge edge{sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1,
               false};
     follow(edge, source, 0);
@@ -130,20 +131,26 @@ class CameraSubpath {
     const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
     const bool is_parallel = edge.depth == 1 && context_.scene.camera().has_parallel_rays();
     const T density = edge.step.forward * (is_parallel ? cos_here : cos_here / distance_squared);
-    if (!is_usable_density(density)) {
-      ++output_.counters.rejected_zero_pdf;
+    if (!is_usable_density(density)) [[unlikely]] {
+      if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
+      output_.reject(RejectionCause::zero_pdf, {});
       return false;
     }
     vertex.weights = weights_at(edge, cos_behind(edge) / distance_squared, density);
+    if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
     return true;
   }
 
   void escape(const Edge& edge) {
-    if constexpr (I::template has<EmitterHit>)
-      if (edge.step.forward > T(0))
+    if constexpr (observes_paths<Output>) output_.on_escape(edge.step, edge.throughput, edge.depth);
+    if constexpr (I::template has<EmitterHit>) {
+      if (is_usable_density(edge.step.forward)) [[likely]]
         EmitterHit::at_escape(context_, -edge.step.to_next, edge.throughput,
                               weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.path, edge.from,
                               output_);
+      else
+        output_.reject(RejectionCause::zero_pdf, {});
+    }
   }
 
   [[nodiscard]] static T cos_behind(const Edge& edge) noexcept {

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/counters.hpp"
+#include "gmis/transport/rejection.hpp"
 #include "gmis/transport/technique.hpp"
 
 namespace gmis {
@@ -18,6 +20,12 @@ struct Contribution {
   ScalarOf<S> weight;
 };
 
+/// An output that wants to see every vertex as well (`ReplayOutput`); for any other, none of that is compiled.
+template <class Output>
+inline constexpr bool observes_paths = requires {
+  typename Output::ObservesPaths;
+};
+
 /// Where the work of one chunk of paths goes: nothing in it is shared with another chunk, so that no order of execution
 /// can change a bit of the result.
 template <Spectrum S, bool records_techniques>
@@ -29,26 +37,44 @@ class ChunkOutput {
   };
 
   Counters counters;
+  RejectionLog rejections;   ///< without their iteration
   bool is_recording = true;  ///< read only where `records_techniques`
 
   void clear() {
     counters = {};
+    rejections.clear();
     splats_.clear();
     records_.clear();
   }
 
+  /// What comes is of camera subpaths, one a pixel.
   void begin_pixel(std::uint32_t pixel) noexcept {
+    kind_ = PathKind::camera;
     pixel_ = pixel;
     pixel_sum_ = S(ScalarOf<S>(0));
   }
-  [[nodiscard]] const S& pixel_sum() const noexcept { return pixel_sum_; }
+  /// The pixel's value. A sum of finite contributions that is not finite itself is left out as they would be.
+  [[nodiscard]] const S& take_pixel() {
+    if (!is_finite(pixel_sum_)) [[unlikely]] {
+      reject(RejectionCause::non_finite, {});
+      pixel_sum_ = S(ScalarOf<S>(0));
+    }
+    return pixel_sum_;
+  }
+
+  /// What comes is of light trees, numbered from `first` on in the order of `counters.light_subpaths`.
+  void begin_trees(std::uint32_t first) noexcept {
+    kind_ = PathKind::light;
+    first_tree_ = first;
+  }
+
   [[nodiscard]] const std::vector<Splat>& splats() const noexcept { return splats_; }
   [[nodiscard]] const std::vector<Contribution<S>>& records() const noexcept { return records_; }
 
   /// A contribution to the pixel whose camera subpath is being traced.
   void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
-    if (!accept(weighted)) return;
+    if (!accept(id, weighted)) return;
     pixel_sum_ += weighted;
     if constexpr (records_techniques)
       if (is_recording) records_.push_back({pixel_, id, value, weight});
@@ -57,28 +83,48 @@ class ChunkOutput {
   /// A contribution to any pixel.
   void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
-    if (!accept(weighted)) return;
+    if (!accept(id, weighted)) return;
     splats_.push_back({pixel, weighted});
     if constexpr (records_techniques)
       if (is_recording) records_.push_back({pixel, id, value, weight});
   }
 
+  /// Counts what is left out of the path at hand.
+  [[gnu::cold, gnu::noinline]] void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
+    switch (cause) {
+      case RejectionCause::non_finite:
+        ++counters.rejected_non_finite;
+        break;
+      case RejectionCause::negative:
+        ++counters.rejected_negative;
+        break;
+      case RejectionCause::zero_pdf:
+        ++counters.rejected_zero_pdf;
+        break;
+    }
+    const bool is_camera = kind_ == PathKind::camera;
+    const auto tree = static_cast<std::uint32_t>(counters.light_subpaths) - 1;
+    rejections.add({kind_, 0, is_camera ? pixel_ : first_tree_ + tree}, cause, technique);
+  }
+
  private:
   /// Non-finite and negative contributions never reach the film; they are counted.
-  [[nodiscard]] bool accept(const S& weighted) noexcept {
+  [[nodiscard]] bool accept(const TechniqueId& id, const S& weighted) {
     ++counters.contributions;
     if (!is_finite(weighted)) [[unlikely]] {
-      ++counters.rejected_non_finite;
+      reject(RejectionCause::non_finite, id);
       return false;
     }
     if (min_channel(weighted) < ScalarOf<S>(0)) [[unlikely]] {
-      ++counters.rejected_negative;
+      reject(RejectionCause::negative, id);
       return false;
     }
     return true;
   }
 
+  PathKind kind_ = PathKind::camera;
   std::uint32_t pixel_ = 0;
+  std::uint32_t first_tree_ = 0;
   S pixel_sum_{ScalarOf<S>(0)};
   std::vector<Splat> splats_;
   std::vector<Contribution<S>> records_;

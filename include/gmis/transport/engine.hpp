@@ -41,6 +41,8 @@ class Engine {
  public:
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
+  using Context = IterationContext<Sc, Integrator_>;
+  using StoredVertex = typename Context::StoredVertex;
 
   Engine(const Sc& scene, const RenderSettings& settings, std::optional<PixelBounds> crop = std::nullopt)
       : scene_(scene), settings_(settings), resolution_(scene.camera().resolution()) {
@@ -64,20 +66,22 @@ class Engine {
   /// Renders one more iteration; the image it alone gives is `frame()` afterwards.
   template <Executor E>
   void iterate(E& executor) {
-    if (!is_tuned_) {
-      tune(executor, tuner_.current());
-      is_tuned_ = tuner_.is_settled();
-    }
-    ++iteration_;
     const Counters before = counters_;
-    const T radius = static_cast<T>(merge_radius(iteration_));
-    if constexpr (Integrator_::traces_light) {
-      trace_light(executor, context_for(iteration_, radius));
-      if constexpr (Integrator_::template has<Merge>) build_grid(radius);
-    }
-    trace_camera(executor, context_for(iteration_, radius));
+    begin_iteration(executor);
+    trace_camera(executor, context());
     if constexpr (Integrator_::template has<Splat>) add_splats();
+    for (const Output& output : light_outputs_) rejections_.append(output.rejections, iteration_);
+    for (const Output& output : camera_outputs_) rejections_.append(output.rejections, iteration_);
     if (!tuner_.is_settled()) tuner_.report(frame_, counters_ - before);
+  }
+
+  /// Makes an engine that has rendered nothing yet ready to trace paths of `iteration` as it would have done on the way
+  /// (replay.hpp): renders those of the iterations before in which counts are measured, and traces the light trees.
+  template <Executor E>
+  void prepare_replay(E& executor, std::uint32_t iteration) {
+    while (!tuner_.is_settled() && iteration_ + 1 < iteration) iterate(executor);
+    iteration_ = iteration - 1;
+    begin_iteration(executor);
   }
 
   /// Whether contributions are kept from the next iteration on (they are, in an engine that records techniques): lets a
@@ -101,6 +105,8 @@ class Engine {
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   /// The part of them that tracing light trees took.
   [[nodiscard]] const Counters& light_work() const noexcept { return light_work_; }
+  /// The first paths of which something was left out.
+  [[nodiscard]] const RejectionLog& rejections() const noexcept { return rejections_; }
   [[nodiscard]] const PhaseSeconds& seconds() const noexcept { return seconds_; }
   /// The counts that the latest iteration was made with.
   [[nodiscard]] const Tuning& tuning() const noexcept { return tuning_; }
@@ -114,6 +120,19 @@ class Engine {
 
   /// Bytes held for light vertices and their grid.
   [[nodiscard]] std::size_t photon_bytes() const noexcept { return grid_.byte_count() + cache_.byte_count(); }
+
+  /// What all techniques read at the latest iteration's camera vertices. Holds references into this engine.
+  [[nodiscard]] Context context() const { return context_for(iteration_, static_cast<T>(merge_radius(iteration_))); }
+  /// The random numbers of a path of that context.
+  [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number) {
+    return Source(context.seed, context.iteration, number, kind == PathKind::light ? light_stream : camera_stream);
+  }
+  [[nodiscard]] std::size_t light_tree_count() const noexcept { return light_tree_count_; }
+
+  /// Whether anything is done at this vertex of a light subpath.
+  [[nodiscard]] static bool is_worth_storing(const StoredVertex& vertex) noexcept {
+    return !vertex.bsdf.is_purely_delta() && survival_probability(vertex.bsdf) > T(0);
+  }
 
   /// Calls `visit(const Contribution<S>&)` for every contribution of the latest iteration, in a fixed order.
   template <class Visit>
@@ -130,12 +149,24 @@ class Engine {
   static constexpr std::size_t pilot_tree_count = 4096;
   enum Stream : std::uint32_t { light_stream = 0, camera_stream = 1, pilot_stream = 2 };
 
-  using Context = IterationContext<Sc, Integrator_>;
   using Output = typename Integrator_::template Output<S, records_techniques>;
-  using StoredVertex = typename Context::StoredVertex;
-  using LightTree = gmis::LightTree<Context>;
+  using LightTree = gmis::LightTree<Context, Output>;
 
   using Policy = typename Integrator_::Split::template Policy<T>;
+
+  /// Everything of the next iteration that comes before its camera subpaths.
+  template <Executor E>
+  void begin_iteration(E& executor) {
+    if (!is_tuned_) {
+      tune(executor, tuner_.current());
+      is_tuned_ = tuner_.is_settled();
+    }
+    ++iteration_;
+    if constexpr (Integrator_::traces_light) {
+      trace_light(executor, context());
+      if constexpr (Integrator_::template has<Merge>) build_grid(static_cast<T>(merge_radius(iteration_)));
+    }
+  }
 
   /// Makes `tuning` the one to work with, and measures what must be known for it before the first iteration: the mean
   /// numbers of children and of vertices of a tree, from light trees whose random numbers are used for nothing else.
@@ -154,7 +185,7 @@ class Engine {
     const auto context = context_for(0, T(0));
     std::vector<LightTreePilot> pilots(pilot_tree_count / chunk_size);
     executor.parallel_for(pilots.size(), [&](std::size_t chunk) {
-      Counters ignored;
+      Output ignored;
       LightTree tree(context, ignored);
       for (std::size_t i = 0; i < chunk_size; ++i) {
         const auto number = static_cast<std::uint32_t>(chunk * chunk_size + i);
@@ -194,10 +225,6 @@ class Engine {
       return *this;
     }
   };
-
-  [[nodiscard]] static bool is_worth_storing(const StoredVertex& vertex) noexcept {
-    return !vertex.bsdf.is_purely_delta() && survival_probability(vertex.bsdf) > T(0);
-  }
 
   [[nodiscard]] static bool is_wanted(const Context& context, const StoredVertex& vertex) noexcept {
     return context.filter.keeps_light(after_scattering(vertex.path, vertex.bsdf));
@@ -249,11 +276,12 @@ class Engine {
       auto& stored = cache_.chunk(index);
       output.clear();
       stored.clear();
-      LightTree tree(context, output.counters);
+      output.begin_trees(static_cast<std::uint32_t>(index * chunk_size));
+      LightTree tree(context, output);
       const std::size_t end = std::min(light_tree_count_, (index + 1) * chunk_size);
       for (std::size_t number = index * chunk_size; number < end; ++number) {
         tree.trace(
-            Source(settings_.seed, context.iteration, static_cast<std::uint32_t>(number), light_stream),
+            numbers_of(context, PathKind::light, static_cast<std::uint32_t>(number)),
             [&](const StoredVertex& vertex, auto& source) {
               if (!is_worth_storing(vertex)) return;
               if constexpr (Integrator_::stores_light_vertices)
@@ -289,9 +317,8 @@ class Engine {
         const auto pixel =
             static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) + static_cast<std::size_t>(x);
         output.begin_pixel(static_cast<std::uint32_t>(pixel));
-        subpath.trace({x, y}, pixel,
-                      Source(settings_.seed, context.iteration, static_cast<std::uint32_t>(pixel), camera_stream));
-        frame_[pixel] = output.pixel_sum();
+        subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
+        frame_[pixel] = output.take_pixel();
       }
     });
     for (const Output& output : camera_outputs_) counters_ += output.counters;
@@ -300,7 +327,13 @@ class Engine {
   void add_splats() {
     const Stopwatch stopwatch(seconds_.film);
     for (const Output& output : light_outputs_)
-      for (const auto& splat : output.splats()) frame_[splat.pixel] += splat.value;
+      for (const auto& splat : output.splats()) {
+        const S sum = frame_[splat.pixel] + splat.value;
+        if (is_finite(sum)) [[likely]]
+          frame_[splat.pixel] = sum;
+        else
+          ++counters_.rejected_non_finite;
+      }
   }
 
   class Stopwatch {
@@ -330,6 +363,7 @@ class Engine {
   LightVertexGrid<T> grid_;
   std::vector<S> frame_;
   Counters counters_, light_work_;
+  RejectionLog rejections_;
   PhaseSeconds seconds_;
   std::uint32_t iteration_ = 0;
   bool is_tuned_ = false;  // no count changes any more

@@ -91,7 +91,7 @@ class LightTree {
     const bool is_infinite = choice.light->is_infinite();
     const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
     const T density = emission->density.first * (is_infinite ? cos_here : cos_here / distance_squared);
-    if (!is_usable(density)) return std::nullopt;
+    if (!is_usable(density) || !is_usable(emission->density.origin)) return std::nullopt;
 
     T to_origin = T(0);
     if (!choice.light->is_delta())
@@ -102,8 +102,12 @@ class LightTree {
     const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
-    return vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1,
-                     {});
+    const Vertex vertex =
+        vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1, {});
+    if constexpr (observes_paths<Output>)
+      output_.on_vertex(Step<S>{emission->direction, emission->weight, emission->density.first, T(0), false}, density,
+                        vertex, vertex.point);
+    return vertex;
   }
 
   [[nodiscard]] std::optional<Vertex> arrive(const Vertex& from, const Step<S>& step) {
@@ -118,9 +122,12 @@ class LightTree {
         step.forward * solid_angle_per_area(glm::dot(hit->point.geometric_normal, step.to_next), distance_squared);
     if (!is_usable(density)) return std::nullopt;
     const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
-    return vertex_at(*hit, step.to_next, from.throughput * step.weight,
-                     context_.recursion.extend_light(from.weights, step.is_delta, step.reverse, to_area_back, density),
-                     from.depth + 1, path);
+    const Vertex vertex =
+        vertex_at(*hit, step.to_next, from.throughput * step.weight,
+                  context_.recursion.extend_light(from.weights, step.is_delta, step.reverse, to_area_back, density),
+                  from.depth + 1, path);
+    if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
+    return vertex;
   }
 
   [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,

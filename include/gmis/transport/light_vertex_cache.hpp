@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -49,6 +51,19 @@ class LightVertexCache {
     const std::size_t local = number % trees_per_chunk_;
     const std::size_t begin = local == 0 ? 0 : chunk.tree_ends_[local - 1];
     return {chunk.vertices_.data() + begin, chunk.tree_ends_[local] - begin};
+  }
+
+  /// The tree of one of these vertices.
+  [[nodiscard]] std::size_t tree_of(const Vertex& vertex) const noexcept {
+    for (std::size_t i = 0; i < chunks_.size(); ++i) {
+      const auto& [vertices, ends] = chunks_[i];
+      if (vertices.empty() || std::less<>{}(&vertex, &vertices.front()) || std::less<>{}(&vertices.back(), &vertex))
+        continue;
+      const auto place = static_cast<std::uint32_t>(&vertex - vertices.data());
+      const auto tree = std::upper_bound(ends.begin(), ends.end(), place) - ends.begin();
+      return i * trees_per_chunk_ + static_cast<std::size_t>(tree);
+    }
+    return static_cast<std::size_t>(-1);
   }
 
   [[nodiscard]] std::size_t byte_count() const noexcept {

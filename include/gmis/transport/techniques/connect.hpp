@@ -61,6 +61,7 @@ struct Connect {
         vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point), vertex.weights,
         vertex.is_first(), vertex.children.reverse * camera_bsdf.pdf.reverse.value,
         light.children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
+    if constexpr (observes_paths<Output>) output.on_light_vertex(light);
     output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),
                 static_cast<std::int16_t>(vertex.depth + 1), path_class},
                value, weight);

@@ -32,6 +32,7 @@ struct Merge {
           context.recursion.merge(light.weights, vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
                                   vertex.is_first(), vertex.children.reverse * bsdf.pdf.reverse.value);
       ++output.counters.merges;
+      if constexpr (observes_paths<Output>) output.on_light_vertex(light);
       output.add({Technique::merge, static_cast<std::int16_t>(light.depth + 1),
                   static_cast<std::int16_t>(vertex.depth + 1), path_class},
                  value, weight);

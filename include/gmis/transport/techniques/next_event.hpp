@@ -35,6 +35,11 @@ struct NextEvent {
                                            : segment(point, sample->origin, sample->to_light)))
       return;
 
+    const TechniqueId id{Technique::next_event, 1, static_cast<std::int16_t>(vertex.depth + 1), path_class};
+    if (!is_usable_density(sample->next_event_density)) [[unlikely]] {
+      output.reject(RejectionCause::zero_pdf, id);
+      return;
+    }
     T to_light_area = T(1);  // at x_0, from solid angle at the vertex
     T to_vertex_area = std::abs(glm::dot(point.geometric_normal, sample->to_light));  // at the vertex, from the light
     if (!is_infinite) {
@@ -47,7 +52,8 @@ struct NextEvent {
         vertex.weights, vertex.is_first(), choice.selection_probability * sample->density.origin,
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
-    output.add({Technique::next_event, 1, static_cast<std::int16_t>(vertex.depth + 1), path_class}, value, weight);
+    if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);
+    output.add(id, value, weight);
   }
 
  private:
