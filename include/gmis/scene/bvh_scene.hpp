@@ -11,6 +11,7 @@
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/bvh.hpp"
 #include "gmis/scene/camera.hpp"
+#include "gmis/scene/edge_margin.hpp"
 #include "gmis/scene/light.hpp"
 
 namespace gmis::scene {
@@ -82,6 +83,7 @@ class BvhScene {
     const Material<T>* material;
     const Light* light;
     std::uint32_t vertex_normals;  ///< the first of three in `vertex_normals_`, or `flat`
+    T edge_margin;                 ///< see `largest_edge_margin`
   };
   struct Sphere {
     Vec3<T> center;
@@ -100,7 +102,17 @@ class BvhScene {
     const std::size_t lane = found.slot % lane_count;
     const auto& w = found.corner_weights;
     const T scale = T(1) / (w[0] + w[1] + w[2]);
-    const T b0 = w[0] * scale, b1 = w[1] * scale, b2 = w[2] * scale;
+    T b0 = w[0] * scale, b1 = w[1] * scale, b2 = w[2] * scale;
+    if (std::min(b0, std::min(b1, b2)) < triangle.edge_margin) {
+      const auto corner = [&](std::size_t i) {
+        return Vec3<T>(packet.corners[i][0][lane], packet.corners[i][1][lane], packet.corners[i][2][lane]);
+      };
+      const Vec3<T> moved =
+          keep_off_edges(Vec3<T>(b0, b1, b2), corner(0), corner(1), corner(2), triangle.position_error);
+      b0 = moved.x;
+      b1 = moved.y;
+      b2 = moved.z;
+    }
     // From the corners, not along the ray: this error does not grow with the distance.
     const auto coordinate = [&](std::size_t axis) {
       return b0 * packet.corners[0][axis][lane] + b1 * packet.corners[1][axis][lane] +

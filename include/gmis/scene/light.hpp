@@ -5,6 +5,7 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/warp.hpp"
+#include "gmis/scene/edge_margin.hpp"
 #include "gmis/scene/environment_map.hpp"
 #include "gmis/scene/spot_cone.hpp"
 
@@ -31,6 +32,7 @@ class Light {
     light.position_error_ = position_error;
     light.is_two_sided_ = two_sided;
     light.inverse_area_ = T(2) / glm::length(glm::cross(light.edge_b_, light.edge_c_));
+    light.edge_margin_ = largest_edge_margin(a, b, c, position_error);
     return light;
   }
   [[nodiscard]] static Light sphere(const Vec3<T>& center, T radius, bool normal_points_inward, T position_error,
@@ -239,7 +241,12 @@ class Light {
   /// Uniform per area.
   [[nodiscard]] Point uniform_point(const Vec2<T>& uv) const noexcept {
     if (kind_ == Kind::sphere) return on_sphere(square_to_sphere(uv));
-    const Vec2<T> b = square_to_triangle(uv);
+    Vec2<T> b = square_to_triangle(uv);
+    if (std::min(T(1) - b.x - b.y, std::min(b.x, b.y)) < edge_margin_) {
+      const Vec3<T> moved = keep_off_edges(Vec3<T>(T(1) - b.x - b.y, b.x, b.y), origin_, origin_ + edge_b_,
+                                           origin_ + edge_c_, position_error_);
+      b = {moved.y, moved.z};
+    }
     return {origin_ + edge_b_ * b.x + edge_c_ * b.y, normal_, normal_, position_error_};
   }
 
@@ -319,6 +326,7 @@ class Light {
   T side_ = 1;          ///< −1 where a sphere's normal points inward
   T inverse_area_ = 0;  ///< of the surface; of the scene's disk
   T position_error_ = 0;
+  T edge_margin_ = 0;  ///< of a triangle
   T selection_probability_ = 0;
   SpotCone<T> cone_{};
   const EnvironmentMap<T>* map_ = nullptr;

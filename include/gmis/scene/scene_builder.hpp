@@ -138,14 +138,14 @@ class SceneBuilder {
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
       TriangleCorners<T> moved;
       for (std::size_t corner = 0; corner < 3; ++corner)
-        moved[corner] = Vec3<T>(triangles_[i].corners[corner] - origin);
+        moved[corner] = moved_to(origin, triangles_[i].corners[corner]);
       if (!(static_cast<T>(glm::length(area_normal(moved))) >= std::numeric_limits<T>::min())) continue;
       corners.push_back(moved);
       kept.push_back(static_cast<std::uint32_t>(i));
     }
     std::vector<SphereShape<T>> balls;
     for (const Sphere& sphere : spheres_)
-      balls.push_back({Vec3<T>(sphere.center - origin), static_cast<T>(sphere.radius)});
+      balls.push_back({moved_to(origin, sphere.center), static_cast<T>(sphere.radius)});
 
     Box<double> box;
     for (const auto& triangle : corners)
@@ -206,13 +206,23 @@ class SceneBuilder {
     double inner, outer;
   };
   static constexpr std::uint32_t no_light = std::numeric_limits<std::uint32_t>::max();
-  /// The third power must be finite in T.
-  static constexpr double largest_coordinate = std::same_as<T, float> ? 1e12 : 1e100;
+  /// From the camera: the third power must be finite in T, and distances within the range of float, which the tree orders
+  /// its nodes by.
+  static constexpr double largest_coordinate = std::same_as<T, float> ? 1e12 : 1e37;
+  /// In the world, in double.
+  static constexpr double largest_world_coordinate = 1e100;
 
   [[noreturn]] static void fail(const std::string& what) { throw std::invalid_argument(what); }
   static void check_place(const glm::dvec3& v) {
     for (int axis = 0; axis < 3; ++axis)
-      if (!(std::abs(v[axis]) < largest_coordinate)) fail("a coordinate is not finite or too large");
+      if (!(std::abs(v[axis]) < largest_world_coordinate)) fail("a coordinate is not finite or too large");
+  }
+  /// The place `v` of the world as seen from `origin`.
+  [[nodiscard]] static Vec3<T> moved_to(const glm::dvec3& origin, const glm::dvec3& v) {
+    const glm::dvec3 moved = v - origin;
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(std::abs(moved[axis]) < largest_coordinate)) fail("a shape or a light is too far from the camera");
+    return Vec3<T>(moved);
   }
   static void check_color(const glm::dvec3& v) {
     for (int c = 0; c < 3; ++c)
@@ -302,9 +312,9 @@ class SceneBuilder {
                                         position_error(balls[i]), Vec3<T>(emission.radiance), emission.is_two_sided));
     }
     for (const PointLight& light : point_lights_)
-      lights.push_back(Light<T>::point(Vec3<T>(light.position - origin), Vec3<T>(light.intensity)));
+      lights.push_back(Light<T>::point(moved_to(origin, light.position), Vec3<T>(light.intensity)));
     for (const SpotLight& light : spot_lights_)
-      lights.push_back(Light<T>::spot(Vec3<T>(light.position - origin),
+      lights.push_back(Light<T>::spot(moved_to(origin, light.position),
                                       SpotCone<T>(Vec3<T>(glm::normalize(light.direction)), light.inner, light.outer),
                                       Vec3<T>(light.intensity)));
     for (Light<T> light : infinite_lights_) {
@@ -340,9 +350,13 @@ class SceneBuilder {
       const Triangle& source = triangles_[kept[i]];
       const glm::dvec3 normal = glm::normalize(area_normal(corners[i]));
       auto& triangle = scene.triangles_[slot];
-      triangle = {Vec3<T>(normal), position_error(corners[i], normal),
-                  &scene.materials_[surfaces_[source.surface].material], light_at(light_of_triangle[i]),
-                  BvhScene<T>::Triangle::flat};
+      const T error = position_error(corners[i], normal);
+      triangle = {Vec3<T>(normal),
+                  error,
+                  &scene.materials_[surfaces_[source.surface].material],
+                  light_at(light_of_triangle[i]),
+                  BvhScene<T>::Triangle::flat,
+                  largest_edge_margin(corners[i][0], corners[i][1], corners[i][2], error)};
       if (!source.has_normals) continue;
       triangle.vertex_normals = static_cast<std::uint32_t>(scene.vertex_normals_.size());
       for (const glm::dvec3& n : source.normals) {
