@@ -9,6 +9,7 @@
 #include "gmis/result/counters.hpp"
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/engine.hpp"
+#include "gmis/transport/replay.hpp"
 #include "gmis/transport/tuning.hpp"
 #include "support/build_scene.hpp"
 #include "support/executor.hpp"
@@ -31,6 +32,8 @@ class FrameSource {
   /// What the latest iteration alone gives, by rows from the upper left; black outside the crop.
   [[nodiscard]] virtual std::span<const Spectrum> frame() const = 0;
   [[nodiscard]] virtual const Counters& counters() const = 0;
+  /// The first paths of which something was left out.
+  [[nodiscard]] virtual const RejectionLog& rejections() const = 0;
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
   [[nodiscard]] virtual std::size_t photon_bytes() const = 0;
   /// The counts that the latest iteration was made with, and how they were measured.
@@ -38,6 +41,8 @@ class FrameSource {
   [[nodiscard]] virtual std::vector<Trial> trials() const = 0;
   /// Every contribution of the latest iteration; none unless the request was for techniques.
   virtual void for_each_contribution(const Visit& visit) const = 0;
+  /// One path of a run, traced again alone; of a source that has made nothing yet.
+  [[nodiscard]] virtual ReplayedPath<Spectrum> replay(ThreadedExecutor& executor, const PathName& path) = 0;
 };
 
 }  // namespace gmis::tools

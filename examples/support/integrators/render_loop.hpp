@@ -2,8 +2,10 @@
 
 #include <memory>
 #include <span>
+#include <string>
 
 #include "gmis/transport/integrators.hpp"
+#include "support/diagnostics.hpp"
 #include "support/frame_source.hpp"
 #include "support/render.hpp"
 
@@ -24,11 +26,19 @@ class EngineSource final : public FrameSource {
   void iterate(ThreadedExecutor& executor) override { engine_.iterate(executor); }
   [[nodiscard]] std::span<const Spectrum> frame() const override { return engine_.frame(); }
   [[nodiscard]] const Counters& counters() const override { return engine_.counters(); }
+  [[nodiscard]] const RejectionLog& rejections() const override { return engine_.rejections(); }
   [[nodiscard]] const PhaseSeconds& seconds() const override { return engine_.seconds(); }
   [[nodiscard]] std::size_t photon_bytes() const override { return engine_.photon_bytes(); }
   [[nodiscard]] const Tuning& tuning() const override { return engine_.tuning(); }
   [[nodiscard]] std::vector<Trial> trials() const override { return engine_.tuner().trials(); }
   void for_each_contribution(const Visit& visit) const override { engine_.for_each_contribution(visit); }
+  [[nodiscard]] ReplayedPath<Spectrum> replay(ThreadedExecutor& executor, const PathName& path) override {
+    if (path.kind == PathKind::light && path.number >= engine_.light_tree_count())
+      throw InputError("--replay: there is no light tree " + std::to_string(path.number) + ": an iteration has " +
+                       std::to_string(engine_.light_tree_count()));
+    engine_.prepare_replay(executor, path.iteration);
+    return gmis::replay(engine_, path.kind, path.number);
+  }
 
  private:
   Engine<BuiltScene::SceneType, Integrator, true> engine_;

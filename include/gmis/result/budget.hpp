@@ -6,10 +6,10 @@
 namespace gmis {
 
 /// What can end a run.
-enum class StopReason { iterations, time, error, interrupt };
+enum class StopReason { iterations, time, error, interrupt, rejected };
 
 [[nodiscard]] constexpr const char* name_of(StopReason reason) noexcept {
-  constexpr const char* names[] = {"iterations", "time", "error", "interrupt"};
+  constexpr const char* names[] = {"iterations", "time", "error", "interrupt", "rejected"};
   return names[static_cast<int>(reason)];
 }
 
