@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 
 /// \file
 /// Weighting heuristics of the multi-sample form [Veach 1997, section 9.2], with counts: technique i makes n_i samples of
@@ -88,11 +89,13 @@ void heuristic_weights(const H& heuristic, std::span<const std::uint32_t> counts
       weights[i] = static_cast<T>(counts[i]) * (densities[i] / largest);
     largest_ratio = std::max(largest_ratio, weights[i]);
   }
-  T sum(0);
+  T sum(0), block(0);  // in blocks, so that a long sum is as exact as a short one
   for (std::size_t i = 0; i < n; ++i) {
     weights[i] = weights[i] > T(0) ? heuristic.unnormalised(weights[i] / largest_ratio) : T(0);
-    sum += weights[i];
+    block += weights[i];
+    if (i % 64 == 63) sum += std::exchange(block, T(0));
   }
+  sum += block;
   for (std::size_t i = 0; i < n; ++i) weights[i] /= sum;
 }
 

@@ -42,8 +42,8 @@ template <std::floating_point T>
 class MixtureSum<T, true> {
  public:
   void add(T log_density) noexcept { sum_.add(log_density); }
-  void add(T log_density, T coefficient) noexcept { sum_.add(log_density + std::log(coefficient)); }
-  [[nodiscard]] LogDensity<T> over(T normaliser) const noexcept { return {sum_.log() - std::log(normaliser)}; }
+  void add(T log_density, T coefficient) noexcept { sum_.add(log_density, coefficient); }
+  [[nodiscard]] LogDensity<T> over(T normaliser) const noexcept { return {sum_.log_over(normaliser)}; }
 
  private:
   LogSum<T> sum_;
