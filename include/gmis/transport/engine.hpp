@@ -110,6 +110,9 @@ class Engine {
   [[nodiscard]] const PhaseSeconds& seconds() const noexcept { return seconds_; }
   /// The counts that the latest iteration was made with.
   [[nodiscard]] const Tuning& tuning() const noexcept { return tuning_; }
+  /// V̄ / n_L: stored vertices that a light tree is expected to have, as measured before the first iteration where counts
+  /// depend on it (else 0).
+  [[nodiscard]] double vertices_per_tree() const noexcept { return vertices_per_tree_; }
   /// How they were, or are being, chosen.
   [[nodiscard]] const Tuner<S>& tuner() const noexcept { return tuner_; }
 

@@ -11,6 +11,7 @@
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/light_subpaths.hpp"
 #include "gmis/transport/rejection.hpp"
+#include "gmis/transport/tuning.hpp"
 
 /// \file
 /// One path of a run traced again, alone: the same random numbers over the same light trees, so that every number is the
@@ -50,12 +51,23 @@ struct ReplayedContribution {
   std::optional<std::pair<std::uint32_t, int>> light_vertex;
 };
 
+/// Where a density was of no use: the vertex's own, or that of the light sampled for it.
+struct ReplayedZeroDensity {
+  std::size_t vertex = 0;
+  std::optional<TechniqueId> technique;  ///< none: the subpath itself ended here
+};
+
 template <Spectrum S>
 struct ReplayedPath {
   PathName name;
   std::vector<ReplayedVertex<S>> vertices;  ///< of a tree, every parent before its children
   std::vector<ReplayedContribution<S>> contributions;
-  Counters counters;            ///< what this path alone took
+  std::vector<ReplayedZeroDensity> zero_densities;
+  Counters counters;  ///< what this path alone took
+  // As in the run:
+  double radius = 0.0;             ///< of merging
+  double vertices_per_tree = 0.0;  ///< expected; 0 where no count depends on it
+  Tuning tuning;
   S pixel_sum{ScalarOf<S>(0)};  ///< of a camera path: what it adds to its pixel
 };
 
@@ -114,6 +126,11 @@ class ReplayOutput : public ChunkOutput<typename Context::S, false> {
     Base::begin_pixel(pixel);
   }
 
+  void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
+    Base::reject(cause, technique);
+    path_.zero_densities.push_back({path_.vertices.size() - 1, technique});
+  }
+
  private:
   [[nodiscard]] bool is_light() const { return path_.name.kind == PathKind::light; }
 
@@ -168,6 +185,9 @@ template <class Engine>
   const Context context = engine.context();
   ReplayedPath<typename Engine::S> path;
   path.name = {kind, context.iteration, number};
+  path.radius = engine.merge_radius(context.iteration);
+  path.vertices_per_tree = engine.vertices_per_tree();
+  path.tuning = engine.tuning();
   ReplayOutput<Context> output(context, path);
   const auto source = Engine::numbers_of(context, kind, number);
   if (kind == PathKind::camera) {

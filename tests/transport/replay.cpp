@@ -1,0 +1,155 @@
+#include "gmis/transport/replay.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "gmis/transport/integrators.hpp"
+#include "support/catch.hpp"
+#include "transport/furnace_scene.hpp"
+
+namespace {
+
+using Scene = gmis_test::FurnaceScene<float>;
+using Record = gmis::Contribution<float>;
+
+constexpr int size = 10;
+constexpr float albedo = 0.7F;
+
+gmis::RenderSettings settings() {
+  gmis::RenderSettings result;
+  result.max_depth = 5;
+  result.radius = 0.1;
+  result.seed = 8;
+  return result;
+}
+
+bool are_same(const Record& a, const Record& b) {
+  return a.pixel == b.pixel && a.id.technique == b.id.technique && a.id.s == b.id.s && a.id.t == b.id.t &&
+         std::memcmp(&a.value, &b.value, sizeof a.value) == 0 &&
+         std::memcmp(&a.weight, &b.weight, sizeof a.weight) == 0;
+}
+
+/// Every path of `iteration` replayed, against what a run that got there kept.
+template <class I>
+void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t iteration, int lobes = 1,
+                  std::optional<gmis::PixelBounds> crop = {}) {
+  CAPTURE(iteration);
+  const Scene scene(albedo, 1.0F, size, lobes);
+  gmis::SerialExecutor executor;
+  gmis::Engine<Scene, I, true> engine(scene, render_settings, crop);
+  for (std::uint32_t i = 0; i < iteration; ++i) engine.iterate(executor);
+  std::vector<Record> expected;
+  engine.for_each_contribution([&](const Record& record) { expected.push_back(record); });
+  REQUIRE(expected.size() > 100);
+
+  gmis::Engine<Scene, I> replayed(scene, render_settings, crop);
+  replayed.prepare_replay(executor, iteration);
+  CHECK(replayed.tuning().connections == engine.tuning().connections);
+  CHECK(replayed.tuning().camera_children == engine.tuning().camera_children);
+  std::size_t next = 0;
+  const auto check_path = [&](gmis::PathKind kind, std::size_t number) {
+    const auto path = gmis::replay(replayed, kind, static_cast<std::uint32_t>(number));
+    REQUIRE(path.name == gmis::PathName{kind, iteration, static_cast<std::uint32_t>(number)});
+    float sum = 0.0F;
+    for (const auto& made : path.contributions) {
+      REQUIRE(next < expected.size());
+      REQUIRE(are_same(made.contribution, expected[next++]));
+      REQUIRE(made.vertex < path.vertices.size());
+      REQUIRE_FALSE(made.rejected.has_value());
+      sum += made.contribution.value * made.contribution.weight;
+    }
+    if (kind == gmis::PathKind::camera) {
+      REQUIRE(path.pixel_sum == sum);
+    }
+  };
+  for (std::size_t tree = 0; tree < replayed.light_tree_count(); ++tree) check_path(gmis::PathKind::light, tree);
+  const gmis::PixelBounds part = crop.value_or(gmis::PixelBounds{{0, 0}, {size, size}});
+  for (int y = part.lower.y; y < part.upper.y; ++y)
+    for (int x = part.lower.x; x < part.upper.x; ++x)
+      check_path(gmis::PathKind::camera, static_cast<std::size_t>(y * size + x));
+  CHECK(next == expected.size());
+}
+
+}  // namespace
+
+TEST_CASE("A path replayed alone makes what it made in the run, bit by bit") {
+  using namespace gmis::integrators;
+  SECTION("lt") {
+    check_replay<Lt>(settings(), 3);
+  }
+  SECTION("vcm, while its connections are being measured and afterwards") {
+    for (const std::uint32_t iteration : {1U, 4U, 9U}) check_replay<Vcm>(settings(), iteration);
+  }
+  SECTION("vcm, paired, half as many trees as pixels") {
+    auto paired = settings();
+    paired.connections = gmis::paired_connections;
+    paired.light_paths = 0.5;
+    check_replay<Vcm>(paired, 2);
+  }
+  SECTION("vcm, a crop: its counts are its own") {
+    check_replay<Vcm>(settings(), 8, 1, gmis::PixelBounds{{2, 1}, {9, 7}});
+  }
+  SECTION("gmis, split on both sides as measured") {
+    auto adaptive = settings();
+    adaptive.adapts_split = true;
+    check_replay<Gmis<>>(adaptive, 27, 2);
+  }
+  SECTION("gmis, split on both sides") {
+    auto split = settings();
+    split.camera_children = 3;
+    check_replay<Gmis<>>(split, 2, 2);
+  }
+}
+
+TEST_CASE("What a replayed path says of its vertices") {
+  const Scene scene(albedo, 1.0F, size);
+  gmis::Engine<Scene, gmis::integrators::Vcm> engine(scene, settings());
+  gmis::SerialExecutor executor;
+  engine.prepare_replay(executor, 7);
+  constexpr double pi = 3.14159265358979;
+  int vertices = 0, light_ends = 0;
+  for (const gmis::PathKind kind : {gmis::PathKind::camera, gmis::PathKind::light})
+    for (std::uint32_t number = 0; number < size * size; ++number) {
+      const auto path = gmis::replay(engine, kind, number);
+      CAPTURE(number);
+      for (std::size_t i = 1; i < path.vertices.size(); ++i) {
+        const auto& here = path.vertices[i];
+        REQUIRE(here.parent == i - 1);
+        REQUIRE(here.depth == static_cast<int>(i));
+        const auto& from = path.vertices[i - 1];
+        const glm::dvec3 offset = glm::dvec3(here.point.position) - glm::dvec3(from.point.position);
+        const double distance = glm::length(offset);
+        const glm::dvec3 direction = offset / distance;
+        REQUIRE(glm::length(glm::dvec3(here.to_prev) + direction) < 1e-3);
+        const double cos_here = -glm::dot(direction, glm::dvec3(here.point.geometric_normal));
+        const double cos_from = glm::dot(direction, glm::dvec3(from.point.geometric_normal));
+        // One nominal child per survivor; emission and the camera's rays are certain.
+        double forward = albedo * cos_from / pi;
+        if (i == 1 && kind == gmis::PathKind::light) forward = cos_from / pi;
+        if (i == 1 && kind == gmis::PathKind::camera) {
+          const double pixel_area = 1.5 * 1.5 / (size * size);
+          forward = 1.0 / (pixel_area * std::pow(direction.z, 3.0));
+        }
+        CHECK(here.forward == Approx(forward).epsilon(1e-3));
+        CHECK(here.density == Approx(forward * cos_here / (distance * distance)).epsilon(2e-3));
+        if (i >= 2) {
+          const double cos_back = glm::dot(glm::dvec3(from.to_prev), glm::dvec3(from.point.geometric_normal));
+          CHECK(here.reverse == Approx(albedo * cos_back / pi).epsilon(1e-3));
+        }
+        REQUIRE(here.weights.has_value());
+        if (kind == gmis::PathKind::camera)
+          CHECK(here.weights->shared.to_double() == Approx(1.0 / static_cast<double>(here.density)).epsilon(1e-5));
+        ++vertices;
+      }
+      for (const auto& made : path.contributions) {
+        if (!made.light_vertex) continue;
+        const auto& [tree, depth] = *made.light_vertex;
+        const auto other = gmis::replay(engine, gmis::PathKind::light, tree);
+        REQUIRE(other.vertices[static_cast<std::size_t>(depth)].point.position == made.position.value());
+        ++light_ends;
+      }
+    }
+  CHECK(vertices > 500);
+  CHECK(light_ends > 100);
+}
