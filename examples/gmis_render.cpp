@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "support/progress_bar.hpp"
+#include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
 #include "support/session.hpp"
 
@@ -83,10 +84,28 @@ void print_summary(const RenderResult& result, const Options& options, const std
   for (const auto& output : options.outputs) std::printf("wrote %s\n", output.c_str());
 }
 
-/// A few samples lost to rounding are harmless; many mean that the picture cannot be trusted.
-bool is_trustworthy(const gmis::Counters& counters) {
-  constexpr double largest_share = 1e-4;
-  return static_cast<double>(counters.rejected()) <= largest_share * static_cast<double>(counters.contributions);
+/// One line: how much was left out, and how to look into it.
+void print_distrust(const RenderResult& result, double largest_share) {
+  const gmis::Counters& counters = result.counters;
+  std::fprintf(stderr,
+               "gmis-render: %llu of %llu contributions were left out, %llu of them not finite, %llu negative, %llu of "
+               "density zero: more than %g %%, the picture cannot be trusted",
+               static_cast<unsigned long long>(counters.rejected()),
+               static_cast<unsigned long long>(counters.contributions),
+               static_cast<unsigned long long>(counters.rejected_non_finite),
+               static_cast<unsigned long long>(counters.rejected_negative),
+               static_cast<unsigned long long>(counters.rejected_zero_pdf), 100.0 * largest_share);
+  if (!result.rejected_paths.empty())
+    std::fprintf(stderr, "; --replay %s shows the first path", text_of(result.rejected_paths[0].path).c_str());
+  std::fprintf(stderr, "\n");
+}
+
+int print_replay(const RenderRequest& request, const PathChoice& choice, const BuiltScene& scene, int threads) {
+  const glm::ivec2 resolution = scene.scene().camera().resolution();
+  const gmis::PathName path = path_of(choice, request, resolution);
+  ThreadedExecutor executor(threads);
+  std::fputs(replay_text(start(scene, request)->replay(executor, path), request, resolution).c_str(), stdout);
+  return done;
 }
 
 int run(Options options) {
@@ -94,7 +113,7 @@ int run(Options options) {
     for (const std::string& name : built_in_scene_names()) std::printf("%s\n", name.c_str());
     return done;
   }
-  check_outputs(options);
+  if (!options.replay) check_outputs(options);
   LoadedScene loaded = load_scene(find_scene(options.scene), options.size);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
@@ -102,6 +121,7 @@ int run(Options options) {
       std::fprintf(stderr, "%s\n", diagnostic.to_string().c_str());
 
   RenderRequest request = request_of(options, scene);
+  if (options.replay) return print_replay(request, *options.replay, scene, options.threads);
   std::optional<Image> reference;
   if (!options.reference_file.empty())
     reference = read_reference(options.reference_file, request, scene.scene().camera().resolution());
@@ -141,15 +161,11 @@ int run(Options options) {
     if (!file) throw OutputError(options.statistics_file.string() + ": this file cannot be written");
   }
   if (!options.quiet) print_summary(result, options, facts.error);
-  if (!is_trustworthy(result.counters)) {
-    std::fprintf(stderr,
-                 "gmis-render: %llu of %llu contributions were not finite, negative or of density zero: more than "
-                 "0.01 %%, the picture cannot be trusted\n",
-                 static_cast<unsigned long long>(result.counters.rejected()),
-                 static_cast<unsigned long long>(result.counters.contributions));
-    return failed;
-  }
-  return done;
+  if (options.list_rejected)
+    std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
+  if (!request.rejection_limit.is_exceeded(result.counters)) return done;
+  print_distrust(result, request.rejection_limit.share);
+  return failed;
 }
 
 }  // namespace

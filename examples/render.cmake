@@ -20,6 +20,7 @@ add_library(gmis_render_session STATIC
   support/progress_bar.cpp
   support/progressive_render.cpp
   support/render.cpp
+  support/replay_text.cpp
   support/scene_files.cpp
   support/session.cpp
   support/statistics.cpp
@@ -31,7 +32,7 @@ target_compile_definitions(gmis_render_session PRIVATE
   GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
 
 # Much to compile, little to run.
-set_source_files_properties(support/options.cpp support/progress_bar.cpp support/session.cpp support/statistics.cpp
+set_source_files_properties(support/options.cpp support/progress_bar.cpp support/replay_text.cpp support/session.cpp support/statistics.cpp
                             support/technique_sheet.cpp
                             PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
 

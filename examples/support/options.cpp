@@ -70,6 +70,7 @@ void require_above_zero(const char* option, double value) {
 struct RawOptions {
   std::string integrator = "auto", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
               iterations;
+  std::string replay;
   double seconds = 0, relative_error = 0;
 };
 
@@ -95,6 +96,11 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--time", raw.seconds, "Stop after so many seconds");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small");
   app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only");
+  app.add_option("--max-rejected", options.max_rejected,
+                 "Fail when more than this share of the contributions is not finite, negative or of density zero (1e-4)");
+  app.add_flag("--list-rejected", options.list_rejected, "Print the first paths of which something was rejected");
+  app.add_option("--replay", raw.replay,
+                 "Render nothing, print all about one path: ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE");
   app.add_option("--techniques", options.techniques_folder, "Write an image per technique into this folder");
   app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
   app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
@@ -129,6 +135,35 @@ std::array<int, 2> size_of(const std::string& text) {
   if (!size || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > largest || (*size)[1] > largest)
     throw InputError("--size " + in_quotes(text) + " must be WIDTHxHEIGHT, each from 1 to 32768");
   return *size;
+}
+
+PathChoice path_choice_of(const std::string& text) {
+  PathChoice choice;
+  const char* position = text.data();
+  const char* const end = position + text.size();
+  bool is_understood = true;
+  const auto number = [&](std::uint32_t& value) {
+    const auto [next, error] = std::from_chars(position, end, value);
+    is_understood = is_understood && error == std::errc{};
+    position = next;
+  };
+  const auto skip = [&](std::string_view part) {
+    if (!std::string_view(position, static_cast<std::size_t>(end - position)).starts_with(part)) return false;
+    position += part.size();
+    return true;
+  };
+  number(choice.iteration);
+  is_understood = skip(":") && is_understood && choice.iteration > 0;
+  choice.is_light = skip("light:");
+  number(choice.number);
+  if (!choice.is_light && skip(",")) {
+    choice.pixel = {choice.number, 0};
+    number((*choice.pixel)[1]);
+  }
+  if (!is_understood || position != end)
+    throw InputError("--replay " + in_quotes(text) +
+                     " must be ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE, with iterations from 1 on");
+  return choice;
 }
 
 bool connects(IntegratorChoice integrator) {
@@ -206,6 +241,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     require_above_zero("--error", raw.relative_error);
     options.relative_error = raw.relative_error;
   }
+  if (!(options.max_rejected >= 0)) throw InputError("--max-rejected must be a number from 0 on");
+  if (given("--replay")) options.replay = path_choice_of(raw.replay);
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
   if (!options.list_scenes && options.scene.empty())
     throw InputError("name a scene: a .pbrt file or one that --list-scenes prints; see --help");

@@ -15,6 +15,14 @@ namespace gmis::tools {
 enum class IntegratorChoice { pt, lt, bpt, ppm, bpm, vcm, gmis };
 enum class SplitChoice { none, paper, budgeted, adaptive };
 
+/// One path of a run, as the command line names it.
+struct PathChoice {
+  std::uint32_t iteration = 1;
+  bool is_light = false;
+  std::uint32_t number = 0;                            ///< of the light tree, or the pixel's place in the frame …
+  std::optional<std::array<std::uint32_t, 2>> pixel;  ///< … if it is not given by its column and row
+};
+
 /// What the command line of gmis-render asks for.
 struct Options {
   std::string scene;
@@ -35,6 +43,9 @@ struct Options {
   std::optional<double> seconds;
   std::optional<double> relative_error;
   std::optional<std::array<int, 4>> crop;
+  double max_rejected = 1e-4;        ///< share of the contributions that may be rejected
+  bool list_rejected = false;        ///< print the paths that were
+  std::optional<PathChoice> replay;  ///< instead of rendering
   std::filesystem::path techniques_folder;
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
@@ -60,6 +71,7 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 [[nodiscard]] IntegratorChoice integrator_of(const std::string& name);
 [[nodiscard]] SplitChoice split_of(const std::string& name);
 [[nodiscard]] std::array<int, 2> size_of(const std::string& text);
+[[nodiscard]] PathChoice path_choice_of(const std::string& text);
 
 [[nodiscard]] const char* name_of(IntegratorChoice integrator);
 [[nodiscard]] const char* name_of(SplitChoice split);

@@ -72,6 +72,8 @@ bool ProgressiveRender::advance(ThreadedExecutor& executor) {
     take_frame();
   }
   counters_ = source_->counters();  // of whole iterations only
+  const auto rejected = source_->rejections().paths();
+  rejected_paths_.assign(rejected.begin(), rejected.end());
   phases_ = source_->seconds();
   if (log_.is_due(progress_.iterations)) add_to_log();
   return true;
@@ -113,6 +115,7 @@ void ProgressiveRender::take_frame() {
 
 std::optional<StopReason> ProgressiveRender::reason_to_stop() const {
   if (request_.interrupted != nullptr && request_.interrupted->load()) return StopReason::interrupt;
+  if (request_.rejection_limit.is_surely_exceeded(counters_)) return StopReason::rejected;
   return request_.budget.reason_to_stop(progress_);
 }
 
@@ -156,6 +159,7 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
   result.interval = interval();
   result.prediction = predict(log_, result.estimate.relative_error);
   result.counters = counters_;
+  result.rejected_paths = rejected_paths_;
   result.tuning = source_->tuning();
   result.trials = source_->trials();
   result.phases = phases_;

@@ -59,6 +59,7 @@ class ProgressiveRender {
   Progress progress_;
   ConvergenceLog log_;
   Counters counters_;
+  std::vector<RejectedPath> rejected_paths_;
   PhaseSeconds phases_;
   double film_seconds_ = 0;
   double cpu_seconds_ = 0;

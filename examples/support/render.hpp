@@ -13,6 +13,7 @@
 #include "gmis/result/counters.hpp"
 #include "gmis/result/error_fit.hpp"
 #include "gmis/result/film.hpp"
+#include "gmis/result/rejection_limit.hpp"
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/settings.hpp"
@@ -40,6 +41,7 @@ struct RenderRequest {
   std::optional<PixelBounds> crop;
   // Stops at the first one met; at least one iteration is done.
   Budget budget;  ///< in wall time
+  RejectionLimit rejection_limit;  ///< past it by more than chance the run stops
   const std::atomic<bool>* interrupted = nullptr;
   bool halves = false;
   bool techniques = false;
@@ -64,6 +66,7 @@ struct RenderResult {
   std::optional<Interval> interval;      ///< of the relative error
   std::optional<Prediction> prediction;  ///< when the log knows enough
   Counters counters;
+  std::vector<RejectedPath> rejected_paths;  ///< the first of them
   Tuning tuning;              ///< the counts that the last iteration was made with
   std::vector<Trial> trials;  ///< how they were measured
   PhaseSeconds phases;

@@ -45,6 +45,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;
+  request.rejection_limit = {options.max_rejected};
   request.halves = options.halves;
   request.techniques = !options.techniques_folder.empty();
   if (options.crop) {

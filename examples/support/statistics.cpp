@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "support/replay_text.hpp"
+
 namespace gmis::tools {
 
 using Json = nlohmann::ordered_json;
@@ -34,6 +36,17 @@ Json counts_of(const Counters& c) {
           {"photons_stored", c.photons_stored},
           {"grids_built", c.grids_built},
           {"contributions", c.contributions}};
+}
+
+Json rejected_json(const std::vector<RejectedPath>& paths) {
+  constexpr const char* causes[] = {"non_finite", "negative", "zero_pdf"};
+  Json json = Json::array();
+  for (const RejectedPath& rejected : paths)
+    json.push_back({{"path", text_of(rejected.path)},
+                    {"count", rejected.count},
+                    {"cause", causes[static_cast<std::size_t>(rejected.cause)]},
+                    {"technique", rejected.technique ? Json(text_of(*rejected.technique)) : Json(nullptr)}});
+  return json;
 }
 
 /// Light children by number of lobes.
@@ -85,7 +98,9 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["counts"] = counts_of(result.counters);
   json["rejected"] = {{"non_finite", result.counters.rejected_non_finite},
                       {"negative", result.counters.rejected_negative},
-                      {"zero_pdf", result.counters.rejected_zero_pdf}};
+                      {"zero_pdf", result.counters.rejected_zero_pdf},
+                      {"limit", std::isfinite(options.max_rejected) ? Json(options.max_rejected) : Json(nullptr)},
+                      {"paths", rejected_json(result.rejected_paths)}};
   json["estimate"] = {{"mean", result.estimate.mean}};
   // One iteration says nothing about its own variance.
   const bool has_variance = result.iterations > 1;
