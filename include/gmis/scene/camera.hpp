@@ -77,6 +77,9 @@ class Camera {
             "the camera's transform shears: only rotation, translation, mirroring and scaling make a camera");
     if (!(from.window[0] < from.window[1] && from.window[2] < from.window[3]))
       throw std::invalid_argument("the camera's window is empty");
+    for (const double side : from.window)
+      if (!(std::abs(side) < std::numeric_limits<double>::infinity()))
+        throw std::invalid_argument("the camera's window is not finite");
     if (!(from.lens_radius >= 0 && from.lens_radius < std::numeric_limits<double>::infinity()))
       throw std::invalid_argument("the radius of a lens must be finite and not negative");
     if (from.lens_radius > 0 && is_orthographic_)

@@ -8,25 +8,24 @@
 /// \file
 /// A ray that leaves a triangle starts beside it, `position_error` away along the normal. Near an edge this may already be
 /// behind the triangle that meets this one there, as may be the point itself, which is rounded along the triangle too: the
-/// ray then leaks into what the two enclose, or out of it. Points nearer to an edge than eight errors of a position are
-/// therefore moved to that distance, within the triangle. Where triangles meet at 15° or more no start is on the wrong side
-/// then.
+/// ray then leaks into what the two enclose, or out of it. Points nearer to an edge than a few such errors are therefore
+/// moved to that distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong side then.
 
 namespace gmis::scene {
 
-/// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the edges. At most 1/3, where
-/// a triangle is no larger than its position error.
+/// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the edges. 0 where the triangle
+/// is too thin for that, a sliver of a few roundings: there, a point would be moved along it to no avail.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> edge_margins(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c,
                                           T position_error) noexcept {
   const Vec3<T> ab = b - a, ac = c - a, bc = c - b;
   const T twice_area = glm::length(glm::cross(ab, ac));
   const T farthest = std::sqrt(std::max({glm::dot(a, a), glm::dot(b, b), glm::dot(c, c)}));
-  const T distance = T(8) * std::max(position_error, T(6) * std::numeric_limits<T>::epsilon() * farthest);
+  const T distance = T(6) * position_error + T(8) * std::numeric_limits<T>::epsilon() * farthest;
   // Over the heights of the corners above the edges that they are opposite to.
   const auto margin = [&](const Vec3<T>& edge) {
     const T wanted = distance * glm::length(edge);
-    return wanted < twice_area / T(3) ? wanted / twice_area : T(1) / T(3);
+    return wanted < twice_area / T(3) ? wanted / twice_area : T(0);
   };
   return {margin(bc), margin(ac), margin(ab)};
 }

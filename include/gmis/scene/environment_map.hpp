@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -73,7 +74,8 @@ class EnvironmentMap {
       throw std::invalid_argument("an environment image with equal areas must be square");
     for (int i = 0; i < 3; ++i) {
       const double length = glm::length(world_from_sky[i]);
-      if (!(length > 0)) throw std::invalid_argument("the transform of an environment image is singular");
+      if (!(length > 0 && length < std::numeric_limits<double>::infinity()))
+        throw std::invalid_argument("the transform of an environment image is singular or not finite");
       axes_[static_cast<std::size_t>(i)] = Vec3<T>(world_from_sky[i] / length);
     }
     if (mapping_ == SkyMapping::latitude_longitude)
