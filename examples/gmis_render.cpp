@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 
+#include "support/auto_integrator.hpp"
 #include "support/progress_bar.hpp"
 #include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
@@ -71,13 +72,14 @@ std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem:
   return [write_line](const gmis::ConvergencePoint& point) { write_line(gmis::convergence_csv_row(point)); };
 }
 
-void print_summary(const RenderResult& result, const Options& options, const std::optional<gmis::ImageError>& error) {
+void print_summary(const RenderResult& result, const Options& options, bool is_merging,
+                   const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
               result.stopped_by.c_str(), result.estimate.mean);
   if (result.iterations > 1) std::printf(", relative error %.4f", result.estimate.relative_error);
   if (result.interval) std::printf(" (95 %%: %.4f to %.4f)", result.interval->lower, result.interval->upper);
   std::printf("\n");
-  print_prediction(result, merges(options.integrator));
+  print_prediction(result, is_merging);
   if (error)
     std::printf("against the reference: relMSE %.4g (%.4g without the worst 0.1 %% of the pixels), RMSE %.4g\n",
                 error->relmse, error->relmse_trimmed, error->rmse);
@@ -131,7 +133,8 @@ int run(Options options) {
   ThreadedExecutor executor(options.threads);
   if (!ThreadedExecutor::has_threads && options.threads != 1 && !options.quiet)
     std::fprintf(stderr, "gmis-render: built without oneTBB: one thread is used\n");
-  if (options.explain) std::fputs(explain(options, request, scene, executor.thread_count()).c_str(), stdout);
+  const gmis::Plan plan = plan_for_scene(scene, request.settings);
+  if (options.explain) std::fputs(explain(options, request, plan, scene, executor.thread_count()).c_str(), stdout);
 
   request.interrupted = &interrupt_flag();
   request.reference = reference ? &*reference : nullptr;
@@ -144,7 +147,9 @@ int run(Options options) {
 
   RunFacts facts;
   facts.options = &options;
-  facts.plan = plan_of(request);
+  facts.plan = plan_of(request, plan);
+  facts.scene_plan = plan;
+  facts.techniques_on = techniques_of(request, plan);
   facts.threads = executor.thread_count();
   facts.absolute_radius = request.settings.radius;
   facts.read_seconds = loaded.read_seconds;
@@ -160,7 +165,8 @@ int run(Options options) {
     file << statistics_json(result, facts) << std::flush;
     if (!file) throw OutputError(options.statistics_file.string() + ": this file cannot be written");
   }
-  if (!options.quiet) print_summary(result, options, facts.error);
+  if (!options.quiet)
+    print_summary(result, options, facts.techniques_on[static_cast<std::size_t>(gmis::Technique::merge)], facts.error);
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!request.rejection_limit.is_exceeded(result.counters)) return done;

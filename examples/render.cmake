@@ -5,9 +5,15 @@ if(NOT GMIS_RENDER_CAN_BE_BUILT)
 endif()
 
 add_library(gmis_render_session STATIC
+  support/auto_integrator.cpp
   support/build_scene.cpp
   support/integrators/bpm.cpp
   support/integrators/bpt.cpp
+  support/integrators/classified_bpt.cpp
+  support/integrators/classified_pt.cpp
+  support/integrators/classified_pt_lt.cpp
+  support/integrators/classified_pt_lt_pm.cpp
+  support/integrators/classified_vcm.cpp
   support/integrators/gmis_budgeted.cpp
   support/integrators/gmis_paper.cpp
   support/integrators/lt.cpp
@@ -17,6 +23,7 @@ add_library(gmis_render_session STATIC
   support/integrators/pt_lt_pm.cpp
   support/integrators/vcm.cpp
   support/options.cpp
+  support/plan_text.cpp
   support/progress_bar.cpp
   support/progressive_render.cpp
   support/render.cpp
@@ -32,7 +39,7 @@ target_compile_definitions(gmis_render_session PRIVATE
   GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
 
 # Much to compile, little to run.
-set_source_files_properties(support/options.cpp support/progress_bar.cpp support/replay_text.cpp support/session.cpp support/statistics.cpp
+set_source_files_properties(support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp support/session.cpp support/statistics.cpp
                             support/technique_sheet.cpp
                             PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
 

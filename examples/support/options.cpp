@@ -7,6 +7,7 @@
 #include <limits>
 #include <string_view>
 
+#include "gmis/transport/effect_switches.hpp"
 #include "support/diagnostics.hpp"
 
 namespace gmis::tools {
@@ -68,7 +69,7 @@ void require_above_zero(const char* option, double value) {
 
 /// The options as text, before they are checked.
 struct RawOptions {
-  std::string integrator = "auto", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
+  std::string integrator = "gmis", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
               iterations;
   std::string replay;
   double seconds = 0, relative_error = 0;
@@ -77,7 +78,8 @@ struct RawOptions {
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene", options.scene, "A .pbrt file or the name of a built-in scene");
   app.add_flag("--list-scenes", options.list_scenes, "Print the names of the built-in scenes");
-  app.add_option("--integrator", raw.integrator, "auto, pt, lt, bpt, ppm, bpm, vcm or gmis (auto: gmis)");
+  app.add_option("--integrator", raw.integrator,
+                 "auto (what the scene calls for), pt, lt, bpt, ppm, bpm, vcm or gmis (the default)");
   app.add_option("--split", raw.split, "How gmis splits subpaths: none, paper, budgeted (the default) or adaptive");
   app.add_option("--camera-split", options.camera_split,
                  "Children of the first non-specular camera vertex, with gmis (1; adaptive: measured)");
@@ -96,6 +98,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--time", raw.seconds, "Stop after so many seconds");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small");
   app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only");
+  app.add_option("--effects", options.effects,
+                 "Render only some effects: a list of no-NAME or NAME-only, of emission, direct, caustics, indirect, "
+                 "mirrored, specular, glossy or a path class such as LS+DE");
   app.add_option("--max-rejected", options.max_rejected,
                  "Fail when more than this share of the contributions is not finite, negative or of density zero (1e-4)");
   app.add_flag("--list-rejected", options.list_rejected, "Print the first paths of which something was rejected");
@@ -117,7 +122,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
 }  // namespace
 
 IntegratorChoice integrator_of(const std::string& name) {
-  if (name == "auto") return IntegratorChoice::gmis;
+  if (name == name_of(IntegratorChoice::automatic)) return IntegratorChoice::automatic;
   for (const IntegratorChoice integrator : all_integrators)
     if (name == name_of(integrator)) return integrator;
   throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, lt, bpt, ppm, bpm, vcm or gmis");
@@ -168,16 +173,31 @@ PathChoice path_choice_of(const std::string& text) {
 
 bool connects(IntegratorChoice integrator) {
   return integrator == IntegratorChoice::bpt || integrator == IntegratorChoice::vcm ||
-         integrator == IntegratorChoice::gmis;
+         integrator == IntegratorChoice::gmis || integrator == IntegratorChoice::automatic;
 }
 
 bool merges(IntegratorChoice integrator) {
   return integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm ||
-         integrator == IntegratorChoice::vcm || integrator == IntegratorChoice::gmis;
+         integrator == IntegratorChoice::vcm || integrator == IntegratorChoice::gmis ||
+         integrator == IntegratorChoice::automatic;
+}
+
+bool classifies(IntegratorChoice integrator, SplitChoice split) {
+  switch (integrator) {
+    case IntegratorChoice::pt:
+    case IntegratorChoice::bpt:
+    case IntegratorChoice::vcm:
+    case IntegratorChoice::automatic:
+      return true;
+    case IntegratorChoice::gmis:
+      return split == SplitChoice::none;
+    default:
+      return false;
+  }
 }
 
 const char* name_of(IntegratorChoice integrator) {
-  constexpr const char* names[] = {"pt", "lt", "bpt", "ppm", "bpm", "vcm", "gmis"};
+  constexpr const char* names[] = {"pt", "lt", "bpt", "ppm", "bpm", "vcm", "gmis", "auto"};
   return names[static_cast<std::size_t>(integrator)];
 }
 
@@ -202,6 +222,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   const auto given = [&](const char* option) { return app.count(option) > 0; };
 
+  if (given("--effects") && !given("--integrator")) raw.integrator = name_of(IntegratorChoice::automatic);
   options.integrator = integrator_of(raw.integrator);
   options.split = split_of(raw.split);
   if (options.integrator != IntegratorChoice::gmis) {
@@ -210,6 +231,17 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     if (given("--camera-split") && options.camera_split != 1)
       throw InputError("--camera-split needs --integrator gmis: " + raw.integrator + " does not split");
     options.split = SplitChoice::none;
+  }
+  if (given("--effects")) {
+    const SwitchedEffects effects = switched_effects(options.effects);
+    if (!effects.unknown.empty())
+      throw InputError("--effects " + in_quotes(effects.unknown) +
+                       " is not known: use no-NAME or NAME-only with emission, direct, caustics, indirect, mirrored, "
+                       "specular, glossy or a path class such as LS+DE");
+    if (!classifies(options.integrator, options.split))
+      throw InputError("--effects needs auto, pt, bpt, vcm or gmis --split none: " + raw.integrator +
+                       " cannot leave out paths by their class");
+    options.path_classes = effects.classes;
   }
   options.connections = connections_of(raw.connections);
   if (given("--connections") && !connects(options.integrator))

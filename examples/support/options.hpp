@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "gmis/mis/scheme.hpp"
+#include "gmis/transport/path_class.hpp"
 #include "gmis/transport/settings.hpp"
 
 namespace gmis::tools {
 
-enum class IntegratorChoice { pt, lt, bpt, ppm, bpm, vcm, gmis };
+enum class IntegratorChoice { pt, lt, bpt, ppm, bpm, vcm, gmis, automatic };
 enum class SplitChoice { none, paper, budgeted, adaptive };
 
 /// One path of a run, as the command line names it.
@@ -47,6 +48,8 @@ struct Options {
   bool list_rejected = false;        ///< print the paths that were
   std::optional<PathChoice> replay;  ///< instead of rendering
   std::filesystem::path techniques_folder;
+  std::string effects;  ///< as given; empty: all
+  PathClassSet path_classes = PathClassSet::all();
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;
@@ -60,12 +63,15 @@ struct Options {
 /// Throws `InputError` for a command line that is not understood.
 [[nodiscard]] std::optional<Options> parse_command_line(int argc, char** argv);
 
+/// Those that are always the same techniques.
 inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorChoice::lt,  IntegratorChoice::bpt,
                                             IntegratorChoice::ppm, IntegratorChoice::bpm, IntegratorChoice::vcm,
                                             IntegratorChoice::gmis};
-/// Whether it connects camera vertices with light vertices, whether it merges them.
+/// Whether it connects camera vertices with light vertices, whether it merges them; `automatic` may do so.
 [[nodiscard]] bool connects(IntegratorChoice integrator);
 [[nodiscard]] bool merges(IntegratorChoice integrator);
+/// Whether it can tell the classes of its paths, and make some of them alone.
+[[nodiscard]] bool classifies(IntegratorChoice integrator, SplitChoice split);
 
 // What the text of an option means; they throw `InputError` when it means nothing.
 [[nodiscard]] IntegratorChoice integrator_of(const std::string& name);

@@ -1,29 +1,33 @@
 #include "support/render.hpp"
 
+#include "support/auto_integrator.hpp"
 #include "support/progressive_render.hpp"
 
 namespace gmis::tools {
 
 std::unique_ptr<FrameSource> start(const BuiltScene& scene, const RenderRequest& request) {
   switch (request.integrator) {
+    case IntegratorChoice::automatic:
+      return start_auto(scene, request);
     case IntegratorChoice::pt:
-      return start_pt(scene, request);
+      return request.classifies ? start_classified_pt(scene, request) : start_pt(scene, request);
     case IntegratorChoice::lt:
       return start_lt(scene, request);
     case IntegratorChoice::bpt:
-      return start_bpt(scene, request);
+      return request.classifies ? start_classified_bpt(scene, request) : start_bpt(scene, request);
     case IntegratorChoice::ppm:
       return start_ppm(scene, request);
     case IntegratorChoice::bpm:
       return start_bpm(scene, request);
     case IntegratorChoice::vcm:
-      return start_vcm(scene, request);
+      return request.classifies ? start_classified_vcm(scene, request) : start_vcm(scene, request);
     case IntegratorChoice::gmis:
       break;
   }
   switch (request.split) {
     case SplitChoice::none:
-      return start_vcm(scene, request);  // without splitting, gmis is vcm
+      // Without splitting, gmis is vcm.
+      return request.classifies ? start_classified_vcm(scene, request) : start_vcm(scene, request);
     case SplitChoice::paper:
       return start_gmis_paper(scene, request);
     case SplitChoice::budgeted:

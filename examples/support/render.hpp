@@ -40,11 +40,13 @@ struct RenderRequest {
   RenderSettings settings;
   std::optional<PixelBounds> crop;
   // Stops at the first one met; at least one iteration is done.
-  Budget budget;  ///< in wall time
+  Budget budget;                   ///< in wall time
   RejectionLimit rejection_limit;  ///< past it by more than chance the run stops
   const std::atomic<bool>* interrupted = nullptr;
   bool halves = false;
   bool techniques = false;
+  /// Contributions carry the class of their path, and only those of `settings.path_classes` are made.
+  bool classifies = false;
   bool intervals = false;            ///< keeps batches, for the interval of the error
   const Image* reference = nullptr;  ///< of the crop's size, for the log
   std::function<void(const Progress&)> on_iteration;
@@ -67,8 +69,8 @@ struct RenderResult {
   std::optional<Prediction> prediction;  ///< when the log knows enough
   Counters counters;
   std::vector<RejectedPath> rejected_paths;  ///< the first of them
-  Tuning tuning;              ///< the counts that the last iteration was made with
-  std::vector<Trial> trials;  ///< how they were measured
+  Tuning tuning;                             ///< the counts that the last iteration was made with
+  std::vector<Trial> trials;                 ///< how they were measured
   PhaseSeconds phases;
   double wall_seconds = 0;
   double cpu_seconds = 0;
@@ -84,6 +86,11 @@ struct RenderResult {
 [[nodiscard]] std::unique_ptr<FrameSource> start(const BuiltScene& scene, const RenderRequest& request);
 
 // One per integrator, each in a file of its own: the engine is compiled anew for each.
+[[nodiscard]] std::unique_ptr<FrameSource> start_classified_pt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_classified_pt_lt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_classified_pt_lt_pm(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_classified_bpt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_classified_vcm(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_pt(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_pt_lt(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_pt_lt_pm(const BuiltScene&, const RenderRequest&);

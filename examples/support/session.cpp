@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <sstream>
 
+#include "support/auto_integrator.hpp"
 #include "support/image/formats.hpp"
 #include "support/pbrt/reader.hpp"
+#include "support/plan_text.hpp"
 #include "support/technique_sheet.hpp"
 
 namespace gmis::tools {
@@ -48,6 +50,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.rejection_limit = {options.max_rejected};
   request.halves = options.halves;
   request.techniques = !options.techniques_folder.empty();
+  request.classifies = !options.effects.empty();
+  request.settings.path_classes = options.path_classes;
   if (options.crop) {
     const auto& [x0, y0, x1, y1] = *options.crop;
     const glm::ivec2 resolution = scene.scene().camera().resolution();
@@ -59,32 +63,41 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   return request;
 }
 
-std::string plan_of(const RenderRequest& request) {
+std::string plan_of(const RenderRequest& request, const Plan& by_scene) {
   const IntegratorChoice integrator = request.integrator;
-  const bool is_lt = integrator == IntegratorChoice::lt;
-  const bool is_ppm = integrator == IntegratorChoice::ppm;
-  std::string plan = "emitter hits";
-  if (integrator == IntegratorChoice::pt || connects(integrator)) plan += ", next event";
-  if (connects(integrator)) {
+  const auto on = techniques_of(request, by_scene);
+  const auto has = [&](Technique technique) { return on[static_cast<std::size_t>(technique)]; };
+  std::string plan;
+  const auto add = [&](Technique technique) {
+    if (!has(technique)) return;
+    if (!plan.empty()) plan += ", ";
+    plan += words_of(technique);
+  };
+  add(Technique::emitter_hit);
+  add(Technique::next_event);
+  add(Technique::connect);
+  if (has(Technique::connect)) {
     const int count = request.settings.connections;
-    plan += ", connections (";
+    plan += " (";
     plan += count == measured_connections ? "1, 2 or 4, measured"
             : count == paired_connections ? "paired"
                                           : std::to_string(count).c_str();
     plan += " a vertex)";
   }
-  if (connects(integrator) || is_lt) plan += ", splats";
-  if (merges(integrator)) plan += is_ppm ? ", merging at the first non-specular vertex" : ", merging";
+  add(Technique::splat);
+  add(Technique::merge);
+  if (integrator == IntegratorChoice::ppm) plan += " at the first non-specular vertex";
   if (integrator == IntegratorChoice::gmis) {
     plan += "; subpaths split: " + std::string(name_of(request.split));
     if (request.split != SplitChoice::none) plan += " by " + std::string(gmis::name_of(request.settings.scheme));
     if (request.settings.camera_children > 1)
       plan += ", the camera's by " + std::to_string(request.settings.camera_children);
   }
-  return plan;
+  return plan.empty() ? "nothing" : plan;
 }
 
-std::string explain(const Options& options, const RenderRequest& request, const BuiltScene& scene, int threads) {
+std::string explain(const Options& options, const RenderRequest& request, const Plan& plan, const BuiltScene& scene,
+                    int threads) {
   std::ostringstream text;
   const glm::ivec2 resolution = scene.scene().camera().resolution();
   text << "scene       " << scene.summary() << "\n";
@@ -93,18 +106,18 @@ std::string explain(const Options& options, const RenderRequest& request, const 
     text << ", of it " << request.crop->lower.x << "," << request.crop->lower.y << " to " << request.crop->upper.x
          << "," << request.crop->upper.y;
   text << "\nintegrator  " << name_of(request.integrator);
-  if (request.integrator == IntegratorChoice::gmis) text << " (also what auto stands for)";
-  text << "\ntechniques  " << plan_of(request) << "\n";
-  if (request.integrator != IntegratorChoice::pt)
+  text << "\ntechniques  " << plan_of(request, plan) << "\n" << explain_plan(request, plan);
+  const auto on = techniques_of(request, plan);
+  const bool is_merging = on[static_cast<std::size_t>(Technique::merge)];
+  if (is_merging || on[static_cast<std::size_t>(Technique::connect)] || on[static_cast<std::size_t>(Technique::splat)])
     text << "light       " << request.settings.light_paths << " trees a pixel\n";
   if (request.integrator == IntegratorChoice::lt)
     text << "lacks       what is seen in mirrors and through glass, except the lights themselves\n";
-  if (merges(request.integrator))
-    text << "merging     radius " << request.settings.radius << " = " << options.radius
+  if (is_merging)
+    text << "radius      " << request.settings.radius << " = " << options.radius
          << " of half the scene's diagonal, times i^" << (request.settings.alpha - 1) / 2 << "\n";
   if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)
     text << "bias        this split policy drops what waits at the end of its budget: the picture is too dark\n";
-  text << "paths       at most " << request.settings.max_depth << " segments\n";
   text << "threads     " << threads << "\nstops       ";
   const char* separator = "";
   const auto stop = [&](const auto& value, const char* unit) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "support/plan_text.hpp"
+
 #include "support/replay_text.hpp"
 
 namespace gmis::tools {
@@ -56,6 +58,41 @@ Json tuning_json(const Tuning& tuning) {
           {"light_children", {tuning.light_children[1], tuning.light_children[2]}}};
 }
 
+Json classes_json(PathClassSet classes) {
+  Json json = Json::array();
+  classes.for_each([&](PathClass path_class) { json.push_back(gmis::name_of(path_class)); });
+  return json;
+}
+
+Json effects_json(const Effects& effects) {
+  Json json{{"diffuse", effects.diffuse},
+            {"glossy", effects.glossy},
+            {"purely_glossy", effects.purely_glossy},
+            {"roughness", nullptr},
+            {"specular_reflection", effects.specular_reflection},
+            {"specular_transmission", effects.specular_transmission},
+            {"shading_normals", effects.shading_normals},
+            {"area_lights", effects.area_lights},
+            {"point_lights", effects.point_lights},
+            {"spot_lights", effects.spot_lights},
+            {"directional_lights", effects.directional_lights},
+            {"environment_lights", effects.environment_lights},
+            {"thin_lens", effects.thin_lens}};
+  if (effects.glossy) json["roughness"] = {effects.least_roughness, effects.greatest_roughness};
+  return json;
+}
+
+/// Each technique as it is in this rendering, and what the scene's plan says of it.
+Json techniques_json(const RunFacts& facts) {
+  Json json;
+  for (const TechniquePlan& technique : facts.scene_plan.techniques)
+    json[name_of(technique.technique)] = {{"on", facts.techniques_on[static_cast<std::size_t>(technique.technique)]},
+                                          {"called_for", technique.is_on},
+                                          {"rule", sentence_of(technique.rule)},
+                                          {"makes", classes_json(technique.makes)}};
+  return json;
+}
+
 }  // namespace
 
 std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
@@ -63,6 +100,10 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   Json json;
   json["integrator"] = name_of(options.integrator);
   json["plan"] = facts.plan;
+  json["effects"] = effects_json(facts.scene_plan.effects);
+  json["path_classes"] = {{"occurring", classes_json(facts.scene_plan.occurring)},
+                          {"rendered", classes_json(facts.scene_plan.classes)}};
+  json["techniques"] = techniques_json(facts);
   json["version"] = GMIS_VERSION;
   json["scene"] = options.scene;
   json["width"] = result.image.width;

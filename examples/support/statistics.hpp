@@ -5,6 +5,7 @@
 #include <string>
 
 #include "gmis/result/image_error.hpp"
+#include "gmis/transport/plan.hpp"
 #include "support/render.hpp"
 
 namespace gmis::tools {
@@ -12,7 +13,9 @@ namespace gmis::tools {
 /// What the statistics file tells beyond the result itself.
 struct RunFacts {
   const Options* options = nullptr;
-  std::string plan;  ///< in words
+  std::string plan;   ///< in words
+  Plan scene_plan{};  ///< what the scene calls for
+  std::array<bool, technique_count> techniques_on{};
   int threads = 1;
   double absolute_radius = 0;
   double read_seconds = 0;   ///< parsing the scene's files

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+
+#include "gmis/transport/plan.hpp"
+#include "support/render.hpp"
+
+/// \file
+/// What `--integrator auto` stands for: the techniques that the scene calls for.
+
+namespace gmis::tools {
+
+/// By the scene's effects, the depth of paths and the classes that are wanted.
+[[nodiscard]] Plan plan_for_scene(const BuiltScene& scene, const RenderSettings& settings);
+
+/// What is on in a rendering, in the order of `Technique`: those of the integrator that was asked for, with auto those of
+/// the plan.
+[[nodiscard]] std::array<bool, technique_count> techniques_of(const RenderRequest& request, const Plan& plan);
+
+/// The integrator that has just the techniques of the plan.
+[[nodiscard]] std::unique_ptr<FrameSource> start_plan(const Plan& plan, const BuiltScene& scene,
+                                                      const RenderRequest& request);
+
+[[nodiscard]] std::unique_ptr<FrameSource> start_auto(const BuiltScene& scene, const RenderRequest& request);
+
+}  // namespace gmis::tools

@@ -1,0 +1,102 @@
+#include "support/plan_text.hpp"
+
+#include <sstream>
+
+#include "support/auto_integrator.hpp"
+
+namespace gmis::tools {
+
+const char* name_of(Technique technique) {
+  constexpr const char* names[] = {"emitter_hit", "next_event", "connect", "splat", "merge"};
+  return names[static_cast<std::size_t>(technique)];
+}
+
+const char* words_of(Technique technique) {
+  constexpr const char* words[] = {"emitter hits", "next event", "connections", "splats", "merging"};
+  return words[static_cast<std::size_t>(technique)];
+}
+
+std::string text_of(const Effects& effects) {
+  std::ostringstream text;
+  const char* separator = "";
+  const auto say = [&](bool holds, const auto& what) {
+    if (!holds) return;
+    text << separator << what;
+    separator = ", ";
+  };
+  say(effects.diffuse, "diffuse");
+  if (effects.glossy) {
+    say(true, "glossy (roughness ");
+    text << effects.least_roughness;
+    if (effects.greatest_roughness > effects.least_roughness) text << " to " << effects.greatest_roughness;
+    text << ")";
+  }
+  say(effects.specular_reflection, "mirrors");
+  say(effects.specular_transmission, "glass");
+  say(effects.shading_normals, "shading normals");
+  if (*separator == '\0') text << "nothing that scatters";
+  separator = "; ";
+  say(effects.area_lights, "area lights");
+  say(effects.point_lights, "point lights");
+  say(effects.spot_lights, "spot lights");
+  say(effects.directional_lights, "directional lights");
+  say(effects.environment_lights, "environment");
+  if (!effects.has_lights()) say(true, "no light");
+  separator = "; ";
+  say(effects.thin_lens, "thin lens");
+  return text.str();
+}
+
+std::string text_of(PathClassSet classes) {
+  std::string text;
+  classes.for_each([&](PathClass path_class) {
+    if (!text.empty()) text += ' ';
+    text += gmis::name_of(path_class);
+  });
+  return text.empty() ? "none" : text;
+}
+
+PathClassSet lacking_classes(const Plan& plan, const std::array<bool, technique_count>& on) {
+  const PathClassSet lacking = PathClassSet::where([&](const PathFeatures& f) {
+    for (const bool is_delta : {false, true}) {
+      if (!(is_delta ? plan.effects.has_delta_lights() && f.scatterings > 0 : plan.effects.has_extended_lights()))
+        continue;
+      bool is_made = false;
+      for (const TechniquePlan& technique : plan.techniques)
+        is_made = is_made ||
+                  (on[static_cast<std::size_t>(technique.technique)] && makes_some(technique.technique, f, is_delta));
+      if (!is_made) return true;
+    }
+    return false;
+  });
+  return lacking & plan.classes;
+}
+
+std::string explain_plan(const RenderRequest& request, const Plan& plan) {
+  std::ostringstream text;
+  text << "effects     " << text_of(plan.effects) << "\n";
+  text << "paths       of at most " << request.settings.max_depth << " segments: " << text_of(plan.occurring) << "\n";
+  if (plan.leaves_out_classes()) text << "rendered    of these: " << text_of(plan.classes) << "\n";
+  const bool is_planned = request.integrator == IntegratorChoice::automatic;
+  const auto on = techniques_of(request, plan);
+  for (const TechniquePlan& technique : plan.techniques) {
+    const std::string words = words_of(technique.technique);
+    const bool is_on = on[static_cast<std::size_t>(technique.technique)];
+    text << words << std::string(12 - words.size(), ' ') << (is_on ? "on, " : "off, ");
+    if (is_planned)
+      text << sentence_of(technique.rule);
+    else
+      text << (is_on ? "as " : "not in ") << name_of(request.integrator) << "; by the scene it were "
+           << (technique.is_on ? "on: " : "off: ") << sentence_of(technique.rule);
+    text << "\n";
+  }
+  if (is_planned || classifies(request.integrator, request.split)) {
+    const PathClassSet lacking = lacking_classes(plan, on);
+    if (!lacking.is_empty())
+      text << "lacks       " << text_of(lacking) << (plan.effects.has_extended_lights() ? ", of some lights" : "")
+           << "\n";
+  }
+  return text.str();
+}
+
+}  // namespace gmis::tools

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "gmis/transport/plan.hpp"
+#include "support/render.hpp"
+
+/// \file
+/// Plans in words.
+
+namespace gmis::tools {
+
+[[nodiscard]] const char* name_of(Technique technique);  ///< one word, as in file names
+[[nodiscard]] const char* words_of(Technique technique);
+
+/// "diffuse, glossy (roughness 0.1 to 0.3); area lights; thin lens".
+[[nodiscard]] std::string text_of(const Effects& effects);
+/// The names of the classes, with spaces between.
+[[nodiscard]] std::string text_of(PathClassSet classes);
+
+/// The classes that carry light and are rendered, of which none of these techniques makes all paths that there may be.
+[[nodiscard]] PathClassSet lacking_classes(const Plan& plan, const std::array<bool, technique_count>& on);
+
+/// Lines of --explain: effects, classes, and each technique with on or off and why.
+[[nodiscard]] std::string explain_plan(const RenderRequest& request, const Plan& plan);
+
+}  // namespace gmis::tools
