@@ -187,9 +187,12 @@ class SurfaceBsdf {
     if (m.kind == Kind::smooth_coated) return {m.diffuse * transmitted(prev, next), {{p * forward}, {p * reverse}}};
 
     const Ggx<T> ggx{m.alpha, m.masking};
-    const Vec3<T> half = glm::normalize(to_prev + to_next);
-    const T cos_facet = glm::dot(half, to_prev);
-    const T distribution = ggx.distribution(half, shading_normal_);
+    const Vec3<T> sum = to_prev + to_next;
+    const T length = glm::length(sum);
+    // Both directions have the same cosine at the facet. A product of either with the half vector would keep no digits
+    // where both are near the horizon.
+    const T cos_facet = length / T(2);
+    const T distribution = ggx.distribution(sum * (T(1) / length), shading_normal_);
     const T lambda_prev = ggx.lambda(prev);
     const T lambda_next = ggx.lambda(next);
     const T glossy = distribution * ggx.visibility(lambda_prev, lambda_next) / (T(4) * prev * next);
@@ -213,8 +216,10 @@ class SurfaceBsdf {
 
   /// cosⁿ of the angle between `to_next` and the mirror image of `to_prev`; the same both ways round.
   [[nodiscard]] T phong_power(const Vec3<T>& to_prev, const Vec3<T>& to_next) const noexcept {
-    const T cosine = glm::dot(reflect_about(to_prev, shading_normal_), to_next);
-    return cosine > T(0) ? std::pow(std::min(cosine, T(1)), material_->exponent) : T(0);
+    // 1 − cos from the distance of the two: the cosine itself has not the digits for a high power.
+    const Vec3<T> apart = reflect_about(to_prev, shading_normal_) - to_next;
+    const T drop = glm::dot(apart, apart) / T(2);
+    return drop < T(1) ? std::exp(material_->exponent * std::log1p(-drop)) : T(0);
   }
   /// Both passages of light through the coat.
   [[nodiscard]] T transmitted(T prev, T next) const noexcept {
@@ -227,11 +232,12 @@ class SurfaceBsdf {
     const Vec3<T> normal = cos_prev < T(0) ? -shading_normal_ : shading_normal_;
     if (diffuse) return Frame<T>::around(normal).to_world(square_to_cosine_hemisphere(uv));
     if (m.kind == Kind::phong) {
-      const T cosine = std::pow(uv.x, T(1) / (m.exponent + T(1)));
-      const T sine = sqrt_or_zero(T(1) - cosine * cosine);
+      // The cosine is u^(1/(n + 1)); 1 − cos keeps its digits in narrow lobes.
+      const T drop = -std::expm1(std::log(uv.x) / (m.exponent + T(1)));
+      const T sine = sqrt_or_zero(drop * (T(2) - drop));
       const T angle = T(2) * pi<T> * uv.y;
       return Frame<T>::around(reflect_about(to_prev, normal))
-          .to_world({sine * std::cos(angle), sine * std::sin(angle), cosine});
+          .to_world({sine * std::cos(angle), sine * std::sin(angle), T(1) - drop});
     }
     const auto frame = Frame<T>::around(normal);
     const Vec3<T> half = Ggx<T>{m.alpha, m.masking}.sample_visible(frame.to_local(to_prev), uv);

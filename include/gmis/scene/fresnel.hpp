@@ -17,9 +17,10 @@ template <std::floating_point T>
 [[nodiscard]] inline DielectricFresnel<T> fresnel_dielectric(T cos_incident, T eta) noexcept {
   if (eta == T(1)) return {T(0), cos_incident};
   const T cos_i = std::min(cos_incident, T(1));
-  const T sin2_transmitted = (T(1) - cos_i) * (T(1) + cos_i) / (eta * eta);
-  if (sin2_transmitted >= T(1)) return {T(1), T(0)};
-  const T cos_t = std::sqrt(T(1) - sin2_transmitted);
+  // eta² cos²: 1 − sin²/eta², written so that an index near 1 does not cancel.
+  const T scaled_cos2 = (eta - T(1)) * (eta + T(1)) + cos_i * cos_i;
+  if (scaled_cos2 <= T(0)) return {T(1), T(0)};
+  const T cos_t = std::min(std::sqrt(scaled_cos2) / eta, T(1));
   const T parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
   const T perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
   return {(parallel * parallel + perpendicular * perpendicular) / T(2), cos_t};

@@ -172,8 +172,10 @@ template <std::floating_point T = float>
   // Albedo under diffuse light: of the base (1 − F)² base, of the coat its mean Fresnel reflectance.
   const glm::dvec3 diffuse_albedo = base * (1 - from_outside) * (1 - from_outside);
   const double glossy_albedo = specular_scale * from_outside;
+  // Towards the horizon every coat reflects all there is, however little it reflects on the whole: it gets a share that
+  // keeps weights below 10.
   result.diffuse_probability =
-      static_cast<T>(max_channel(diffuse_albedo) / (max_channel(diffuse_albedo) + glossy_albedo));
+      static_cast<T>(std::min(max_channel(diffuse_albedo) / (max_channel(diffuse_albedo) + glossy_albedo), 0.9));
   result.albedo = Vec3<T>(glm::min(diffuse_albedo + glossy_albedo, glm::dvec3(1)));
   return result;
 }

@@ -25,13 +25,14 @@ struct RoughDielectric {
 
   /// Both on one side, at the cosines `prev` and `next` > 0.
   [[nodiscard]] Lobe reflection(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
-    const Vec3<T> half = glm::normalize(to_prev + to_next);
-    const T distribution = ggx.distribution(half, normal) / T(4);
+    const Vec3<T> sum = to_prev + to_next;
+    const T length = glm::length(sum);  // twice the cosine at the facet
+    const T distribution = ggx.distribution(sum * (T(1) / length), normal) / T(4);
     const T lambda_prev = ggx.lambda(prev);
     const T lambda_next = ggx.lambda(next);
     return {distribution * ggx.visibility(lambda_prev, lambda_next) / (prev * next),
             distribution * ggx.visibility(lambda_prev) / prev, distribution * ggx.visibility(lambda_next) / next,
-            fresnel_dielectric(glm::dot(half, to_prev), eta).reflectance};
+            fresnel_dielectric(length / T(2), eta).reflectance};
   }
 
   /// On two sides, `prev` and `next` > 0 the cosines with the normal of each side.
