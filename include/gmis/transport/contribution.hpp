@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -111,15 +112,27 @@ class ChunkOutput {
   /// Non-finite and negative contributions never reach the film; they are counted.
   [[nodiscard]] bool accept(const TechniqueId& id, const S& weighted) {
     ++counters.contributions;
-    if (!is_finite(weighted)) [[unlikely]] {
+    // Most are fine, which one sum tells: it is NaN or infinite when a channel is.
+    if (min_channel(weighted) >= ScalarOf<S>(0) && channel_sum(weighted) <= std::numeric_limits<ScalarOf<S>>::max())
+        [[likely]]
+      return true;
+    return examine(id, weighted);
+  }
+  [[gnu::cold, gnu::noinline]] bool examine(const TechniqueId& id, const S& weighted) {
+    if (!is_finite(weighted)) {
       reject(RejectionCause::non_finite, id);
       return false;
     }
-    if (min_channel(weighted) < ScalarOf<S>(0)) [[unlikely]] {
+    if (min_channel(weighted) < ScalarOf<S>(0)) {
       reject(RejectionCause::negative, id);
       return false;
     }
     return true;
+  }
+  [[nodiscard]] static constexpr ScalarOf<S> channel_sum(const S& s) noexcept {
+    ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
+    for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);
+    return sum;
   }
 
   PathKind kind_ = PathKind::camera;

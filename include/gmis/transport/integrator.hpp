@@ -1,5 +1,8 @@
 #pragma once
 
+#include <type_traits>
+
+#include "gmis/transport/camera_weights.hpp"
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/partial_weights.hpp"
 #include "gmis/transport/path_filter.hpp"
@@ -24,9 +27,7 @@ struct Integrator {
   using TechniqueList = TechniqueList_;
   using Split = Split_;
   using Heuristic = Heuristic_;
-  /// What weights are formed with, and where what they weight goes.
-  template <std::floating_point T>
-  using Recursion = WeightRecursion<T, Heuristic>;
+  /// Where contributions go.
   template <Spectrum S, bool records_techniques>
   using Output = ChunkOutput<S, records_techniques>;
   /// What subpaths know of their events, and which paths are wanted.
@@ -37,6 +38,10 @@ struct Integrator {
   static constexpr bool has = TechniqueList::template contains<T>;
   static constexpr bool stores_light_vertices = has<Connect> || has<Merge>;
   static constexpr bool traces_light = stores_light_vertices || has<Splat>;
+  /// What weights are formed with.
+  template <std::floating_point T>
+  using Recursion = std::conditional_t<traces_light, WeightRecursion<T, Heuristic>,
+                                       CameraWeightRecursion<T, Heuristic, has<EmitterHit>, has<NextEvent>>>;
   /// What is done at a camera vertex that is not purely specular.
   static constexpr bool works_at_camera_vertices = has<NextEvent> || has<Connect> || has<Merge>;
 };

@@ -95,7 +95,7 @@ class ReplayOutput : public ChunkOutput<typename Context::S, false> {
     ReplayedVertex<S> seen = after(step, vertex.throughput, vertex.depth);
     seen.point = point;
     seen.density = density;
-    if (is_usable_density(density)) seen.weights = {vertex.weights.shared, vertex.weights.chain};
+    if (is_usable_density(density)) seen.weights = vertex.weights;
     path_.vertices.push_back(seen);
   }
 

@@ -27,7 +27,7 @@ template <Scene Sc, class Integrator_>
 struct CameraVertex {
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
-  Hit<T, typename Sc::Bsdf, typename Sc::Light> hit;
+  const Hit<T, typename Sc::Bsdf, typename Sc::Light>& hit;  ///< no copy: it lives as long as the vertex is looked at
   Vec3<T> to_prev;
   S throughput;
   typename Integrator_::template Recursion<T>::CameraPartial weights;

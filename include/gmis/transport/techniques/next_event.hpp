@@ -40,14 +40,18 @@ struct NextEvent {
       output.reject(RejectionCause::zero_pdf, id);
       return;
     }
-    T to_light_area = T(1);  // at x_0, from solid angle at the vertex
-    T to_vertex_area = std::abs(glm::dot(point.geometric_normal, sample->to_light));  // at the vertex, from the light
-    if (!is_infinite) {
+    // At the vertex, from the direction of emission; at x_0, from solid angle at the vertex.
+    T to_vertex_area = std::abs(glm::dot(point.geometric_normal, sample->to_light));
+    T hit(0);
+    if (is_infinite) {
+      if (!choice.light->is_delta()) hit = vertex.children.forward * bsdf.pdf.forward.value;
+    } else {
       const T distance_squared = square_distance(point.position, sample->origin.position);
       to_vertex_area /= distance_squared;
-      to_light_area = std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared;
+      if (!choice.light->is_delta())
+        hit = vertex.children.forward * bsdf.pdf.forward.value *
+              (std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared);
     }
-    const T hit = choice.light->is_delta() ? T(0) : vertex.children.forward * bsdf.pdf.forward.value * to_light_area;
     const auto weight = context.recursion.next_event(
         vertex.weights, vertex.is_first(), choice.selection_probability * sample->density.origin,
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
