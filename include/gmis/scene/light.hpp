@@ -263,11 +263,13 @@ class Light {
                                      density, area_density(cosine)};
   }
 
-  /// 1 − cos of the half angle under which the sphere is seen; −1 from inside or on it.
+  /// 1 − cos of the half angle under which the sphere is seen; −1 from inside or on it, as far as positions are known: a
+  /// point on the inner side that was rounded outwards must not look for the light in front of it.
   [[nodiscard]] T cone_drop(const Vec3<T>& from) const noexcept {
     const Vec3<T> offset = origin_ - from;
-    const T sin2 = square(radius_) / glm::dot(offset, offset);
-    if (!(sin2 < T(1))) return T(-1);
+    const T distance_squared = glm::dot(offset, offset);
+    if (!(distance_squared > square(radius_ + position_error_))) return T(-1);
+    const T sin2 = square(radius_) / distance_squared;
     return sin2 / (T(1) + std::sqrt(T(1) - sin2));
   }
 
