@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gmis/core/statistics.hpp"
+#include "hostile/scenes_table.hpp"
+#include "support/catch.hpp"
+#include "support/frame_source.hpp"
+#include "support/render.hpp"
+
+// The scenes of scenes_table.cpp with every integrator. All of them: no contribution is rejected, no pixel is negative or
+// not finite. In the slow test also: the mean of each picture is what a closed form says, or else what `pt` makes of it.
+
+using namespace gmis::tools;
+using namespace hostile;
+
+namespace {
+
+constexpr IntegratorChoice integrators[] = {IntegratorChoice::pt,  IntegratorChoice::lt,  IntegratorChoice::bpt,
+                                            IntegratorChoice::ppm, IntegratorChoice::bpm, IntegratorChoice::vcm,
+                                            IntegratorChoice::gmis};
+
+BuiltScene built(const std::function<void(Builder&)>& make) {
+  Builder builder;
+  make(builder);
+  return {builder.build(), "", ""};
+}
+
+RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, int max_depth, double radius,
+                          std::uint64_t seed) {
+  RenderRequest request;
+  request.integrator = integrator;
+  request.settings.seed = seed;
+  request.settings.max_depth = max_depth;
+  request.settings.radius = radius * std::max(scene.half_diagonal(), 1e-30);
+  if (integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm) request.settings.light_paths = 4;
+  // The ways of gmis to split, one after the other.
+  if (integrator == IntegratorChoice::gmis) {
+    if (seed % 3 == 1) request.settings.camera_children = 3;
+    if (seed % 3 == 2) request.split = SplitChoice::adaptive;
+  }
+  return request;
+}
+
+/// Means of whole pictures, iteration by iteration, and of what must not be.
+struct Run {
+  std::vector<double> means;
+  int bad_pixels = 0;
+  gmis::Counters counters;
+
+  [[nodiscard]] double mean() const {
+    double sum = 0;
+    for (const double m : means) sum += m;
+    return sum / static_cast<double>(means.size());
+  }
+  [[nodiscard]] double standard_error() const {
+    const double average = mean();
+    double squares = 0;
+    for (const double m : means) squares += (m - average) * (m - average);
+    const auto n = static_cast<double>(means.size());
+    return std::sqrt(squares / (n * (n - 1)));
+  }
+};
+
+Run run(const BuiltScene& scene, const RenderRequest& request, int iterations, int threads) {
+  ThreadedExecutor executor(threads);
+  const auto source = start(scene, request);
+  Run result;
+  for (int i = 0; i < iterations; ++i) {
+    source->iterate(executor);
+    double sum = 0;
+    for (const auto& pixel : source->frame())
+      for (int c = 0; c < 3; ++c) {
+        if (!(std::isfinite(pixel[c]) && pixel[c] >= 0)) ++result.bad_pixels;
+        sum += static_cast<double>(pixel[c]);
+      }
+    result.means.push_back(sum / (3.0 * static_cast<double>(source->frame().size())));
+  }
+  result.counters = source->counters();
+  return result;
+}
+
+[[nodiscard]] bool takes_part(IntegratorChoice integrator, Paths paths) {
+  if (paths == Paths::through_delta) return integrator != IntegratorChoice::lt;
+  if (paths == Paths::narrow) return integrator != IntegratorChoice::lt && integrator != IntegratorChoice::ppm;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("hostile: sixty scenes, every integrator: all finite, none negative, nothing rejected", "[hostile][scenes]") {
+  const auto scenes = hostile_scenes();
+  CHECK(scenes.size() >= 60);
+  std::size_t pictures = 0;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const BuiltScene scene = built(scenes[i].make);
+    for (const IntegratorChoice integrator : integrators) {
+      const Run result =
+          run(scene, request_for(scene, integrator, scenes[i].max_depth, scenes[i].radius, 700 + i), 3, 1);
+      ++pictures;
+      CAPTURE(scenes[i].name, name_of(integrator));
+      CHECK(result.bad_pixels == 0);
+      CHECK(result.counters.rejected_non_finite == 0);
+      CHECK(result.counters.rejected_negative == 0);
+      CHECK(result.counters.rejected_zero_pdf == 0);
+      CHECK(std::isfinite(result.mean()));
+    }
+  }
+  std::printf("%zu scenes, %zu pictures\n", scenes.size(), pictures);
+}
+
+TEST_CASE("hostile: the mean of each picture is what a closed form or pt says", "[.][slow]") {
+  struct Comparison {
+    std::string name;
+    double p_value, mean, expected, error;
+  };
+  std::vector<Comparison> comparisons;
+  const auto scenes = hostile_scenes();
+  const int iterations = std::getenv("GMIS_HOSTILE_TABLE") ? 200 : 600;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const HostileScene& hostile = scenes[i];
+    const BuiltScene scene = built(hostile.make);
+    std::map<IntegratorChoice, Run> runs;
+    for (const IntegratorChoice integrator : integrators) {
+      // The oracle has to be the better known of the two.
+      const bool is_oracle = !hostile.radiance && integrator == IntegratorChoice::pt;
+      runs[integrator] = run(scene, request_for(scene, integrator, hostile.max_depth, hostile.radius, 800 + i),
+                             (is_oracle ? 4 : 1) * iterations, 0);
+      const Run& result = runs[integrator];
+      CAPTURE(hostile.name, name_of(integrator));
+      CHECK(result.bad_pixels == 0);
+      CHECK(result.counters.rejected() == 0);
+    }
+    if (hostile.has_heavy_tail) continue;
+    const Run& oracle = runs[IntegratorChoice::pt];
+    for (const IntegratorChoice integrator : integrators) {
+      if (!takes_part(integrator, hostile.paths) || (!hostile.radiance && integrator == IntegratorChoice::pt)) continue;
+      const Run& result = runs[integrator];
+      const double expected = hostile.radiance ? *hostile.radiance : oracle.mean();
+      const double error = std::hypot(result.standard_error(), hostile.radiance ? 0.0 : oracle.standard_error());
+      const double difference = std::abs(result.mean() - expected);
+      const double allowed = (merges(integrator) ? hostile.bias : 0.0) * expected + 1e-5 * expected;
+      const double excess = std::max(0.0, difference - allowed);
+      if (std::getenv("GMIS_HOSTILE_TABLE") != nullptr)
+        std::printf("%-60s %-5s %.6g / %.6g = %.5f ± %.5f\n", hostile.name.c_str(), name_of(integrator), result.mean(),
+                    expected, result.mean() / expected, error / expected);
+      const double p = excess == 0.0  ? 1.0
+                       : error == 0.0 ? 0.0
+                                      : gmis::student_t_p_value(excess / error, iterations - 1.0);
+      comparisons.push_back({hostile.name + ", " + name_of(integrator), p, result.mean(), expected, error});
+    }
+  }
+  const double level = gmis::sidak_level(1e-3, comparisons.size());
+  std::sort(comparisons.begin(), comparisons.end(), [](const auto& a, const auto& b) { return a.p_value < b.p_value; });
+  std::printf("%zu comparisons, level %.1e\n", comparisons.size(), level);
+  for (const Comparison& c : comparisons) {
+    if (c.p_value > 30 * level && &c - comparisons.data() > 5) break;
+    std::printf("p %.1e: %s: %.6g where %.6g is expected, standard error %.2g\n", c.p_value, c.name.c_str(), c.mean,
+                c.expected, c.error);
+  }
+  CHECK(comparisons[0].p_value > level);
+}
