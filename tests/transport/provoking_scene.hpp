@@ -20,10 +20,11 @@ enum class Provocation {
   density,      ///< the density of a sampled direction is `bad`
   mark_light,   ///< as `mark`, of sampled light
   light_density,
+  seen_light,  ///< a light that is seen has the radiance `bad`, whatever it sends
 };
 
 /// The furnace in two channels, of which the second is there to be marked, with the provocation at surface points to the right
-/// of x = 0.5. Numbers and densities are those of the furnace whatever is provoked, so a marked run tells what a
+/// of an edge. Numbers and densities are those of the furnace whatever is provoked, so a marked run tells what a
 /// provoked one must leave out.
 class ProvokingScene {
   using Base = FurnaceScene<float>;
@@ -36,6 +37,7 @@ class ProvokingScene {
     Provocation what = Provocation::none;
     float bad = 0.0F;
     std::atomic<std::uint64_t>* samples = nullptr;  ///< counts those with a bad density
+    float edge = 0.5F;                              ///< surface points with a larger x are provoked
   };
 
   class Bsdf {
@@ -97,7 +99,8 @@ class ProvokingScene {
     [[nodiscard]] gmis::Emitted<Spectrum> emitted(const gmis::SurfacePoint<float>& origin,
                                                   const glm::vec3& direction) const {
       const auto e = base_.emitted(origin, direction);
-      return {e.radiance * kept, e.density};
+      const bool is_bad = provoked_.what == Provocation::seen_light;
+      return {(is_bad ? provoked_.bad : e.radiance) * kept, e.density};
     }
     [[nodiscard]] float next_event_density(const gmis::SurfacePoint<float>& origin, const glm::vec3& direction,
                                            const gmis::SurfacePoint<float>& from) const {
@@ -137,7 +140,7 @@ class ProvokingScene {
   [[nodiscard]] std::optional<gmis::Hit<float, Bsdf, Light>> intersect(const gmis::Ray<float>& ray) const {
     const auto hit = base_.intersect(ray);
     if (!hit) return std::nullopt;
-    const bool is_provoked = hit->point.position.x > 0.5F;
+    const bool is_provoked = hit->point.position.x > provoked_.edge;
     return gmis::Hit<float, Bsdf, Light>{hit->point, Bsdf(hit->bsdf, is_provoked ? provoked_ : Provoked()), &light_};
   }
   [[nodiscard]] bool visible(const gmis::Ray<float>&) const { return true; }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -125,16 +126,19 @@ void check_provocations(bool is_exact_without_vertices) {
 template <class Executor>
 void check_names() {
   using Vcm = gmis::integrators::Vcm;
+  gmis::RenderSettings many_trees = settings();
+  many_trees.light_paths = 8;
   const int iterations = 2;
+  const float edge = 0.68F;  // so that no chunk of trees fills the list alone
   // The oracle: every path of a marked run by itself, in order.
   std::vector<gmis::RejectedPath> expected;
   for (std::uint32_t iteration = 1; iteration <= iterations; ++iteration) {
-    const ProvokingScene scene(size, {Provocation::mark, 0.0F, nullptr});
-    gmis::Engine<ProvokingScene, Vcm> engine(scene, settings());
+    const ProvokingScene scene(size, {Provocation::mark, 0.0F, nullptr, edge});
+    gmis::Engine<ProvokingScene, Vcm> engine(scene, many_trees);
     gmis::SerialExecutor executor;
     engine.prepare_replay(executor, iteration);
     for (const gmis::PathKind kind : {gmis::PathKind::light, gmis::PathKind::camera})
-      for (std::uint32_t number = 0; number < size * size; ++number) {
+      for (std::uint32_t number = 0; number < (kind == gmis::PathKind::light ? 8 : 1) * size * size; ++number) {
         gmis::RejectedPath path{{kind, iteration, number}, 0, gmis::RejectionCause::non_finite, {}};
         for (const auto& made : gmis::replay(engine, kind, number).contributions)
           if (marks(made.contribution) > 0 && ++path.count == 1) path.technique = made.contribution.id;
@@ -142,7 +146,11 @@ void check_names() {
       }
   }
   REQUIRE(expected.size() > gmis::RejectionLog::capacity);
-  const auto got = run<Vcm, Executor>({Provocation::value, nan, nullptr}, iterations).rejected;
+  const ProvokingScene scene(size, {Provocation::value, nan, nullptr, edge});
+  gmis::Engine<ProvokingScene, Vcm> engine(scene, many_trees);
+  Executor executor;
+  for (int i = 0; i < iterations; ++i) engine.iterate(executor);
+  const auto got = engine.rejections().paths();
   REQUIRE(got.size() == gmis::RejectionLog::capacity);
   for (std::size_t i = 0; i < got.size(); ++i) {
     CAPTURE(i, got[i].path.number, expected[i].path.number);
@@ -154,6 +162,10 @@ void check_names() {
     CHECK(got[i].technique->s == expected[i].technique->s);
     CHECK(got[i].technique->t == expected[i].technique->t);
   }
+  // Some trees stand in later chunks than the first.
+  CHECK(std::any_of(got.begin(), got.end(), [](const gmis::RejectedPath& rejected) {
+    return rejected.path.kind == gmis::PathKind::light && rejected.path.number >= 256;
+  }));
 }
 
 }  // namespace
@@ -172,6 +184,14 @@ TEST_CASE("A sum that is not finite is left out as well") {
   const Run overflown = run<gmis::integrators::Vcm>({}, 1, 3.0e38F);
   CHECK(overflown.counters.rejected_non_finite > 0);
   for (const glm::vec2& pixel : overflown.frame) REQUIRE(std::isfinite(pixel.x));
+
+  // Splats that arrive where the camera's own sum is near the end of the range.
+  const Run splatted = run<gmis::integrators::Lt>({Provocation::seen_light, 3.4e38F, nullptr}, 1, 8.0e36F);
+  CHECK(splatted.counters.rejected_non_finite > 10);
+  for (const glm::vec2& pixel : splatted.frame) {
+    REQUIRE(std::isfinite(pixel.x));
+    REQUIRE(pixel.x >= 3.4e38F);
+  }
 }
 
 TEST_CASE("The first paths of which something was rejected are known by name, whatever the order of execution") {

@@ -51,6 +51,13 @@ void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t ite
   const auto check_path = [&](gmis::PathKind kind, std::size_t number) {
     const auto path = gmis::replay(replayed, kind, static_cast<std::uint32_t>(number));
     REQUIRE(path.name == gmis::PathName{kind, iteration, static_cast<std::uint32_t>(number)});
+    for (std::size_t i = 1; i < path.vertices.size(); ++i) {
+      const auto& here = path.vertices[i];
+      REQUIRE(here.parent < i);
+      const auto& parent = path.vertices[here.parent];
+      REQUIRE(here.depth == parent.depth + 1);
+      REQUIRE(glm::dot(glm::normalize(parent.point.position - here.point.position), here.to_prev) > 0.999F);
+    }
     float sum = 0.0F;
     for (const auto& made : path.contributions) {
       REQUIRE(next < expected.size());
