@@ -229,7 +229,7 @@ Tally heuristics(std::uint64_t weights, std::uint64_t seed) {
   std::vector<std::uint32_t> counts;
   std::vector<Wide> exact;
   while (tally.weights + tally.non_finite < weights) {
-    const std::size_t n = random() % 1000 == 0 ? 4096 : random_count<T>(random);
+    const std::size_t n = random() % 200 == 0 ? 4096 : random_count<T>(random);
     Range<T> range(1, false);
     Exponents<T> exponents(random, range);
     densities.resize(n);
