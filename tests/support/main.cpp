@@ -19,7 +19,7 @@ class SeedListener : public ListenerBase {
   using ListenerBase::ListenerBase;
   void testCaseEnded(Catch::TestCaseStats const& stats) override {
     if (stats.totals.assertions.failed == 0) return;
-    std::printf("Replay with GMIS_TEST_SEED=%llu\n", static_cast<unsigned long long>(gmis_test::run_seed()));
+    std::fprintf(stderr, "Replay with GMIS_TEST_SEED=%llu\n", static_cast<unsigned long long>(gmis_test::run_seed()));
   }
 };
 
