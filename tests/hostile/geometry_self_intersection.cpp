@@ -4,6 +4,7 @@
 #include "gmis/core/interaction.hpp"
 #include "hostile/geometry_shapes.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 // Rays that leave surfaces: none may meet the surface it leaves, none may slip through an edge. Sizes 1e-4 to 1e6; the
 // camera, which is where the scene's own space has its origin, is up to 1e4 sizes away in float and 1e9 in double, and the
@@ -54,7 +55,7 @@ struct Placement {
 
 template <std::floating_point T>
 Tally spheres(std::uint64_t rays, std::uint64_t seed) {
-  Philox source(seed);
+  Philox source(gmis_test::seed(seed));
   Tally tally;
   while (tally.rays < rays) {
     const Placement<T> at(source);
@@ -97,7 +98,7 @@ Tally spheres(std::uint64_t rays, std::uint64_t seed) {
 
 template <std::floating_point T>
 Tally triangles(std::uint64_t rays, std::uint64_t seed) {
-  Philox source(seed);
+  Philox source(gmis_test::seed(seed));
   Tally tally;
   while (tally.rays < rays) {
     const Placement<T> at(source);
@@ -135,7 +136,7 @@ Tally triangles(std::uint64_t rays, std::uint64_t seed) {
 /// Closed convex bodies: half of the rays go to an edge or a corner, exactly or nearly.
 template <std::floating_point T>
 Tally bodies(std::uint64_t rays, std::uint64_t seed) {
-  Philox source(seed);
+  Philox source(gmis_test::seed(seed));
   Tally tally;
   std::uint64_t undecided = 0;
   while (tally.rays < rays) {

@@ -1,5 +1,6 @@
 #include "scene/shapes.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -119,7 +120,7 @@ void compare(const RandomScene<T>& random, const Ray<T>& ray, int& hits, int& bl
 
 TEMPLATE_TEST_CASE("the tree finds what testing every primitive finds", "[bvh]", float, double) {
   using T = TestType;
-  Philox source(21);
+  Philox source(gmis_test::seed(21));
   int hits = 0, blocked = 0;
   struct Kind {
     std::size_t triangles, spheres;
@@ -147,7 +148,7 @@ TEMPLATE_TEST_CASE("the tree finds what testing every primitive finds", "[bvh]",
 
 TEMPLATE_TEST_CASE("no ray leaves a closed mesh", "[bvh][watertight]", float, double) {
   using T = TestType;
-  Philox source(22);
+  Philox source(gmis_test::seed(22));
   int leaks = 0;
   long long rays = 0;
   for (const double scale : {1e-3, 1.0, 1e3})
@@ -197,7 +198,7 @@ TEMPLATE_TEST_CASE("no ray leaves a closed mesh", "[bvh][watertight]", float, do
 }
 
 TEST_CASE("a product difference has the right sign whatever cancels", "[lanes]") {
-  Philox source(23);
+  Philox source(gmis_test::seed(23));
   int wrong = 0;
   for (int i = 0; i < 50'000; ++i) {
     const float a = 1 + uniform<float>(source), b = 1 + uniform<float>(source);
@@ -221,7 +222,7 @@ TEST_CASE("a product difference has the right sign whatever cancels", "[lanes]")
 }
 
 TEST_CASE("a large mesh is built and traversed", "[bvh]") {
-  Philox source(24);
+  Philox source(gmis_test::seed(24));
   SceneBuilder<> builder;
   const Mesh mesh = bumpy_ball({0, 0, 0}, 1, 100, source);
   builder.add_mesh(mesh.shape(), builder.add_material(make_diffuse({.5, .5, .5})));

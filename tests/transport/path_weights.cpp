@@ -4,6 +4,7 @@
 #include <string>
 
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
 
 // The recursion against the brute-force sum over all techniques, in long double, for invented paths.
@@ -35,7 +36,7 @@ gmis::TechniqueCounts<T> random_counts(std::mt19937_64& source) {
 
 template <class T, class Heuristic>
 Worst worst_error(int paths, double decades, std::uint64_t seed) {
-  std::mt19937_64 source(seed);
+  std::mt19937_64 source(gmis_test::seed(seed));
   Worst worst;
   for (int n = 0; n < paths; ++n) {
     const int edges = 1 + n % 12;
