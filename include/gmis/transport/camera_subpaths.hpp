@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "gmis/transport/contribution.hpp"
+#include "gmis/transport/first_hit.hpp"
 #include "gmis/transport/iteration_context.hpp"
 #include "gmis/transport/scatter.hpp"
 
@@ -59,7 +60,8 @@ class CameraSubpath {
   void follow(Edge edge, Source& source, std::uint32_t first_number) {
     for (; edge.depth <= context_.max_depth; ++edge.depth) {
       ++output_.counters.rays;
-      auto hit = context_.scene.intersect(leave(edge.from, edge.step.to_next));
+      auto hit = edge.depth == 1 ? first_hit(context_.scene, edge.from, edge.step.to_next)
+                                 : context_.scene.intersect(leave(edge.from, edge.step.to_next));
       if (!hit) {
         escape(edge);
         return;

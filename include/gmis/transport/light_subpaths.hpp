@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gmis/transport/contribution.hpp"
+#include "gmis/transport/first_hit.hpp"
 #include "gmis/transport/split.hpp"
 #include "gmis/transport/vertex.hpp"
 
@@ -84,7 +85,7 @@ class LightTree {
 
     if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
     ++output_.counters.rays;
-    const auto hit = context_.scene.intersect(leave(emission->origin, emission->direction));
+    const auto hit = first_hit(context_.scene, emission->origin, emission->direction);
     if (!hit) return std::nullopt;
     const Vec3<T> offset = hit->point.position - emission->origin.position;
     const T distance_squared = glm::dot(offset, offset);
