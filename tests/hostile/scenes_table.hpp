@@ -15,7 +15,7 @@ using Builder = gmis::scene::SceneBuilder<float>;
 enum class Paths {
   all,            ///< each of the seven makes every path
   through_delta,  ///< delta surfaces: lt cannot connect the camera with what is seen by way of them
-  merging_only    ///< delta lights by way of delta surfaces: for photon mapping, vcm and gmis alone
+  narrow          ///< lobes so narrow that lt and ppm, which do not sample them from the camera, find them too rarely
 };
 
 /// A small scene that is hard on numbers, and what its picture must be.
