@@ -82,12 +82,14 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
   for (const TechniquePlan& technique : plan.techniques) {
     const std::string words = words_of(technique.technique);
     const bool is_on = on[static_cast<std::size_t>(technique.technique)];
-    text << words << std::string(12 - words.size(), ' ') << (is_on ? "on, " : "off, ");
-    if (is_planned)
-      text << sentence_of(technique.rule);
+    text << "  " << words << std::string(13 - words.size(), ' ') << (is_on ? "on: " : "off: ");
+    if (!is_planned)
+      text << (is_on ? "" : "not ") << "in " << name_of(request.integrator) << "; the scene alone would have it "
+           << (technique.is_on ? "on: " : "off: ");
+    if (technique.rule == PlanRule::needed)
+      text << "nothing else makes " << text_of(classes_only_by(technique.technique, plan));
     else
-      text << (is_on ? "as " : "not in ") << name_of(request.integrator) << "; by the scene it were "
-           << (technique.is_on ? "on: " : "off: ") << sentence_of(technique.rule);
+      text << sentence_of(technique.rule);
     text << "\n";
   }
   if (is_planned || classifies(request.integrator, request.split)) {

@@ -4,8 +4,11 @@
 /// Everything for simulating light transport over a scene of one's own (gmis/core/concepts.hpp says what it must offer).
 
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/effects.hpp"
 #include "gmis/result/counters.hpp"
 #include "gmis/result/film.hpp"
+#include "gmis/transport/dispatch.hpp"
+#include "gmis/transport/effect_switches.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/integrators.hpp"
 #include "gmis/transport/path_densities.hpp"

@@ -188,23 +188,23 @@ namespace detail {
   return PlanRule::helps;
 }
 
-/// Whether, of all techniques that are on, this alone makes some of a class.
-[[nodiscard]] constexpr bool is_needed(const Plan& plan, Technique technique) noexcept {
-  bool needed = false;
-  plan.classes.for_each([&](PathClass path_class) {
-    for (const bool is_delta : {false, true}) {
-      if (!(is_delta ? plan.effects.has_delta_lights() : plan.effects.has_extended_lights())) continue;
-      const PathFeatures f = features_of(path_class);
-      bool only = makes_some(technique, f, is_delta);
-      for (const TechniquePlan& other : plan.techniques)
-        only = only && (other.technique == technique || !other.is_on || !makes_some(other.technique, f, is_delta));
-      needed = needed || only;
-    }
-  });
-  return needed;
-}
-
 }  // namespace detail
+
+/// The classes that are rendered of which this technique, and no other that is on, makes some paths: for one kind of light
+/// at least.
+[[nodiscard]] constexpr PathClassSet classes_only_by(Technique technique, const Plan& plan) noexcept {
+  return plan.classes & PathClassSet::where([&](const PathFeatures& f) {
+           for (const bool is_delta : {false, true}) {
+             if (!(is_delta ? plan.effects.has_delta_lights() : plan.effects.has_extended_lights())) continue;
+             bool only = makes_some(technique, f, is_delta);
+             for (const TechniquePlan& other : plan.techniques)
+               if (other.technique != technique && other.is_on && makes_some(other.technique, f, is_delta))
+                 only = false;
+             if (only) return true;
+           }
+           return false;
+         });
+}
 
 /// The plan for a scene with these effects, for paths of at most `max_depth` edges of the classes `wanted`.
 [[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth,
@@ -223,7 +223,7 @@ namespace detail {
   if (!splat.is_on && (plan.has(Technique::connect) || plan.has(Technique::merge)))
     splat.is_on = true, splat.rule = PlanRule::goes_along;
   for (TechniquePlan& technique : plan.techniques)
-    if (technique.rule == PlanRule::helps && detail::is_needed(plan, technique.technique))
+    if (technique.rule == PlanRule::helps && !classes_only_by(technique.technique, plan).is_empty())
       technique.rule = PlanRule::needed;
   return plan;
 }
