@@ -159,6 +159,9 @@ struct Exponents {
   }
 };
 
+/// Few, so that also a short run sees many tables.
+constexpr int rounds_per_table = 4;
+
 template <class T>
 std::size_t random_count(std::mt19937_64& source) {
   return source() % 8 == 0 ? 9 + source() % 56 : 1 + source() % 8;
@@ -177,7 +180,7 @@ Tally denominators(std::uint64_t weights, std::uint64_t seed) {
     for (T& density : set.table)
       density = has_zeros && random() % 4 != 0 ? T(0) : static_cast<T>(std::pow(10.0L, static_cast<Wide>(exponents())));
     set.table[0] = static_cast<T>(std::pow(10.0L, static_cast<Wide>(exponents())));  // never zero alone
-    for (int round = 0; round < 40; ++round)
+    for (int round = 0; round < rounds_per_table; ++round)
       for (const auto selection : gmis::all_selections)
         for (const auto weighting : gmis::all_weightings)
           check_round(
@@ -207,7 +210,7 @@ Tally log_denominators(std::uint64_t weights, std::uint64_t seed) {
       set.logarithms.table[i] = static_cast<T>(log);
       exact[i] = std::exp(static_cast<Wide>(set.logarithms.table[i]));
     }
-    for (int round = 0; round < 40; ++round)
+    for (int round = 0; round < rounds_per_table; ++round)
       for (const auto selection : gmis::all_selections)
         for (const auto weighting : gmis::all_weightings)
           check_round(
