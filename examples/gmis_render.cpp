@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "support/auto_integrator.hpp"
+#include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
 #include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
@@ -144,6 +145,8 @@ int run(Options options) {
   if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);
   bar.finish();
+  if (options.explain && result.choice)
+    std::fputs(explain_choice(*result.choice, result.counters, request.budget.iterations.value_or(64)).c_str(), stdout);
 
   RunFacts facts;
   facts.options = &options;

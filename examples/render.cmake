@@ -21,6 +21,8 @@ add_library(gmis_render_session STATIC
   support/integrators/pt.cpp
   support/integrators/pt_lt.cpp
   support/integrators/pt_lt_pm.cpp
+  support/integrators/measured_bpt.cpp
+  support/integrators/measured_vcm.cpp
   support/integrators/vcm.cpp
   support/options.cpp
   support/plan_text.cpp

@@ -1,6 +1,21 @@
 #include "support/auto_integrator.hpp"
 
+#include <algorithm>
+#include <utility>
+
+#include "support/plan_text.hpp"
+
 namespace gmis::tools {
+
+namespace {
+
+std::array<bool, technique_count> all_on(const Plan& plan) {
+  std::array<bool, technique_count> on{};
+  for (std::size_t i = 0; i < technique_count; ++i) on[i] = plan.techniques[i].is_on;
+  return on;
+}
+
+}  // namespace
 
 Plan plan_for_scene(const BuiltScene& scene, const RenderSettings& settings) {
   return plan_for(effects_of(scene.scene()), settings.max_depth, settings.path_classes);
@@ -36,8 +51,52 @@ std::unique_ptr<FrameSource> start_plan(const Plan& plan, const BuiltScene& scen
   return classifies ? start_classified_pt(scene, request) : start_pt(scene, request);
 }
 
+std::vector<Candidate> candidates_for(const Plan& plan, const RenderSettings& settings) {
+  CandidateCounts counts;
+  // What was asked for by number is not chosen.
+  if (settings.light_paths != RenderSettings{}.light_paths) counts.light_paths = {settings.light_paths};
+  if (settings.connections != measured_connections) counts.connections = {settings.connections};
+  if (!plan.has(Technique::merge)) counts.merges = {false};
+  std::vector<Candidate> candidates = all_candidates(counts);
+  std::erase_if(candidates, [&](const Candidate& candidate) {
+    std::array<bool, technique_count> on{};
+    for (const TechniquePlan& technique : plan.techniques) {
+      const Technique t = technique.technique;
+      const bool has = t == Technique::connect ? candidate.connections > 0
+                       : t == Technique::splat ? candidate.splats
+                       : t == Technique::merge ? candidate.merges
+                                               : true;
+      on[static_cast<std::size_t>(t)] = technique.is_on && has;
+    }
+    return !(lacking_classes(plan, on) - lacking_classes(plan, all_on(plan))).is_empty();
+  });
+  return candidates;
+}
+
+std::unique_ptr<FrameSource> start_candidate(const Candidate& candidate, const BuiltScene& scene,
+                                             const RenderRequest& request) {
+  RenderRequest chosen = request;
+  if (!candidate.traces_light()) return start_pt(scene, chosen);
+  chosen.settings.light_paths = candidate.light_paths;
+  chosen.settings.connections = std::max(1, candidate.connections);
+  if (candidate.connections > 0) return candidate.merges ? start_vcm(scene, chosen) : start_bpt(scene, chosen);
+  return candidate.merges ? start_pt_lt_pm(scene, chosen) : start_pt_lt(scene, chosen);
+}
+
+bool measures(const Plan& plan, const RenderRequest& request) {
+  // Where classes or techniques are told apart, or trees are paired, the plan alone decides.
+  return request.integrator == IntegratorChoice::automatic && !request.classifies && !request.techniques &&
+         request.settings.connections != paired_connections && plan.has(Technique::connect) &&
+         plan.has(Technique::splat);
+}
+
 std::unique_ptr<FrameSource> start_auto(const BuiltScene& scene, const RenderRequest& request) {
-  return start_plan(plan_for_scene(scene, request.settings), scene, request);
+  const Plan plan = plan_for_scene(scene, request.settings);
+  if (!measures(plan, request)) return start_plan(plan, scene, request);
+  std::vector<Candidate> candidates = candidates_for(plan, request.settings);
+  if (candidates.size() < 2) return start_plan(plan, scene, request);
+  return plan.has(Technique::merge) ? start_measured_vcm(scene, request, std::move(candidates))
+                                    : start_measured_bpt(scene, request, std::move(candidates));
 }
 
 }  // namespace gmis::tools

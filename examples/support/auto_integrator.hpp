@@ -1,12 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "gmis/transport/plan.hpp"
 #include "support/render.hpp"
 
 /// \file
-/// What `--integrator auto` stands for: the techniques that the scene calls for.
+/// What `--integrator auto` stands for: the techniques that the scene calls for, with the counts that pay in it.
 
 namespace gmis::tools {
 
@@ -20,6 +21,17 @@ namespace gmis::tools {
 /// The integrator that has just the techniques of the plan.
 [[nodiscard]] std::unique_ptr<FrameSource> start_plan(const Plan& plan, const BuiltScene& scene,
                                                       const RenderRequest& request);
+
+/// Counts to choose from: every candidate makes some paths of each class that the plan's techniques make. Counts that
+/// `settings` fix are not varied.
+[[nodiscard]] std::vector<Candidate> candidates_for(const Plan& plan, const RenderSettings& settings);
+
+/// The integrator that has just the techniques of the candidate, with its counts.
+[[nodiscard]] std::unique_ptr<FrameSource> start_candidate(const Candidate& candidate, const BuiltScene& scene,
+                                                           const RenderRequest& request);
+
+/// Whether a pilot chooses; otherwise the plan stands.
+[[nodiscard]] bool measures(const Plan& plan, const RenderRequest& request);
 
 [[nodiscard]] std::unique_ptr<FrameSource> start_auto(const BuiltScene& scene, const RenderRequest& request);
 

@@ -1,5 +1,7 @@
 #include "support/plan_text.hpp"
 
+#include <algorithm>
+#include <iomanip>
 #include <sstream>
 
 #include "support/auto_integrator.hpp"
@@ -98,6 +100,42 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
       text << "lacks       " << text_of(lacking) << (plan.effects.has_extended_lights() ? ", of some lights" : "")
            << "\n";
   }
+  return text.str();
+}
+
+std::string text_of(const Candidate& candidate) {
+  if (!candidate.traces_light()) return "path tracing alone";
+  std::ostringstream text;
+  text << candidate.light_paths << (candidate.light_paths == 1.0 ? " light tree" : " light trees") << " a pixel, ";
+  if (candidate.connections > 0)
+    text << candidate.connections << (candidate.connections == 1 ? " connection" : " connections") << " a vertex, ";
+  else
+    text << "no connections, ";
+  text << (candidate.merges ? "merging" : "no merging");
+  return text.str();
+}
+
+std::string explain_choice(const MeasuredChoice& choice, const Counters& work, double iterations) {
+  std::ostringstream text;
+  text << std::setprecision(3);
+  const Forecast& chosen = choice.forecasts[choice.chosen];
+  text << "measured    in " << choice.pilot_iterations << " iterations, " << 100.0 * choice.pilot_cost / cost_of(work)
+       << " % of the counted work: " << text_of(chosen.candidate) << "\n";
+  std::vector<Forecast> others = choice.forecasts;
+  std::sort(others.begin(), others.end(),
+            [&](const Forecast& a, const Forecast& b) { return a.work(iterations) < b.work(iterations); });
+  const auto line = [&](const Forecast& other) {
+    text << "expected    " << other.work(iterations) / chosen.work(iterations)
+         << " times that work for the same error with " << text_of(other.candidate);
+    if (other.missing_share > negligible_share)
+      text << ", which misses " << 100.0 * other.missing_share << " % of the light";
+    text << "\n";
+  };
+  const auto is_plain = [](const Forecast& f) {
+    return !f.candidate.traces_light() || (f.candidate.light_paths == 1.0 && f.candidate.connections == 1);
+  };
+  for (const Forecast& other : others)
+    if (is_plain(other) && !(other.candidate == chosen.candidate)) line(other);
   return text.str();
 }
 

@@ -162,6 +162,7 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
   result.rejected_paths = rejected_paths_;
   result.tuning = source_->tuning();
   result.trials = source_->trials();
+  if (const MeasuredChoice* choice = source_->choice()) result.choice = *choice;
   result.phases = phases_;
   result.phases.film += film_seconds_;
   result.photon_bytes = source_->photon_bytes();

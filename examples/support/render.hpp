@@ -14,6 +14,7 @@
 #include "gmis/result/error_fit.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/rejection_limit.hpp"
+#include "gmis/transport/candidate.hpp"
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/settings.hpp"
@@ -60,6 +61,14 @@ struct TechniqueImage {
   Image unweighted;  ///< as if it were the only technique
 };
 
+/// What a pilot found out about the candidates, and which of them was chosen.
+struct MeasuredChoice {
+  std::vector<Forecast> forecasts;
+  std::size_t chosen = 0;              ///< its place among them
+  std::uint32_t pilot_iterations = 0;  ///< part of the picture like all others
+  double pilot_cost = 0;               ///< counted operations, as `Forecast::cost`
+};
+
 struct RenderResult {
   Image image;
   Image half_a, half_b;  ///< means of the odd and of the even iterations, when asked for
@@ -71,6 +80,7 @@ struct RenderResult {
   std::vector<RejectedPath> rejected_paths;  ///< the first of them
   Tuning tuning;                             ///< the counts that the last iteration was made with
   std::vector<Trial> trials;                 ///< how they were measured
+  std::optional<MeasuredChoice> choice;      ///< of the techniques and their counts, with auto
   PhaseSeconds phases;
   double wall_seconds = 0;
   double cpu_seconds = 0;
@@ -84,6 +94,12 @@ struct RenderResult {
 
 /// The integrator that is asked for, ready for its first iteration.
 [[nodiscard]] std::unique_ptr<FrameSource> start(const BuiltScene& scene, const RenderRequest& request);
+
+/// Measures with a pilot that has the techniques of vcm or of bpt, then goes on with the best of the candidates.
+[[nodiscard]] std::unique_ptr<FrameSource> start_measured_vcm(const BuiltScene&, const RenderRequest&,
+                                                              std::vector<Candidate>);
+[[nodiscard]] std::unique_ptr<FrameSource> start_measured_bpt(const BuiltScene&, const RenderRequest&,
+                                                              std::vector<Candidate>);
 
 // One per integrator, each in a file of its own: the engine is compiled anew for each.
 [[nodiscard]] std::unique_ptr<FrameSource> start_classified_pt(const BuiltScene&, const RenderRequest&);

@@ -93,6 +93,23 @@ Json techniques_json(const RunFacts& facts) {
   return json;
 }
 
+Json forecast_json(const Forecast& forecast) {
+  return {{"light_paths", forecast.candidate.light_paths}, {"connections", forecast.candidate.connections},
+          {"merges", forecast.candidate.merges},           {"variance", forecast.variance},
+          {"squared_bias", forecast.squared_bias},         {"cost", forecast.cost},
+          {"missing_share", forecast.missing_share}};
+}
+
+Json choice_json(const MeasuredChoice& choice, const Counters& work) {
+  Json json;
+  json["chosen"] = forecast_json(choice.forecasts[choice.chosen]);
+  json["pilot_iterations"] = choice.pilot_iterations;
+  json["pilot_share"] = choice.pilot_cost / cost_of(work);
+  json["forecasts"] = Json::array();
+  for (const Forecast& forecast : choice.forecasts) json["forecasts"].push_back(forecast_json(forecast));
+  return json;
+}
+
 }  // namespace
 
 std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
@@ -136,6 +153,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
     entry["cost"] = trial.cost;
     json["tuning"]["trials"].push_back(entry);
   }
+  if (result.choice) json["choice"] = choice_json(*result.choice, result.counters);
   json["counts"] = counts_of(result.counters);
   json["rejected"] = {{"non_finite", result.counters.rejected_non_finite},
                       {"negative", result.counters.rejected_negative},

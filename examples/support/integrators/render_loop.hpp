@@ -24,6 +24,7 @@ class EngineSource final : public FrameSource {
   }
 
   void iterate(ThreadedExecutor& executor) override { engine_.iterate(executor); }
+  void continue_after(std::uint32_t iteration) override { engine_.continue_after(iteration); }
   [[nodiscard]] std::span<const Spectrum> frame() const override { return engine_.frame(); }
   [[nodiscard]] const Counters& counters() const override { return engine_.counters(); }
   [[nodiscard]] const RejectionLog& rejections() const override { return engine_.rejections(); }

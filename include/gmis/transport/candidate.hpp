@@ -95,4 +95,22 @@ struct Forecast {
   [[nodiscard]] double work(double iterations) const noexcept { return (variance + iterations * squared_bias) * cost; }
 };
 
+/// Light that a candidate may miss, of all that a pilot saw: rounding, no more.
+inline constexpr double negligible_share = 1e-6;
+
+/// The place of the candidate with the least work of those that miss nothing; of none, when all miss something, the first
+/// of those that miss least.
+[[nodiscard]] inline std::size_t best_of(const std::vector<Forecast>& forecasts, double iterations) {
+  const auto misses = [](const Forecast& f) { return f.missing_share > negligible_share; };
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < forecasts.size(); ++i) {
+    const Forecast &a = forecasts[i], &b = forecasts[best];
+    if (misses(a) && misses(b)   ? a.missing_share < b.missing_share
+        : misses(a) != misses(b) ? misses(b)
+                                 : a.work(iterations) < b.work(iterations))
+      best = i;
+  }
+  return best;
+}
+
 }  // namespace gmis

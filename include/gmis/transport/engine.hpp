@@ -25,6 +25,14 @@ struct PhaseSeconds {
   double grid = 0.0;
   double camera = 0.0;
   double film = 0.0;
+
+  PhaseSeconds& operator+=(const PhaseSeconds& other) noexcept {
+    light += other.light;
+    grid += other.grid;
+    camera += other.camera;
+    film += other.film;
+    return *this;
+  }
 };
 
 /// The one engine behind all integrators: an iteration traces the light trees, builds the grid, then traces one camera
@@ -74,6 +82,10 @@ class Engine {
     for (const Output& output : camera_outputs_) rejections_.append(output.rejections, iteration_);
     if (!tuner_.is_settled()) tuner_.report(frame_, counters_ - before);
   }
+
+  /// Lets an engine that has rendered nothing yet go on where another one stopped: it uses none of the other's random
+  /// numbers, and its merging radius shrinks on from there.
+  void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
   /// Makes an engine that has rendered nothing yet ready to trace paths of `iteration` as it would have done on the way
   /// (replay.hpp): renders those of the iterations before in which counts are measured, and traces the light trees.
@@ -175,12 +187,14 @@ class Engine {
   /// numbers of children and of vertices of a tree, from light trees whose random numbers are used for nothing else.
   template <Executor E>
   void tune(E& executor, const Tuning& tuning) {
-    const bool keeps_trees = iteration_ > 0 && tuning.light_children == tuning_.light_children;
+    const bool keeps_trees = knows_trees_ && tuning.light_children == tuning_.light_children;
     tuning_ = tuning;
     split_.plan(tuning);
     if constexpr (Integrator_::template has<Connect> || (Integrator_::traces_light && Integrator_::Split::splits))
-      if (!keeps_trees && (Integrator_::Split::splits || tuning.connections != paired_connections))
+      if (!keeps_trees && (Integrator_::Split::splits || tuning.connections != paired_connections)) {
         measure_light_trees(executor);
+        knows_trees_ = true;
+      }
   }
 
   template <Executor E>
@@ -369,7 +383,8 @@ class Engine {
   RejectionLog rejections_;
   PhaseSeconds seconds_;
   std::uint32_t iteration_ = 0;
-  bool is_tuned_ = false;  // no count changes any more
+  bool is_tuned_ = false;     // no count changes any more
+  bool knows_trees_ = false;  // light trees were measured, for `tuning_`
 };
 
 }  // namespace gmis

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gmis/transport/pilot.hpp"
+#include "support/auto_integrator.hpp"
+#include "support/diagnostics.hpp"
+#include "support/frame_source.hpp"
+#include "support/render.hpp"
+
+/// \file
+/// A pilot first, then the candidate that it found best. Included by one source file per pilot.
+
+namespace gmis::tools {
+
+/// The choice is made once and stays: what is rendered after it does not depend on what it is weighted with.
+template <class Base>
+class MeasuredSource final : public FrameSource {
+ public:
+  MeasuredSource(const BuiltScene& built, const RenderRequest& request, std::vector<Candidate> candidates)
+      : built_(built),
+        request_(request),
+        pilot_(std::make_unique<PilotType>(built.scene(), request.settings, std::move(candidates), request.crop)) {}
+
+  void iterate(ThreadedExecutor& executor) override {
+    if (!chosen_ && pilot_->iterations() == pilot_iterations) choose();
+    if (chosen_) {
+      chosen_->iterate(executor);
+      counters_ = pilot_counters_;
+      counters_ += chosen_->counters();
+      seconds_ = pilot_seconds_;
+      seconds_ += chosen_->seconds();
+      return;
+    }
+    pilot_->iterate(executor);
+    counters_ = pilot_->engine().counters();
+    seconds_ = pilot_->engine().seconds();
+  }
+  void continue_after(std::uint32_t) override {}  // nothing comes before a pilot
+  [[nodiscard]] std::span<const Spectrum> frame() const override {
+    return chosen_ ? chosen_->frame() : pilot_->engine().frame();
+  }
+  [[nodiscard]] const Counters& counters() const override { return counters_; }
+  [[nodiscard]] const RejectionLog& rejections() const override {
+    return chosen_ ? chosen_->rejections() : pilot_->engine().rejections();
+  }
+  [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
+  [[nodiscard]] std::size_t photon_bytes() const override {
+    return chosen_ ? chosen_->photon_bytes() : pilot_->engine().photon_bytes();
+  }
+  [[nodiscard]] const Tuning& tuning() const override {
+    return chosen_ ? chosen_->tuning() : pilot_->engine().tuning();
+  }
+  [[nodiscard]] std::vector<Trial> trials() const override { return {}; }
+  [[nodiscard]] const MeasuredChoice* choice() const override { return chosen_ ? &choice_ : nullptr; }
+  void for_each_contribution(const Visit&) const override {}
+  [[nodiscard]] ReplayedPath<Spectrum> replay(ThreadedExecutor& executor, const PathName& path) override {
+    if (path.iteration <= pilot_iterations)
+      throw InputError(
+          "--replay: the first " + std::to_string(pilot_iterations) +
+          " iterations with --integrator auto measure what pays and cannot be replayed: choose a later one");
+    while (pilot_->iterations() < pilot_iterations) pilot_->iterate(executor);
+    choose();
+    return chosen_->replay(executor, path);
+  }
+
+ private:
+  using PilotType = Pilot<BuiltScene::SceneType, Base>;
+  static constexpr std::uint32_t pilot_iterations = 2;
+
+  void choose() {
+    choice_.forecasts = pilot_->forecasts();
+    // Without a number of iterations: as many as the default.
+    choice_.chosen = best_of(choice_.forecasts, request_.budget.iterations.value_or(64));
+    choice_.pilot_iterations = pilot_iterations;
+    choice_.pilot_cost = cost_of(pilot_->engine().counters());
+    chosen_ = start_candidate(choice_.forecasts[choice_.chosen].candidate, built_, request_);
+    chosen_->continue_after(pilot_iterations);
+    pilot_counters_ = pilot_->engine().counters();
+    pilot_seconds_ = pilot_->engine().seconds();
+    pilot_.reset();
+  }
+
+  const BuiltScene& built_;
+  RenderRequest request_;
+  std::unique_ptr<PilotType> pilot_;
+  std::unique_ptr<FrameSource> chosen_;
+  MeasuredChoice choice_;
+  Counters counters_, pilot_counters_;
+  PhaseSeconds seconds_, pilot_seconds_;
+};
+
+}  // namespace gmis::tools
