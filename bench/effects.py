@@ -1,0 +1,162 @@
+"""Error × time of --integrator auto over that of the best fixed integrator, scene by scene.
+
+Every configuration renders every scene for the same processor time, on one thread, several seeds; the configurations of a
+scene take turns, so that a busy machine is fair to all. Work is relMSE × processor seconds, so a ratio below 1 means that
+auto needs less time for the same error. The errors are against a reference that auto had no part in: the mean of two long
+runs of bpt, which has no bias, or, where that cannot make or hardly finds some paths, of vcm with a quarter of the merging
+radius. The best fixed configuration is chosen by the very figures it is shown with, which favours it.
+
+Writes out/effects/table.md and out/effects/runs.json.
+"""
+
+import argparse
+import array
+import concurrent.futures
+import json
+import math
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+
+OWN = "bench/scenes/{}.pbrt"
+# Scene: (file or built-in name, who makes the reference).
+SCENES = {
+    "paper1": ("paper1", "vcm"),
+    "paper2": ("paper2", "vcm"),
+    "paper3": ("paper3", "bpt"),
+    "paper4": ("paper4", "vcm"),
+    "cornell": ("cornell", "bpt"),
+    "all_glossy": (OWN, "bpt"),
+    "caustic_pool": (OWN, "vcm"),
+    "light_behind_glass": (OWN, "vcm"),
+    "open_sky": (OWN, "bpt"),
+    "many_lights": (OWN, "bpt"),
+    "one_point_light": (OWN, "bpt"),
+    "mirror_hall": (OWN, "bpt"),
+    "slit": (OWN, "bpt"),
+    "mixed": (OWN, "vcm"),
+}
+
+FIXED = {"pt": ["--integrator", "pt"], "lt": ["--integrator", "lt"]}
+for name in ("bpt", "vcm"):
+    for light_paths in (0.25, 1):
+        for connections in (1, 2):
+            FIXED[f"{name} {light_paths:g} {connections}"] = [
+                "--integrator", name, "--light-paths", str(light_paths), "--connections", str(connections)]
+PLAIN = {"vcm": ["--integrator", "vcm"], "auto": ["--integrator", "auto"]}
+
+
+def render(options, scene, extra, stats):
+    command = [options.renderer, scene, "--size", options.size, "--threads", "1", "--quiet", "--stats", str(stats), *extra]
+    subprocess.run(command, check=True, stdin=subprocess.DEVNULL)
+    return json.loads(stats.read_text())
+
+
+def read_pfm(file):
+    head, rest = file.read_bytes().split(b"\n", 3)[:3], file.read_bytes().split(b"\n", 3)[3]
+    values = array.array("f", rest)
+    if (float(head[2]) < 0) != (sys.byteorder == "little"):
+        values.byteswap()
+    return head, values
+
+
+def make_reference(options, pool, name):
+    """The mean of two runs, kept for the next time; how far they are apart says how noisy it is."""
+    scene, integrator = SCENES[name]
+    folder = options.out / "references"
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{name}_{options.size}_{options.reference_time:g}.pfm"
+    if file.exists():
+        return file
+    extra = ["--integrator", integrator, "--time", str(options.reference_time)]
+    if integrator == "vcm":
+        extra += ["--radius", "0.00075"]
+    halves = [folder / f"{name}_{half}.pfm" for half in "ab"]
+    jobs = [pool.submit(render, options, scene.format(name), [*extra, "--seed", str(1000 + i), "--out", str(half)],
+                        half.with_suffix(".json")) for i, half in enumerate(halves)]
+    for job in jobs:
+        job.result()
+    (head, a), (_, b) = (read_pfm(half) for half in halves)
+    mean = array.array("f", ((x + y) / 2 for x, y in zip(a, b)))
+    scale = b"-1.0" if sys.byteorder == "little" else b"1.0"
+    file.write_bytes(head[0] + b"\n" + head[1] + b"\n" + scale + b"\n" + mean.tobytes())
+    noise = statistics.fmean((x - y) ** 2 / 4 / (m * m + 0.01) for x, y, m in zip(a, b, mean))
+    print(f"{name}: reference by {integrator}, relMSE of its own about {noise:.2g}", flush=True)
+    return file
+
+
+def geometric_mean(values):
+    return math.exp(statistics.fmean(math.log(v) for v in values))
+
+
+def describe(stats):
+    """What auto chose, from the statistics of a run."""
+    choice = stats.get("choice")
+    if not choice:
+        return "by the rules: " + stats["plan"], 0.0
+    chosen = choice["chosen"]
+    words = f"{chosen['light_paths']:g} light paths, {chosen['connections']} connections, merging " + (
+        "on" if chosen["merges"] else "off") if chosen["light_paths"] > 0 else "pt"
+    return words, choice["pilot_share"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--renderer", required=True)
+    parser.add_argument("--time", type=float, default=3, help="seconds of a run")
+    parser.add_argument("--reference-time", type=float, default=40, help="seconds of each half of a reference")
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--size", default="64x64")
+    parser.add_argument("--scenes", nargs="*", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/effects"))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    configurations = FIXED | PLAIN
+    rows, all_runs = [], {}
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for name in options.scenes:
+            reference = make_reference(options, pool, name)
+            scene = SCENES[name][0].format(name)
+            jobs = {}
+            for seed in range(options.seeds):
+                for label, extra in configurations.items():
+                    place = options.out / f"{name}_{label.replace(' ', '_')}_{seed}"
+                    jobs[label, seed] = pool.submit(
+                        render, options, scene,
+                        [*extra, "--time", str(options.time), "--seed", str(seed), "--reference", str(reference), "--out",
+                         f"{place}.pfm"], place.with_suffix(".json"))
+            runs = {key: job.result() for key, job in jobs.items()}
+            work = {}
+            for measure in ("relmse", "relmse_trimmed"):
+                for label in configurations:
+                    own = [runs[label, seed] for seed in range(options.seeds)]
+                    work[measure, label] = statistics.fmean(r["error"][measure] for r in own) * statistics.fmean(
+                        r["seconds"]["cpu"] for r in own)
+            all_runs[name] = {f"{measure} {label}": value for (measure, label), value in work.items()}
+            choice, share = describe(runs["auto", 0])
+            best = {m: min(FIXED, key=lambda label: work[m, label]) for m in ("relmse", "relmse_trimmed")}
+            rows.append({
+                "name": name, "choice": choice, "pilot": share, "best": best,
+                "over_best": {m: work[m, "auto"] / work[m, best[m]] for m in best},
+                "over_vcm": {m: work[m, "auto"] / work[m, "vcm"] for m in best}})
+            print(f"{name}: {rows[-1]}", flush=True)
+    (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
+
+    lines = ["| scene | auto chose | best fixed | auto / best | auto / vcm | best fixed, trimmed | auto / best, trimmed | "
+             "auto / vcm, trimmed | pilot |", "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
+    for row in rows:
+        lines.append(
+            f"| {row['name']} | {row['choice']} | {row['best']['relmse']} | {row['over_best']['relmse']:.2f} | "
+            f"{row['over_vcm']['relmse']:.2f} | {row['best']['relmse_trimmed']} | {row['over_best']['relmse_trimmed']:.2f} | "
+            f"{row['over_vcm']['relmse_trimmed']:.2f} | {100 * row['pilot']:.1f} % |")
+    means = [geometric_mean([row[over][m] for row in rows])
+             for m in ("relmse", "relmse_trimmed") for over in ("over_best", "over_vcm")]
+    lines.append(f"| geometric mean | | | {means[0]:.2f} | {means[1]:.2f} | | {means[2]:.2f} | {means[3]:.2f} | |")
+    table = "\n".join(lines) + "\n"
+    (options.out / "table.md").write_text(table)
+    print(table)
+
+
+main()
