@@ -84,6 +84,9 @@ void print_summary(const RenderResult& result, const Options& options, bool is_m
   if (error)
     std::printf("against the reference: relMSE %.4g (%.4g without the worst 0.1 %% of the pixels), RMSE %.4g\n",
                 error->relmse, error->relmse_trimmed, error->rmse);
+  for (const ClassImage& one : result.classes.classes)
+    std::printf("%-10s  mean %-10.4g  cost %4.1f %%\n", std::string(gmis::name_of(one.path_class)).c_str(),
+                mean_of(one.image), 100 * one.cost);
   for (const auto& output : options.outputs) std::printf("wrote %s\n", output.c_str());
 }
 
@@ -131,6 +134,14 @@ int run(Options options) {
 
   if (options.outputs.empty()) options.outputs.push_back(default_output(scene, options.quiet));
 
+  if (options.class_images) {
+    const std::filesystem::path folder = class_folder(options.outputs[0]);
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (!std::filesystem::is_directory(folder))
+      throw InputError(folder.string() + ": this folder of --aov classes cannot be created");
+  }
+
   ThreadedExecutor executor(options.threads);
   if (!ThreadedExecutor::has_threads && options.threads != 1 && !options.quiet)
     std::fprintf(stderr, "gmis-render: built without oneTBB: one thread is used\n");
@@ -163,6 +174,7 @@ int run(Options options) {
 
   write_outputs(result, options.outputs, options.halves);
   if (!options.techniques_folder.empty()) write_techniques(result, options.techniques_folder);
+  if (options.class_images) write_classes(result, class_folder(options.outputs[0]));
   if (!options.statistics_file.empty()) {
     std::ofstream file(options.statistics_file);
     file << statistics_json(result, facts) << std::flush;

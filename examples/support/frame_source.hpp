@@ -36,6 +36,8 @@ class FrameSource {
   /// What the latest iteration alone gives, by rows from the upper left; black outside the crop.
   [[nodiscard]] virtual std::span<const Spectrum> frame() const = 0;
   [[nodiscard]] virtual const Counters& counters() const = 0;
+  /// The part of them that light trees took.
+  [[nodiscard]] virtual const Counters& light_work() const = 0;
   /// The first paths of which something was left out.
   [[nodiscard]] virtual const RejectionLog& rejections() const = 0;
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
@@ -47,7 +49,8 @@ class FrameSource {
   [[nodiscard]] virtual const MeasuredChoice* choice() const { return nullptr; }
   /// Every contribution of the latest iteration; none unless the request was for techniques.
   virtual void for_each_contribution(const Visit& visit) const = 0;
-  /// One path of a run, traced again alone; of a source that has made nothing yet.
+  /// One path of a run, traced again alone; of a source that has made nothing but others of the same
+  /// iteration.
   [[nodiscard]] virtual ReplayedPath<Spectrum> replay(ThreadedExecutor& executor, const PathName& path) = 0;
 };
 

@@ -71,7 +71,7 @@ void require_above_zero(const char* option, double value) {
 struct RawOptions {
   std::string integrator = "gmis", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
               iterations;
-  std::string replay;
+  std::string replay, aov;
   double seconds = 0, relative_error = 0;
 };
 
@@ -101,12 +101,14 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--effects", options.effects,
                  "Render only some effects: a list of no-NAME or NAME-only, of emission, direct, caustics, indirect, "
                  "mirrored, specular, glossy or a path class such as LS+DE");
-  app.add_option("--max-rejected", options.max_rejected,
-                 "Fail when more than this share of the contributions is not finite, negative or of density zero (1e-4)");
+  app.add_option(
+      "--max-rejected", options.max_rejected,
+      "Fail when more than this share of the contributions is not finite, negative or of density zero (1e-4)");
   app.add_flag("--list-rejected", options.list_rejected, "Print the first paths of which something was rejected");
   app.add_option("--replay", raw.replay,
                  "Render nothing, print all about one path: ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE");
   app.add_option("--techniques", options.techniques_folder, "Write an image per technique into this folder");
+  app.add_option("--aov", raw.aov, "classes: write an image per path class into the folder NAME_classes by the output");
   app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
   app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
@@ -222,7 +224,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   const auto given = [&](const char* option) { return app.count(option) > 0; };
 
-  if (given("--effects") && !given("--integrator")) raw.integrator = name_of(IntegratorChoice::automatic);
+  if ((given("--effects") || given("--aov")) && !given("--integrator"))
+    raw.integrator = name_of(IntegratorChoice::automatic);
   options.integrator = integrator_of(raw.integrator);
   options.split = split_of(raw.split);
   if (options.integrator != IntegratorChoice::gmis) {
@@ -242,6 +245,13 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
       throw InputError("--effects needs auto, pt, bpt, vcm or gmis --split none: " + raw.integrator +
                        " cannot leave out paths by their class");
     options.path_classes = effects.classes;
+  }
+  if (given("--aov")) {
+    if (raw.aov != "classes") throw InputError("--aov " + in_quotes(raw.aov) + " is not known: use classes");
+    if (!classifies(options.integrator, options.split))
+      throw InputError("--aov classes needs auto, pt, bpt, vcm or gmis --split none: " + raw.integrator +
+                       " does not tell paths by their class");
+    options.class_images = true;
   }
   options.connections = connections_of(raw.connections);
   if (given("--connections") && !connects(options.integrator))

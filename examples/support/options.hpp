@@ -20,7 +20,7 @@ enum class SplitChoice { none, paper, budgeted, adaptive };
 struct PathChoice {
   std::uint32_t iteration = 1;
   bool is_light = false;
-  std::uint32_t number = 0;                            ///< of the light tree, or the pixel's place in the frame …
+  std::uint32_t number = 0;                           ///< of the light tree, or the pixel's place in the frame …
   std::optional<std::array<std::uint32_t, 2>> pixel;  ///< … if it is not given by its column and row
 };
 
@@ -50,6 +50,7 @@ struct Options {
   std::filesystem::path techniques_folder;
   std::string effects;  ///< as given; empty: all
   PathClassSet path_classes = PathClassSet::all();
+  bool class_images = false;  ///< --aov classes
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;

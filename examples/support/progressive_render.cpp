@@ -55,7 +55,8 @@ ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderReques
       resolution_(scene.scene().camera().resolution()),
       crop_(request.crop.value_or(PixelBounds{{0, 0}, resolution_})),
       film_(crop_.upper - crop_.lower),
-      techniques_(resolution_, crop_) {
+      techniques_(resolution_, crop_),
+      classes_(resolution_, crop_) {
   const Timer timer(progress_.seconds, cpu_seconds_);
   source_ = start(scene, request);
   if (request.halves) halves_.assign(2, Film<Spectrum>(film_.resolution()));
@@ -72,6 +73,7 @@ bool ProgressiveRender::advance(ThreadedExecutor& executor) {
     take_frame();
   }
   counters_ = source_->counters();  // of whole iterations only
+  light_work_ = source_->light_work();
   const auto rejected = source_->rejections().paths();
   rejected_paths_.assign(rejected.begin(), rejected.end());
   phases_ = source_->seconds();
@@ -108,6 +110,8 @@ void ProgressiveRender::take_frame() {
   if (request_.halves) halves_[progress_.iterations % 2].add_iteration(frame_);
   if (request_.techniques)
     source_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { techniques_.add(contribution); });
+  if (request_.class_images)
+    source_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { classes_.add(contribution); });
   ++progress_.iterations;
   if (request_.budget.relative_error || request_.on_iteration)
     progress_.relative_error = progress_.iterations > 1 ? estimate_of(film_).relative_error : 0;
@@ -155,6 +159,7 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
     result.half_b = image_of(halves_[1]);
   }
   if (request_.techniques) result.techniques = techniques_.means(progress_.iterations);
+  if (request_.class_images) result.classes = classes_.result(progress_.iterations, counters_, light_work_);
   result.estimate = estimate_of(film_);
   result.interval = interval();
   result.prediction = predict(log_, result.estimate.relative_error);

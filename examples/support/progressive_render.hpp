@@ -7,6 +7,7 @@
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/film.hpp"
+#include "support/class_sums.hpp"
 #include "support/frame_source.hpp"
 #include "support/render.hpp"
 #include "support/technique_sums.hpp"
@@ -54,11 +55,12 @@ class ProgressiveRender {
   std::vector<Film<Spectrum>> halves_;
   std::optional<BatchMeans<Spectrum>> batches_;
   TechniqueSums techniques_;
+  ClassSums classes_;
   std::span<const Spectrum> frame_;
   std::vector<Spectrum> part_;
   Progress progress_;
   ConvergenceLog log_;
-  Counters counters_;
+  Counters counters_, light_work_;
   std::vector<RejectedPath> rejected_paths_;
   PhaseSeconds phases_;
   double film_seconds_ = 0;

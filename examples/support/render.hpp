@@ -46,6 +46,7 @@ struct RenderRequest {
   const std::atomic<bool>* interrupted = nullptr;
   bool halves = false;
   bool techniques = false;
+  bool class_images = false;  ///< with `classifies`
   /// Contributions carry the class of their path, and only those of `settings.path_classes` are made.
   bool classifies = false;
   bool intervals = false;            ///< keeps batches, for the interval of the error
@@ -69,10 +70,24 @@ struct MeasuredChoice {
   double pilot_cost = 0;               ///< counted operations, as `Forecast::cost`
 };
 
+/// The part of the image that the paths of one class make.
+struct ClassImage {
+  PathClass path_class = PathClass::unclassified;
+  Image image;
+  std::uint64_t contributions = 0;
+  double cost = 0;  ///< share of all counted operations, as `costs_of_classes` attributes them
+};
+
+struct PathClassResult {
+  std::vector<ClassImage> classes;
+  double unattributed_cost = 0;  ///< share of operations that nothing came of
+};
+
 struct RenderResult {
   Image image;
   Image half_a, half_b;  ///< means of the odd and of the even iterations, when asked for
   std::vector<TechniqueImage> techniques;
+  PathClassResult classes;
   ImageEstimate estimate;
   std::optional<Interval> interval;      ///< of the relative error
   std::optional<Prediction> prediction;  ///< when the log knows enough

@@ -50,7 +50,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.rejection_limit = {options.max_rejected};
   request.halves = options.halves;
   request.techniques = !options.techniques_folder.empty();
-  request.classifies = !options.effects.empty();
+  request.class_images = options.class_images;
+  request.classifies = !options.effects.empty() || options.class_images;
   request.settings.path_classes = options.path_classes;
   if (options.crop) {
     const auto& [x0, y0, x1, y1] = *options.crop;
@@ -155,6 +156,17 @@ void write_outputs(const RenderResult& result, const std::vector<std::filesystem
     write_image(result.half_a, beside("_a"));
     write_image(result.half_b, beside("_b"));
   }
+}
+
+std::filesystem::path class_folder(const std::filesystem::path& output) {
+  return output.parent_path() / (output.stem().string() + "_classes");
+}
+
+void write_classes(const RenderResult& result, const std::filesystem::path& folder) {
+  const std::string ending = has_exr() ? ".exr" : ".pfm";
+  for (const ClassImage& one : result.classes.classes)
+    write_image(one.image, folder / (std::string(gmis::name_of(one.path_class)) + ending));
+  write_image(class_sheet(result.classes.classes), folder / (std::string("sheet") + (has_png() ? ".png" : ".pfm")));
 }
 
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder) {

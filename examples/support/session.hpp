@@ -41,6 +41,11 @@ struct LoadedScene {
 
 /// Writes the image to every output, with `_a` and `_b` before the ending for the halves.
 void write_outputs(const RenderResult& result, const std::vector<std::filesystem::path>& outputs, bool halves);
+/// Where the images of path classes go: `NAME_classes` beside an output.
+[[nodiscard]] std::filesystem::path class_folder(const std::filesystem::path& output);
+/// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of them side by side:
+/// `sheet.png`.
+void write_classes(const RenderResult& result, const std::filesystem::path& folder);
 /// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with `_unweighted` for every technique,
 /// and all of them side by side: `pyramid.png` and `pyramid_unweighted.png`.
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder);

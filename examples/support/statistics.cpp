@@ -64,6 +64,19 @@ Json classes_json(PathClassSet classes) {
   return json;
 }
 
+/// What each class adds to the mean, and what it cost: processor time by its share of the counted operations.
+Json class_images_json(const RenderResult& result) {
+  Json json;
+  for (const ClassImage& one : result.classes.classes)
+    json[std::string(gmis::name_of(one.path_class))] = {{"mean", mean_of(one.image)},
+                                                        {"contributions", one.contributions},
+                                                        {"cost", one.cost},
+                                                        {"cpu_seconds", one.cost * result.cpu_seconds}};
+  json["unattributed"] = {{"cost", result.classes.unattributed_cost},
+                          {"cpu_seconds", result.classes.unattributed_cost * result.cpu_seconds}};
+  return json;
+}
+
 Json effects_json(const Effects& effects) {
   Json json{{"diffuse", effects.diffuse},
             {"glossy", effects.glossy},
@@ -160,6 +173,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
                       {"zero_pdf", result.counters.rejected_zero_pdf},
                       {"limit", std::isfinite(options.max_rejected) ? Json(options.max_rejected) : Json(nullptr)},
                       {"paths", rejected_json(result.rejected_paths)}};
+  if (options.class_images) json["classes"] = class_images_json(result);
   json["estimate"] = {{"mean", result.estimate.mean}};
   // One iteration says nothing about its own variance.
   const bool has_variance = result.iterations > 1;

@@ -9,11 +9,12 @@ namespace gmis::tools {
 namespace {
 
 // Three by five dots each, by rows, the highest bit first.
-constexpr std::string_view glyph_names = "0123456789stm";
-constexpr std::array<unsigned, 13> glyphs{
+constexpr std::string_view glyph_names = "0123456789stmLSDGE+";
+constexpr std::array<unsigned, 19> glyphs{
     0b111'101'101'101'111, 0b010'110'010'010'111, 0b111'001'111'100'111, 0b111'001'111'001'111, 0b101'101'111'001'001,
     0b111'100'111'001'111, 0b111'100'111'101'111, 0b111'001'010'010'010, 0b111'101'111'101'111, 0b111'101'111'001'111,
-    0b011'100'010'001'110, 0b010'111'010'010'011, 0b000'111'111'101'101};
+    0b011'100'010'001'110, 0b010'111'010'010'011, 0b000'111'111'101'101, 0b100'100'100'100'111, 0b111'100'111'001'111,
+    0b110'101'101'101'110, 0b111'100'101'101'111, 0b111'100'110'100'111, 0b000'010'111'010'000};
 constexpr int dot = 2;                 ///< pixels a dot of a glyph
 constexpr int glyph_width = 4 * dot;   ///< with the gap to the next one
 constexpr int label_height = 7 * dot;  ///< with gaps above and below
@@ -59,6 +60,27 @@ void place(Image& sheet, int left, int top, const Image& image, const Zoom& zoom
 }
 
 }  // namespace
+
+Image class_sheet(const std::vector<ClassImage>& classes) {
+  if (classes.empty()) return Image(1, 1);
+  constexpr int most_columns = 5;
+  const int count = static_cast<int>(classes.size()), columns = std::min(count, most_columns);
+  const Zoom zoom(classes[0].image.width);
+  std::size_t longest = 0;
+  for (const ClassImage& one : classes) longest = std::max(longest, gmis::name_of(one.path_class).size());
+  const int cell_width =
+      std::max(zoom.of(classes[0].image.width) + gap, static_cast<int>(longest) * glyph_width + glyph_width);
+  const int cell_height = zoom.of(classes[0].image.height) + label_height + gap;
+  Image sheet(gap + columns * cell_width, gap + (count + columns - 1) / columns * cell_height);
+  std::fill(sheet.rgb.begin(), sheet.rgb.end(), 0.03F);
+  for (int i = 0; i < count; ++i) {
+    const ClassImage& one = classes[static_cast<std::size_t>(i)];
+    const int left = gap + i % columns * cell_width, top = gap + i / columns * cell_height;
+    write_text(sheet, left, top + dot, std::string(gmis::name_of(one.path_class)));
+    place(sheet, left, top + label_height, one.image, zoom);
+  }
+  return sheet;
+}
 
 int edges_of(const TechniqueId& id) {
   return id.s + id.t - (id.technique == Technique::merge ? 2 : 1);

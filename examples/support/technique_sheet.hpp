@@ -15,4 +15,7 @@ namespace gmis::tools {
 /// for is missing. Images are made larger or smaller by whole factors, to be some hundred pixels wide.
 [[nodiscard]] Image technique_sheet(const std::vector<TechniqueImage>& techniques, bool is_weighted);
 
+/// All path classes side by side, at most five in a row, in the order of their numbers.
+[[nodiscard]] Image class_sheet(const std::vector<ClassImage>& classes);
+
 }  // namespace gmis::tools

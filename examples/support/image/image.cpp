@@ -39,6 +39,12 @@ Image cropped(const Image& image, int x0, int y0, int x1, int y1) {
   return result;
 }
 
+double mean_of(const Image& image) {
+  double sum = 0;
+  for (const float value : image.rgb) sum += static_cast<double>(value);
+  return image.rgb.empty() ? 0 : sum / static_cast<double>(image.rgb.size());
+}
+
 std::string image_hash(const Image& image) {
   std::uint64_t hash = 0xCBF29CE484222325U;
   const auto mix = [&](std::uint32_t word) {

@@ -25,6 +25,9 @@ struct Image {
 /// The part of `image` with x0 ≤ x < x1 and y0 ≤ y < y1.
 [[nodiscard]] Image cropped(const Image& image, int x0, int y0, int x1, int y1);
 
+/// Of all pixels and channels.
+[[nodiscard]] double mean_of(const Image& image);
+
 /// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
 [[nodiscard]] std::string image_hash(const Image& image);
 

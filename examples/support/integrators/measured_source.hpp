@@ -44,6 +44,8 @@ class MeasuredSource final : public FrameSource {
     return chosen_ ? chosen_->frame() : pilot_->engine().frame();
   }
   [[nodiscard]] const Counters& counters() const override { return counters_; }
+  /// Not told apart: classes are not asked of a source that measures.
+  [[nodiscard]] const Counters& light_work() const override { return light_work_; }
   [[nodiscard]] const RejectionLog& rejections() const override {
     return chosen_ ? chosen_->rejections() : pilot_->engine().rejections();
   }
@@ -89,7 +91,7 @@ class MeasuredSource final : public FrameSource {
   std::unique_ptr<PilotType> pilot_;
   std::unique_ptr<FrameSource> chosen_;
   MeasuredChoice choice_;
-  Counters counters_, pilot_counters_;
+  Counters counters_, pilot_counters_, light_work_;
   PhaseSeconds seconds_, pilot_seconds_;
 };
 

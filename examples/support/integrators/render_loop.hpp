@@ -20,13 +20,14 @@ class EngineSource final : public FrameSource {
  public:
   EngineSource(const BuiltScene& built, const RenderRequest& request)
       : engine_(built.scene(), request.settings, request.crop) {
-    engine_.keep_contributions(request.techniques);
+    engine_.keep_contributions(request.techniques || request.class_images);
   }
 
   void iterate(ThreadedExecutor& executor) override { engine_.iterate(executor); }
   void continue_after(std::uint32_t iteration) override { engine_.continue_after(iteration); }
   [[nodiscard]] std::span<const Spectrum> frame() const override { return engine_.frame(); }
   [[nodiscard]] const Counters& counters() const override { return engine_.counters(); }
+  [[nodiscard]] const Counters& light_work() const override { return engine_.light_work(); }
   [[nodiscard]] const RejectionLog& rejections() const override { return engine_.rejections(); }
   [[nodiscard]] const PhaseSeconds& seconds() const override { return engine_.seconds(); }
   [[nodiscard]] std::size_t photon_bytes() const override { return engine_.photon_bytes(); }

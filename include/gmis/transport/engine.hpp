@@ -88,7 +88,8 @@ class Engine {
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
   /// Makes an engine that has rendered nothing yet ready to trace paths of `iteration` as it would have done on the way
-  /// (replay.hpp): renders those of the iterations before in which counts are measured, and traces the light trees.
+  /// (replay.hpp): renders those of the iterations before in which counts are measured, and traces the light trees. The
+  /// same iteration may be prepared again, another one not.
   template <Executor E>
   void prepare_replay(E& executor, std::uint32_t iteration) {
     while (!tuner_.is_settled() && iteration_ + 1 < iteration) iterate(executor);
