@@ -135,7 +135,9 @@ class Engine {
   }
 
   /// Bytes held for light vertices and their grid.
-  [[nodiscard]] std::size_t photon_bytes() const noexcept { return grid_.byte_count() + cache_.byte_count(); }
+  [[nodiscard]] std::size_t photon_bytes() const noexcept {
+    return Integrator_::stores_light_vertices ? grid_.byte_count() + cache_.byte_count() : 0;
+  }
 
   /// What all techniques read at the latest iteration's camera vertices. Holds references into this engine.
   [[nodiscard]] Context context() const { return context_for(iteration_, static_cast<T>(merge_radius(iteration_))); }
