@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <sstream>
+#include <string>
 
 #if GMIS_HAS_ASSIMP
 #include <assimp/mesh.h>
@@ -23,8 +25,22 @@ bool can_read_ply() {
 
 namespace {
 
-/// What assimp needs to be sure of before it reads: it loops for ever over a header that does not end, and believes
-/// any count of elements. True when the header is whole and the file is long enough for what it promises.
+/// True for `TYPE NAME` or `list TYPE TYPE NAME` with types that PLY has; the name goes to `name`.
+bool is_property(std::istringstream& words, std::string& name) {
+  constexpr std::array types{"char", "uchar", "short", "ushort", "int",   "uint",   "float",   "double",
+                             "int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"};
+  const auto is_type = [&](const std::string& word) {
+    return std::find(types.begin(), types.end(), word) != types.end();
+  };
+  std::string word, rest;
+  words >> word;
+  if (word == "list" && !(words >> word && is_type(word) && words >> word)) return false;
+  return is_type(word) && words >> name && !(words >> rest);
+}
+
+/// What assimp needs to be sure of before it reads: it loops for ever over a header that does not end, believes any
+/// count of elements, and writes past the end of what it has for an element or a property that comes twice. True when
+/// the header is whole, says everything once, and the file is long enough for what it promises.
 bool has_sound_header(const std::filesystem::path& file) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
@@ -32,15 +48,21 @@ bool has_sound_header(const std::filesystem::path& file) {
   constexpr int most_lines = 1000;
   std::string line;
   if (error || !std::getline(stream, line) || !line.starts_with("ply")) return false;
+  std::set<std::string> elements, properties;
   for (int i = 0; i < most_lines && std::getline(stream, line); ++i) {
     std::istringstream words(line);
     std::string first, name;
     std::uintmax_t count = 0;
     words >> first;
     if (first == "end_header") return true;
-    if (first == "element" && (!(words >> name >> count) || count > size)) return false;
-    constexpr std::array known{"format", "comment", "obj_info", "element", "property"};
-    if (std::find(known.begin(), known.end(), first) == known.end()) return false;
+    if (first == "element") {
+      if (!(words >> name >> count) || count > size || !elements.insert(name).second) return false;
+      properties.clear();
+    } else if (first == "property") {
+      if (elements.empty() || !is_property(words, name) || !properties.insert(name).second) return false;
+    } else if (first != "format" && first != "comment" && first != "obj_info") {
+      return false;
+    }
   }
   return false;
 }
