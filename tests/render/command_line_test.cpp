@@ -41,6 +41,11 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --integrator magic", "use auto, pt"},
       {"cornell --integrator pt --connections 2", "--connections needs bpt, vcm or gmis: pt makes no connections"},
       {"cornell --connections 0", "auto, paired or a whole number"},
+      {"cornell --effects no-fog", "no-fog"},
+      {"cornell --effects caustics", "use no-NAME or NAME-only"},
+      {"cornell --effects no-caustics,", "(nothing)"},
+      {"cornell --integrator lt --effects no-caustics", "lt cannot leave out paths by their class"},
+      {"cornell --integrator gmis --effects no-caustics", "--effects needs auto"},
       {"cornell --integrator vcm --camera-split 2", "--camera-split needs --integrator gmis"},
       {"cornell --split adaptive --camera-split 2", "adaptive measures it"},
       {"cornell --split sideways", "use none"},
@@ -107,10 +112,11 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const ScratchFolder folder;
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
-  for (const char* option : {"--integrator", "--split",       "--scheme",     "--size",    "--max-depth",  "--radius",
-                             "--alpha",      "--light-paths", "--seed",       "--threads", "--iterations", "--time",
-                             "--error",      "--crop",        "--techniques", "--halves",  "--out",        "--stats",
-                             "--log",        "--reference",   "--explain",    "--quiet",   "--list-scenes"}) {
+  for (const char* option :
+       {"--integrator", "--effects", "--split",       "--scheme",     "--size",    "--max-depth",
+        "--radius",     "--alpha",   "--light-paths", "--seed",       "--threads", "--iterations",
+        "--time",       "--error",   "--crop",        "--techniques", "--halves",  "--out",
+        "--stats",      "--log",     "--reference",   "--explain",    "--quiet",   "--list-scenes"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -383,6 +389,37 @@ TEST_CASE("The log has a line per point, with and without a reference, and the l
   CHECK(line_count(text) == 1 + 9);
   const std::string last = text.substr(text.rfind(',') + 1);
   CHECK(std::stod(last) == Approx(std::sqrt(compared["error"]["relmse"].get<double>())).epsilon(1e-4));
+}
+
+TEST_CASE("What the scene has and calls for is said, in words and in the statistics") {
+  const ScratchFolder folder;
+  const std::string direct = small + "--effects direct-only ";
+  const Outcome told = run(folder, direct + "--explain --out a.pfm");
+  CHECK(told.exit_code == 0);
+  for (const char* part : {"integrator  auto", "effects     diffuse; area lights", "segments: LE LDE LDD+E",
+                           "of these: LDE", "merging      off: direct light is all there is to make"}) {
+    CAPTURE(part);
+    CHECK(told.out.find(part) != std::string::npos);
+  }
+  // Of an integrator asked for by name: what it is, beside what the scene calls for.
+  CHECK(run(folder, small + "--integrator pt --explain --out a.pfm")
+            .out.find("not in pt; the scene alone would have it on") != std::string::npos);
+
+  const Json json = statistics(folder, direct + "--seed 3");
+  CHECK(json["integrator"] == "auto");
+  CHECK(json["plan"] == "emitter hits, next event");
+  CHECK(json["effects"]["diffuse"] == true);
+  CHECK(json["effects"]["specular_reflection"] == false);
+  CHECK(json["effects"]["roughness"].is_null());
+  CHECK(json["path_classes"]["occurring"] == Json::array({"LE", "LDE", "LDD+E"}));
+  CHECK(json["path_classes"]["rendered"] == Json::array({"LDE"}));
+  for (const char* technique : {"connect", "splat", "merge"}) CHECK(json["techniques"][technique]["on"] == false);
+  CHECK(json["techniques"]["next_event"]["on"] == true);
+  CHECK(json["techniques"]["next_event"]["makes"] == Json::array({"LDE", "LDD+E"}));
+  for (const char* count :
+       {"light_subpaths", "connections", "splats", "merge_queries", "merges", "photons_stored", "grids_built"})
+    CHECK(json["counts"][count] == 0);
+  CHECK(json["memory"]["photon_bytes"] == 0);
 }
 
 TEST_CASE("What is said: explanations, warnings, nothing when quiet") {

@@ -55,9 +55,15 @@ RenderRequest with_effects(RenderRequest request, const std::string& list) {
   return request;
 }
 
+/// Auto by its rules alone, before anything is measured.
+std::unique_ptr<FrameSource> started(const BuiltScene& scene, const RenderRequest& request) {
+  if (request.integrator != IntegratorChoice::automatic) return start(scene, request);
+  return start_plan(plan_for_scene(scene, request.settings), scene, request);
+}
+
 std::unique_ptr<FrameSource> rendered(const BuiltScene& scene, const RenderRequest& request, int iterations) {
   ThreadedExecutor executor(1);
-  auto source = start(scene, request);
+  auto source = started(scene, request);
   for (int i = 0; i < iterations; ++i) source->iterate(executor);
   return source;
 }
@@ -109,7 +115,9 @@ TEST_CASE("with all light-side techniques off, auto is pt bit by bit") {
                         Case{"nothing scatters", mirrors_alone + triangle_light, 8}, Case{"no light", rough_room, 8}}) {
     CAPTURE(c.name);
     const auto scene = scene_of(c.world, "pinhole", c.name == "no light");
-    const auto by_plan = rendered(*scene, request_for(IntegratorChoice::automatic, *scene, c.max_depth), 3);
+    ThreadedExecutor executor(1);
+    const auto by_plan = start(*scene, request_for(IntegratorChoice::automatic, *scene, c.max_depth));
+    for (int i = 0; i < 3; ++i) by_plan->iterate(executor);
     const auto pt = rendered(*scene, request_for(IntegratorChoice::pt, *scene, c.max_depth), 3);
     const gmis::Plan plan =
         plan_for_scene(*scene, request_for(IntegratorChoice::automatic, *scene, c.max_depth).settings);
@@ -267,7 +275,7 @@ Estimates estimates_of(const BuiltScene& scene, RenderRequest request, int itera
   const glm::ivec2 resolution = scene.scene().camera().resolution();
   Estimates result{gmis_test::BlockStatistics(resolution, 12), gmis_test::BlockStatistics(resolution, 24)};
   ThreadedExecutor executor(1);
-  const auto source = start(scene, request);
+  const auto source = started(scene, request);
   for (int i = 0; i < iterations; ++i) {
     source->iterate(executor);
     result.blocks.add(source->frame());
