@@ -71,7 +71,7 @@ TEST_CASE("Past the limit the run ends early with exit code 1, says why, and kee
   REQUIRE(json["rejected"]["paths"].size() == 16);
   CHECK(run(folder, common + " --threads 5").out == one.out);
   CHECK(one.err.find("--replay " + json["rejected"]["paths"][0]["path"].get<std::string>() + " ") != std::string::npos);
-  for (const std::size_t i : {0, 1, 7, 15}) {
+  for (const std::size_t i : {std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{15}}) {
     const Json& rejected = json["rejected"]["paths"][i];
     const std::string path = rejected["path"];
     CAPTURE(path);
