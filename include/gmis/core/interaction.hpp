@@ -45,27 +45,24 @@ template <std::floating_point T>
 }
 
 /// The ray to test whether `to` can be seen from `from`: both ends are moved off their surfaces towards each other.
-/// `direction` is the unit vector between the two positions. The ray starts at that end on
-/// a surface whose position is known better: where it starts it is sure to be on the right side of all surfaces near by,
-/// and where it ends the rounding of its direction has taken it some way off.
+/// `direction` is the unit vector between the two positions. The ray starts on a surface where there is one: there it is
+/// sure to be on the right side of all surfaces near by, and where it ends the rounding of its direction has taken it some
+/// way off.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> segment(const SurfacePoint<T>& from, const SurfacePoint<T>& to, const Vec3<T>& direction) {
-  const bool starts_at_to =
-      to.position_error > T(0) && (from.position_error == T(0) || to.position_error < from.position_error);
-  const SurfacePoint<T>& start = starts_at_to ? to : from;
-  const SurfacePoint<T>& end = starts_at_to ? from : to;
-  const Vec3<T> along = starts_at_to ? -direction : direction;
-  const T start_side = std::copysign(start.position_error, glm::dot(along, start.geometric_normal));
+  if (from.position_error == T(0) && to.position_error > T(0)) [[unlikely]]
+    return segment(to, from, -direction);
+  const T from_side = std::copysign(from.position_error, glm::dot(direction, from.geometric_normal));
   // How far a ray passes from where it should grows with the way it has gone.
-  const T reach = T(4) * std::numeric_limits<T>::epsilon() * glm::dot(end.position - start.position, along);
-  const T end_error = end.position_error > T(0) ? end.position_error + reach : T(0);
-  const T end_side = std::copysign(end_error, -glm::dot(along, end.geometric_normal));
-  const Vec3<T> origin = start.position + start.geometric_normal * start_side;
-  const Vec3<T> target = end.position + end.geometric_normal * end_side;
+  const T reach = T(4) * std::numeric_limits<T>::epsilon() * glm::dot(to.position - from.position, direction);
+  const T to_error = to.position_error > T(0) ? to.position_error + reach : T(0);
+  const T to_side = std::copysign(to_error, -glm::dot(direction, to.geometric_normal));
+  const Vec3<T> origin = from.position + from.geometric_normal * from_side;
+  const Vec3<T> target = to.position + to.geometric_normal * to_side;
   const Vec3<T> between = target - origin;
   const T length = glm::length(between);
   // Two points nearer to each other than their offsets see each other.
-  if (!(length > T(0)) || glm::dot(between, along) <= T(0)) return {origin, along, T(0)};
+  if (!(length > T(0)) || glm::dot(between, direction) <= T(0)) return {origin, direction, T(0)};
   return {origin, between / length, length * (T(1) - T(8) * std::numeric_limits<T>::epsilon())};
 }
 

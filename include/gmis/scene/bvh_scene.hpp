@@ -103,12 +103,12 @@ class BvhScene {
     const auto& w = found.corner_weights;
     const T scale = T(1) / (w[0] + w[1] + w[2]);
     T b0 = w[0] * scale, b1 = w[1] * scale, b2 = w[2] * scale;
-    if (std::min(b0, std::min(b1, b2)) < triangle.edge_margin) {
+    if (std::min(b0, std::min(b1, b2)) < triangle.edge_margin) [[unlikely]] {
       const auto corner = [&](std::size_t i) {
         return Vec3<T>(packet.corners[i][0][lane], packet.corners[i][1][lane], packet.corners[i][2][lane]);
       };
-      const Vec3<T> moved =
-          keep_off_edges(Vec3<T>(b0, b1, b2), corner(0), corner(1), corner(2), triangle.position_error);
+      const Vec3<T> moved = keep_off_edges(Vec3<T>(b0, b1, b2), {corner(0), corner(1), corner(2)},
+                                           sharp_edges_[found.slot], triangle.position_error);
       b0 = moved.x;
       b1 = moved.y;
       b2 = moved.z;
@@ -142,7 +142,8 @@ class BvhScene {
   }
 
   Bvh<T> bvh_;
-  std::vector<Triangle> triangles_;  ///< by slot of the packets
+  std::vector<Triangle> triangles_;      ///< by slot of the packets
+  std::vector<SharpEdges> sharp_edges_;  ///< by slot, too
   std::vector<Sphere> spheres_;
   std::vector<Vec3<T>> vertex_normals_;
   std::vector<Material<T>> materials_;

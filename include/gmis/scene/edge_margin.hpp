@@ -1,50 +1,121 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "gmis/core/math.hpp"
 
 /// \file
 /// A ray that leaves a triangle starts beside it, `position_error` away along the normal. Near an edge this may already be
 /// behind the triangle that meets this one there, as may be the point itself, which is rounded along the triangle too: the
-/// ray then leaks into what the two enclose, or out of it. Points nearer to an edge than a few such errors are therefore
-/// moved to that distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong side then.
+/// ray then leaks into what the two enclose, or out of it. Points nearer to such an edge than a few of these errors are
+/// therefore moved to that distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong side
+/// then. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing is moved.
 
 namespace gmis::scene {
 
-/// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the edges. 0 where the triangle
-/// is too thin for that, a sliver of a few roundings: there, a point would be moved along it to no avail.
+/// Which edges of a triangle another triangle meets at an angle: bit k for the edge opposite to corner k.
+using SharpEdges = std::uint8_t;
+
+/// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the sharp edges; 0 for the
+/// others, and where the triangle is too thin for that, a sliver of a few roundings: there, a point would be moved along it
+/// to no avail.
 template <std::floating_point T>
-[[nodiscard]] inline Vec3<T> edge_margins(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c,
-                                          T position_error) noexcept {
+[[nodiscard]] inline Vec3<T> edge_margins(const std::array<Vec3<T>, 3>& corners, SharpEdges sharp, T position_error) {
+  const auto& [a, b, c] = corners;
   const Vec3<T> ab = b - a, ac = c - a, bc = c - b;
   const T twice_area = glm::length(glm::cross(ab, ac));
   const T farthest = std::sqrt(std::max({glm::dot(a, a), glm::dot(b, b), glm::dot(c, c)}));
   const T distance = T(6) * position_error + T(8) * std::numeric_limits<T>::epsilon() * farthest;
   // Over the heights of the corners above the edges that they are opposite to.
-  const auto margin = [&](const Vec3<T>& edge) {
-    const T wanted = distance * glm::length(edge);
-    return wanted < twice_area / T(3) ? wanted / twice_area : T(0);
+  const auto margin = [&](unsigned edge, const Vec3<T>& along) {
+    const T wanted = distance * glm::length(along);
+    return (sharp >> edge & 1U) != 0 && wanted < twice_area / T(3) ? wanted / twice_area : T(0);
   };
-  return {margin(bc), margin(ac), margin(ab)};
+  return {margin(0, bc), margin(1, ac), margin(2, ab)};
 }
 
 /// The largest of the three: no point whose coordinates are all above it needs to be moved.
 template <std::floating_point T>
-[[nodiscard]] inline T largest_edge_margin(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c,
-                                           T position_error) noexcept {
-  const Vec3<T> margins = edge_margins(a, b, c, position_error);
+[[nodiscard]] inline T largest_edge_margin(const std::array<Vec3<T>, 3>& corners, SharpEdges sharp, T position_error) {
+  const Vec3<T> margins = edge_margins(corners, sharp, position_error);
   return std::max({margins.x, margins.y, margins.z});
 }
 
-/// The barycentric coordinates `weights`, moved off the edges where they are too near to one.
+/// The barycentric coordinates `weights`, moved off the sharp edges where they are too near to one. Rarely needed, and out
+/// of the way of what is.
 template <std::floating_point T>
-[[nodiscard]] inline Vec3<T> keep_off_edges(const Vec3<T>& weights, const Vec3<T>& a, const Vec3<T>& b,
-                                            const Vec3<T>& c, T position_error) noexcept {
-  const Vec3<T> margins = edge_margins(a, b, c, position_error);
-  const Vec3<T> moved(std::max(weights.x, margins.x), std::max(weights.y, margins.y), std::max(weights.z, margins.z));
+[[nodiscard, gnu::noinline, gnu::cold]] Vec3<T> keep_off_edges(const Vec3<T>& weights,
+                                                               const std::array<Vec3<T>, 3>& corners, SharpEdges sharp,
+                                                               T position_error) {
+  const Vec3<T> moved = glm::max(weights, edge_margins(corners, sharp, position_error));
   return moved * (T(1) / (moved.x + moved.y + moved.z));
+}
+
+/// The sharp edges of every triangle: those that have both ends in common with one of another triangle, at an angle that
+/// matters for the errors of positions. Which mesh a triangle is of makes no difference. Linear in the number of triangles
+/// but for a sort.
+template <std::floating_point T>
+[[nodiscard]] std::vector<SharpEdges> find_sharp_edges(std::span<const std::array<Vec3<T>, 3>> triangles,
+                                                       std::span<const T> position_errors) {
+  struct Edge {
+    std::uint64_t ends;  ///< a hash of the two
+    std::uint32_t triangle, opposite;
+  };
+  const auto hash_of = [](const Vec3<T>& at) {
+    std::uint64_t hash = 0;
+    for (int axis = 0; axis < 3; ++axis) {  // + 0 makes one of both zeros
+      hash = (hash ^ std::bit_cast<std::uint64_t>(static_cast<double>(at[axis]) + 0.0)) * 0x9E3779B97F4A7C15U;
+      hash ^= hash >> 29U;
+    }
+    return hash;
+  };
+  std::vector<Edge> edges;
+  edges.reserve(3 * triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const std::array<std::uint64_t, 3> ends{hash_of(triangles[i][0]), hash_of(triangles[i][1]),
+                                            hash_of(triangles[i][2])};
+    for (std::uint32_t k = 0; k < 3; ++k) edges.push_back({ends[(k + 1) % 3] + ends[(k + 2) % 3], i, k});
+  }
+  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+    return a.ends != b.ends ? a.ends < b.ends : 3ULL * a.triangle + a.opposite < 3ULL * b.triangle + b.opposite;
+  });
+
+  // From the edge into the triangle, perpendicular to it.
+  const auto inward = [&](const Edge& edge) {
+    const auto& corners = triangles[edge.triangle];
+    const glm::dvec3 from(corners[(edge.opposite + 1) % 3]), to(corners[(edge.opposite + 2) % 3]);
+    const glm::dvec3 along = glm::normalize(to - from), up = glm::dvec3(corners[edge.opposite]) - from;
+    return glm::normalize(up - along * glm::dot(up, along));
+  };
+  const auto is_sharp = [&](const Edge& edge, const glm::dvec3& here, const glm::dvec3& there) {
+    const double cosine = -glm::dot(here, there);  // of the bend from the one to the other
+    if (cosine < -0.985) return false;             // folded together: a point between them is nowhere off both
+    if (cosine < 0.966) return true;               // 15°; several such bends around a corner make a point of it
+    T farthest = 0;
+    for (const Vec3<T>& corner : triangles[edge.triangle]) farthest = std::max(farthest, glm::length(corner));
+    const double rounding = 4 * static_cast<double>(std::numeric_limits<T>::epsilon() * farthest);
+    const double error = static_cast<double>(position_errors[edge.triangle]);
+    return 2 * rounding * glm::length(glm::cross(here, there)) > error * cosine;
+  };
+  constexpr std::size_t most = 8;  // of triangles at one edge that each is compared with
+  std::vector<SharpEdges> result(triangles.size());
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+    while (end < edges.size() && edges[end].ends == edges[begin].ends) ++end;
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t j = i + 1; j < std::min(end, i + most); ++j) {
+        const glm::dvec3 one = inward(edges[i]), other = inward(edges[j]);
+        for (const std::size_t edge : {i, j})
+          if (is_sharp(edges[edge], one, other))
+            result[edges[edge].triangle] |= static_cast<SharpEdges>(1U << edges[edge].opposite);
+      }
+  }
+  return result;
 }
 
 }  // namespace gmis::scene

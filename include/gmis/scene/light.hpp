@@ -21,9 +21,10 @@ class Light {
   using Spectrum = Vec3<T>;
   using Point = SurfacePoint<T>;
 
-  /// One triangle of a mesh; `normal` is unit.
+  /// One triangle of a mesh; `normal` is unit. Points are kept off the `sharp` edges.
   [[nodiscard]] static Light triangle(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c, const Vec3<T>& normal,
-                                      T position_error, const Spectrum& radiance, bool two_sided) noexcept {
+                                      T position_error, const Spectrum& radiance, bool two_sided,
+                                      SharpEdges sharp = 0) noexcept {
     Light light(Kind::triangle, radiance);
     light.origin_ = a;
     light.edge_b_ = b - a;
@@ -32,7 +33,12 @@ class Light {
     light.position_error_ = position_error;
     light.is_two_sided_ = two_sided;
     light.inverse_area_ = T(2) / glm::length(glm::cross(light.edge_b_, light.edge_c_));
-    light.edge_margin_ = largest_edge_margin(a, b, c, position_error);
+    // Drawn from a triangle that is as much smaller as keeps it off the sharp edges.
+    const Vec3<T> margins = edge_margins({a, b, c}, sharp, position_error);
+    const T rest = T(1) - (margins.x + margins.y + margins.z);
+    light.origin_ = a * (margins.x + rest) + b * margins.y + c * margins.z;
+    light.edge_b_ = light.edge_b_ * rest;
+    light.edge_c_ = light.edge_c_ * rest;
     return light;
   }
   [[nodiscard]] static Light sphere(const Vec3<T>& center, T radius, bool normal_points_inward, T position_error,
@@ -241,12 +247,7 @@ class Light {
   /// Uniform per area.
   [[nodiscard]] Point uniform_point(const Vec2<T>& uv) const noexcept {
     if (kind_ == Kind::sphere) return on_sphere(square_to_sphere(uv));
-    Vec2<T> b = square_to_triangle(uv);
-    if (std::min(T(1) - b.x - b.y, std::min(b.x, b.y)) < edge_margin_) {
-      const Vec3<T> moved = keep_off_edges(Vec3<T>(T(1) - b.x - b.y, b.x, b.y), origin_, origin_ + edge_b_,
-                                           origin_ + edge_c_, position_error_);
-      b = {moved.y, moved.z};
-    }
+    const Vec2<T> b = square_to_triangle(uv);
     return {origin_ + edge_b_ * b.x + edge_c_ * b.y, normal_, normal_, position_error_};
   }
 
@@ -328,7 +329,6 @@ class Light {
   T side_ = 1;          ///< −1 where a sphere's normal points inward
   T inverse_area_ = 0;  ///< of the surface; of the scene's disk
   T position_error_ = 0;
-  T edge_margin_ = 0;  ///< of a triangle
   T selection_probability_ = 0;
   SpotCone<T> cone_{};
   const EnvironmentMap<T>* map_ = nullptr;

@@ -163,10 +163,15 @@ class SceneBuilder {
     constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
     radius = radius > 0 ? radius * (1 + 64 * unit) + 8 * unit * glm::length(center) : 1.0;
 
+    std::vector<T> errors;
+    for (const auto& triangle : corners)
+      errors.push_back(position_error(triangle, glm::normalize(area_normal(triangle))));
+    const std::vector<SharpEdges> sharp = find_sharp_edges<T>(corners, errors);
+
     BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build();
     scene.bvh_ = std::move(built.bvh);
-    add_lights(scene, corners, kept, balls, origin, Vec3<T>(center), static_cast<T>(radius));
-    fill_slots(scene, built, corners, kept, balls);
+    add_lights(scene, corners, sharp, kept, balls, origin, Vec3<T>(center), static_cast<T>(radius));
+    fill_slots(scene, built, corners, sharp, kept, balls);
     scene.effects_ = derived_effects(scene, kept);
 
     SceneStatistics& statistics = scene.statistics_;
@@ -293,8 +298,9 @@ class SceneBuilder {
 
   /// One light per emitting primitive, then the others.
   void add_lights(BvhScene<T>& scene, const std::vector<TriangleCorners<T>>& corners,
-                  const std::vector<std::uint32_t>& kept, const std::vector<SphereShape<T>>& balls,
-                  const glm::dvec3& origin, const Vec3<T>& center, T radius) const {
+                  const std::vector<SharpEdges>& sharp, const std::vector<std::uint32_t>& kept,
+                  const std::vector<SphereShape<T>>& balls, const glm::dvec3& origin, const Vec3<T>& center,
+                  T radius) const {
     std::vector<Light<T>>& lights = scene.lights_;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const std::size_t surface = triangles_[kept[i]].surface;
@@ -303,7 +309,7 @@ class SceneBuilder {
       const glm::dvec3 normal = glm::normalize(area_normal(corners[i]));
       lights.push_back(Light<T>::triangle(corners[i][0], corners[i][1], corners[i][2], Vec3<T>(normal),
                                           position_error(corners[i], normal), Vec3<T>(emission.radiance),
-                                          emission.is_two_sided));
+                                          emission.is_two_sided, sharp[i]));
     }
     for (std::size_t i = 0; i < balls.size(); ++i) {
       if (!emits(spheres_[i].surface)) continue;
@@ -333,7 +339,8 @@ class SceneBuilder {
   }
 
   void fill_slots(BvhScene<T>& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
-                  const std::vector<std::uint32_t>& kept, const std::vector<SphereShape<T>>& balls) const {
+                  const std::vector<SharpEdges>& sharp, const std::vector<std::uint32_t>& kept,
+                  const std::vector<SphereShape<T>>& balls) const {
     // Lights were added in the order of the shapes.
     std::uint32_t next_light = 0;
     std::vector<std::uint32_t> light_of_triangle(corners.size(), no_light), light_of_sphere(balls.size(), no_light);
@@ -344,6 +351,7 @@ class SceneBuilder {
     const auto light_at = [&](std::uint32_t number) { return number == no_light ? nullptr : &scene.lights_[number]; };
 
     scene.triangles_.resize(built.triangle_in_slot.size());
+    scene.sharp_edges_.resize(built.triangle_in_slot.size());
     for (std::size_t slot = 0; slot < built.triangle_in_slot.size(); ++slot) {
       const std::uint32_t i = built.triangle_in_slot[slot];
       if (i == BuiltBvh<T>::empty_slot) continue;
@@ -356,7 +364,8 @@ class SceneBuilder {
                   &scene.materials_[surfaces_[source.surface].material],
                   light_at(light_of_triangle[i]),
                   BvhScene<T>::Triangle::flat,
-                  largest_edge_margin(corners[i][0], corners[i][1], corners[i][2], error)};
+                  largest_edge_margin(corners[i], sharp[i], error)};
+      scene.sharp_edges_[slot] = sharp[i];
       if (!source.has_normals) continue;
       triangle.vertex_normals = static_cast<std::uint32_t>(scene.vertex_normals_.size());
       for (const glm::dvec3& n : source.normals) {
