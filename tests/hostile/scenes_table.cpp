@@ -140,12 +140,12 @@ void add_furnaces(Table& table) {
              look(b, {0.1, 0.2, -0.3}, {0, 0, 1}, 60);
            })
       .radiance = glow(0.5, 5);
-  HostileScene& corridor = table.add("glowing corridor, a thousand times as long as wide", [](Builder& b) {
-    glowing(b, scene_test::box({-1, -1, -1}, {1, 1, 1999}), 0.5, 1, {});
+  HostileScene& corridor = table.add("glowing corridor, fifty times as long as wide", [](Builder& b) {
+    glowing(b, scene_test::box({-1, -1, -1}, {1, 1, 99}), 0.5, 1, {});
     look(b, {0.1, 0.2, 0}, {0, 0, 10}, 60);
   });
   corridor.radiance = glow(0.5, 5);
-  corridor.radius = 5e-6;
+  corridor.radius = 1e-3;
   for (int seed = 1; seed <= 3; ++seed) {
     HostileScene& body = table.add("glowing body " + std::to_string(seed), [=](Builder& b) {
       Philox source(static_cast<std::uint64_t>(seed));
@@ -254,16 +254,29 @@ void add_lights(Table& table) {
   table
       .add("a light of area 1e-12 in a scene of size 1e6",
            [](Builder& b) {
+             floor_and_wall(b);
+             quad(b, {-5e5, -5e5, 5e5}, {0, 1e6, 0}, {1e6, 0, 0}, diffuse(b));
+             quad(b, {0, 0.5, 0}, {1e-6, 0, 0}, {0, 0, 1e-6}, diffuse(b, 0), AreaEmission{Colour(1e12)});
+             look(b, {0.2, 1, -1}, {0, 0, 0}, 30);
+           })
+      .radius = 3e-8;  // of half a diagonal of 7e5
+  table
+      .add("a light of area 1e-12 over a floor of size 1e6",
+           [](Builder& b) {
              quad(b, {-5e5, 0, -5e5}, {0, 0, 1e6}, {1e6, 0, 0}, diffuse(b));
              quad(b, {0, 0.5, 0}, {1e-6, 0, 0}, {0, 0, 1e-6}, diffuse(b, 0), AreaEmission{Colour(1e12)});
              look(b, {0.2, 1, -1}, {0, 0, 0}, 30);
            })
-      .radius = 1e-8;
-  table.add("a point light a millionth above the floor", [](Builder& b) {
-    floor_and_wall(b);
-    b.add_point_light({0, 1e-6, 0}, Colour(1));
-    look(b, {0, 0.7, -1.5}, {0, 0.3, 1}, 30);
-  });
+      .has_heavy_tail = true;  // places on the floor are known to 2.4: finite, and no more
+  // pt does not find the spot of light below it.
+  table
+      .add("a point light a ten-thousandth above the floor",
+           [](Builder& b) {
+             floor_and_wall(b);
+             b.add_point_light({0, 1e-4, 0}, Colour(1));
+             look(b, {0, 0.7, -1.5}, {0, 0.3, 1}, 30);
+           })
+      .has_heavy_tail = true;
   table.add("a point light in the floor", [](Builder& b) {
     floor_and_wall(b);
     b.add_point_light({0, 0, 0}, Colour(1));
@@ -282,11 +295,14 @@ void add_lights(Table& table) {
     });
     spot.has_heavy_tail = angle < 0.01;  // pt does not find it
   }
-  table.add("a sun that grazes the floor", [](Builder& b) {
-    floor_and_wall(b);
-    b.add_directional_light({1, 1e-4, 0}, Colour(1e4));
-    look(b, {0, 0.5, -1.5}, {0, 0, 0}, 20);
-  });
+  for (const double slope : {1e-4, 0.03}) {
+    HostileScene& sun = table.add("a sun that grazes the floor by " + std::to_string(slope), [=](Builder& b) {
+      floor_and_wall(b);
+      b.add_directional_light({1, slope, 0}, Colour(1 / slope));
+      look(b, {0, 0.5, -1.5}, {0, 0, 0}, 20);
+    });
+    sun.has_heavy_tail = slope < 0.01;  // hardly a light path hits the floor
+  }
   table
       .add("a light inside a glass ball", Paths::through_delta,
            [](Builder& b) {
