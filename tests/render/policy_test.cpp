@@ -86,6 +86,18 @@ TEST_CASE("Past the limit the run ends early with exit code 1, says why, and kee
   }
 }
 
+TEST_CASE("What a pilot rejects is listed as well") {
+  const ScratchFolder folder;
+  const std::string scene = "'" GMIS_TEST_SCENE_FOLDER "/too_bright.pbrt' --size 16x16 --integrator auto ";
+  const Outcome outcome =
+      run(folder, scene + "--iterations 4 --quiet --max-rejected inf --list-rejected --out a.pfm --stats s.json");
+  CHECK(outcome.exit_code == 0);
+  const Json json = Json::parse(text_of(folder / "s.json"));
+  REQUIRE(json["rejected"]["non_finite"] >= 16);
+  CHECK(line_count(outcome.out) == 16);
+  CHECK(outcome.out.find("rejected 1:") == 0);
+}
+
 TEST_CASE("The limit is the user's") {
   const ScratchFolder folder;
   const std::string common = too_bright + "--iterations 3 --quiet --out a.pfm --stats s.json --max-rejected ";

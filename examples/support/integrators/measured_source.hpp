@@ -33,11 +33,14 @@ class MeasuredSource final : public FrameSource {
       counters_ += chosen_->counters();
       seconds_ = pilot_seconds_;
       seconds_ += chosen_->seconds();
+      rejections_ = pilot_rejections_;
+      rejections_.append(chosen_->rejections());
       return;
     }
     pilot_->iterate(executor);
     counters_ = pilot_->engine().counters();
     seconds_ = pilot_->engine().seconds();
+    rejections_ = pilot_->engine().rejections();
   }
   void continue_after(std::uint32_t) override {}  // nothing comes before a pilot
   [[nodiscard]] std::span<const Spectrum> frame() const override {
@@ -46,9 +49,7 @@ class MeasuredSource final : public FrameSource {
   [[nodiscard]] const Counters& counters() const override { return counters_; }
   /// Not told apart: classes are not asked of a source that measures.
   [[nodiscard]] const Counters& light_work() const override { return light_work_; }
-  [[nodiscard]] const RejectionLog& rejections() const override {
-    return chosen_ ? chosen_->rejections() : pilot_->engine().rejections();
-  }
+  [[nodiscard]] const RejectionLog& rejections() const override { return rejections_; }
   [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
   [[nodiscard]] std::size_t photon_bytes() const override {
     return chosen_ ? chosen_->photon_bytes() : pilot_->engine().photon_bytes();
@@ -82,6 +83,7 @@ class MeasuredSource final : public FrameSource {
     chosen_ = start_candidate(choice_.forecasts[choice_.chosen].candidate, built_, request_);
     chosen_->continue_after(pilot_iterations);
     pilot_counters_ = pilot_->engine().counters();
+    pilot_rejections_ = pilot_->engine().rejections();
     pilot_seconds_ = pilot_->engine().seconds();
     pilot_.reset();
   }
@@ -93,6 +95,7 @@ class MeasuredSource final : public FrameSource {
   MeasuredChoice choice_;
   Counters counters_, pilot_counters_, light_work_;
   PhaseSeconds seconds_, pilot_seconds_;
+  RejectionLog rejections_, pilot_rejections_;
 };
 
 }  // namespace gmis::tools

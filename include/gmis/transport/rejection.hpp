@@ -57,13 +57,16 @@ class RejectionLog {
       paths_.push_back({path, 1, cause, technique});
   }
 
-  /// Those of paths that come later, which all belong to `iteration`.
+  /// Those of paths that come later.
+  void append(const RejectionLog& later) {
+    const std::size_t room = std::min(later.paths_.size(), capacity - paths_.size());
+    paths_.insert(paths_.end(), later.paths_.begin(), later.paths_.begin() + static_cast<std::ptrdiff_t>(room));
+  }
+  /// Those that all belong to `iteration`, whatever they say themselves.
   void append(const RejectionLog& later, std::uint32_t iteration) {
-    for (RejectedPath rejected : later.paths_) {
-      if (paths_.size() == capacity) return;
-      rejected.path.iteration = iteration;
-      paths_.push_back(rejected);
-    }
+    const std::size_t first = paths_.size();
+    append(later);
+    for (std::size_t i = first; i < paths_.size(); ++i) paths_[i].path.iteration = iteration;
   }
 
  private:
