@@ -77,7 +77,7 @@ gmis::PathDensities<Wide> path_densities(const SyntheticPath<T>& path) {
 }
 
 /// Runs the recursion along the path from both ends, as a renderer would, and gives the weight of any technique.
-template <class T, class Heuristic>
+template <class T, class Heuristic, class Sums = gmis::WholeSum<T>>
 class RecursiveWeights {
  public:
   RecursiveWeights(const SyntheticPath<T>& path, const gmis::TechniqueCounts<T>& counts)
@@ -96,12 +96,14 @@ class RecursiveWeights {
                                               path.to_area_from_light[j], camera_density(j - 1));
   }
 
-  [[nodiscard]] T weight(const gmis::TechniqueIndex& technique) const {
+  [[nodiscard]] auto weight(const gmis::TechniqueIndex& technique) const {
     const auto k = static_cast<std::size_t>(path_.edges());
     const auto s = static_cast<std::size_t>(technique.s);
     if (technique.is_merge)
       return weights_.merge(light_[s], path_.reverse[s], camera_[s], s == k - 1, path_.forward[s]);
-    if (s == 0) return k == 1 ? T(1) : weights_.emitter_hit(camera_[0], path_.origin, path_.next_event, path_.first);
+    if (s == 0)
+      return k == 1 ? weights_.seen_directly()
+                    : weights_.emitter_hit(camera_[0], path_.origin, path_.next_event, path_.first);
     if (s == 1)
       return weights_.next_event(camera_[1], k == 2, path_.origin, path_.next_event,
                                  path_.light_can_be_hit ? camera_density(0) : T(0), light_density(1), path_.forward[1]);
@@ -120,8 +122,10 @@ class RecursiveWeights {
   }
 
   const SyntheticPath<T>& path_;
-  gmis::WeightRecursion<T, Heuristic> weights_;
-  std::vector<gmis::PartialWeights<T>> light_, camera_;
+  using Recursion = gmis::WeightRecursion<T, Heuristic, Sums>;
+  Recursion weights_;
+  std::vector<typename Recursion::LightPartial> light_;
+  std::vector<typename Recursion::CameraPartial> camera_;
 };
 
 }  // namespace gmis_test

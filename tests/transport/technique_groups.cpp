@@ -1,0 +1,138 @@
+#include "gmis/transport/technique_groups.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "gmis/transport/candidate.hpp"
+#include "support/catch.hpp"
+#include "support/seed.hpp"
+#include "transport/synthetic_path.hpp"
+
+// Sums by groups: from one run of the recursion, the weights under any other counts, against the brute-force sum over all
+// techniques with those counts in long double.
+
+namespace {
+
+using Wide = long double;
+
+/// The technique of an index, on a path of k edges.
+gmis::Technique technique_of(const gmis::TechniqueIndex& index, int k) {
+  if (index.is_merge) return gmis::Technique::merge;
+  if (index.s == 0) return gmis::Technique::emitter_hit;
+  if (index.s == 1) return gmis::Technique::next_event;
+  return index.s == k ? gmis::Technique::splat : gmis::Technique::connect;
+}
+
+template <class T>
+gmis::TechniqueCounts<T> scaled(gmis::TechniqueCounts<T> counts, const gmis::PerGroup<T>& factors) {
+  const auto factor = [&](gmis::Technique t) { return factors[static_cast<std::size_t>(gmis::group_of(t))]; };
+  counts.emitter_hit *= factor(gmis::Technique::emitter_hit);
+  counts.next_event *= factor(gmis::Technique::next_event);
+  counts.connect *= factor(gmis::Technique::connect);
+  counts.splat *= factor(gmis::Technique::splat);
+  counts.merge *= factor(gmis::Technique::merge);
+  return counts;
+}
+
+template <class T>
+double worst_error(int paths, std::uint64_t seed) {
+  std::mt19937_64 source(gmis_test::seed(seed));
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const auto log_uniform = [&](double low, double high) {
+    return static_cast<T>(std::pow(10.0, low + (high - low) * unit(source)));
+  };
+  double worst = 0.0;
+  for (int n = 0; n < paths; ++n) {
+    const int edges = 1 + n % 10;
+    const auto path = gmis_test::random_path<T>(source, edges, 1.5, 0.25);
+    const gmis::TechniqueCounts<T> counts{T(1), T(1), log_uniform(-1.0, 1.0), log_uniform(0.0, 4.0),
+                                          log_uniform(-3.0, 3.0)};
+    gmis::PerGroup<T> factors{T(1), T(0), T(0), T(0)};
+    for (std::size_t g = 1; g < factors.size(); ++g)
+      if (unit(source) > 0.25) factors[g] = log_uniform(-1.0, 1.0);
+    const gmis_test::RecursiveWeights<T, gmis::BalanceRatio, gmis::GroupSums<T>> recursion(path, counts);
+
+    const auto made = gmis::technique_densities(gmis_test::path_densities<Wide>(path), counts);
+    const auto wanted = gmis::technique_densities(gmis_test::path_densities<Wide>(path), scaled(counts, factors));
+    Wide total = 0;
+    for (const auto& technique : wanted) total += technique.density;
+    for (std::size_t i = 0; i < made.size(); ++i) {
+      if (made[i].density == 0) continue;  // it never makes this path, so no weight is asked for
+      const gmis::GroupDensities<T> densities = recursion.weight(made[i].technique);
+      REQUIRE(densities.own == gmis::group_of(technique_of(made[i].technique, edges)));
+      const T sum = densities.total(factors);
+      if (total == 0) {
+        REQUIRE(sum == T(0));
+        continue;
+      }
+      // All densities over this technique's own, before its count was changed.
+      const Wide expected = total / made[i].density;
+      worst = std::max(worst, static_cast<double>(std::abs(static_cast<Wide>(sum) / expected - 1)));
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("Sums by groups give the weights under any counts", "[weights][pilot]") {
+  CHECK(worst_error<double>(20000, 41) < 1e-12);
+  CHECK(worst_error<float>(20000, 42) < 1e-5);
+}
+
+TEST_CASE("The factors of a candidate are its counts over those that were made", "[pilot]") {
+  const gmis::Candidate made{1.0, 2, true, true};
+  using Factors = gmis::PerGroup<double>;
+  CHECK(gmis::count_factors<double>(made, made) == Factors{1, 1, 1, 1});
+  CHECK(gmis::count_factors<double>({0.25, 4, true, false}, made) == Factors{1, 2, 0.25, 0});
+  CHECK(gmis::count_factors<double>({2.0, 0, true, true}, made) == Factors{1, 0, 2, 2});
+  CHECK(gmis::count_factors<double>({0.0, 0, false, false}, made) == Factors{1, 0, 0, 0});
+}
+
+TEST_CASE("What a candidate costs follows from the work of the pilot, side by side", "[pilot]") {
+  gmis::WorkBySide work;
+  work.light.rays = 1000;
+  work.light.shadow_rays = 500;
+  work.light.photons_stored = 800;
+  work.camera.rays = 2000;
+  work.camera.shadow_rays = 3000;  // of them for connections:
+  work.camera.connection_rays = 1200;
+  work.camera.connections = 4000;
+  work.camera.merge_queries = 1500;
+  work.camera.merges = 6000;
+  const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0};
+  const gmis::Candidate made{1.0, 2, true, true};
+  CHECK(gmis::predicted_cost({0.0, 0, false, false}, made, work, costs) == 2000 + 0.5 * 1800);
+  CHECK(gmis::predicted_cost(made, made, work, costs) ==
+        2000 + 0.5 * 1800 + 1000 + 0.5 * 500 + 4.0 * 800 + 0.25 * 4000 + 0.5 * 1200 + 2.0 * 1500 + 0.125 * 6000);
+  CHECK(gmis::predicted_cost({0.5, 1, true, false}, made, work, costs) ==
+        2000 + 0.5 * 1800 + 0.5 * (1000 + 0.5 * 500 + 4.0 * 800) + 0.5 * (0.25 * 4000 + 0.5 * 1200));
+  CHECK(gmis::predicted_cost({2.0, 0, true, false}, made, work, costs) == 2000 + 0.5 * 1800 + 2 * (1000 + 0.5 * 500));
+}
+
+TEST_CASE("The best candidate has the least work of those that miss no light", "[pilot]") {
+  const auto forecast = [](double variance, double squared_bias, double cost, double missing) {
+    return gmis::Forecast{{}, variance, squared_bias, cost, missing};
+  };
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), forecast(2, 0, 4, 0), forecast(0.5, 0, 30, 0)}, 64) == 1);
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), forecast(2, 0, 4, 0.01)}, 64) == 0);
+  CHECK(gmis::best_of({forecast(2, 0, 4, 0.01), forecast(1, 0, 10, 0)}, 64) == 1);
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0.3), forecast(2, 0, 40, 0.2)}, 64) == 1);
+  // A bias does not fall with the iterations.
+  CHECK(gmis::best_of({forecast(1, 0.01, 10, 0), forecast(1.2, 0, 10, 0)}, 4) == 0);
+  CHECK(gmis::best_of({forecast(1, 0.01, 10, 0), forecast(1.2, 0, 10, 0)}, 64) == 1);
+}
+
+TEST_CASE("Every candidate has its place, and none on the light side when nothing is traced there", "[pilot]") {
+  const auto all = gmis::all_candidates({});
+  CHECK(all.size() == 1 + 4 * 4 * 2);
+  for (const auto& candidate : all)
+    if (!candidate.traces_light()) CHECK((candidate.connections == 0 && !candidate.splats && !candidate.merges));
+  gmis::CandidateCounts few;
+  few.light_paths = {1.0};
+  few.connections = {2};
+  few.merges = {true};
+  CHECK(gmis::all_candidates(few) == std::vector<gmis::Candidate>{{1.0, 2, true, true}});
+}
