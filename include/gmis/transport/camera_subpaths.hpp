@@ -56,12 +56,13 @@ class CameraSubpath {
   // Numbers of one vertex and child: the techniques' and the scattering's. 2 · 256 < 1024.
   static constexpr std::uint32_t numbers_per_child = 1024;
 
+  /// `edge` is used up.
   template <UniformSource Source>
-  void follow(Edge edge, Source& source, std::uint32_t first_number) {
+  void follow(Edge& edge, Source& source, std::uint32_t first_number) {
     for (; edge.depth <= context_.max_depth; ++edge.depth) {
       ++output_.counters.rays;
-      auto hit = edge.depth == 1 ? first_hit(context_.scene, edge.from, edge.step.to_next)
-                                 : context_.scene.intersect(leave(edge.from, edge.step.to_next));
+      auto hit = context_.scene.intersect(leave(edge.from, edge.step.to_next));
+      if (edge.depth == 1) pass_start(context_.scene, edge.from, edge.step.to_next, hit);
       if (!hit) {
         escape(edge);
         return;
@@ -121,8 +122,8 @@ class CameraSubpath {
       ++child;
       const auto path = after_event(edge.path, vertex.hit.bsdf, step.is_delta);
       if (!context_.filter.keeps_camera(path)) return;
-      follow(Edge{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth + 1, true, path},
-             source, numbers_per_child * child);
+      Edge next{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth + 1, true, path};
+      follow(next, source, numbers_per_child * child);
     });
   }
 
