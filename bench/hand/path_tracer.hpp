@@ -8,11 +8,13 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/scene/bvh_scene.hpp"
+#include "gmis/transport/first_hit.hpp"
 
 /// \file
 /// A path tracer as one writes it over the built-in scene without this library's transport: next event and emitter hits,
 /// combined by the balance heuristic, roulette by albedo. It draws the same random numbers in the same order, so that it
-/// makes the same picture but for rounding. Nothing is counted and nothing is checked, but that a pixel is finite.
+/// makes the same picture but for rounding; it passes a surface that the camera stands in. Nothing is counted and nothing is
+/// checked, but that a pixel is finite.
 
 namespace hand {
 
@@ -52,7 +54,8 @@ struct PathTracer {
     float last_density = 0;     // per steradian
 
     for (int depth = 1; depth <= max_depth; ++depth) {
-      const auto hit = scene.intersect(gmis::leave(from, direction));
+      auto hit = scene.intersect(gmis::leave(from, direction));
+      if (depth == 1) gmis::pass_start(scene, from, direction, hit);
       if (!hit) {
         for (const auto* light : scene.infinite_lights()) {
           if (light->is_delta()) continue;

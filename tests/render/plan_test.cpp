@@ -196,7 +196,7 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
     });
     REQUIRE(images.size() > 10);
     for (const std::string list : {"no-caustics", "direct-only", "indirect-only", "emission-only", "no-specular",
-                                   "no-mirrored", "no-glossy", "caustics-only", "LS+DS+E-only"}) {
+                                   "no-mirrored", "no-glossy", "caustics-only", "LS+DE-only"}) {
       CAPTURE(name_of(integrator), list);
       const RenderRequest switched = with_effects(request, list);
       const auto part = rendered(*scene, switched, 1);
@@ -209,11 +209,14 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
         worst = std::max(worst, gmis::max_channel(glm::dvec3(difference / (1e-3 + sum))));
         brightest = std::max(brightest, gmis::max_channel(sum));
       }
-      CHECK(brightest > 0);
       CHECK(worst < 1e-5);  // sums of some hundred floats
-      CHECK(part->counters().rays < whole->counters().rays);
-      CHECK(part->counters().contributions < whole->counters().contributions);
-      CHECK(part->counters().shadow_rays < whole->counters().shadow_rays);
+      const Counters &less = part->counters(), &all = whole->counters();
+      CHECK(less.contributions < all.contributions);
+      // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's do.
+      const bool has_light_side = integrator == IntegratorChoice::vcm;
+      if (has_light_side) CHECK(brightest > 0);
+      CHECK((has_light_side ? less.rays < all.rays : less.rays <= all.rays));
+      CHECK((has_light_side ? less.shadow_rays < all.shadow_rays : less.shadow_rays <= all.shadow_rays));
     }
   }
 }
