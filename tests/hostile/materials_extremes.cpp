@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <complex>
 #include <cstdio>
 #include <limits>
@@ -96,7 +97,8 @@ void check_samples(const std::vector<Named<T>>& materials, int count) {
   double worst_weight = 0;
   for (const auto& [name, material] : materials) {
     // The same in double.
-    const auto oracle = std::find_if(wide.begin(), wide.end(), [&](const auto& m) { return m.first == name; });
+    const auto oracle =
+        std::find_if(wide.begin(), wide.end(), [&wanted = name](const auto& m) { return m.first == wanted; });
     REQUIRE(oracle != wide.end());
     for (int i = 0; i < count; ++i) {
       const Vec3<T> normal(0, 0, 1);
