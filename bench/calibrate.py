@@ -1,0 +1,64 @@
+"""Fits processor time to counted operations over scenes and integrators that do them in different proportions.
+
+Relative least squares with coefficients that are not negative, by coordinate descent. Prints each operation's cost as a
+multiple of a ray's, beside the constant in the source, and how far the fit is from the times it was made of.
+"""
+
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+SCENES = ["cornell", "paper1", "paper3", "bench/scenes/one_point_light.pbrt", "bench/scenes/all_glossy.pbrt"]
+RUNS = [["pt"], ["lt"], ["bpt", "--connections", "1"], ["bpt", "--connections", "4"], ["vcm", "--connections", "1"],
+        ["vcm", "--connections", "4"], ["vcm", "--connections", "1", "--radius", "0.01"], ["bpm"], ["ppm"]]
+# The operation and how many of it were done.
+OPERATIONS = {
+    "ray": lambda c: c["rays"],
+    "shadow_ray": lambda c: c["shadow_rays"],
+    "connection": lambda c: c["connections"],
+    "merge_query": lambda c: c["merge_queries"],
+    "merge": lambda c: c["merges"],
+    "photon_stored": lambda c: c["photons_stored"],
+}
+
+
+def measure(renderer, scene, run, folder):
+    stats = pathlib.Path(folder) / "stats.json"
+    subprocess.run([renderer, scene, "--integrator", *run, "--size", "64x64", "--time", "1", "--threads", "1", "--quiet",
+                    "--out", str(stats.with_suffix(".pfm")), "--stats", str(stats)], check=True)
+    facts = json.loads(stats.read_text())
+    return facts["seconds"]["cpu"], [count(facts["counts"]) for count in OPERATIONS.values()]
+
+
+def fit(rows):
+    """Minimises Σ (Σ x_j n_j / t − 1)² over x ≥ 0."""
+    scaled = [[n / time for n in counts] for time, counts in rows]
+    x = [0.0] * len(OPERATIONS)
+    for _ in range(20000):
+        for j in range(len(x)):
+            square = sum(row[j] ** 2 for row in scaled)
+            if square == 0:
+                continue
+            rest = sum(row[j] * (1 - sum(a * b for k, (a, b) in enumerate(zip(x, row)) if k != j)) for row in scaled)
+            x[j] = max(0.0, rest / square)
+    errors = [sum(a * b for a, b in zip(x, row)) - 1 for row in scaled]
+    return x, errors
+
+
+def main():
+    source = pathlib.Path("include/gmis/transport/operation_costs.hpp").read_text()
+    with tempfile.TemporaryDirectory() as folder:
+        rows = [measure(sys.argv[1], scene, run, folder) for scene in SCENES for run in RUNS]
+    x, errors = fit(rows)
+    print(f"{'operation':14} {'here':>6} {'source':>7}")
+    for name, cost in zip(OPERATIONS, x):
+        constant = re.search(rf"double {name} = ([0-9.]+);", source).group(1)
+        print(f"{name:14} {cost / x[0]:6.2f} {float(constant):7.2f}")
+    print(f"a ray takes {1e9 * x[0]:.0f} ns; the fit is off by {100 * (sum(e * e for e in errors) / len(errors)) ** 0.5:.0f} % "
+          f"(root mean square), at most {100 * max(map(abs, errors)):.0f} %, over {len(rows)} runs")
+
+
+main()
