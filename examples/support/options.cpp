@@ -69,7 +69,7 @@ void require_above_zero(const char* option, double value) {
 
 /// The options as text, before they are checked.
 struct RawOptions {
-  std::string integrator = "gmis", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
+  std::string integrator = "auto", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
               iterations;
   std::string replay, aov;
   double seconds = 0, relative_error = 0;
@@ -78,8 +78,9 @@ struct RawOptions {
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene", options.scene, "A .pbrt file or the name of a built-in scene");
   app.add_flag("--list-scenes", options.list_scenes, "Print the names of the built-in scenes");
-  app.add_option("--integrator", raw.integrator,
-                 "auto (what the scene calls for), pt, lt, bpt, ppm, bpm, vcm or gmis (the default)");
+  app.add_option(
+      "--integrator", raw.integrator,
+      "auto (what the scene calls for and what pays in it; the default), pt, lt, bpt, ppm, bpm, vcm or gmis");
   app.add_option("--split", raw.split, "How gmis splits subpaths: none, paper, budgeted (the default) or adaptive");
   app.add_option("--camera-split", options.camera_split,
                  "Children of the first non-specular camera vertex, with gmis (1; adaptive: measured)");
@@ -224,8 +225,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   const auto given = [&](const char* option) { return app.count(option) > 0; };
 
-  if ((given("--effects") || given("--aov")) && !given("--integrator"))
-    raw.integrator = name_of(IntegratorChoice::automatic);
+  // What only gmis does asks for it.
+  if ((given("--split") || given("--scheme") || given("--camera-split")) && !given("--integrator"))
+    raw.integrator = name_of(IntegratorChoice::gmis);
   options.integrator = integrator_of(raw.integrator);
   options.split = split_of(raw.split);
   if (options.integrator != IntegratorChoice::gmis) {

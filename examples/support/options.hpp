@@ -28,7 +28,7 @@ struct PathChoice {
 struct Options {
   std::string scene;
   bool list_scenes = false;
-  IntegratorChoice integrator = IntegratorChoice::gmis;
+  IntegratorChoice integrator = IntegratorChoice::automatic;
   SplitChoice split = SplitChoice::budgeted;
   Scheme scheme = Scheme::N3;
   std::optional<std::array<int, 2>> size;

@@ -129,7 +129,7 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
 TEST_CASE("The statistics hold every key that scripts rely on") {
   const ScratchFolder folder;
   REQUIRE(run(folder, small + "--quiet --out ref.pfm").exit_code == 0);
-  const Json json = statistics(folder, small + "--seed 9 --reference ref.pfm");
+  const Json json = statistics(folder, small + "--integrator gmis --seed 9 --reference ref.pfm");
   for (const char* key : {"/integrator",
                           "/plan",
                           "/version",
@@ -189,6 +189,25 @@ TEST_CASE("The statistics hold every key that scripts rely on") {
   CHECK(bpt["counts"]["grids_built"] == 0);
   // One iteration knows nothing of its variance.
   CHECK(statistics(folder, "cornell --size 8x8 --iterations 1")["estimate"]["variance"].is_null());
+}
+
+TEST_CASE("Without an integrator, auto chooses; what only gmis does asks for gmis") {
+  const ScratchFolder folder;
+  const Json json = statistics(folder, "cornell --size 16x16 --iterations 4");
+  CHECK(json["integrator"] == "auto");
+  REQUIRE(json.contains("choice"));
+  CHECK(json["choice"]["pilot_iterations"] == 2);
+  CHECK(json["choice"]["pilot_share"].get<double>() > 0.1);
+  CHECK(json["choice"]["pilot_share"].get<double>() < 1.0);
+  CHECK(json["choice"]["forecasts"].size() == 1 + 4 * 4);  // nothing to merge in that scene
+  CHECK(statistics(folder, small + "--scheme R3")["integrator"] == "gmis");
+  CHECK(statistics(folder, small + "--split paper")["integrator"] == "gmis");
+  const auto explained = run(folder, "cornell --size 16x16 --iterations 4 --explain --out a.pfm");
+  CHECK(explained.exit_code == 0);
+  CHECK(explained.out.find("measured    in 2 iterations") != std::string::npos);
+  CHECK(explained.out.find("for the same error with") != std::string::npos);
+  CHECK(run(folder, "cornell --size 16x16 --replay 1:5").exit_code == 2);
+  CHECK(run(folder, "cornell --size 16x16 --replay 3:5").exit_code == 0);
 }
 
 TEST_CASE("The image named by --out is the one the statistics speak of, in every format") {
