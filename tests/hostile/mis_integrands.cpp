@@ -103,6 +103,18 @@ struct Cell {
   double pdf(double x) const { return x >= low && x < low + width ? 1.0 / width : 0.0; }
 };
 
+/// Uniform on [0, 1), with a fault for its density above one half; given itself or by its logarithm.
+struct FaultyDensity {
+  double fault;
+  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
+  double pdf(double x) const { return x > 0.5 ? fault : 1.0; }
+};
+struct FaultyLogarithm {
+  double fault;
+  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
+  double log_pdf(double x) const { return x > 0.5 ? fault : 0.0; }
+};
+
 }  // namespace
 
 TEST_CASE("hostile: an integrand that is negative, in part and altogether", "[hostile]") {
@@ -228,5 +240,43 @@ TEST_CASE("hostile: proposals of which some never cover part of f", "[hostile]")
   for (const Scheme scheme : gmis::all_schemes) {
     CHECK(partly.allows(scheme) == !gmis::needs_full_support(scheme));
     CHECK_FALSE(not_at_all.allows(scheme));
+  }
+}
+
+// Half of the samples have no usable density: counted by cause, and the other half is what is estimated.
+TEST_CASE("hostile: faulty densities by logarithms, and under a heuristic", "[hostile]") {
+  constexpr double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  std::uint64_t above = 0;
+  const auto f = [](double) { return 1.0; };
+  const auto count_above = [&](double x) { return above += x > 0.5 ? 1U : 0U, 1.0; };
+  const auto check = [&](const auto& estimate, bool is_zero) {
+    CHECK(above > 0);
+    CHECK(estimate.rejected.zero_density == (is_zero ? above : 0));
+    CHECK(estimate.rejected.non_finite_density == (is_zero ? 0 : above));
+    CHECK(estimate.mean == Approx(1.0 - static_cast<double>(above) / static_cast<double>(estimate.samples)));
+  };
+  const std::vector<std::uint32_t> twice{2, 2};
+  const gmis::Shares<double> shares(twice);
+  for (const double fault : {-infinity, nan, infinity}) {
+    CAPTURE(fault);
+    const bool is_zero = fault == -infinity;
+    const std::array<FaultyLogarithm, 2> logarithms{{{fault}, {fault}}};
+    const std::array<FaultyDensity, 2> densities{{{is_zero ? 0.0 : fault}, {is_zero ? 0.0 : fault}}};
+    const std::array<FaultyDensity, 2> sound{{{1.0}, {1.0}}};
+    for (const Scheme scheme : gmis::all_schemes) {
+      gmis::Philox source(3), same_source(3);
+      above = 0;
+      static_cast<void>(gmis::estimate(scheme, count_above, sound, 50, same_source));
+      check(gmis::estimate(scheme, f, logarithms, 50, source), is_zero);
+    }
+    gmis::Philox source(3), same_source(3), once_more(3);
+    above = 0;
+    static_cast<void>(gmis::estimate_weighted(gmis::Power{}, count_above, sound, 50, same_source, shares));
+    check(gmis::estimate_weighted(gmis::Power{}, f, densities, 50, source, shares), is_zero);
+    check(gmis::estimate_weighted(gmis::Power{}, f, logarithms, 50, once_more, shares), is_zero);
+
+    const auto coverage = gmis::check_coverage(f, densities, std::array{0.25, 0.75});
+    CHECK(coverage.uncovered == (is_zero ? 1U : 0U));
+    CHECK(coverage.non_finite == (is_zero ? 0U : 1U));
   }
 }
