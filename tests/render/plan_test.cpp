@@ -168,11 +168,19 @@ TEST_CASE("an engine that classifies all paths makes the same bits as one that d
     CHECK(plain->counters().shadow_rays == classified->counters().shadow_rays);
     std::size_t with_class = 0, without = 0;
     const PathClassSet occurring = plan_for_scene(*scene, request.settings).occurring;
-    std::size_t unexpected = 0;
+    std::size_t unexpected = 0, wrong_depth = 0;
     classified->for_each_contribution([&](const auto& contribution) {
+      const gmis::TechniqueId& id = contribution.id;
       ++with_class;
-      unexpected += occurring.contains(contribution.id.path_class) ? 0 : 1;
+      unexpected += occurring.contains(id.path_class) ? 0 : 1;
+      // As many events as the path has vertices between its ends.
+      const int edges = id.s + id.t - (id.technique == Technique::merge ? 2 : 1);
+      const auto features = gmis::features_of(id.path_class);
+      const bool has_specular = features.specular_at_light || features.specular_between || features.specular_at_camera;
+      const int least = gmis::least_depth(id.path_class);
+      wrong_depth += edges < least || (edges > least && !has_specular && features.scatterings < 2) ? 1 : 0;
     });
+    CHECK(wrong_depth == 0);
     plain->for_each_contribution(
         [&](const auto& contribution) { without += contribution.id.path_class == PathClass::unclassified ? 1 : 0; });
     CHECK(with_class > 0);
