@@ -29,6 +29,7 @@ class CameraSubpath {
   template <UniformSource Source>
   void trace(glm::ivec2 pixel, std::size_t number, Source source) {
     ++output_.counters.camera_paths;
+    if (context_.max_depth < 1) return;
     number_ = number;
     source.at_vertex(0);
     const Vec2<T> uv_pixel(uniform<T>(source), uniform<T>(source));
@@ -59,7 +60,7 @@ class CameraSubpath {
   /// `edge` is used up.
   template <UniformSource Source>
   void follow(Edge& edge, Source& source, std::uint32_t first_number) {
-    for (; edge.depth <= context_.max_depth; ++edge.depth) {
+    for (;; ++edge.depth) {  // to `max_depth`
       ++output_.counters.rays;
       auto hit = context_.scene.intersect(leave(edge.from, edge.step.to_next));
       if (edge.depth == 1) pass_start(context_.scene, edge.from, edge.step.to_next, hit);
@@ -107,7 +108,7 @@ class CameraSubpath {
       edge.throughput = edge.throughput * next->weight;
       edge.from = vertex.hit.point;
       edge.weights_behind = vertex.weights;
-      edge.is_past_first = edge.is_past_first || !is_specular;
+      if constexpr (I::Split::splits) edge.is_past_first = edge.is_past_first || !is_specular;
     }
   }
 
