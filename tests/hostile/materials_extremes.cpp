@@ -158,8 +158,8 @@ void check_samples(const std::vector<Named<T>>& materials, int count) {
 }
 
 TEMPLATE_TEST_CASE("hostile: samples of materials at the ends of their ranges", "[hostile][materials]", float, double) {
-  check_samples<TestType>(reflecting_materials<TestType>(), 3000);
-  check_samples<TestType>(glasses<TestType>(), 3000);
+  check_samples<TestType>(reflecting_materials<TestType>(), 1500);
+  check_samples<TestType>(glasses<TestType>(), 1500);
 }
 
 TEMPLATE_TEST_CASE("hostile: values for any two directions are finite, reciprocal and reversed", "[hostile][materials]",
@@ -172,7 +172,7 @@ TEMPLATE_TEST_CASE("hostile: values for any two directions are finite, reciproca
   for (const auto& [name, material] : materials) {
     const Vec3<T> normal(0, 0, 1);
     const SurfaceBsdf<T> bsdf(material, normal, normal);
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 1000; ++i) {
       const auto random_direction = [&] {
         const T side = uniform<T>(source) < T(0.5) ? T(1) : T(-1);
         return at_cosine(side * hard_cosine<T>(source), T(6.28) * uniform<T>(source));
@@ -221,36 +221,38 @@ double integral_of_density(const Material<double>& material, const Vec3<double>&
     const double d = half.z * half.z * (a2 - 1) + 1;
     return half.z > 0 ? a2 / (pi<double> * d * d) * half.z / (4 * std::abs(glm::dot(half, to_prev))) : 0.0;
   };
-  constexpr int side = 400;
+  // A lattice without rows: of the edge of the lobe, where it dips below the horizon, a grid would make too much.
+  constexpr int count = 60'000;
   double sum = 0;
   const auto add = [&](const Vec3<double>& w) {
     if (!(w.z > 0)) return;
     const double pdf = bsdf.evaluate(to_prev, w, TransportMode::radiance).pdf.forward.value;
     if (pdf > 0) sum += pdf / (w.z / pi<double> + (is_diffuse ? 0 : lobe_density(w)));
   };
-  for (int i = 0; i < side; ++i)
-    for (int j = 0; j < side; ++j) {
-      const double u = (i + 0.5) / side, v = 2 * pi<double> * (j + 0.5) / side;
-      const auto around = [&](double cosine) {
-        const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-        return Vec3<double>(sine * std::cos(v), sine * std::sin(v), cosine);
-      };
-      add(around(std::sqrt(1 - u)));
-      if (is_diffuse) continue;
-      if (is_phong) {
-        add(Frame<double>::around(mirrored).to_world(around(std::pow(1 - u, 1 / (n + 1)))));
-      } else {
-        const Vec3<double> half = around(std::sqrt((1 - u) / (1 + (a2 - 1) * u)));
-        if (glm::dot(half, to_prev) > 0) add(glm::normalize(half * (2 * glm::dot(half, to_prev)) - to_prev));
-      }
+  for (int i = 0; i < count; ++i) {
+    double whole = 0;
+    const double u = std::modf(0.5 + i * 0.7548776662466927, &whole);
+    const double v = 2 * pi<double> * std::modf(0.5 + i * 0.5698402909980532, &whole);
+    const auto around = [&](double cosine) {
+      const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+      return Vec3<double>(sine * std::cos(v), sine * std::sin(v), cosine);
+    };
+    add(around(std::sqrt(1 - u)));
+    if (is_diffuse) continue;
+    if (is_phong) {
+      add(Frame<double>::around(mirrored).to_world(around(std::pow(1 - u, 1 / (n + 1)))));
+    } else {
+      const Vec3<double> half = around(std::sqrt((1 - u) / (1 + (a2 - 1) * u)));
+      if (glm::dot(half, to_prev) > 0) add(glm::normalize(half * (2 * glm::dot(half, to_prev)) - to_prev));
     }
-  return sum / (side * side);
+  }
+  return sum / count;
 }
 
 TEST_CASE("hostile: densities integrate to the chance of a sample, and no energy is made", "[hostile][materials]") {
   // 5 standard errors, some 250 comparisons: false alarms once in 7,000 runs.
   Philox source(523);
-  constexpr int samples = 20'000;
+  constexpr int samples = 10'000;
   double worst = 0;
   int cases = 0;
   for (const auto& [name, material] : reflecting_materials<double>())
@@ -314,7 +316,7 @@ TEST_CASE("hostile: rough glass of index 0.5 and 3 draws what it states", "[host
   CheckSettings settings;
   settings.samples = 40'000;
   settings.bins = 200;
-  settings.precision = 1e-6;
+  settings.precision = 1e-5;
   for (const double eta : {0.5, 3.0})
     for (const double alpha : {0.15, 0.5, 1.0}) {
       const auto material = make_dielectric<double>(eta, alpha);
