@@ -2,6 +2,7 @@
 #include <complex>
 #include <cstdio>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -112,22 +113,31 @@ void check_samples(const std::vector<Named<T>>& materials, int count) {
       const auto sample = bsdf.sample(to_prev, u, uv, mode);
       if (!sample) continue;
       ++drawn;
-      CAPTURE(name, to_prev.z, u, uv.x, uv.y);
+      // Only where it is needed: there are many samples.
+      const auto where = [&, &of = name] {
+        std::ostringstream text;
+        text << of << ", cos " << to_prev.z << ", u " << u << ", uv " << uv.x << ' ' << uv.y << ": ";
+        return text.str();
+      };
       for (int c = 0; c < 3; ++c)
-        if (!(std::isfinite(sample->weight[c]) && sample->weight[c] >= T(0))) FAIL("weight " << sample->weight[c]);
-      if (!(std::abs(glm::length(sample->to_next) - T(1)) < T(2e-6))) FAIL("length " << glm::length(sample->to_next));
+        if (!(std::isfinite(sample->weight[c]) && sample->weight[c] >= T(0)))
+          FAIL(where() << "weight " << sample->weight[c]);
+      if (!(std::abs(glm::length(sample->to_next) - T(1)) < T(2e-6)))
+        FAIL(where() << "length " << glm::length(sample->to_next));
       const T forward = sample->pdf.forward.value, reverse = sample->pdf.reverse.value;
       if (!(std::isfinite(forward) && forward > T(0) && std::isfinite(reverse) && reverse >= T(0)))
-        FAIL("densities " << forward << ", " << reverse);
+        FAIL(where() << "densities " << forward << ", " << reverse);
       if (sample->is_delta) {
-        if (!(forward <= T(1) && reverse <= T(1))) FAIL("chances " << forward << ", " << reverse);
+        if (!(forward <= T(1) && reverse <= T(1))) FAIL(where() << "chances " << forward << ", " << reverse);
         continue;
       }
       // What the sampler says is what evaluate says, and that is what it says in double.
       const auto value = bsdf.evaluate(to_prev, sample->to_next, mode);
       const T weight = value.value.x * std::abs(sample->to_next.z);
-      if (!(std::abs(weight - sample->weight.x * forward) <= T(1e-4) * weight)) FAIL("weight against f " << weight);
-      if (!(value.pdf.forward.value == forward)) FAIL("density " << forward << " against " << value.pdf.forward.value);
+      if (!(std::abs(weight - sample->weight.x * forward) <= T(1e-4) * weight))
+        FAIL(where() << "weight against f " << weight);
+      if (!(value.pdf.forward.value == forward))
+        FAIL(where() << "density " << forward << " against " << value.pdf.forward.value);
       // No single sample carries more than a few times the light: densities are those of the lobes that f has.
       const T scale = mode == TransportMode::importance || sample->eta == T(1) ? T(1) : sample->eta * sample->eta;
       worst_weight = std::max(worst_weight, static_cast<double>(sample->weight.x * scale));
@@ -148,7 +158,7 @@ void check_samples(const std::vector<Named<T>>& materials, int count) {
                                (1 + 1 / std::max(width, 1e-3)) *
                                (1 + 1 / std::abs(oracle->second.eta - 1 + (oracle->second.eta == 1 ? 1 : 0)));
       const double error = std::abs(static_cast<double>(forward) / exact.pdf.forward.value - 1);
-      if (!(error < tolerance)) FAIL("density off by " << error << ", tolerance " << tolerance);
+      if (!(error < tolerance)) FAIL(where() << "density off by " << error << ", tolerance " << tolerance);
     }
   }
   std::printf("%s: %zu materials, %llu samples, largest weight %.3g\n", sizeof(T) == 4 ? "float" : "double",
@@ -184,10 +194,9 @@ TEMPLATE_TEST_CASE("hostile: values for any two directions are finite, reciproca
       if (i % 3 == 1) b = glm::normalize(Vec3<T>(-a.x, -a.y, a.z) + b * std::pow(T(10), T(-6) * uniform<T>(source)));
       const auto there = bsdf.evaluate(a, b, TransportMode::radiance);
       const auto back = bsdf.evaluate(b, a, TransportMode::importance);
-      CAPTURE(name, a.x, a.y, a.z, b.x, b.y, b.z);
       for (const T x : {there.value.x, there.value.y, there.value.z, there.pdf.forward.value, there.pdf.reverse.value,
                         back.value.x, back.pdf.forward.value})
-        if (!(std::isfinite(x) && x >= T(0))) FAIL("value " << x);
+        if (!(std::isfinite(x) && x >= T(0))) FAIL(name << ": value " << x << " for cosines " << a.z << " and " << b.z);
       const auto differ = [](T x, T y) {
         const T larger = std::max(x, y);
         // Where there is next to nothing, relative to what there is next to nothing.
