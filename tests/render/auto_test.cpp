@@ -32,8 +32,8 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
 std::unique_ptr<BuiltScene> scene_of(const std::string& world) {
   Diagnostics diagnostics;
   const std::string text = R"(
-LookAt 0 2 -4  0 .6 0  0 1 0
-Camera "perspective" "float fov" 45
+LookAt 0 4.5 -3  0 .3 0  0 1 0
+Camera "perspective" "float fov" 28
 Film "rgb" "integer xresolution" 24 "integer yresolution" 24
 WorldBegin
 )" + ground + world;
@@ -55,11 +55,11 @@ const std::string lamp = R"(
 AttributeBegin
   Material "diffuse" "rgb reflectance" [ 0 0 0 ]
   AreaLightSource "diffuse" "rgb L" [ 9 9 9 ]
-  Translate 0 3 0
+  Translate 2 3 .5
   Shape "bilinearmesh" "point3 P" [ -.5 0 -.5  .5 0 -.5  -.5 0 .5  .5 0 .5 ]
 AttributeEnd
 )";
-const std::string point_light = R"(LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ .5 3 -.5 ]
+const std::string point_light = R"(LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ 1.2 3.5 .8 ]
 )";
 const std::string glass_ball = R"(
 AttributeBegin
@@ -156,6 +156,7 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
                                                  << " connections, merging " << some[c].merges);
       const double expected = relative_variance(all[c], all[0].mean) / relative_variance(all[0], all[0].mean);
       const double ratio = forecasts[c].variance / forecasts[0].variance;
+      CAPTURE(ratio, expected);
       CHECK(std::abs(std::log(ratio / expected)) < std::log(1.25));
       CHECK(std::abs(std::log(forecasts[c].cost / forecasts[0].cost * cost[0] / cost[c])) < std::log(1.05));
       CHECK(forecasts[c].missing_share == 0.0);
@@ -174,13 +175,15 @@ TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]
     CHECK(candidate.traces_light());
     CHECK(candidate.merges);  // seen through the ball, the caustic is for merging alone
   }
-  gmis::Pilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, gmis::all_candidates({}));
-  for (int i = 0; i < 2; ++i) pilot.iterate(executor);
+  gmis::RenderSettings settings = request.settings;
+  settings.radius *= 5;  // more is merged, so that few iterations see it
+  gmis::Pilot<BuiltScene::SceneType> pilot(scene->scene(), settings, gmis::all_candidates({}));
+  for (int i = 0; i < 8; ++i) pilot.iterate(executor);
   for (const Forecast& forecast : pilot.forecasts()) {
     if (forecast.candidate.merges)
       CHECK(forecast.missing_share == 0.0);
     else
-      CHECK(forecast.missing_share > 0.001);
+      CHECK(forecast.missing_share > gmis::negligible_share);
   }
 }
 
@@ -222,7 +225,7 @@ TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto]") {
       const double difference = mean_of(a[k]) - mean_of(b[k]);
       INFO("block " << k << ": " << mean_of(a[k]) << " and " << mean_of(b[k]));
       // 27 comparisons at 1e-3 in all are 4.1 standard errors each.
-      CHECK(std::abs(difference) < 4.1 * std::sqrt(error_of(a[k]) + error_of(b[k])) + 0.01 * mean_of(a[k]));
+      CHECK(std::abs(difference) <= 4.1 * std::sqrt(error_of(a[k]) + error_of(b[k])) + 0.01 * mean_of(a[k]));
     }
   }
 }
