@@ -114,7 +114,7 @@ TEST_CASE("The pilot's picture is that of vcm with the same counts", "[auto]") {
   RenderRequest request = request_for(*scene, IntegratorChoice::vcm);
   request.settings.connections = 2;
   const auto vcm = start(*scene, request);
-  gmis::Pilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, gmis::all_candidates({}));
+  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, gmis::all_candidates({}));
   for (int i = 0; i < 2; ++i) {
     vcm->iterate(executor);
     pilot.iterate(executor);
@@ -138,7 +138,7 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
     const std::vector<Candidate> some{{1.0, 1, true, true},  {0.0, 0, false, false}, {0.25, 0, true, false},
                                       {0.5, 1, true, false}, {1.0, 4, true, false},  {0.25, 0, true, true},
                                       {2.0, 2, true, true}};
-    gmis::Pilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, some);
+    gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, some);
     for (int i = 0; i < 64; ++i) pilot.iterate(executor);
     const std::vector<Forecast> forecasts = pilot.forecasts();
     std::vector<Measured> all;
@@ -177,7 +177,7 @@ TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]
   }
   gmis::RenderSettings settings = request.settings;
   settings.radius *= 5;  // more is merged, so that few iterations see it
-  gmis::Pilot<BuiltScene::SceneType> pilot(scene->scene(), settings, gmis::all_candidates({}));
+  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, gmis::all_candidates({}));
   for (int i = 0; i < 8; ++i) pilot.iterate(executor);
   for (const Forecast& forecast : pilot.forecasts()) {
     if (forecast.candidate.merges)

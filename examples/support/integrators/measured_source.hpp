@@ -71,7 +71,7 @@ class MeasuredSource final : public FrameSource {
   }
 
  private:
-  using PilotType = Pilot<BuiltScene::SceneType, Base>;
+  using PilotType = RenderPilot<BuiltScene::SceneType, Base>;
   static constexpr std::uint32_t pilot_iterations = 2;
 
   void choose() {

@@ -216,7 +216,7 @@ struct PilotOf : Base {
 
 /// Renders with the techniques of `Base`, two iterations at least, and forecasts what every candidate would give.
 template <Scene Sc, class Base = integrators::Vcm, class Source = Philox>
-class Pilot {
+class RenderPilot {
  public:
   using S = typename Sc::Spectrum;
 
@@ -224,8 +224,8 @@ class Pilot {
   static constexpr Candidate made{1.0, 2, true, Base::template has<Merge>};
   using EngineType = Engine<Sc, PilotOf<Base>, false, Source>;
 
-  Pilot(const Sc& scene, RenderSettings settings, std::vector<Candidate> candidates,
-        std::optional<PixelBounds> crop = std::nullopt)
+  RenderPilot(const Sc& scene, RenderSettings settings, std::vector<Candidate> candidates,
+              std::optional<PixelBounds> crop = std::nullopt)
       : candidates_(std::move(candidates)), engine_(scene, settings_of_pilot(settings), crop) {
     shape_.grid = PilotGrid(scene.camera().resolution());
     shape_.count = candidates_.size();
@@ -240,8 +240,8 @@ class Pilot {
     squared_bias_.assign(shape_.count, 0.0);
     missing_.assign(shape_.count, 0.0);
   }
-  Pilot(const Pilot&) = delete;
-  Pilot& operator=(const Pilot&) = delete;
+  RenderPilot(const RenderPilot&) = delete;
+  RenderPilot& operator=(const RenderPilot&) = delete;
 
   [[nodiscard]] const EngineType& engine() const noexcept { return engine_; }
   [[nodiscard]] std::uint32_t iterations() const noexcept { return engine_.iteration(); }
