@@ -443,7 +443,7 @@ TEST_CASE("What the scene has and calls for is said, in words and in the statist
 
 TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   const ScratchFolder folder;
-  const Outcome told = run(folder, small + "--explain --out a.pfm");
+  const Outcome told = run(folder, small + "--integrator gmis --explain --out a.pfm");
   CHECK(told.exit_code == 0);
   for (const char* part : {"integrator  gmis", "8x8", "budgeted", "after 2 iterations", "wrote a.pfm"}) {
     CAPTURE(part);
