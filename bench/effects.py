@@ -105,8 +105,8 @@ def describe(stats):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--renderer", required=True)
-    parser.add_argument("--time", type=float, default=3, help="seconds of a run")
-    parser.add_argument("--reference-time", type=float, default=40, help="seconds of each half of a reference")
+    parser.add_argument("--time", type=float, default=2, help="seconds of a run")
+    parser.add_argument("--reference-time", type=float, default=20, help="seconds of each half of a reference")
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--size", default="64x64")
     parser.add_argument("--scenes", nargs="*", default=list(SCENES), choices=list(SCENES))
