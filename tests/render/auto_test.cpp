@@ -68,6 +68,13 @@ AttributeBegin
   Shape "sphere" "float radius" .7
 AttributeEnd
 )";
+const std::string metal_ball = R"(
+AttributeBegin
+  Material "conductor" "rgb reflectance" [ .9 .9 .9 ] "float roughness" .15 "bool remaproughness" false
+  Translate 0 .8 0
+  Shape "sphere" "float radius" .7
+AttributeEnd
+)";
 const std::string diffuse_ball = R"(
 AttributeBegin
   Translate .4 .8 .3
@@ -75,36 +82,56 @@ AttributeBegin
 AttributeEnd
 )";
 
-/// Mean and variance of one iteration, of the mean over channels, for every pixel.
-struct Measured {
-  std::vector<double> mean, variance;
+/// Of one iteration, relative to the squared values as they really are: the variance, and how well it is known.
+struct Variance {
+  double value = 0, relative_error = 0;
 };
 
-Measured measured(FrameSource& source, int iterations, ThreadedExecutor& executor) {
-  Measured result;
-  for (int i = 1; i <= iterations; ++i) {
-    source.iterate(executor);
-    const auto frame = source.frame();
-    result.mean.resize(frame.size());
-    result.variance.resize(frame.size());
-    for (std::size_t p = 0; p < frame.size(); ++p) {
-      const double value = static_cast<double>(gmis::mean_channel(frame[p]));
-      const double before = value - result.mean[p];
-      result.mean[p] += before / i;
-      result.variance[p] += before * (value - result.mean[p]);
+/// Batches of iterations, each with a variance for every pixel, of the mean over channels.
+class Measured {
+ public:
+  static constexpr int batches = 10, iterations = 20;
+
+  Measured(FrameSource& source, ThreadedExecutor& executor) : variance_(batches) {
+    for (auto& variance : variance_) {
+      std::vector<double> mean;
+      for (int i = 1; i <= iterations; ++i) {
+        source.iterate(executor);
+        const auto frame = source.frame();
+        mean.resize(frame.size());
+        variance.resize(frame.size());
+        for (std::size_t p = 0; p < frame.size(); ++p) {
+          const double value = static_cast<double>(gmis::mean_channel(frame[p]));
+          const double before = value - mean[p];
+          mean[p] += before / i;
+          variance[p] += before * (value - mean[p]) / (iterations - 1);
+        }
+      }
+      mean_.resize(mean.size());
+      for (std::size_t p = 0; p < mean.size(); ++p) mean_[p] += mean[p] / batches;
     }
   }
-  for (double& v : result.variance) v /= iterations - 1;
-  return result;
-}
 
-/// Relative to the squared values as they really are.
-double relative_variance(const Measured& m, const std::vector<double>& truth) {
-  double mean_square = 0, sum = 0;
-  for (const double v : truth) mean_square += v * v / static_cast<double>(truth.size());
-  for (std::size_t p = 0; p < truth.size(); ++p) sum += m.variance[p] / (truth[p] * truth[p] + 0.01 * mean_square);
-  return sum / static_cast<double>(truth.size());
-}
+  [[nodiscard]] const std::vector<double>& mean() const { return mean_; }
+  [[nodiscard]] Variance variance(const std::vector<double>& truth) const {
+    double mean_square = 0;
+    for (const double v : truth) mean_square += v * v / static_cast<double>(truth.size());
+    double sum = 0, squares = 0;
+    for (const auto& variance : variance_) {
+      double relative = 0;
+      for (std::size_t p = 0; p < truth.size(); ++p)
+        relative += variance[p] / (truth[p] * truth[p] + 0.01 * mean_square) / static_cast<double>(truth.size());
+      sum += relative;
+      squares += relative * relative;
+    }
+    const double mean = sum / batches;
+    return {mean, std::sqrt(std::max(0.0, squares / batches - mean * mean) / (batches - 1)) / mean};
+  }
+
+ private:
+  std::vector<std::vector<double>> variance_;
+  std::vector<double> mean_;
+};
 
 }  // namespace
 
@@ -129,10 +156,10 @@ TEST_CASE("The pilot's picture is that of vcm with the same counts", "[auto]") {
 }
 
 TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto]") {
+  int told = 0;  // comparisons that say something: a variance with a heavy tail is hard to measure
   // Many iterations of the pilot, so that what is compared is the estimator and not its noise.
-  for (const std::string& world : {lamp + diffuse_ball, lamp + glass_ball}) {
+  for (const std::string& world : {lamp + diffuse_ball, lamp + metal_ball}) {
     const auto scene = scene_of(world);
-    const bool has_glass = world == lamp + glass_ball;
     ThreadedExecutor executor(1);
     RenderRequest request = request_for(*scene);
     const std::vector<Candidate> some{{1.0, 1, true, true},  {0.0, 0, false, false}, {0.25, 0, true, false},
@@ -146,22 +173,28 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
     request.settings.seed = 99;
     for (const Candidate& candidate : some) {
       const auto source = start_candidate(candidate, *scene, request);
-      all.push_back(measured(*source, 200, executor));
-      cost.push_back(gmis::cost_of(source->counters()) / 200);
+      all.emplace_back(*source, executor);
+      cost.push_back(gmis::cost_of(source->counters()) / (Measured::batches * Measured::iterations));
     }
+    const Variance first = all[0].variance(all[0].mean());
     for (std::size_t c = 0; c < some.size(); ++c) {
-      // Path tracing alone meets the caustic so rarely that 200 iterations do not tell its variance.
-      if (has_glass && !some[c].traces_light()) continue;
-      INFO((has_glass ? "glass, " : "diffuse, ") << some[c].light_paths << " light paths, " << some[c].connections
-                                                 << " connections, merging " << some[c].merges);
-      const double expected = relative_variance(all[c], all[0].mean) / relative_variance(all[0], all[0].mean);
+      INFO((world == lamp + metal_ball ? "metal, " : "diffuse, ")
+           << some[c].light_paths << " light paths, " << some[c].connections << " connections, merging "
+           << some[c].merges);
+      const Variance own = all[c].variance(all[0].mean());
+      const double expected = own.value / first.value;
       const double ratio = forecasts[c].variance / forecasts[0].variance;
-      CAPTURE(ratio, expected);
-      CHECK(std::abs(std::log(ratio / expected)) < std::log(1.25));
+      // Four standard errors of the measurement (beside which the pilot's own noise is small), and 15 % for its picture,
+      // by which it divides, being noisy.
+      const double tolerance = std::log(1.15) + 4 * std::hypot(own.relative_error, first.relative_error);
+      CAPTURE(ratio, expected, tolerance);
+      CHECK(std::abs(std::log(ratio / expected)) < tolerance);
+      told += tolerance < 0.5 ? 1 : 0;
       CHECK(std::abs(std::log(forecasts[c].cost / forecasts[0].cost * cost[0] / cost[c])) < std::log(1.05));
       CHECK(forecasts[c].missing_share == 0.0);
     }
   }
+  CHECK(told >= 10);
 }
 
 TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]") {
