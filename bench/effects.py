@@ -122,11 +122,11 @@ def main():
             jobs = {}
             for seed in range(options.seeds):
                 for label, extra in configurations.items():
-                    place = options.out / f"{name}_{label.replace(' ', '_')}_{seed}"
+                    place = str(options.out / f"{name}_{label.replace(' ', '_')}_{seed}")
                     jobs[label, seed] = pool.submit(
                         render, options, scene,
                         [*extra, "--time", str(options.time), "--seed", str(seed), "--reference", str(reference), "--out",
-                         f"{place}.pfm"], place.with_suffix(".json"))
+                         place + ".pfm"], pathlib.Path(place + ".json"))
             runs = {key: job.result() for key, job in jobs.items()}
             work = {}
             for measure in ("relmse", "relmse_trimmed"):
