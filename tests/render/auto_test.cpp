@@ -68,13 +68,6 @@ AttributeBegin
   Shape "sphere" "float radius" .7
 AttributeEnd
 )";
-const std::string metal_ball = R"(
-AttributeBegin
-  Material "conductor" "rgb reflectance" [ .9 .9 .9 ] "float roughness" .15 "bool remaproughness" false
-  Translate 0 .8 0
-  Shape "sphere" "float radius" .7
-AttributeEnd
-)";
 const std::string diffuse_ball = R"(
 AttributeBegin
   Translate .4 .8 .3
@@ -156,18 +149,16 @@ TEST_CASE("The pilot's picture is that of vcm with the same counts", "[auto]") {
 }
 
 TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto]") {
-  int told = 0;  // comparisons that say something: a variance with a heavy tail is hard to measure
-  // Many iterations of the pilot, so that what is compared is the estimator and not its noise.
-  for (const std::string& world : {lamp + diffuse_ball, lamp + metal_ball}) {
-    const auto scene = scene_of(world);
+  int told = 0;  // comparisons that say something
+  // No fireflies here: a variance with a heavy tail is hard to measure. Many iterations of the pilot, so that what is compared is the estimator and not its noise.
+  {
+    const auto scene = scene_of(lamp + diffuse_ball);
     ThreadedExecutor executor(1);
     RenderRequest request = request_for(*scene);
     const std::vector<Candidate> some{{1.0, 1, true, true},  {0.0, 0, false, false}, {0.25, 0, true, false},
                                       {0.5, 1, true, false}, {1.0, 4, true, false},  {0.25, 0, true, true},
                                       {2.0, 2, true, true}};
-    gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, some);
-    for (int i = 0; i < 64; ++i) pilot.iterate(executor);
-    const std::vector<Forecast> forecasts = pilot.forecasts();
+    const gmis::RenderSettings settings = request.settings;
     std::vector<Measured> all;
     std::vector<double> cost;
     request.settings.seed = 99;
@@ -176,25 +167,24 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
       all.emplace_back(*source, executor);
       cost.push_back(gmis::cost_of(source->counters()) / (Measured::batches * Measured::iterations));
     }
-    const Variance first = all[0].variance(all[0].mean());
+    gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, some);
+    pilot.compare_with(all[0].mean());
+    for (int i = 0; i < 64; ++i) pilot.iterate(executor);
+    const std::vector<Forecast> forecasts = pilot.forecasts();
     for (std::size_t c = 0; c < some.size(); ++c) {
-      INFO((world == lamp + metal_ball ? "metal, " : "diffuse, ")
-           << some[c].light_paths << " light paths, " << some[c].connections << " connections, merging "
-           << some[c].merges);
+      INFO(some[c].light_paths << " light paths, " << some[c].connections << " connections, merging "
+                               << some[c].merges);
       const Variance own = all[c].variance(all[0].mean());
-      const double expected = own.value / first.value;
-      const double ratio = forecasts[c].variance / forecasts[0].variance;
-      // Four standard errors of the measurement (beside which the pilot's own noise is small), and 15 % for its picture,
-      // by which it divides, being noisy.
-      const double tolerance = std::log(1.15) + 4 * std::hypot(own.relative_error, first.relative_error);
-      CAPTURE(ratio, expected, tolerance);
-      CHECK(std::abs(std::log(ratio / expected)) < tolerance);
-      told += tolerance < 0.5 ? 1 : 0;
+      // Four standard errors of the measurement, and as much again for the pilot's own noise.
+      const double tolerance = 0.03 + 6 * own.relative_error;
+      CAPTURE(forecasts[c].variance, own.value, tolerance);
+      CHECK(std::abs(std::log(forecasts[c].variance / own.value)) < tolerance);
+      told += tolerance < 0.2 ? 1 : 0;
       CHECK(std::abs(std::log(forecasts[c].cost / forecasts[0].cost * cost[0] / cost[c])) < std::log(1.05));
       CHECK(forecasts[c].missing_share == 0.0);
     }
   }
-  CHECK(told >= 10);
+  CHECK(told >= 6);
 }
 
 TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]") {

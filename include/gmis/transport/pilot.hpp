@@ -246,6 +246,10 @@ class RenderPilot {
   [[nodiscard]] const EngineType& engine() const noexcept { return engine_; }
   [[nodiscard]] std::uint32_t iterations() const noexcept { return engine_.iteration(); }
 
+  /// The picture that variance is relative to the square of, where it is known: by rows, the mean over channels. Without
+  /// it the pilot's own.
+  void compare_with(std::vector<double> picture) { picture_ = std::move(picture); }
+
   /// One more iteration; its picture is that of the engine.
   template <Executor E>
   void iterate(E& executor) {
@@ -356,7 +360,9 @@ class RenderPilot {
       const double tile = tile_mean[shape_.grid.tile(a.pixels[i])];
       const double value = 0.5 * static_cast<double>(a.values[i] + b.values[i]);
       // The picture so far is noisy, its tile's mean blurs it: something between the two.
-      const double scale = 1.0 / (tile * std::max(value, 0.1 * tile) + 0.01 * mean_square);
+      const double value_squared =
+          picture_.empty() ? tile * std::max(value, 0.1 * tile) : square(picture_[a.pixels[i]]);
+      const double scale = 1.0 / (value_squared + 0.01 * mean_square);
       for (std::size_t c = 0; c < n; ++c)
         variance_[c] += scale * (0.5 * (a.second_moments[i * n + c] + b.second_moments[i * n + c]) -
                                  static_cast<double>(a.means[i * n + c]) * static_cast<double>(b.means[i * n + c]));
@@ -377,6 +383,7 @@ class RenderPilot {
   std::vector<Candidate> candidates_;
   PilotCandidates shape_;
   EngineType engine_;
+  std::vector<double> picture_;
   Analysis first_;                    // of a pair of iterations
   std::vector<std::uint32_t> place_;  // of a pixel among those analysed
   // Sums over pixels and pairs of iterations, by candidate.
