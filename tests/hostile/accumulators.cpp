@@ -26,7 +26,7 @@ struct Stream {
   }
 };
 
-void check(const Stream& stream, std::uint64_t count, bool is_reported) {
+void check(const Stream& stream, std::uint64_t count, double variance_bound, bool is_reported) {
   gmis::Film<float> film({1, 1});
   gmis::BatchMeans<float> batches(1);
   gmis::Moments<double> moments;
@@ -41,15 +41,16 @@ void check(const Stream& stream, std::uint64_t count, bool is_reported) {
     return static_cast<double>(std::abs(static_cast<long double>(value) / truth - 1.0L));
   };
   const double of_film = error(film.mean(0, 0), mean), of_moments = error(moments.mean(), mean);
-  double of_batches = 0.0;
-  if (stream.usual == stream.rare)
-    for (std::size_t b = 0; b < batches.batch_count(); ++b)
-      of_batches = std::max(of_batches, error(static_cast<double>(batches.batch(b)[0]), mean));
+  double of_complete_batches = 0.0;
+  for (std::size_t b = 0; b < batches.batch_count(); ++b)
+    of_complete_batches += static_cast<double>(batches.batch(b)[0]) / static_cast<double>(batches.batch_count());
+  const double of_batches =
+      error(of_complete_batches, stream.mean(batches.batch_count() * batches.iterations_per_batch()));
   CAPTURE(stream.name, count, of_film, of_moments, of_batches);
-  // A mean in double loses what is less than half its last place: 1e-9 after 1e9 samples that differ by 1 in 1e6.
-  CHECK(of_film < (stream.usual == stream.rare ? 1e-15 : 1e-6));
+  // Each sample may cost a mean in double half its last place, which adds up to 1e-7 after 1e9 of them; it is less.
+  CHECK(of_film < (stream.usual == stream.rare ? 1e-15 : 1.2e-16 * static_cast<double>(count)));
   CHECK(of_moments < 1e-13);
-  CHECK(of_batches < 1e-6);
+  CHECK(of_batches < 1e-7);  // each batch is a float, rounded once whenever it is joined
 
   // The variance, too: p (1 − p) (rare − usual)².
   const long double share = static_cast<long double>(count / stream.period) / static_cast<long double>(count);
@@ -58,7 +59,7 @@ void check(const Stream& stream, std::uint64_t count, bool is_reported) {
   const double of_variance =
       variance > 0.0L ? error(film.variance_of_mean(0, 0) * (static_cast<double>(count) - 1.0), variance) : 0.0;
   CAPTURE(of_variance);
-  CHECK(of_variance < 1e-5);
+  CHECK(of_variance < variance_bound);
   if (stream.usual == stream.rare) CHECK(film.variance_of_mean(0, 0) == 0.0);
   if (is_reported)
     std::printf("%s, %llu samples: film %.2g, its variance %.2g, moments %.2g, batches %.2g\n", stream.name,
@@ -73,9 +74,9 @@ constexpr Stream streams[] = {{"constant", 0.1F, 0.1F, 2},
 }  // namespace
 
 TEST_CASE("hostile: streams of two million samples", "[hostile]") {
-  for (const Stream& stream : streams) check(stream, 2'000'000, false);
+  for (const Stream& stream : streams) check(stream, 2'000'000, 1e-10, false);
 }
 
 TEST_CASE("hostile: streams of 1e9 samples", "[.][slow]") {
-  for (const Stream& stream : streams) check(stream, 1'000'000'000, true);
+  for (const Stream& stream : streams) check(stream, 1'000'000'000, 1e-5, true);
 }
