@@ -89,6 +89,24 @@ Measured connections_alone(const RenderSettings& settings, int wanted) {
 
 }  // namespace
 
+TEST_CASE("visibility queries are counted for those who ask") {
+  // In the furnace all is visible, and what is black is not asked for: a query for every contribution.
+  const Furnace scene(0.7F, 1.0F, 16, 1);
+  Engine<Furnace, integrators::Bpt, true> engine(scene, settings_with(2));
+  SerialExecutor executor;
+  engine.iterate(executor);
+  std::uint64_t connections = 0, splats = 0, next_events = 0;
+  engine.for_each_contribution([&](const Contribution<float>& c) {
+    connections += c.id.technique == Technique::connect ? 1 : 0;
+    splats += c.id.technique == Technique::splat ? 1 : 0;
+    next_events += c.id.technique == Technique::next_event ? 1 : 0;
+  });
+  CHECK(connections > 100);
+  CHECK(engine.counters().connection_rays == connections);
+  CHECK(engine.light_work().shadow_rays == splats);
+  CHECK(engine.counters().shadow_rays == connections + splats + next_events);
+}
+
 TEST_CASE("any number of connections from the cache makes the same light as the paired tree") {
   for (const int connections : {int{paired_connections}, 1, 3}) {
     DYNAMIC_SECTION("bpt, connections " << connections) {
