@@ -108,6 +108,7 @@ TEST_CASE("roughness is the range of all lobes; what no shape uses does not coun
   SceneBuilder<> builder = builder_with_camera();
   builder.add_sphere({0, 0, 0}, 1, builder.add_material(make_conductor({.2, .9, 1}, {4, 2, 2}, .5)));
   builder.add_sphere({3, 0, 0}, 1, builder.add_material(make_coated_diffuse({.5, .5, .5}, 1.5, .125)));
+  builder.add_sphere({6, 0, 0}, 1, builder.add_material(make_conductor({.2, .9, 1}, {4, 2, 2}, .25)));
   builder.add_material(make_dielectric(1.5));
   // A triangle without area is left out, and its mirror with it.
   const glm::dvec3 corners[] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
@@ -162,6 +163,7 @@ TEST_CASE("a lens, and normals for shading") {
   const glm::dvec3 normals[] = {{0, 0, 1}, {.1, 0, 1}, {0, 0, 1}};
   const std::array<int, 3> triangles[] = {{0, 1, 2}};
   builder.add_mesh({corners, triangles, normals}, builder.add_material(make_diffuse({.5, .5, .5})));
+  builder.add_mesh({corners, triangles}, builder.add_material(make_diffuse({.5, .5, .5})));
   expected = diffuse();
   expected.shading_normals = true;
   CHECK(builder.build().effects() == expected);
@@ -171,6 +173,13 @@ TEST_CASE("a scene that says nothing may have everything") {
   const gmis_test::FurnaceScene<float> furnace(.5F, 1.0F, 4);
   static_assert(!gmis::SceneWithEffects<gmis_test::FurnaceScene<float>>);
   CHECK(gmis::effects_of(furnace) == Effects::everything());
+  const Effects all = Effects::everything();
+  for (const bool effect : {all.diffuse, all.glossy, all.purely_glossy, all.specular_reflection,
+                            all.specular_transmission, all.shading_normals, all.area_lights, all.point_lights,
+                            all.spot_lights, all.directional_lights, all.environment_lights, all.thin_lens})
+    CHECK(effect);
+  CHECK(all.least_roughness == 0);
+  CHECK(all.greatest_roughness == 1);
   const BvhScene<> scene = builder_with_camera().build();
   CHECK(gmis::effects_of(scene) == scene.effects());
 }

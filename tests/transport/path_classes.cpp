@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gmis/transport/effect_switches.hpp"
+#include "gmis/transport/path_filter.hpp"
 #include "support/catch.hpp"
 
 // The classes of paths against regular expressions over the events of a path, written from the light to the camera: an
@@ -125,6 +126,13 @@ TEST_CASE("what a subpath can become part of is what its continuations are") {
     INFO(begun);
     CHECK(gmis::classes_from_light(half_of(begun.begin(), begun.end())) == from_light);
     CHECK(gmis::classes_from_camera(half_of(begun.rbegin(), begun.rend())) == from_camera);
+    for (std::size_t i = 0; i < gmis::path_class_count; ++i) {
+      PathClassSet wanted;
+      wanted.add(static_cast<PathClass>(i));
+      const gmis::PathFilter filter(wanted);
+      CHECK(filter.keeps_light(half_of(begun.begin(), begun.end())) == from_light.intersects(wanted));
+      CHECK(filter.keeps_camera(half_of(begun.rbegin(), begun.rend())) == from_camera.intersects(wanted));
+    }
   }
 }
 
