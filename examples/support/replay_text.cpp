@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "support/diagnostics.hpp"
+#include "support/plan_text.hpp"
 
 namespace gmis::tools {
 namespace {
@@ -83,8 +84,7 @@ const char* text_of(RejectionCause cause) {
 }
 
 std::string text_of(const TechniqueId& id) {
-  constexpr const char* names[] = {"emitter_hit", "next_event", "connect", "splat", "merge"};
-  std::string text = format("%s s%d t%d", names[static_cast<std::size_t>(id.technique)], id.s, id.t);
+  std::string text = format("%s s%d t%d", name_of(id.technique), id.s, id.t);
   if (id.path_class != PathClass::unclassified) text += " " + std::string(gmis::name_of(id.path_class));
   return text;
 }
@@ -143,6 +143,9 @@ std::string replay_text(const ReplayedPath<glm::vec3>& path, const RenderRequest
   }
   text += format("sum         %zu contributions, %zu of them rejected", path.contributions.size(), rejected);
   if (path.name.kind == PathKind::camera) text += "; adds to its pixel " + triple(path.pixel_sum);
+  // All that was left out is said above, but for a sum that is not finite although each of its terms is.
+  if (path.counters.rejected() > rejected + path.zero_densities.size())
+    text += std::string("; REJECTED: ") + text_of(RejectionCause::non_finite);
   return text + "\n";
 }
 

@@ -7,6 +7,7 @@
 #include "program.hpp"
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
+#include "support/replay_text.hpp"
 
 // What gmis-render does with contributions that are not finite, negative or of density zero, and how it shows one path.
 
@@ -96,6 +97,20 @@ TEST_CASE("What a pilot rejects is listed as well") {
   REQUIRE(json["rejected"]["non_finite"] >= 16);
   CHECK(line_count(outcome.out) == 16);
   CHECK(outcome.out.find("rejected 1:") == 0);
+}
+
+TEST_CASE("A sum that is left out, of contributions that are not, shows in the path") {
+  gmis::ReplayedPath<glm::vec3> path;
+  path.name = {gmis::PathKind::camera, 1, 0};
+  path.vertices.emplace_back();
+  path.contributions.emplace_back();
+  const auto text = [&] { return gmis::tools::replay_text(path, {}, {1, 1}); };
+  CHECK(text().find("REJECTED") == std::string::npos);
+  path.counters.rejected_non_finite = 1;
+  CHECK(lines_of(text()).back().find("REJECTED: not finite") != std::string::npos);
+  path.contributions[0].vertex = 0;
+  path.contributions[0].rejected = gmis::RejectionCause::non_finite;
+  CHECK(lines_of(text()).back().find("REJECTED") == std::string::npos);
 }
 
 TEST_CASE("The limit is the user's") {
