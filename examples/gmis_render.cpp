@@ -6,6 +6,7 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <new>
 
 #include "support/auto_integrator.hpp"
 #include "support/plan_text.hpp"
@@ -62,18 +63,43 @@ void print_prediction(const RenderResult& result, bool is_merging) {
     std::printf("half that error: not in sight, it does not fall (error ~ seconds^%.2f)\n", law.slope);
 }
 
+/// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
+class WriteFailures {
+ public:
+  void add(const std::string& message) {
+    if (first_.empty()) first_ = message;
+  }
+  /// True when `write` wrote.
+  template <class Write>
+  bool attempt(const Write& write) {
+    try {
+      write();
+      return true;
+    } catch (const OutputError& error) {
+      add(error.what());
+      return false;
+    }
+  }
+  [[nodiscard]] const std::string& first() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
 /// A line in the file for every point, as it is made.
-std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem::path& file) {
+std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem::path& file, WriteFailures& failures) {
   const auto stream = std::make_shared<std::ofstream>(file);
   const auto write_line = [stream, file](const std::string& line) {
     *stream << line << std::endl;
     if (!*stream) throw OutputError(file.string() + ": this file cannot be written");
   };
   write_line(gmis::convergence_csv_header());
-  return [write_line](const gmis::ConvergencePoint& point) { write_line(gmis::convergence_csv_row(point)); };
+  return [write_line, &failures](const gmis::ConvergencePoint& point) {
+    failures.attempt([&] { write_line(gmis::convergence_csv_row(point)); });
+  };
 }
 
-void print_summary(const RenderResult& result, const Options& options, bool is_merging,
+void print_summary(const RenderResult& result, const std::vector<std::filesystem::path>& written, bool is_merging,
                    const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
               result.stopped_by.c_str(), result.estimate.mean);
@@ -87,7 +113,7 @@ void print_summary(const RenderResult& result, const Options& options, bool is_m
   for (const ClassImage& one : result.classes.classes)
     std::printf("%-10s  mean %-10.4g  cost %4.1f %%\n", std::string(gmis::name_of(one.path_class)).c_str(),
                 mean_of(one.image), 100 * one.cost);
-  for (const auto& output : options.outputs) std::printf("wrote %s\n", output.c_str());
+  for (const auto& output : written) std::printf("wrote %s\n", output.c_str());
 }
 
 /// One line: how much was left out, and how to look into it.
@@ -104,6 +130,13 @@ void print_distrust(const RenderResult& result, double largest_share) {
   if (!result.rejected_paths.empty())
     std::fprintf(stderr, "; --replay %s shows the first path", text_of(result.rejected_paths[0].path).c_str());
   std::fprintf(stderr, "\n");
+}
+
+void write_statistics(const RenderResult& result, const RunFacts& facts) {
+  const std::filesystem::path& path = facts.options->statistics_file;
+  std::ofstream file(path);
+  file << statistics_json(result, facts) << std::flush;
+  if (!file) throw OutputError(path.string() + ": this file cannot be written");
 }
 
 int print_replay(const RenderRequest& request, const PathChoice& choice, const BuiltScene& scene, int threads) {
@@ -147,11 +180,16 @@ int run(Options options) {
     std::fprintf(stderr, "gmis-render: built without oneTBB: one thread is used\n");
   const gmis::Plan plan = plan_for_scene(scene, request.settings);
   if (options.explain) std::fputs(explain(options, request, plan, scene, executor.thread_count()).c_str(), stdout);
+  if (!options.quiet && plan.classes.is_empty() && !plan.occurring.is_empty())
+    std::fprintf(stderr,
+                 "gmis-render: --effects keeps no path that this scene has (--explain names them): the picture will be "
+                 "black\n");
 
+  WriteFailures failures;
   request.interrupted = &interrupt_flag();
   request.reference = reference ? &*reference : nullptr;
   request.intervals = !options.log_file.empty() || !options.statistics_file.empty();
-  if (!options.log_file.empty()) request.on_log = log_to(options.log_file);
+  if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   ProgressBar bar(request, !options.quiet);
   if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);
@@ -172,21 +210,21 @@ int run(Options options) {
     facts.error =
         gmis::image_error(std::span<const float>(result.image.rgb), std::span<const float>(reference->rgb), 3);
 
-  write_outputs(result, options.outputs, options.halves);
-  if (!options.techniques_folder.empty()) write_techniques(result, options.techniques_folder);
-  if (options.class_images) write_classes(result, class_folder(options.outputs[0]));
-  if (!options.statistics_file.empty()) {
-    std::ofstream file(options.statistics_file);
-    file << statistics_json(result, facts) << std::flush;
-    if (!file) throw OutputError(options.statistics_file.string() + ": this file cannot be written");
-  }
+  std::vector<std::filesystem::path> written;
+  for (const auto& output : options.outputs)
+    if (failures.attempt([&] { write_output(result, output, options.halves); })) written.push_back(output);
+  if (!options.techniques_folder.empty())
+    failures.attempt([&] { write_techniques(result, options.techniques_folder); });
+  if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });
+  if (!options.statistics_file.empty()) failures.attempt([&] { write_statistics(result, facts); });
   if (!options.quiet)
-    print_summary(result, options, facts.techniques_on[static_cast<std::size_t>(gmis::Technique::merge)], facts.error);
+    print_summary(result, written, facts.techniques_on[static_cast<std::size_t>(gmis::Technique::merge)], facts.error);
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
-  if (!request.rejection_limit.is_exceeded(result.counters)) return done;
-  print_distrust(result, request.rejection_limit.share);
-  return failed;
+  if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());
+  const bool is_trustworthy = !request.rejection_limit.is_exceeded(result.counters);
+  if (!is_trustworthy) print_distrust(result, request.rejection_limit.share);
+  return failures.first().empty() && is_trustworthy ? done : failed;
 }
 
 }  // namespace
@@ -198,6 +236,12 @@ int main(int argc, char** argv) {
   } catch (const InputError& error) {
     std::fprintf(stderr, "gmis-render: %s\n", error.what());
     return bad_input;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(
+        stderr,
+        "gmis-render: there is not enough memory: choose a smaller --size or fewer --light-paths, and leave out "
+        "--techniques\n");
+    return failed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "gmis-render: %s\n", error.what());
     return failed;

@@ -30,24 +30,30 @@ std::optional<std::array<int, count>> integers_of(std::string_view text, char se
 }
 
 /// Read by hand because the library below lets negative numbers wrap around.
+template <class Integer>
+std::optional<Integer> integer_of(std::string_view text) {
+  Integer value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return {};
+  return value;
+}
+
 template <class Unsigned>
 Unsigned whole_number_of(const std::string& option, std::string_view text) {
-  Unsigned value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size())
+  const auto value = integer_of<Unsigned>(text);
+  if (!value)
     throw InputError(option + " " + in_quotes(text) + " must be a whole number from 0 to " +
                      std::to_string(std::numeric_limits<Unsigned>::max()));
-  return value;
+  return *value;
 }
 
 int connections_of(const std::string& text) {
   if (text == "auto") return measured_connections;
   if (text == "paired") return paired_connections;
-  int count = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-  if (error != std::errc{} || end != text.data() + text.size() || count < 1 || count > 1000)
+  const auto count = integer_of<int>(text);
+  if (!count || *count < 1 || *count > 1000)
     throw InputError("--connections " + in_quotes(text) + " must be auto, paired or a whole number from 1 to 1000");
-  return count;
+  return *count;
 }
 
 Scheme scheme_of(const std::string& name) {
@@ -246,6 +252,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     if (!classifies(options.integrator, options.split))
       throw InputError("--effects needs auto, pt, bpt, vcm or gmis --split none: " + raw.integrator +
                        " cannot leave out paths by their class");
+    if (effects.classes.is_empty())
+      throw InputError("--effects " + in_quotes(options.effects) + " leaves nothing to render: leave out fewer");
     options.path_classes = effects.classes;
   }
   if (given("--aov")) {
@@ -257,7 +265,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   options.connections = connections_of(raw.connections);
   if (given("--connections") && !connects(options.integrator))
-    throw InputError("--connections needs bpt, vcm or gmis: " + raw.integrator + " makes no connections");
+    throw InputError("--connections needs auto, bpt, vcm or gmis: " + raw.integrator + " makes no connections");
   if (options.camera_split < 1 || options.camera_split > 64) throw InputError("--camera-split must be from 1 to 64");
   if (given("--camera-split") && options.camera_split != 1 &&
       (options.split == SplitChoice::none || options.split == SplitChoice::adaptive))

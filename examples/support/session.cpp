@@ -2,7 +2,8 @@
 
 #include <chrono>
 #include <csignal>
-#include <cstdio>
+#include <cstdint>
+#include <limits>
 #include <sstream>
 
 #include "support/auto_integrator.hpp"
@@ -32,6 +33,12 @@ LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::arr
 }
 
 RenderRequest request_of(const Options& options, const BuiltScene& scene) {
+  const glm::ivec2 resolution = scene.scene().camera().resolution();
+  constexpr std::uint32_t most_trees = std::numeric_limits<std::uint32_t>::max();
+  if (options.light_paths * resolution.x * resolution.y > most_trees)
+    throw InputError("--light-paths asks for more than " + std::to_string(most_trees) +
+                     " light trees in a picture of " + std::to_string(resolution.x) + "x" +
+                     std::to_string(resolution.y) + ": choose fewer");
   RenderRequest request;
   request.integrator = options.integrator;
   request.split = options.split;
@@ -55,7 +62,6 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.path_classes = options.path_classes;
   if (options.crop) {
     const auto& [x0, y0, x1, y1] = *options.crop;
-    const glm::ivec2 resolution = scene.scene().camera().resolution();
     if (x1 > resolution.x || y1 > resolution.y)
       throw InputError("--crop ends outside the picture, which is " + std::to_string(resolution.x) + "x" +
                        std::to_string(resolution.y));
@@ -145,17 +151,15 @@ Image read_reference(const std::filesystem::path& file, const RenderRequest& req
   return reference;
 }
 
-void write_outputs(const RenderResult& result, const std::vector<std::filesystem::path>& outputs, bool halves) {
-  for (const auto& output : outputs) {
-    write_image(result.image, output);
-    if (!halves) continue;
-    const auto beside = [&](const char* suffix) {
-      auto file = output;
-      return file.replace_filename(output.stem().string() + suffix + output.extension().string());
-    };
-    write_image(result.half_a, beside("_a"));
-    write_image(result.half_b, beside("_b"));
-  }
+void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves) {
+  write_image(result.image, output);
+  if (!halves) return;
+  const auto beside = [&](const char* suffix) {
+    auto file = output;
+    return file.replace_filename(output.stem().string() + suffix + output.extension().string());
+  };
+  write_image(result.half_a, beside("_a"));
+  write_image(result.half_b, beside("_b"));
 }
 
 std::filesystem::path class_folder(const std::filesystem::path& output) {
@@ -170,11 +174,10 @@ void write_classes(const RenderResult& result, const std::filesystem::path& fold
 }
 
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder) {
-  constexpr const char* names[] = {"emitter_hit", "next_event", "connect", "splat", "merge"};
   const std::string ending = has_exr() ? ".exr" : ".pfm";
   for (const TechniqueImage& technique : result.techniques) {
-    const std::string name = std::string(names[static_cast<std::size_t>(technique.id.technique)]) + "_s" +
-                             std::to_string(technique.id.s) + "_t" + std::to_string(technique.id.t);
+    const std::string name = std::string(name_of(technique.id.technique)) + "_s" + std::to_string(technique.id.s) +
+                             "_t" + std::to_string(technique.id.t);
     write_image(technique.weighted, folder / (name + ending));
     write_image(technique.unweighted, folder / (name + "_unweighted" + ending));
   }

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "support/plan_text.hpp"
-
 #include "support/replay_text.hpp"
 
 namespace gmis::tools {

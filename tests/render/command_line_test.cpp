@@ -39,11 +39,14 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --frobnicate", "--frobnicate"},
       {"cornell second", "second"},
       {"cornell --integrator magic", "use auto, pt"},
-      {"cornell --integrator pt --connections 2", "--connections needs bpt, vcm or gmis: pt makes no connections"},
+      {"cornell --integrator pt --connections 2",
+       "--connections needs auto, bpt, vcm or gmis: pt makes no connections"},
+      {"cornell --connections 2x", "auto, paired or a whole number"},
       {"cornell --connections 0", "auto, paired or a whole number"},
       {"cornell --effects no-fog", "no-fog"},
       {"cornell --effects caustics", "use no-NAME or NAME-only"},
       {"cornell --effects no-caustics,", "(nothing)"},
+      {"cornell --effects emission-only,no-emission", "leaves nothing to render"},
       {"cornell --integrator lt --effects no-caustics", "lt cannot leave out paths by their class"},
       {"cornell --integrator gmis --effects no-caustics", "--effects needs auto"},
       {"cornell --integrator vcm --camera-split 2", "--camera-split needs --integrator gmis"},
@@ -67,6 +70,7 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --alpha 1.5", "--alpha"},
       {"cornell --light-paths -1", "above 0"},
       {"cornell --light-paths 1e9", "at most 1000"},
+      {"cornell --size 4096x4096 --light-paths 257", "more than 4294967295 light trees"},
       {"cornell --seed -1", "--seed"},
       {"cornell --threads 0", "from 1"},
       {"cornell --iterations 0", "at least 1"},
@@ -106,6 +110,36 @@ TEST_CASE("A bad scene: exit code 2 and one line with file and line") {
   CHECK(line_count(outcome.err) == 1);
   CHECK(outcome.err.find("bad.pbrt:3: ") != std::string::npos);
   CHECK_FALSE(fs::exists(folder / "a.pfm"));
+}
+
+TEST_CASE("What cannot be written keeps nothing else from being written: exit code 1 and one line") {
+  const ScratchFolder folder;
+  fs::create_directory(folder.path / "a.pfm");
+  const Outcome outcome = run(folder, small + "--out a.pfm --out b.pfm --stats s.json --log l.csv");
+  CHECK(outcome.exit_code == 1);
+  CHECK(line_count(outcome.err) == 1);
+  CHECK(outcome.err.find("a.pfm: this file cannot be written") != std::string::npos);
+  CHECK(outcome.out.find("wrote a.pfm") == std::string::npos);
+  CHECK(outcome.out.find("wrote b.pfm") != std::string::npos);
+  CHECK(gmis::tools::read_image(folder / "b.pfm").width == 8);
+  CHECK(Json::parse(text_of(folder / "s.json"))["iterations"] == 2);
+
+  // No file may be longer than 512 bytes: the log is, in the middle of the run, and the picture is not.
+  const Outcome cut = run(folder, "cornell --size 2x2 --iterations 40 --threads 1 --quiet --out c.pfm --log long.csv",
+                          "trap '' XFSZ && ulimit -f 1");
+  CHECK(cut.exit_code == 1);
+  CHECK(line_count(cut.err) == 1);
+  CHECK(cut.err.find("long.csv: this file cannot be written") != std::string::npos);
+  CHECK(gmis::tools::read_image(folder / "c.pfm").width == 2);
+}
+
+TEST_CASE("Effects that a scene does not have: a black picture, and a line that says so") {
+  const ScratchFolder folder;
+  const Outcome outcome = run(folder, small + "--effects caustics-only --out a.pfm");
+  CHECK(outcome.exit_code == 0);
+  CHECK(line_count(outcome.err) == 1);
+  CHECK(outcome.err.find("--effects keeps no path that this scene has") != std::string::npos);
+  CHECK(run(folder, small + "--effects caustics-only --quiet --out a.pfm").err.empty());
 }
 
 TEST_CASE("Help, version and the list of scenes go to standard output") {
