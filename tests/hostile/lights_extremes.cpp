@@ -124,6 +124,50 @@ TEMPLATE_TEST_CASE("hostile: a lamp of area 1e-12, near and far", "[hostile][lig
   }
 }
 
+TEMPLATE_TEST_CASE("hostile: points of a lamp come from all of it, but keep off the edges of a body",
+                   "[hostile][lights]", float, double) {
+  using T = TestType;
+  constexpr T below_one = T(1) - std::numeric_limits<T>::epsilon() / T(2), ends[] = {T(0), below_one};
+  /// The smallest distance of a drawn point from each corner of the light's triangle.
+  const auto nearest = [&](const scene::Light<T>& light, const std::array<glm::dvec3, 3>& corners) {
+    glm::dvec3 distances(1e9);
+    for (const T u : ends)
+      for (const T v : ends) {
+        const auto sample = light.sample_emission({u, v}, {T(0.3), T(0.6)});
+        REQUIRE(sample);
+        for (int k = 0; k < 3; ++k)
+          distances[k] = std::min(
+              distances[k], glm::length(glm::dvec3(sample->origin.position) - corners[static_cast<std::size_t>(k)]));
+      }
+    return distances;
+  };
+  const Mesh bodies[] = {
+      {{{-1, 2, 1}, {2, -1, 1}, {0.5, 1.5, 1}}, {{0, 1, 2}}},  // open: it ends at its edges
+      scene_test::box({-1, -1, -1}, {1, 1, 1}),
+  };
+  for (const Mesh& mesh : bodies) {
+    const bool is_closed = mesh.triangles.size() > 1;
+    SceneBuilder<T> builder;
+    builder.add_mesh(mesh.shape(), builder.add_material(make_diffuse<T>({0, 0, 0})), AreaEmission{{1, 1, 1}});
+    builder.set_camera(camera_at({0, 0, 0}));
+    const auto scene = builder.build();
+    REQUIRE(scene.lights().size() == mesh.triangles.size());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      std::array<glm::dvec3, 3> corners;
+      for (std::size_t k = 0; k < 3; ++k) corners[k] = mesh.positions[static_cast<std::size_t>(mesh.triangles[i][k])];
+      const glm::dvec3 found = nearest(scene.lights()[i], corners);
+      const T error = scene.lights()[i].sample_emission({T(0.3), T(0.3)}, {T(0.3), T(0.6)})->origin.position_error;
+      // Off an edge by 6 such errors and 8 roundings, off a corner of 45° by 2.6 times as much.
+      const double off = 6 * static_cast<double>(error);
+      CAPTURE(is_closed, i, found.x, found.y, found.z, error);
+      for (int k = 0; k < 3; ++k) {
+        CHECK(found[k] < (is_closed ? 2.7 * 3 * off : off));
+        if (is_closed) CHECK(found[k] > off);
+      }
+    }
+  }
+}
+
 TEMPLATE_TEST_CASE("hostile: on a light, at a light, in a light", "[hostile][lights]", float, double) {
   using T = TestType;
   Philox source(534);

@@ -30,6 +30,19 @@ bool are_same(const Record& a, const Record& b) {
          std::memcmp(&a.weight, &b.weight, sizeof a.weight) == 0;
 }
 
+/// What a contribution says of its other end.
+bool has_other_end(const gmis::ReplayedContribution<float>& made) {
+  switch (made.contribution.id.technique) {
+    case gmis::Technique::next_event:
+      return made.position.has_value() && !made.light_vertex.has_value();
+    case gmis::Technique::connect:
+    case gmis::Technique::merge:
+      return made.position.has_value() && made.light_vertex.has_value();
+    default:
+      return !made.position.has_value() && !made.light_vertex.has_value();
+  }
+}
+
 /// Every path of `iteration` replayed, against what a run that got there kept.
 template <class I>
 void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t iteration, int lobes = 1,
@@ -51,6 +64,9 @@ void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t ite
   const auto check_path = [&](gmis::PathKind kind, std::size_t number) {
     const auto path = gmis::replay(replayed, kind, static_cast<std::uint32_t>(number));
     REQUIRE(path.name == gmis::PathName{kind, iteration, static_cast<std::uint32_t>(number)});
+    REQUIRE(path.vertices_per_tree == engine.vertices_per_tree());
+    REQUIRE(path.radius == engine.merge_radius(iteration));
+    REQUIRE(path.tuning.connections == engine.tuning().connections);
     for (std::size_t i = 1; i < path.vertices.size(); ++i) {
       const auto& here = path.vertices[i];
       REQUIRE(here.parent < i);
@@ -64,6 +80,7 @@ void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t ite
       REQUIRE(are_same(made.contribution, expected[next++]));
       REQUIRE(made.vertex < path.vertices.size());
       REQUIRE_FALSE(made.rejected.has_value());
+      REQUIRE(has_other_end(made));
       sum += made.contribution.value * made.contribution.weight;
     }
     if (kind == gmis::PathKind::camera) {
