@@ -103,12 +103,7 @@ struct Cell {
   double pdf(double x) const { return x >= low && x < low + width ? 1.0 / width : 0.0; }
 };
 
-/// Uniform on [0, 1), with a fault for its density above one half; given itself or by its logarithm.
-struct FaultyDensity {
-  double fault;
-  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
-  double pdf(double x) const { return x > 0.5 ? fault : 1.0; }
-};
+/// As `test::FaultyDensity`, by its logarithm.
 struct FaultyLogarithm {
   double fault;
   double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
@@ -261,8 +256,8 @@ TEST_CASE("hostile: faulty densities by logarithms, and under a heuristic", "[ho
     CAPTURE(fault);
     const bool is_zero = fault == -infinity;
     const std::array<FaultyLogarithm, 2> logarithms{{{fault}, {fault}}};
-    const std::array<FaultyDensity, 2> densities{{{is_zero ? 0.0 : fault}, {is_zero ? 0.0 : fault}}};
-    const std::array<FaultyDensity, 2> sound{{{1.0}, {1.0}}};
+    const std::array<test::FaultyDensity, 2> densities{{{is_zero ? 0.0 : fault}, {is_zero ? 0.0 : fault}}};
+    const std::array<test::FaultyDensity, 2> sound{{{1.0}, {1.0}}};
     for (const Scheme scheme : gmis::all_schemes) {
       gmis::Philox source(3), same_source(3);
       above = 0;

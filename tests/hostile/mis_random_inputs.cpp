@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gmis/mis.hpp"
+#include "hostile/denominator_oracle.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -64,36 +65,17 @@ struct Tally {
 
   void add(Wide value, Wide expected) {
     ++weights;
-    if (!(std::abs(value) <= std::numeric_limits<Wide>::max()))
+    const auto error = static_cast<double>(std::abs(value / expected - 1.0L));
+    if (!std::isfinite(error))  // a maximum would lose it
       ++non_finite;
     else
-      worst = std::max(worst, static_cast<double>(std::abs(value / expected - 1.0L)));
+      worst = std::max(worst, error);
   }
   void report(const char* what) const {
     std::printf("%s: %llu weights, worst relative error %.2g, %llu not finite\n", what,
                 static_cast<unsigned long long>(weights), worst, static_cast<unsigned long long>(non_finite));
   }
 };
-
-/// φ of sample n, a density at `x[n]`, from the definitions W1–W5 once the round is over.
-template <class At>
-Wide denominator(Scheme scheme, std::size_t count, std::span<const std::size_t> drawn, std::size_t n, At at) {
-  Wide sum = 0.0L;
-  switch (scheme) {
-    case Scheme::R1:
-    case Scheme::N1:
-      return at(drawn[n]);
-    case Scheme::R2:
-      for (const std::size_t k : drawn) sum += at(k);
-      return sum / static_cast<Wide>(count);
-    case Scheme::N2:
-      for (std::size_t m = n; m < drawn.size(); ++m) sum += at(drawn[m]);
-      return sum / static_cast<Wide>(count - n);
-    default:
-      for (std::size_t k = 0; k < count; ++k) sum += at(k);
-      return sum / static_cast<Wide>(count);
-  }
-}
 
 /// One round of one pair over `set`; `exact(k, x)` is a density relative to anything, and `read(φ)` relative to the same.
 template <class Set, class Exact, class Read>
@@ -119,8 +101,20 @@ void check_round(const Set& set, gmis::Selection selection, gmis::Weighting weig
     return;
   }
   for (std::size_t n = 0; n < drawn.size(); ++n)
-    tally.add(denominators[n], denominator(gmis::scheme_of(selection, weighting), set.size(), drawn, n,
-                                           [&](std::size_t k) { return exact(k, points[n]); }));
+    tally.add(denominators[n], hostile::denominator(gmis::scheme_of(selection, weighting), set.size(), drawn, n,
+                                                    [&](std::size_t k) { return exact(k, points[n]); }));
+}
+
+/// Few, so that also a short run sees many tables.
+constexpr int rounds_per_table = 4;
+
+/// The same for all pairs.
+template <class Set, class Exact, class Read>
+void check_rounds(const Set& set, gmis::Philox& source, Tally& tally, const Exact& exact, const Read& read) {
+  for (int round = 0; round < rounds_per_table; ++round)
+    for (const auto selection : gmis::all_selections)
+      for (const auto weighting : gmis::all_weightings)
+        check_round(set, selection, weighting, source, tally, exact, read);
 }
 
 /// Powers of ten within which densities are drawn: to the ends of the range of T as far as the sum of `count` densities and
@@ -159,9 +153,6 @@ struct Exponents {
   }
 };
 
-/// Few, so that also a short run sees many tables.
-constexpr int rounds_per_table = 4;
-
 template <class T>
 std::size_t random_count(std::mt19937_64& source) {
   return source() % 8 == 0 ? 9 + source() % 56 : 1 + source() % 8;
@@ -180,13 +171,9 @@ Tally denominators(std::uint64_t weights, std::uint64_t seed) {
     for (T& density : set.table)
       density = has_zeros && random() % 4 != 0 ? T(0) : static_cast<T>(std::pow(10.0L, static_cast<Wide>(exponents())));
     set.table[0] = static_cast<T>(std::pow(10.0L, static_cast<Wide>(exponents())));  // never zero alone
-    for (int round = 0; round < rounds_per_table; ++round)
-      for (const auto selection : gmis::all_selections)
-        for (const auto weighting : gmis::all_weightings)
-          check_round(
-              set, selection, weighting, source, tally,
-              [&](std::size_t k, std::uint32_t x) { return static_cast<Wide>(set.pdf(k, x)); },
-              [](T phi) { return static_cast<Wide>(phi); });
+    check_rounds(
+        set, source, tally, [&](std::size_t k, std::uint32_t x) { return static_cast<Wide>(set.pdf(k, x)); },
+        [](T phi) { return static_cast<Wide>(phi); });
   }
   return tally;
 }
@@ -210,15 +197,12 @@ Tally log_denominators(std::uint64_t weights, std::uint64_t seed) {
       set.logarithms.table[i] = static_cast<T>(log);
       exact[i] = std::exp(static_cast<Wide>(set.logarithms.table[i]));
     }
-    for (int round = 0; round < rounds_per_table; ++round)
-      for (const auto selection : gmis::all_selections)
-        for (const auto weighting : gmis::all_weightings)
-          check_round(
-              set, selection, weighting, source, tally,
-              [&](std::size_t k, std::uint32_t x) {
-                return exact[(x + 67U * static_cast<std::uint32_t>(k)) % TableSet<T>::entries];
-              },
-              [](gmis::LogDensity<T> phi) { return std::exp(static_cast<Wide>(phi.log)); });
+    check_rounds(
+        set, source, tally,
+        [&](std::size_t k, std::uint32_t x) {
+          return exact[(x + 67U * static_cast<std::uint32_t>(k)) % TableSet<T>::entries];
+        },
+        [](gmis::LogDensity<T> phi) { return std::exp(static_cast<Wide>(phi.log)); });
   }
   return tally;
 }

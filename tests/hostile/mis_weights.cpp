@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gmis/mis.hpp"
+#include "hostile/denominator_oracle.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -29,26 +30,6 @@ struct LogConstant {
   double log_pdf(int) const { return log_value; }
 };
 
-/// φ of sample n, from W1–W5 by way of the scheme: what was drawn in the whole round is known afterwards.
-Wide denominator(Scheme scheme, const std::vector<Wide>& q, const std::vector<std::size_t>& drawn, std::size_t n) {
-  Wide sum = 0.0L;
-  const Wide count = static_cast<Wide>(q.size());
-  switch (scheme) {
-    case Scheme::R1:
-    case Scheme::N1:
-      return q[drawn[n]];
-    case Scheme::R2:
-      for (const std::size_t k : drawn) sum += q[k];
-      return sum / count;
-    case Scheme::N2:
-      for (std::size_t m = n; m < drawn.size(); ++m) sum += q[drawn[m]];
-      return sum / (count - static_cast<Wide>(n));
-    default:
-      for (const Wide density : q) sum += density;
-      return sum / count;
-  }
-}
-
 /// The worst relative error of a denominator over one round of every pair.
 template <class P, class Read>
 double worst_error(const std::vector<P>& proposals, const std::vector<Wide>& exact, std::uint64_t seed, Read read) {
@@ -72,7 +53,8 @@ double worst_error(const std::vector<P>& proposals, const std::vector<Wide>& exa
       // A long sum costs the oracle N² additions in N2: every sample of a short round, some of a long one.
       const std::size_t step = std::max<std::size_t>(1, drawn.size() / 64);
       for (std::size_t n = 0; n < drawn.size(); n += step) {
-        const Wide expected = denominator(gmis::scheme_of(selection, weighting), exact, drawn, n);
+        const Wide expected = hostile::denominator(gmis::scheme_of(selection, weighting), exact.size(), drawn, n,
+                                                   [&](std::size_t k) { return exact[k]; });
         worst = std::max(worst, static_cast<double>(std::abs(denominators[n] / expected - 1.0L)));
       }
     }

@@ -33,6 +33,13 @@ struct Uniform {
   double pdf(double x) const { return x >= low && x < high ? 1.0 / (high - low) : 0.0; }
 };
 
+/// Uniform on [0, 1), with `fault` for its density at samples above one half.
+struct FaultyDensity {
+  double fault;
+  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
+  double pdf(double x) const { return x > 0.5 ? fault : 1.0; }
+};
+
 /// Density 1 + slope (x − 1/2) on [0, 1), |slope| < 2: positive everywhere.
 struct Ramp {
   double slope;

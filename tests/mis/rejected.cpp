@@ -13,13 +13,6 @@ namespace {
 
 const std::array<test::Ramp, 2> ramps{{{-1.0}, {1.0}}};
 
-/// Uniform on [0, 1), with `fault` for its density at samples above one half.
-struct Faulty {
-  double fault;
-  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
-  double pdf(double x) const { return x > 0.5 ? fault : 1.0; }
-};
-
 }  // namespace
 
 TEST_CASE("a non-finite integrand is counted and never summed", "[mis]") {
@@ -57,7 +50,7 @@ TEST_CASE("a proposal that gives its own sample no usable density is counted by 
   };
   const auto [fault, is_zero] = GENERATE(Case{0.0, true}, Case{std::numeric_limits<double>::quiet_NaN(), false},
                                          Case{std::numeric_limits<double>::infinity(), false}, Case{-1.0, false});
-  const std::array<Faulty, 3> proposals{{{fault}, {fault}, {fault}}};
+  const std::array<test::FaultyDensity, 3> proposals{{{fault}, {fault}, {fault}}};
   for (const auto selection : gmis::all_selections)
     for (const auto weighting : gmis::all_weightings) {
       CAPTURE(fault, name_of(selection), name_of(weighting));
