@@ -56,10 +56,7 @@ template <std::floating_point T>
 BvhScene<T> scene_of(const Mesh& mesh, double scale) {
   Mesh scaled = mesh;
   for (auto& position : scaled.positions) position *= scale;
-  SceneBuilder<T> builder;
-  builder.add_mesh(scaled.shape(), builder.add_material(make_diffuse<T>({.5, .5, .5})));
-  builder.set_camera(camera_at({0, 0, 0}));
-  return builder.build();
+  return hostile::scene_of<T>(scaled, make_diffuse<T>({.5, .5, .5}), {0, 0, 0});
 }
 
 /// ±0, numbers that are not normal, and the smallest that are.

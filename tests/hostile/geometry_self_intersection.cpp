@@ -26,6 +26,12 @@ struct Tally {
   std::uint64_t false_shadows = 0;  ///< a ray met a surface that it had left, or one that was not in its way
   std::uint64_t wrong_places = 0;   ///< a hit that is not where it must be
 
+  /// That nothing is in the way of this ray, asked in both ways.
+  template <class Scene, class Ray>
+  void expect_nothing(const Scene& scene, const Ray& ray) {
+    rays += 2;
+    if (scene.intersect(ray) || !scene.visible(ray)) ++false_shadows;
+  }
   void report(const char* what, const char* scalar) const {
     std::printf("%s, %s: %llu rays, %llu leaks, %llu false shadows, %llu in wrong places\n", what, scalar,
                 static_cast<unsigned long long>(rays), static_cast<unsigned long long>(leaks),
@@ -76,8 +82,7 @@ Tally spheres(std::uint64_t rays, std::uint64_t seed) {
       }
       const Vec3<T> outward = inward ? -hit->point.geometric_normal : hit->point.geometric_normal;
       const Vec3<T> away = direction_on_side(outward, T(1), source);
-      tally.rays += 2;
-      if (scene.intersect(leave(hit->point, away)) || !scene.visible(leave(hit->point, away))) ++tally.false_shadows;
+      tally.expect_nothing(scene, leave(hit->point, away));
       const Vec3<T> inside = direction_on_side(outward, T(-1), source);
       ++tally.rays;
       const auto far = scene.intersect(leave(hit->point, inside));
@@ -100,6 +105,7 @@ template <std::floating_point T>
 Tally triangles(std::uint64_t rays, std::uint64_t seed) {
   Philox source(gmis_test::seed(seed));
   Tally tally;
+  std::uint64_t missed = 0;
   while (tally.rays < rays) {
     const Placement<T> at(source);
     Mesh mesh;
@@ -110,10 +116,7 @@ Tally triangles(std::uint64_t rays, std::uint64_t seed) {
       if (is_aligned) corner.x = 0;
       mesh.positions.push_back(at.camera + at.center + corner * at.size);
     }
-    SceneBuilder<T> builder;
-    builder.add_mesh(mesh.shape(), builder.add_material(make_diffuse<T>({.5, .5, .5})));
-    builder.set_camera(camera_at(at.camera));
-    const auto scene = builder.build();
+    const auto scene = scene_of<T>(mesh, make_diffuse<T>({.5, .5, .5}), at.camera);
     for (int i = 0; i < 100; ++i) {
       const Vec2<double> b = square_to_triangle(random_square<double>(source));
       const glm::dvec3 target =
@@ -121,15 +124,18 @@ Tally triangles(std::uint64_t rays, std::uint64_t seed) {
       const glm::dvec3 from = target + random_in_cube(source) * at.size * random_magnitude(source, -2, 2);
       ++tally.rays;
       const auto hit = scene.intersect({Vec3<T>(from), Vec3<T>(glm::normalize(target - from))});
-      if (!hit) continue;  // far from the camera rounding may take the ray past it
+      if (!hit) {  // far from the camera rounding may take the ray past it
+        ++missed;
+        continue;
+      }
       for (const T side : {T(1), T(-1)}) {
         const Vec3<T> away = direction_on_side(hit->point.geometric_normal, side, source);
-        tally.rays += 2;
-        if (scene.intersect(leave(hit->point, away)) || !scene.visible(leave(hit->point, away))) ++tally.false_shadows;
+        tally.expect_nothing(scene, leave(hit->point, away));
       }
     }
   }
   tally.report("triangles", name_of<T>);
+  CHECK(missed < tally.rays / 10);
   return tally;
 }
 
@@ -144,10 +150,7 @@ Tally bodies(std::uint64_t rays, std::uint64_t seed) {
     Body body = random_body(source);
     Mesh moved = body.mesh;
     for (auto& position : moved.positions) position = at.camera + at.center + position * at.size;
-    SceneBuilder<T> builder;
-    builder.add_mesh(moved.shape(), builder.add_material(make_dielectric<T>(1.5)));
-    builder.set_camera(camera_at(at.camera));
-    const auto scene = builder.build();
+    const auto scene = scene_of<T>(moved, make_dielectric<T>(1.5), at.camera);
     const auto point_inside = [&] { return at.center + random_in_cube(source) * (0.5 * body.inner * at.size); };
     const auto point_outside = [&] {
       return at.center + glm::dvec3(random_direction<double>(source)) * at.size * random_magnitude(source, 0.1, 2);
@@ -178,8 +181,7 @@ Tally bodies(std::uint64_t rays, std::uint64_t seed) {
 
       // Outwards nothing is met, inwards another face.
       const Vec3<T> out = direction_on_side(normal, T(1), source);
-      tally.rays += 2;
-      if (scene.intersect(leave(hit->point, out)) || !scene.visible(leave(hit->point, out))) ++tally.false_shadows;
+      tally.expect_nothing(scene, leave(hit->point, out));
       const Vec3<T> in = direction_on_side(normal, T(-1), source);
       ++tally.rays;
       const auto next = scene.intersect(leave(hit->point, in));

@@ -20,6 +20,15 @@ using scene_test::Mesh;
 using scene_test::random_in_cube;
 using scene_test::random_magnitude;
 
+/// A mesh alone, as a camera sees it from `eye`.
+template <std::floating_point T>
+gmis::scene::BvhScene<T> scene_of(const Mesh& mesh, const gmis::scene::Material<T>& material, const glm::dvec3& eye) {
+  gmis::scene::SceneBuilder<T> builder;
+  builder.add_mesh(mesh.shape(), builder.add_material(material));
+  builder.set_camera(scene_test::camera_at(eye));
+  return builder.build();
+}
+
 /// Convex, with outward normals; `inner` is the radius of a ball around the origin that is wholly inside.
 struct Body {
   Mesh mesh;
