@@ -275,6 +275,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (given("--crop")) options.crop = crop_of(raw.crop);
   if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");
   require_above_zero("--radius", options.radius);
+  if (options.radius > 2) throw InputError("--radius must be at most 2, the whole diagonal of the scene");
   require_above_zero("--light-paths", options.light_paths);
   if (options.light_paths > 1000) throw InputError("--light-paths must be at most 1000");
   if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");

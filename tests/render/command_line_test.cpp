@@ -66,6 +66,7 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --radius 0", "above 0"},
       {"cornell --radius nan", "above 0"},
       {"cornell --radius inf", "above 0"},
+      {"cornell --radius 3", "at most 2"},
       {"cornell --alpha 0", "--alpha"},
       {"cornell --alpha 1.5", "--alpha"},
       {"cornell --light-paths -1", "above 0"},
