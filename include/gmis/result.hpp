@@ -12,3 +12,4 @@
 #include "gmis/result/film.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
+#include "gmis/result/rejection_limit.hpp"

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <utility>
-
 #include "gmis/transport/integrators.hpp"
 #include "gmis/transport/plan.hpp"
 
