@@ -319,6 +319,13 @@ TEST_CASE("Costs of classes are all the costs there are, by what contributions r
   CHECK(costs.classes[5] == Approx(second));
   CHECK(costs.unattributed == Approx(0.3 * 8 + 0.8 * 3));
   CHECK(first + second + costs.unattributed == Approx(gmis::cost_of(work)));
+
+  // With one connection: camera edges 4 and 4, light edges 3 and 2, half of the photons each.
+  classes[2].add({Technique::connect, 2, 2});
+  const auto connected = gmis::costs_of_classes(classes, work, light);
+  CHECK(connected.classes[2] == Approx(100.0 / 2 + 40.0 * 3 / 5 + 0.8 * 12 + 0.8 * 5 + 0.3 * 8 + 0.8 * 3 + 0.15 * 15));
+  CHECK(connected.classes[5] == Approx(100.0 / 2 + 40.0 * 2 / 5 + 0.6 * 2 + 0.45 * 10 + 0.15 * 15));
+  CHECK(connected.unattributed == 0.0);
 }
 
 TEST_CASE("What --aov does not do: exit code 2 and one line") {
