@@ -156,8 +156,9 @@ TEST_CASE("what is off counts exactly 0, in every plan that occurs") {
 
 TEST_CASE("an engine that classifies all paths makes the same bits as one that does not") {
   const auto scene = scene_of(specular_room + triangle_light);
-  for (const IntegratorChoice integrator : {IntegratorChoice::pt, IntegratorChoice::bpt, IntegratorChoice::vcm}) {
-    CAPTURE(name_of(integrator));
+  for (const IntegratorChoice integrator :
+       {IntegratorChoice::pt, IntegratorChoice::bpt, IntegratorChoice::vcm, IntegratorChoice::gmis}) {
+    CAPTURE(name_of(integrator));  // gmis without splitting
     RenderRequest request = request_for(integrator, *scene, 6);
     request.techniques = true;
     const auto plain = rendered(*scene, request, 2);
