@@ -167,9 +167,13 @@ std::filesystem::path class_folder(const std::filesystem::path& output) {
 }
 
 void write_classes(const RenderResult& result, const std::filesystem::path& folder) {
-  const std::string ending = has_exr() ? ".exr" : ".pfm";
-  for (const ClassImage& one : result.classes.classes)
-    write_image(one.image, folder / (std::string(gmis::name_of(one.path_class)) + ending));
+  const auto file_of = [&](PathClass path_class) {
+    return folder / (std::string(gmis::name_of(path_class)) + (has_exr() ? ".exr" : ".pfm"));
+  };
+  // What an earlier run left there would be taken for a part of this picture.
+  std::error_code ignored;
+  PathClassSet::all().for_each([&](PathClass path_class) { std::filesystem::remove(file_of(path_class), ignored); });
+  for (const ClassImage& one : result.classes.classes) write_image(one.image, file_of(one.path_class));
   write_image(class_sheet(result.classes.classes), folder / (std::string("sheet") + (has_png() ? ".png" : ".pfm")));
 }
 

@@ -44,7 +44,7 @@ void write_output(const RenderResult& result, const std::filesystem::path& outpu
 /// Where the images of path classes go: `NAME_classes` beside an output.
 [[nodiscard]] std::filesystem::path class_folder(const std::filesystem::path& output);
 /// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of them side by side:
-/// `sheet.png`.
+/// `sheet.png`. Images of other classes that an earlier run left there are removed.
 void write_classes(const RenderResult& result, const std::filesystem::path& folder);
 /// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with `_unweighted` for every technique,
 /// and all of them side by side: `pyramid.png` and `pyramid_unweighted.png`.
