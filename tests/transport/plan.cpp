@@ -184,7 +184,7 @@ TEST_CASE("no plan loses a path that all techniques together make") {
   CHECK(lost == 0);
 }
 
-TEST_CASE("a technique that makes paths which are rendered is left out by two rules alone, and others are only taken along") {
+TEST_CASE("a technique that makes paths which are rendered is left out by two rules alone") {
   for (const Effects& effects : all_effects())
     for (const int depth : {1, 2, 3, 4, 16}) {
       const Plan plan = gmis::plan_for(effects, depth);
