@@ -116,7 +116,8 @@ TEMPLATE_TEST_CASE("hostile: rays along axes, through corners, with zero and sub
       const auto hit = scene.intersect({Vec3<T>(T(0)), glm::normalize(Vec3<T>(corner))});
       if (!hit)
         ++missed;
-      else if (!(glm::length(glm::dvec3(hit->point.position) - corner * scale) < 4e-5 * n * scale))
+      else if (!(glm::length(glm::dvec3(hit->point.position) - corner * scale) <
+                 330 * static_cast<double>(std::numeric_limits<T>::epsilon()) * n * scale))
         ++elsewhere;
     }
     CAPTURE(scale, rays);
@@ -213,13 +214,17 @@ TEST_CASE("hostile: triangles without area, almost without, and twice the same",
     const glm::dvec3 target = i % 4 < 2 ? point_near_edge(clean, source) : from + random_direction<double>(source);
     const Ray<double> ray{from, glm::normalize(target - from)};
     const auto a = expected.intersect(ray), b = scene.intersect(ray);
-    // A sliver may stick out of the edge by a rounding error: there, from outside, either may be.
+    // A sliver may stick out of the edge by a rounding error: there, from outside, either may be; and from inside a ray
+    // that just passes an edge which points inwards may meet the sliver there.
     if (i % 4 != 1) REQUIRE(a.has_value() == b.has_value());
     if (!b) continue;
     if (i % 4 == 1) REQUIRE(std::isfinite(b->point.position.x + b->point.position.y + b->point.position.z));
     const auto& p = b->point;
-    if (a && i % 4 != 1) differences += glm::length(a->point.position - p.position) < 1e-9 ? 0 : 1;
-    REQUIRE(std::abs(glm::length(p.geometric_normal) - 1) < 1e-9);
+    const auto distance_to = [&](const glm::dvec3& at) { return glm::length(at - from); };
+    const bool is_at_edge = i % 4 == 0 && glm::length(p.position - target) < 1e-12;
+    if (a && i % 4 != 1 && !(is_at_edge && distance_to(p.position) < distance_to(a->point.position)))
+      differences += glm::length(a->point.position - p.position) < 1e-9 ? 0 : 1;
+    REQUIRE(std::abs(glm::length(p.geometric_normal) - 1) < 1e-14);
     REQUIRE(std::isfinite(p.position_error));
   }
   CHECK(differences == 0);
