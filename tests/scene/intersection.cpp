@@ -130,7 +130,7 @@ TEMPLATE_TEST_CASE("the tree finds what testing every primitive finds", "[bvh]",
                            Kind{300, 30, 1}, Kind{30, 300, 2}}) {
     const auto random = RandomScene<T>::make(kind.triangles, kind.spheres, kind.size, source);
     CAPTURE(kind.triangles, kind.spheres);
-    for (int i = 0; i < 1500; ++i) {
+    for (int i = 0; i < 2000; ++i) {
       Ray<T> ray{Vec3<T>(random_in_cube(source) * 12.0), random_direction<T>(source)};
       if (i % 4 == 1) {  // along an axis, sometimes with −0
         ray.direction = Vec3<T>(0);
