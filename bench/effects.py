@@ -99,6 +99,8 @@ def describe(stats):
     chosen = choice["chosen"]
     words = f"{chosen['light_paths']:g} light paths, {chosen['connections']} connections, merging " + (
         "on" if chosen["merges"] else "off") if chosen["light_paths"] > 0 else "pt"
+    if chosen["camera_children"] > 1:
+        words += f", {chosen['camera_children']} children"
     return words, choice["pilot_share"]
 
 

@@ -195,7 +195,7 @@ int run(Options options) {
   const RenderResult result = render(scene, request, executor);
   bar.finish();
   if (options.explain && result.choice)
-    std::fputs(explain_choice(*result.choice, result.counters, request.budget.iterations.value_or(64)).c_str(), stdout);
+    std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
 
   RunFacts facts;
   facts.options = &options;

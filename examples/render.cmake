@@ -21,6 +21,11 @@ add_library(gmis_render_session STATIC
   support/integrators/pt.cpp
   support/integrators/pt_lt.cpp
   support/integrators/pt_lt_pm.cpp
+  support/integrators/split_bpt.cpp
+  support/integrators/split_pt.cpp
+  support/integrators/split_pt_lt.cpp
+  support/integrators/split_pt_lt_pm.cpp
+  support/integrators/split_vcm.cpp
   support/integrators/measured_bpt.cpp
   support/integrators/measured_vcm.cpp
   support/integrators/vcm.cpp

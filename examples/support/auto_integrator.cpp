@@ -76,11 +76,25 @@ std::vector<Candidate> candidates_for(const Plan& plan, const RenderSettings& se
 std::unique_ptr<FrameSource> start_candidate(const Candidate& candidate, const BuiltScene& scene,
                                              const RenderRequest& request) {
   RenderRequest chosen = request;
-  if (!candidate.traces_light()) return start_pt(scene, chosen);
+  chosen.settings.camera_children = candidate.camera_children;
+  const bool splits = candidate.camera_children > 1;
+  if (!candidate.traces_light()) return splits ? start_split_pt(scene, chosen) : start_pt(scene, chosen);
   chosen.settings.light_paths = candidate.light_paths;
   chosen.settings.connections = std::max(1, candidate.connections);
-  if (candidate.connections > 0) return candidate.merges ? start_vcm(scene, chosen) : start_bpt(scene, chosen);
-  return candidate.merges ? start_pt_lt_pm(scene, chosen) : start_pt_lt(scene, chosen);
+  const auto start = candidate.connections > 0 ? (candidate.merges ? (splits ? start_split_vcm : start_vcm)
+                                                                   : (splits ? start_split_bpt : start_bpt))
+                     : candidate.merges        ? (splits ? start_split_pt_lt_pm : start_pt_lt_pm)
+                                               : (splits ? start_split_pt_lt : start_pt_lt);
+  return start(scene, chosen);
+}
+
+std::uint32_t expected_iterations(const Budget& budget, std::size_t pixels) {
+  constexpr double operations_a_pixel = 20.0;  // of one iteration, in scenes of the kind that this is used for
+  if (budget.iterations) return *budget.iterations;
+  if (!budget.seconds) return 64;
+  const double iterations = *budget.seconds * nominal_operations_per_second /
+                            (operations_a_pixel * static_cast<double>(std::max<std::size_t>(1, pixels)));
+  return static_cast<std::uint32_t>(std::clamp(iterations, 1.0, 1e6));
 }
 
 bool measures(const Plan& plan, const RenderRequest& request) {

@@ -104,21 +104,29 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
 }
 
 std::string text_of(const Candidate& candidate) {
-  if (!candidate.traces_light()) return "path tracing alone";
   std::ostringstream text;
+  const auto add_children = [&] {
+    if (candidate.camera_children > 1) text << ", " << candidate.camera_children << " ways on from what is seen first";
+    return text.str();
+  };
+  if (!candidate.traces_light()) {
+    text << "path tracing alone";
+    return add_children();
+  }
   text << candidate.light_paths << (candidate.light_paths == 1.0 ? " light tree" : " light trees") << " a pixel, ";
   if (candidate.connections > 0)
     text << candidate.connections << (candidate.connections == 1 ? " connection" : " connections") << " a vertex, ";
   else
     text << "no connections, ";
   text << (candidate.merges ? "merging" : "no merging");
-  return text.str();
+  return add_children();
 }
 
-std::string explain_choice(const MeasuredChoice& choice, const Counters& work, double iterations) {
+std::string explain_choice(const MeasuredChoice& choice, const Counters& work) {
   std::ostringstream text;
   text << std::setprecision(3);
   const Forecast& chosen = choice.forecasts[choice.chosen];
+  const double iterations = choice.expected_iterations;
   text << "measured    in " << choice.pilot_iterations << " iterations, " << 100.0 * choice.pilot_cost / cost_of(work)
        << " % of the counted work: " << text_of(chosen.candidate) << "\n";
   std::vector<Forecast> others = choice.forecasts;
@@ -132,7 +140,8 @@ std::string explain_choice(const MeasuredChoice& choice, const Counters& work, d
     text << "\n";
   };
   const auto is_plain = [](const Forecast& f) {
-    return !f.candidate.traces_light() || (f.candidate.light_paths == 1.0 && f.candidate.connections == 1);
+    return f.candidate.camera_children == 1 &&
+           (!f.candidate.traces_light() || (f.candidate.light_paths == 1.0 && f.candidate.connections == 1));
   };
   for (const Forecast& other : others)
     if (is_plain(other) && !(other.candidate == chosen.candidate)) line(other);

@@ -27,6 +27,6 @@ namespace gmis::tools {
 /// "1/4 light tree a pixel, 2 connections a vertex, no merging".
 [[nodiscard]] std::string text_of(const Candidate& candidate);
 /// Lines of --explain after the run: what a pilot chose, and what the nearest others would have cost.
-[[nodiscard]] std::string explain_choice(const MeasuredChoice& choice, const Counters& work, double iterations);
+[[nodiscard]] std::string explain_choice(const MeasuredChoice& choice, const Counters& work);
 
 }  // namespace gmis::tools

@@ -65,9 +65,10 @@ struct TechniqueImage {
 /// What a pilot found out about the candidates, and which of them was chosen.
 struct MeasuredChoice {
   std::vector<Forecast> forecasts;
-  std::size_t chosen = 0;              ///< its place among them
-  std::uint32_t pilot_iterations = 0;  ///< part of the picture like all others
-  double pilot_cost = 0;               ///< counted operations, as `Forecast::cost`
+  std::size_t chosen = 0;                 ///< its place among them
+  std::uint32_t expected_iterations = 0;  ///< that the choice is best for
+  std::uint32_t pilot_iterations = 0;     ///< part of the picture like all others
+  double pilot_cost = 0;                  ///< counted operations, as `Forecast::cost`
 };
 
 /// The part of the image that the paths of one class make.
@@ -130,6 +131,11 @@ struct RenderResult {
 [[nodiscard]] std::unique_ptr<FrameSource> start_bpm(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_bpt(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_vcm(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_split_pt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_split_pt_lt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_split_pt_lt_pm(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_split_bpt(const BuiltScene&, const RenderRequest&);
+[[nodiscard]] std::unique_ptr<FrameSource> start_split_vcm(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_gmis_paper(const BuiltScene&, const RenderRequest&);
 [[nodiscard]] std::unique_ptr<FrameSource> start_gmis_budgeted(const BuiltScene&, const RenderRequest&);
 

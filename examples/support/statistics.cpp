@@ -106,15 +106,20 @@ Json techniques_json(const RunFacts& facts) {
 }
 
 Json forecast_json(const Forecast& forecast) {
-  return {{"light_paths", forecast.candidate.light_paths}, {"connections", forecast.candidate.connections},
-          {"merges", forecast.candidate.merges},           {"variance", forecast.variance},
-          {"squared_bias", forecast.squared_bias},         {"cost", forecast.cost},
+  return {{"light_paths", forecast.candidate.light_paths},
+          {"connections", forecast.candidate.connections},
+          {"merges", forecast.candidate.merges},
+          {"camera_children", forecast.candidate.camera_children},
+          {"variance", forecast.variance},
+          {"squared_bias", forecast.squared_bias},
+          {"cost", forecast.cost},
           {"missing_share", forecast.missing_share}};
 }
 
 Json choice_json(const MeasuredChoice& choice, const Counters& work) {
   Json json;
   json["chosen"] = forecast_json(choice.forecasts[choice.chosen]);
+  json["expected_iterations"] = choice.expected_iterations;
   json["pilot_iterations"] = choice.pilot_iterations;
   json["pilot_share"] = choice.pilot_cost / cost_of(work);
   json["forecasts"] = Json::array();

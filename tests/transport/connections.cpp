@@ -150,6 +150,17 @@ TEST_CASE("camera subpaths may split at their first non-specular vertex") {
     settings.camera_children = 3;
     check(render<integrators::Gmis<>>(settings, 250));
   }
+  SECTION("four children that the weights do not count") {
+    RenderSettings settings = settings_with(1);
+    settings.camera_children = 4;
+    check(render<integrators::SplitCamera<integrators::Vcm>>(settings, 250));
+  }
+  SECTION("emitter hits and splats alone, many children that the weights do not count: a splat must not either") {
+    RenderSettings settings = settings_with(1);
+    settings.camera_children = 16;
+    settings.light_paths = 4.0;
+    check(render<Integrator<Techniques<EmitterHit, Splat>, CameraSplit>>(settings, 120));
+  }
   SECTION("emitter hits and splats alone, many children: a splat must know of them") {
     // With 16 children an emitter hit has 16 times the density that it has with one.
     RenderSettings settings = settings_with(1);

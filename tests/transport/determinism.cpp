@@ -130,3 +130,10 @@ TEST_CASE("a crop is the same rectangle of the whole image, bit by bit") {
     }
   CHECK(differences == 0);
 }
+
+TEST_CASE("camera subpaths with one child are not split, bit by bit") {
+  using namespace gmis::integrators;
+  const auto whole = frame_with<Vcm>(1, settings(), 2);
+  const auto one_child = frame_with<SplitCamera<Vcm>>(1, settings(), 2);
+  CHECK(std::memcmp(whole.data(), one_child.data(), whole.size() * sizeof(float)) == 0);
+}

@@ -116,7 +116,7 @@ class KnownPaths {
 template <class I>
 gmis_test::NominalCounts nominal_counts(const gmis::RenderSettings& render_settings) {
   gmis_test::NominalCounts nominal;
-  if (I::Split::splits) {
+  if (I::Split::splits_light) {
     nominal.light_per_lobe = render_settings.rounds;
     nominal.camera_first = render_settings.camera_children;
   }

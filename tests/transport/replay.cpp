@@ -119,6 +119,11 @@ TEST_CASE("A path replayed alone makes what it made in the run, bit by bit") {
     adaptive.adapts_split = true;
     check_replay<Gmis<>>(adaptive, 27, 2);
   }
+  SECTION("vcm, split on the camera side") {
+    auto split = settings();
+    split.camera_children = 3;
+    check_replay<SplitCamera<Vcm>>(split, 2, 2);
+  }
   SECTION("gmis, split on both sides") {
     auto split = settings();
     split.camera_children = 3;

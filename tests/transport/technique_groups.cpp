@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <random>
+#include <vector>
 
 #include "gmis/transport/candidate.hpp"
+#include "gmis/transport/choice_by_region.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
@@ -91,8 +94,21 @@ TEST_CASE("The factors of a candidate are its counts over those that were made",
   CHECK(gmis::count_factors<double>({0.0, 0, false, false}, made) == Factors{1, 0, 0, 0});
 }
 
-TEST_CASE("What a candidate costs follows from the work of the pilot, side by side", "[pilot]") {
-  gmis::WorkBySide work;
+TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
+  const auto brute_force = [](double alpha, std::uint32_t iterations) {
+    long double sum = 0;
+    for (std::uint32_t i = 1; i <= iterations; ++i) sum += std::pow(static_cast<long double>(i), alpha - 1.0L);
+    return static_cast<double>(sum / iterations);
+  };
+  for (const double alpha : {0.0, 0.3, 2.0 / 3.0, 1.0})
+    for (const std::uint32_t iterations : {1U, 2U, 64U, 65U, 1000U, 100000U}) {
+      INFO("alpha " << alpha << ", " << iterations << " iterations");
+      CHECK(std::abs(gmis::mean_disk(alpha, iterations) / brute_force(alpha, iterations) - 1.0) < 1e-5);
+    }
+}
+
+TEST_CASE("What a candidate costs follows from the work of the pilot, part by part", "[pilot]") {
+  gmis::WorkByPart work;
   work.light.rays = 1000;
   work.light.shadow_rays = 500;
   work.light.photons_stored = 800;
@@ -102,19 +118,34 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, side by si
   work.camera.connections = 4000;
   work.camera.merge_queries = 1500;
   work.camera.merges = 6000;
-  const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0};
+  work.children.rays = 100;
+  work.children.shadow_rays = 200;  // of them for connections:
+  work.children.connection_rays = 50;
+  work.children.merges = 70;
+  work.mean_children = 1.25;
+  const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 1.5};
   const gmis::Candidate made{1.0, 2, true, true};
-  CHECK(gmis::predicted_cost({0.0, 0, false, false}, made, work, costs) == 2000 + 0.5 * 1800);
-  CHECK(gmis::predicted_cost(made, made, work, costs) ==
-        2000 + 0.5 * 1800 + 1000 + 0.5 * 500 + 4.0 * 800 + 0.25 * 4000 + 0.5 * 1200 + 2.0 * 1500 + 0.125 * 6000);
-  CHECK(gmis::predicted_cost({0.5, 1, true, false}, made, work, costs) ==
-        2000 + 0.5 * 1800 + 0.5 * (1000 + 0.5 * 500 + 4.0 * 800) + 0.5 * (0.25 * 4000 + 0.5 * 1200));
-  CHECK(gmis::predicted_cost({2.0, 0, true, false}, made, work, costs) == 2000 + 0.5 * 1800 + 2 * (1000 + 0.5 * 500));
+  const auto light = [&](const gmis::Candidate& c) { return gmis::predicted_light_cost(c, made, work, costs); };
+  const auto camera = [&](const gmis::Candidate& c) { return gmis::predicted_camera_cost(c, made, work, costs); };
+  CHECK(light({0.0, 0, false, false}) == 0);
+  CHECK(light(made) == 1000 + 0.5 * 500 + 4.0 * 800);
+  CHECK(light({0.5, 1, true, false}) == 0.5 * (1000 + 0.5 * 500 + 4.0 * 800));
+  CHECK(light({2.0, 0, true, false}) == 2 * (1000 + 0.5 * 500));
+  // Of one child, without and with what comes from the light side.
+  const double child = (100 + 0.5 * 150) / 1.25, connected = 0.5 * 50 / 1.25, merged = 0.125 * 70 / 1.25;
+  CHECK(camera({0.0, 0, false, false}) == Approx(2000 + 0.5 * 1800 + child));
+  CHECK(camera({0.0, 0, false, false, 4}) == Approx(2000 + 0.5 * 1800 + (1 + 3 * 1.5) * child));
+  CHECK(camera(made) ==
+        Approx(2000 + 0.5 * 1800 + 0.25 * 4000 + 0.5 * 1200 + 2.0 * 1500 + 0.125 * 6000 + child + connected + merged));
+  CHECK(camera({0.5, 1, true, false}) ==
+        Approx(2000 + 0.5 * 1800 + 0.5 * (0.25 * 4000 + 0.5 * 1200) + child + 0.5 * connected));
+  CHECK(camera({2.0, 0, true, true, 2}) ==
+        Approx(2000 + 0.5 * 1800 + 2.0 * 1500 + 2 * 0.125 * 6000 + (1 + 1.5) * (child + 2 * merged)));
 }
 
 TEST_CASE("The best candidate has the least work of those that miss no light", "[pilot]") {
   const auto forecast = [](double variance, double squared_bias, double cost, double missing) {
-    return gmis::Forecast{{}, variance, squared_bias, cost, missing};
+    return gmis::Forecast{{1.0, 1, true, false}, variance, squared_bias, cost, missing};
   };
   CHECK(gmis::best_of({forecast(1, 0, 10, 0), forecast(2, 0, 4, 0), forecast(0.5, 0, 30, 0)}, 64) == 1);
   CHECK(gmis::best_of({forecast(1, 0, 10, 0), forecast(2, 0, 4, 0.01)}, 64) == 0);
@@ -123,16 +154,53 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
   // A bias does not fall with the iterations.
   CHECK(gmis::best_of({forecast(1, 0.01, 10, 0), forecast(1.2, 0, 10, 0)}, 4) == 0);
   CHECK(gmis::best_of({forecast(1, 0.01, 10, 0), forecast(1.2, 0, 10, 0)}, 64) == 1);
+  // Splitting must gain more than a twentieth; so must no merging more than an eighth, where there is merging.
+  gmis::Forecast other = forecast(0.96, 0, 10, 0);
+  other.candidate.camera_children = 2;
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), other}, 64) == 0);
+  other.variance = 0.94;
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), other}, 64) == 1);
+  gmis::Forecast merges = forecast(1, 0, 10, 0);
+  merges.candidate.merges = true;
+  CHECK(gmis::best_of({merges, forecast(0.88, 0, 10, 0)}, 64) == 0);
+  CHECK(gmis::best_of({merges, forecast(0.86, 0, 10, 0)}, 64) == 1);
 }
 
 TEST_CASE("Every candidate has its place, and none on the light side when nothing is traced there", "[pilot]") {
   const auto all = gmis::all_candidates({});
-  CHECK(all.size() == 1 + 4 * 4 * 2);
+  CHECK(all.size() == 3 * (1 + 4 * 4 * 2));
   for (const auto& candidate : all)
     if (!candidate.traces_light()) CHECK((candidate.connections == 0 && !candidate.splats && !candidate.merges));
   gmis::CandidateCounts few;
   few.light_paths = {1.0};
   few.connections = {2};
   few.merges = {true};
-  CHECK(gmis::all_candidates(few) == std::vector<gmis::Candidate>{{1.0, 2, true, true}});
+  few.camera_children = {1, 4};
+  CHECK(gmis::all_candidates(few) == std::vector<gmis::Candidate>{{1.0, 2, true, true, 1}, {1.0, 2, true, true, 4}});
+}
+
+TEST_CASE("A choice by region finds the least work, against trying all", "[pilot]") {
+  std::mt19937_64 source(gmis_test::seed(77));
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (int n = 0; n < 2000; ++n) {
+    std::vector<std::vector<gmis::VarianceAndCost>> regions(1 + static_cast<std::size_t>(n) % 5);
+    for (auto& choices : regions)
+      for (std::size_t i = 0; i < 1 + source() % 4; ++i)
+        choices.push_back({std::pow(10.0, 2 * unit(source)), std::pow(10.0, 2 * unit(source))});
+    const double shared = n % 3 == 0 ? 0.0 : std::pow(10.0, 2 * unit(source));
+    double least = std::numeric_limits<double>::infinity();
+    std::vector<std::size_t> chosen(regions.size(), 0);
+    for (;;) {
+      double variance = 0, cost = shared;
+      for (std::size_t r = 0; r < regions.size(); ++r) {
+        variance += regions[r][chosen[r]].variance;
+        cost += regions[r][chosen[r]].cost;
+      }
+      least = std::min(least, variance * cost);
+      std::size_t r = 0;
+      while (r < regions.size() && ++chosen[r] == regions[r].size()) chosen[r++] = 0;
+      if (r == regions.size()) break;
+    }
+    CHECK(gmis::least_work_by_region(regions, shared).work() == Approx(least).epsilon(1e-12));
+  }
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <utility>
@@ -23,10 +25,13 @@ class MeasuredSource final : public FrameSource {
   MeasuredSource(const BuiltScene& built, const RenderRequest& request, std::vector<Candidate> candidates)
       : built_(built),
         request_(request),
-        pilot_(std::make_unique<PilotType>(built.scene(), request.settings, std::move(candidates), request.crop)) {}
+        expected_iterations_(expected_iterations(request.budget, pixel_count(built))),
+        pilot_iterations_(pilot_iterations_of(expected_iterations_)),
+        pilot_(std::make_unique<PilotType>(built.scene(), request.settings, std::move(candidates), expected_iterations_,
+                                           request.crop)) {}
 
   void iterate(ThreadedExecutor& executor) override {
-    if (!chosen_ && pilot_->iterations() == pilot_iterations) choose();
+    if (!chosen_ && pilot_->iterations() == pilot_iterations_) choose();
     if (chosen_) {
       chosen_->iterate(executor);
       counters_ = pilot_counters_;
@@ -61,27 +66,35 @@ class MeasuredSource final : public FrameSource {
   [[nodiscard]] const MeasuredChoice* choice() const override { return chosen_ ? &choice_ : nullptr; }
   void for_each_contribution(const Visit&) const override {}
   [[nodiscard]] ReplayedPath<Spectrum> replay(ThreadedExecutor& executor, const PathName& path) override {
-    if (path.iteration <= pilot_iterations)
+    if (path.iteration <= pilot_iterations_)
       throw InputError(
-          "--replay: the first " + std::to_string(pilot_iterations) +
+          "--replay: the first " + std::to_string(pilot_iterations_) +
           " iterations with --integrator auto measure what pays and cannot be replayed: choose a later one");
-    while (pilot_->iterations() < pilot_iterations) pilot_->iterate(executor);
+    while (pilot_->iterations() < pilot_iterations_) pilot_->iterate(executor);
     choose();
     return chosen_->replay(executor, path);
   }
 
  private:
   using PilotType = RenderPilot<BuiltScene::SceneType, Base>;
-  static constexpr std::uint32_t pilot_iterations = 2;
+
+  [[nodiscard]] static std::size_t pixel_count(const BuiltScene& built) {
+    const glm::ivec2 size = built.scene().camera().resolution();
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  }
+  /// A few per cent of the run, in pairs.
+  [[nodiscard]] static std::uint32_t pilot_iterations_of(std::uint32_t expected) {
+    return 2 * std::clamp(expected / 64U, 1U, 8U);
+  }
 
   void choose() {
     choice_.forecasts = pilot_->forecasts();
-    // Without a number of iterations: as many as the default.
-    choice_.chosen = best_of(choice_.forecasts, request_.budget.iterations.value_or(64));
-    choice_.pilot_iterations = pilot_iterations;
+    choice_.chosen = best_of(choice_.forecasts, expected_iterations_);
+    choice_.expected_iterations = expected_iterations_;
+    choice_.pilot_iterations = pilot_iterations_;
     choice_.pilot_cost = cost_of(pilot_->engine().counters());
     chosen_ = start_candidate(choice_.forecasts[choice_.chosen].candidate, built_, request_);
-    chosen_->continue_after(pilot_iterations);
+    chosen_->continue_after(pilot_iterations_);
     pilot_counters_ = pilot_->engine().counters();
     pilot_rejections_ = pilot_->engine().rejections();
     pilot_seconds_ = pilot_->engine().seconds();
@@ -90,6 +103,7 @@ class MeasuredSource final : public FrameSource {
 
   const BuiltScene& built_;
   RenderRequest request_;
+  std::uint32_t expected_iterations_, pilot_iterations_;
   std::unique_ptr<PilotType> pilot_;
   std::unique_ptr<FrameSource> chosen_;
   MeasuredChoice choice_;

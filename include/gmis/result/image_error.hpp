@@ -8,6 +8,9 @@
 
 namespace gmis {
 
+/// Added to the squared value that a squared error is divided by, so that dark pixels do not rule.
+inline constexpr double relative_error_floor = 0.01;
+
 /// How far an image is from a reference.
 struct ImageError {
   double relmse = 0.0;          ///< mean over pixels and channels of (x − ref)² / (ref² + 0.01)
@@ -28,7 +31,7 @@ template <class T, class U>
       const double wanted = static_cast<double>(reference[pixel * channels + c]);
       const double difference = static_cast<double>(image[pixel * channels + c]) - wanted;
       squares += difference * difference;
-      relative[pixel] += difference * difference / (wanted * wanted + 0.01);
+      relative[pixel] += difference * difference / (wanted * wanted + relative_error_floor);
     }
 
   const auto mean_of_first = [&](std::size_t count) {

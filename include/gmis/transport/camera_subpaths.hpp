@@ -92,9 +92,10 @@ class CameraSubpath {
           survival,
           vertex.children,
           {context_.camera_delta_children(survival, is_first), light_children}};
-      if constexpr (I::Split::splits)
-        if (is_first && context_.split.camera_children() > 1) {
-          branch(edge, vertex, scattering, source, number + 1);
+      if constexpr (I::Split::splits_camera)
+        if (const int children = is_first ? context_.split.camera_children(number_) : 1;
+            children > 1 || (is_first && observes_children<Output>)) {
+          branch(edge, vertex, scattering, children, source, number + 1);
           return;
         }
       source.at_vertex(number + 1);
@@ -108,24 +109,26 @@ class CameraSubpath {
       edge.throughput = edge.throughput * next->weight;
       edge.from = vertex.hit.point;
       edge.weights_behind = vertex.weights;
-      if constexpr (I::Split::splits) edge.is_past_first = edge.is_past_first || !is_specular;
+      if constexpr (I::Split::splits_camera) edge.is_past_first = edge.is_past_first || !is_specular;
     }
   }
 
   /// All children of the first non-specular vertex, each with random numbers of its own.
   template <UniformSource Source>
-  void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering,
+  void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering, int count,
               Source& source, std::uint32_t number) {
     Source children = source;
     children.at_vertex(number);
     std::uint32_t child = 0;
-    context_.split.expand_camera(scattering, children, [&](const Step<S>& step) {
+    context_.split.expand_camera(scattering, count, children, [&](const Step<S>& step) {
       ++child;
       const auto path = after_event(edge.path, vertex.hit.bsdf, step.is_delta);
       if (!context_.filter.keeps_camera(path)) return;
       Edge next{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth + 1, true, path};
+      if constexpr (observes_children<Output>) output_.begin_child(edge.depth);
       follow(next, source, numbers_per_child * child);
     });
+    if constexpr (observes_children<Output>) output_.end_children();
   }
 
   /// Forms the vertex's partial weights; false where its density allows none.

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
-#include <limits>
+#include <cstdint>
 #include <vector>
 
 #include "gmis/transport/operation_costs.hpp"
@@ -16,6 +18,7 @@ struct Candidate {
   int connections = 1;       ///< light vertices per camera vertex; 0: none
   bool splats = true;
   bool merges = true;
+  int camera_children = 1;  ///< of the first non-specular vertex of a camera subpath (`CameraSplit`)
 
   [[nodiscard]] constexpr bool traces_light() const noexcept { return light_paths > 0.0; }
   [[nodiscard]] constexpr bool operator==(const Candidate&) const = default;
@@ -26,22 +29,36 @@ struct CandidateCounts {
   std::vector<double> light_paths{0.0, 0.25, 0.5, 1.0, 2.0};
   std::vector<int> connections{0, 1, 2, 4};
   std::vector<bool> merges{false, true};
+  std::vector<int> camera_children{1, 2, 4};
   bool splats = true;  ///< whether light vertices are connected with the camera where light is traced at all
 };
 
 [[nodiscard]] inline std::vector<Candidate> all_candidates(const CandidateCounts& counts) {
   std::vector<Candidate> all;
-  for (const double light_paths : counts.light_paths) {
-    if (light_paths <= 0.0) {
-      all.push_back({0.0, 0, false, false});
-      continue;
+  for (const int children : counts.camera_children)
+    for (const double light_paths : counts.light_paths) {
+      if (light_paths <= 0.0) {
+        all.push_back({0.0, 0, false, false, children});
+        continue;
+      }
+      for (const int connections : counts.connections)
+        for (const bool merges : counts.merges)
+          if (counts.splats || connections > 0 || merges)
+            all.push_back({light_paths, connections, counts.splats, merges, children});
     }
-    for (const int connections : counts.connections)
-      for (const bool merges : counts.merges)
-        if (counts.splats || connections > 0 || merges)
-          all.push_back({light_paths, connections, counts.splats, merges});
-  }
   return all;
+}
+
+/// The mean over a run's iterations of r_i²/r_1², the disk that is merged in: r_i² = r_1² i^(α−1).
+[[nodiscard]] inline double mean_disk(double alpha, std::uint32_t iterations) {
+  constexpr std::uint32_t summed = 64;
+  double sum = 0.0;
+  for (std::uint32_t i = 1; i <= std::min(summed, iterations); ++i)
+    sum += std::pow(static_cast<double>(i), alpha - 1.0);
+  if (iterations > summed)  // the integral, from half a step behind the sum on
+    sum += alpha > 0.0 ? (std::pow(iterations + 0.5, alpha) - std::pow(summed + 0.5, alpha)) / alpha
+                       : std::log((iterations + 0.5) / (summed + 0.5));
+  return iterations > 0 ? sum / static_cast<double>(iterations) : 1.0;
 }
 
 /// By how much each group's counts differ from those of a rendering with `made`, whose counts are not 0.
@@ -59,41 +76,62 @@ template <std::floating_point T>
   return factors;
 }
 
-/// What was done on the light side and on the camera side.
-struct WorkBySide {
-  Counters light, camera;
+/// What was done for light trees, for camera subpaths up to their first non-specular vertices and at these, and for the
+/// children of these.
+struct WorkByPart {
+  Counters light, camera, children;
+  double mean_children = 1.0;  ///< that there were
 };
 
-/// What an iteration with `candidate` takes, from the work of one with `made` (in units of `OperationCosts`).
-[[nodiscard]] inline double predicted_cost(const Candidate& candidate, const Candidate& made, const WorkBySide& work,
-                                           const OperationCosts& costs = {}) noexcept {
-  const Counters& camera = work.camera;
+/// What light trees take in an iteration with `candidate`, from the work of one with `made` (in units of
+/// `OperationCosts`).
+[[nodiscard]] inline double predicted_light_cost(const Candidate& candidate, const Candidate& made,
+                                                 const WorkByPart& work, const OperationCosts& costs = {}) noexcept {
+  if (!candidate.traces_light()) return 0.0;
   const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
-  double cost = times(costs.ray, camera.rays) + times(costs.shadow_ray, camera.shadow_rays - camera.connection_rays);
-  if (!candidate.traces_light()) return cost;
+  double cost = times(costs.ray, work.light.rays);
+  if (candidate.splats) cost += times(costs.shadow_ray, work.light.shadow_rays);
+  if (candidate.connections > 0 || candidate.merges) cost += times(costs.photon_stored, work.light.photons_stored);
+  return candidate.light_paths / made.light_paths * cost;
+}
+
+/// The same for its camera subpaths.
+[[nodiscard]] inline double predicted_camera_cost(const Candidate& candidate, const Candidate& made,
+                                                  const WorkByPart& work, const OperationCosts& costs = {}) noexcept {
   const double light = candidate.light_paths / made.light_paths;
   const double connections = static_cast<double>(candidate.connections) / static_cast<double>(made.connections);
-  cost += light * times(costs.ray, work.light.rays);
-  if (candidate.splats) cost += light * times(costs.shadow_ray, work.light.shadow_rays);
-  if (candidate.connections > 0 || candidate.merges)
-    cost += light * times(costs.photon_stored, work.light.photons_stored);
-  cost += connections * (times(costs.connection, camera.connections) + times(costs.shadow_ray, camera.connection_rays));
-  if (candidate.merges)
-    cost += times(costs.merge_query, camera.merge_queries) + light * times(costs.merge, camera.merges);
-  return cost;
+  const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
+  const auto cost_of_part = [&](const Counters& part) {
+    double cost = times(costs.ray, part.rays) + times(costs.shadow_ray, part.shadow_rays - part.connection_rays);
+    if (!candidate.traces_light()) return cost;
+    cost += connections * (times(costs.connection, part.connections) + times(costs.shadow_ray, part.connection_rays));
+    if (candidate.merges)
+      cost += times(costs.merge_query, part.merge_queries) + light * times(costs.merge, part.merges);
+    return cost;
+  };
+  const double more = static_cast<double>(candidate.camera_children - 1);
+  return cost_of_part(work.camera) +
+         (1.0 + more * costs.further_child) * cost_of_part(work.children) / work.mean_children;
 }
 
 /// What a pilot expects of a candidate.
 struct Forecast {
   Candidate candidate;
-  double variance = 0.0;       ///< of one iteration, relative to the squared values
-  double squared_bias = 0.0;   ///< of merging, likewise
-  double cost = 0.0;           ///< of one iteration, as `predicted_cost`
+  double variance = 0.0;       ///< of one iteration, relative as relMSE is
+  double squared_bias = 0.0;   ///< of merging, likewise, in the mean of the run
+  double cost = 0.0;           ///< of one iteration, counted (in units of `OperationCosts`)
   double missing_share = 0.0;  ///< of the light: what none of its techniques can make
 
   /// Mean squared error times cost after that many iterations: what is to be small.
   [[nodiscard]] double work(double iterations) const noexcept { return (variance + iterations * squared_bias) * cost; }
 };
+
+/// What a candidate that splits must gain over those that do not: less is within what its forecast is off by.
+inline constexpr double least_gain_of_splitting = 0.05;
+
+/// What a candidate that leaves merging out must gain over those that merge. A plan has merging where some paths are hard
+/// to find in any other way; how hard is seen by a pilot too seldom, so forecasts without merging are too good.
+inline constexpr double least_gain_of_not_merging = 0.13;
 
 /// Light that a candidate may miss, of all that a pilot saw: rounding, no more.
 inline constexpr double negligible_share = 1e-6;
@@ -102,12 +140,18 @@ inline constexpr double negligible_share = 1e-6;
 /// of those that miss least.
 [[nodiscard]] inline std::size_t best_of(const std::vector<Forecast>& forecasts, double iterations) {
   const auto misses = [](const Forecast& f) { return f.missing_share > negligible_share; };
+  const bool may_merge =
+      std::any_of(forecasts.begin(), forecasts.end(), [](const Forecast& f) { return f.candidate.merges; });
+  const auto work_of = [&](const Forecast& f) {
+    return f.work(iterations) / (f.candidate.camera_children > 1 ? 1.0 - least_gain_of_splitting : 1.0) /
+           (may_merge && !f.candidate.merges ? 1.0 - least_gain_of_not_merging : 1.0);
+  };
   std::size_t best = 0;
   for (std::size_t i = 1; i < forecasts.size(); ++i) {
     const Forecast &a = forecasts[i], &b = forecasts[best];
     if (misses(a) && misses(b)   ? a.missing_share < b.missing_share
         : misses(a) != misses(b) ? misses(b)
-                                 : a.work(iterations) < b.work(iterations))
+                                 : work_of(a) < work_of(b))
       best = i;
   }
   return best;

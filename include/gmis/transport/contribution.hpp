@@ -27,6 +27,14 @@ inline constexpr bool observes_paths = requires {
   typename Output::ObservesPaths;
 };
 
+/// An output that wants to know which child of a camera subpath's first non-specular vertex is being traced; for any
+/// other, that is not compiled.
+template <class Output>
+inline constexpr bool observes_children = requires(Output& output) {
+  output.begin_child(std::int32_t{});
+  output.end_children();
+};
+
 /// Where the work of one chunk of paths goes: nothing in it is shared with another chunk, so that no order of execution
 /// can change a bit of the result.
 template <Spectrum S, bool records_techniques>

@@ -68,7 +68,7 @@ class Engine {
     }
     camera_outputs_.resize(static_cast<std::size_t>(std::max(0, crop_.upper.y - crop_.lower.y)));
     split_ = Policy(settings);
-    tuner_ = Tuner<S>(settings, Integrator_::template has<Connect>, Integrator_::Split::splits);
+    tuner_ = Tuner<S>(settings, Integrator_::template has<Connect>, Integrator_::Split::splits_light);
   }
 
   /// Renders one more iteration; the image it alone gives is `frame()` afterwards.
@@ -193,8 +193,8 @@ class Engine {
     const bool keeps_trees = knows_trees_ && tuning.light_children == tuning_.light_children;
     tuning_ = tuning;
     split_.plan(tuning);
-    if constexpr (Integrator_::template has<Connect> || (Integrator_::traces_light && Integrator_::Split::splits))
-      if (!keeps_trees && (Integrator_::Split::splits || tuning.connections != paired_connections)) {
+    if constexpr (Integrator_::template has<Connect> || (Integrator_::traces_light && Integrator_::Split::splits_light))
+      if (!keeps_trees && (Integrator_::Split::splits_light || tuning.connections != paired_connections)) {
         measure_light_trees(executor);
         knows_trees_ = true;
       }
@@ -215,20 +215,20 @@ class Engine {
               pilots[chunk].stored += is_worth_storing(vertex) && is_wanted(context, vertex) ? 1 : 0;
             },
             [&](const auto& bsdf, int drawn) {
-              if constexpr (Integrator_::Split::splits) pilots[chunk].children.count(bsdf, drawn);
+              if constexpr (Integrator_::Split::splits_light) pilots[chunk].children.count(bsdf, drawn);
             });
       }
     });
     LightTreePilot total;
     for (const LightTreePilot& pilot : pilots) total += pilot;
     vertices_per_tree_ = static_cast<double>(total.stored) / static_cast<double>(pilot_tree_count);
-    if constexpr (Integrator_::Split::splits) split_.freeze(total.children);
+    if constexpr (Integrator_::Split::splits_light) split_.freeze(total.children);
   }
 
   struct NoPilot {
     NoPilot& operator+=(const NoPilot&) { return *this; }
   };
-  template <class Split, bool splits = Split::splits>
+  template <class Split, bool splits = Split::splits_light>
   struct ChildrenPilot {
     using Type = NoPilot;
   };

@@ -29,4 +29,10 @@ using Vcm = Integrator<Techniques<EmitterHit, NextEvent, Connect, Splat, Merge>>
 template <class Split = BudgetedSplit>
 using Gmis = Integrator<Techniques<EmitterHit, NextEvent, Connect, Splat, Merge>, Split>;
 
+/// `Base` with `RenderSettings::camera_children` children at the first non-specular vertex of a camera subpath.
+template <class Base>
+struct SplitCamera : Base {
+  using Split = CameraSplit;
+};
+
 }  // namespace gmis::integrators

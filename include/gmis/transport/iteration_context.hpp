@@ -58,8 +58,8 @@ struct IterationContext {
   /// `is_first`: every vertex between it and the camera is specular.
   [[nodiscard]] T camera_children(T survival, bool is_first) const noexcept {
     if constexpr (Integrator_::camera_walk == CameraWalk::specular) return T(0);
-    if constexpr (Integrator_::Split::splits)
-      if (is_first) return survival * static_cast<T>(split.camera_children());
+    if constexpr (Integrator_::Split::splits_camera)
+      if (is_first) return survival * static_cast<T>(split.nominal_camera_children());
     return survival;
   }
   /// The same by a delta event.

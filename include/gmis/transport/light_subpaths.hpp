@@ -33,7 +33,7 @@ class LightTree {
     source.at_vertex(0);
     std::optional<Vertex> vertex = emit(source);
     std::uint32_t number = 0;  // of the vertex within the tree: what its random numbers are keyed by
-    if constexpr (!Split::splits) {
+    if constexpr (!Split::splits_light) {
       while (vertex) {
         source.at_vertex(++number);
         visit(*vertex, source);

@@ -8,13 +8,18 @@ namespace gmis {
 /// balls in a box to some hundred triangles) with the built-in scene. Only ratios matter, and what is chosen by them is
 /// the same on every machine.
 struct OperationCosts {
-  double ray = 1.0;         ///< closest hit, with the vertex made from it
-  double shadow_ray = 0.8;  ///< with the contribution that waits for it
-  double connection = 0.3;  ///< two BSDFs and a weight, whether or not a ray follows
+  double ray = 1.0;          ///< closest hit, with the vertex made from it
+  double shadow_ray = 1.1;   ///< with the contribution that waits for it
+  double connection = 0.15;  ///< two BSDFs and a weight, whether or not a ray follows
   double merge_query = 0.6;
-  double merge = 0.45;
-  double photon_stored = 0.15;  ///< kept and sorted into the grid
+  double merge = 2.0;
+  double photon_stored = 0.5;  ///< kept and sorted into the grid
+  /// What is done for one more child of a camera subpath costs so many times that, for its rays go anywhere.
+  double further_child = 1.25;
 };
+
+/// So many of these a second, on one core of 2023: what a time stands for where a clock may not be read.
+inline constexpr double nominal_operations_per_second = 5e6;
 
 [[nodiscard]] constexpr double cost_of(const Counters& work, const OperationCosts& costs = {}) noexcept {
   return costs.ray * static_cast<double>(work.rays) + costs.shadow_ray * static_cast<double>(work.shadow_rays) +

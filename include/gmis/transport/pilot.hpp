@@ -5,14 +5,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "gmis/core/math.hpp"
-#include "gmis/transport/candidate.hpp"
+#include "gmis/result/image_error.hpp"
+#include "gmis/transport/choice_by_region.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/integrators.hpp"
+#include "gmis/transport/pilot_output.hpp"
 
 /// \file
 /// Which counts pay in a scene, from one set of samples. A pilot renders with all techniques and keeps, for every
@@ -22,192 +25,18 @@
 ///     Var(A + B) = ∫ f²/D + E[Σ_{i≠j} A_i A_j] − E[A]²,
 /// the sum over pairs of contributions of one camera subpath. Any technique's samples can estimate the integral, also
 /// that of techniques which rarely find the path themselves: so the pilot sees a caustic's fireflies before they happen.
+///
+/// With c children of the first non-specular vertex in place of one, A's part beyond it is a mean of c that are
+/// independent of each other: (1 − 1/c) W less, W the variance of one child given what lies before it. The pilot traces
+/// two in some pixels and so knows W.
 
 namespace gmis {
-
-/// Paths are analysed in whole rows, not more of them than make `analysed_pixels`: the pilot's cost is bounded.
-struct PilotGrid {
-  static constexpr int tile_size = 8;
-  static constexpr std::int64_t analysed_pixels = 1 << 16;
-
-  PilotGrid() = default;
-  explicit PilotGrid(glm::ivec2 resolution) : size_(resolution) {
-    const auto pixels = static_cast<std::int64_t>(size_.x) * size_.y;
-    row_step_ = static_cast<int>(std::max<std::int64_t>(1, (pixels + analysed_pixels - 1) / analysed_pixels));
-    tiles_ = {(size_.x + tile_size - 1) / tile_size,
-              ((size_.y + row_step_ - 1) / row_step_ + tile_size - 1) / tile_size};
-  }
-  [[nodiscard]] bool is_analysed(std::uint32_t pixel) const noexcept { return row(pixel) % row_step_ == 0; }
-  [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
-    const int x = static_cast<int>(pixel) % size_.x;
-    return static_cast<std::size_t>(row(pixel) / row_step_ / tile_size * tiles_.x + x / tile_size);
-  }
-  [[nodiscard]] std::size_t tile_count() const noexcept { return static_cast<std::size_t>(tiles_.x * tiles_.y); }
-
- private:
-  [[nodiscard]] int row(std::uint32_t pixel) const noexcept { return static_cast<int>(pixel) / size_.x; }
-
-  glm::ivec2 size_{0, 0}, tiles_{0, 0};
-  int row_step_ = 1;
-};
-
-/// The candidates as the loop over all of them wants them: a row for each group.
-struct PilotCandidates {
-  PilotGrid grid;
-  std::size_t count = 0;
-  PerGroup<std::vector<float>> factors;
-  std::vector<float> pair_scale;  ///< of pairs of connections at one vertex: m draws have (m−1)/m of the mean's square
-};
-
-/// What a chunk of paths says of every candidate. Also an ordinary output: the pilot's picture is kept.
-template <Spectrum S>
-class PilotOutput : public ChunkOutput<S, false> {
- public:
-  using T = ScalarOf<S>;
-  using Base = ChunkOutput<S, false>;
-
-  /// A path's contribution from the light side, to be taken in when all chunks are done.
-  struct SplatRecord {
-    std::uint32_t pixel;
-    float value;
-    GroupDensities<float> densities;
-  };
-  /// Of one analysed pixel.
-  struct PixelRecord {
-    std::uint32_t pixel;
-    std::span<const float> mean;            ///< A, for each candidate
-    std::span<const double> second_moment;  ///< ∫ f²/D and the pairs, for each candidate
-  };
-
-  /// Must outlive this.
-  void analyse(const PilotCandidates* candidates) { candidates_ = candidates; }
-
-  void clear() {
-    Base::clear();
-    pixels_.clear();
-    means_.clear();
-    second_moments_.clear();
-    splat_records_.clear();
-    is_analysing_ = false;
-    missing.assign(candidates_ == nullptr ? 0 : candidates_->count, 0.0);
-  }
-
-  void begin_pixel(std::uint32_t pixel) {
-    finish_pixel();
-    Base::begin_pixel(pixel);
-    is_analysing_ = candidates_ != nullptr && candidates_->grid.is_analysed(pixel);
-    if (!is_analysing_) return;
-    const std::size_t n = candidates_->count;
-    pixels_.push_back(pixel);
-    means_.resize(means_.size() + n, 0.0F);
-    second_moments_.resize(second_moments_.size() + n, 0.0);
-    squares_.assign(n, 0.0F);
-    connect_sum_.assign(n, 0.0F);
-    connect_squares_.assign(n, 0.0F);
-  }
-
-  void add(TechniqueId id, const S& value, const GroupDensities<T>& densities) {
-    Base::add(id, value, densities.weight());
-    if (!is_analysing_ || !is_finite(value)) return;
-    const bool connects = id.technique == Technique::connect;
-    if (connects && id.t != connecting_vertex_) finish_vertex();
-    connecting_vertex_ = connects ? id.t : connecting_vertex_;
-    float* const mean = latest_mean();
-    double* const second = latest_second_moment();
-    for_each_candidate(single(value), single(densities), missing, [&](std::size_t c, float own, float second_moment) {
-      mean[c] += own;
-      second[c] += static_cast<double>(second_moment);
-      squares_[c] += own * own;
-      if (!connects) return;
-      connect_sum_[c] += own;
-      connect_squares_[c] += own * own;
-    });
-  }
-
-  void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, const GroupDensities<T>& densities) {
-    Base::add_splat(pixel, id, value, densities.weight());
-    if (candidates_ != nullptr && candidates_->grid.is_analysed(pixel) && is_finite(value))
-      splat_records_.push_back({pixel, single(value), single(densities)});
-  }
-
-  /// Call when the chunk is done.
-  void finish_pixel() {
-    if (!is_analysing_) return;
-    finish_vertex();
-    const float* const mean = latest_mean();
-    double* const second = latest_second_moment();
-    for (std::size_t c = 0; c < candidates_->count; ++c)  // pairs: the square of the sum without the squares
-      second[c] += static_cast<double>(mean[c]) * static_cast<double>(mean[c]) - static_cast<double>(squares_[c]);
-    is_analysing_ = false;
-  }
-
-  [[nodiscard]] std::size_t pixel_count() const noexcept { return pixels_.size(); }
-  [[nodiscard]] PixelRecord pixel(std::size_t i) const noexcept {
-    const std::size_t n = candidates_->count;
-    return {pixels_[i], {means_.data() + i * n, n}, {second_moments_.data() + i * n, n}};
-  }
-  [[nodiscard]] std::span<const SplatRecord> splat_records() const noexcept { return splat_records_; }
-
-  /// Calls `visit(candidate, weighted value, its part of ∫ f²/D)`; what a candidate cannot make is added to `missing`.
-  template <class Visit>
-  void for_each_candidate(float value, const GroupDensities<float>& densities, std::vector<double>& missing_light,
-                          Visit&& visit) const {
-    const float weight = densities.weight();
-    const auto& f = candidates_->factors;
-    const auto& r = densities.relative;
-    const std::vector<float>& own = f[static_cast<std::size_t>(densities.own)];
-    for (std::size_t c = 0; c < candidates_->count; ++c) {
-      const float total = f[0][c] * r[0] + f[1][c] * r[1] + f[2][c] * r[2] + f[3][c] * r[3];
-      if (total > 0.0F)
-        visit(c, own[c] * value / total, weight * value * value / total);
-      else
-        missing_light[c] += static_cast<double>(weight * value);
-    }
-  }
-
-  std::vector<double> missing;  ///< light in the analysed pixels that a candidate has no technique for
-
- private:
-  [[nodiscard]] static float single(const S& value) noexcept { return static_cast<float>(mean_channel(value)); }
-  /// Bounded, so that sums of products stay numbers.
-  [[nodiscard]] static GroupDensities<float> single(const GroupDensities<T>& densities) noexcept {
-    GroupDensities<float> result{densities.own, {}};
-    for (std::size_t g = 0; g < technique_groups; ++g)
-      result.relative[g] = static_cast<float>(std::min(densities.relative[g], T(1e30)));
-    return result;
-  }
-
-  [[nodiscard]] float* latest_mean() noexcept { return means_.data() + means_.size() - candidates_->count; }
-  [[nodiscard]] double* latest_second_moment() noexcept {
-    return second_moments_.data() + second_moments_.size() - candidates_->count;
-  }
-
-  /// Pairs of connections of one vertex: with m draws instead of m₀ they have another share.
-  void finish_vertex() {
-    double* const second = latest_second_moment();
-    for (std::size_t c = 0; c < candidates_->count; ++c) {
-      const double pairs = static_cast<double>(connect_sum_[c]) * static_cast<double>(connect_sum_[c]) -
-                           static_cast<double>(connect_squares_[c]);
-      second[c] += pairs * static_cast<double>(candidates_->pair_scale[c] - 1.0F);
-      connect_sum_[c] = 0.0F;
-      connect_squares_[c] = 0.0F;
-    }
-  }
-
-  const PilotCandidates* candidates_ = nullptr;
-  std::vector<std::uint32_t> pixels_;
-  std::vector<float> means_;
-  std::vector<double> second_moments_;
-  std::vector<SplatRecord> splat_records_;
-  std::vector<float> squares_, connect_sum_, connect_squares_;
-  std::int16_t connecting_vertex_ = -1;
-  bool is_analysing_ = false;
-};
 
 /// `Base`, which connects and splats, with contributions that are kept with their densities by groups.
 template <class Base>
 struct PilotOf : Base {
-  static_assert(Base::template has<Connect> && Base::template has<Splat> && !Base::Split::splits);
+  static_assert(Base::template has<Connect> && Base::template has<Splat>);
+  using Split = PilotSplit;
   template <std::floating_point T>
   using Recursion = WeightRecursion<T, BalanceRatio, GroupSums<T>>;
   template <Spectrum S, bool>
@@ -220,25 +49,32 @@ class RenderPilot {
  public:
   using S = typename Sc::Spectrum;
 
-  /// What the pilot itself renders with: two connections, since pairs of them must be seen.
+  /// What the pilot itself renders with, but for `PilotSplit`.
   static constexpr Candidate made{1.0, 2, true, Base::template has<Merge>};
   using EngineType = Engine<Sc, PilotOf<Base>, false, Source>;
 
+  /// The radius of merging shrinks from iteration to iteration; the pilot's is the mean of a run of
+  /// `expected_iterations`.
   RenderPilot(const Sc& scene, RenderSettings settings, std::vector<Candidate> candidates,
-              std::optional<PixelBounds> crop = std::nullopt)
-      : candidates_(std::move(candidates)), engine_(scene, settings_of_pilot(settings), crop) {
+              std::uint32_t expected_iterations, std::optional<PixelBounds> crop = std::nullopt)
+      : candidates_(std::move(candidates)), engine_(scene, settings_of_pilot(settings, expected_iterations), crop) {
     shape_.grid = PilotGrid(scene.camera().resolution());
-    shape_.count = candidates_.size();
+    shape_.made = made;
     for (const Candidate& candidate : candidates_) {
-      const PerGroup<float> factors = count_factors<float>(candidate, made);
-      for (std::size_t g = 0; g < technique_groups; ++g) shape_.factors[g].push_back(factors[g]);
-      const auto m = static_cast<float>(candidate.connections);
-      shape_.pair_scale.push_back(m > 0.0F ? 2.0F * (m - 1.0F) / m : 1.0F);
+      const Candidate unsplit = without_splitting(candidate);
+      const auto found = std::find(unsplit_.begin(), unsplit_.end(), unsplit);
+      unsplit_of_.push_back(static_cast<std::size_t>(found - unsplit_.begin()));
+      if (found != unsplit_.end()) continue;
+      unsplit_.push_back(unsplit);
+      shape_.add(unsplit);
     }
     engine_.for_each_output([&](PilotOutput<S>& output) { output.analyse(&shape_); });
-    variance_.assign(shape_.count, 0.0);
-    squared_bias_.assign(shape_.count, 0.0);
     missing_.assign(shape_.count, 0.0);
+    biases_.assign(shape_.count, {});
+    earlier_.assign(engine_.frame().size(), 0.0F);
+    regions_.fill({std::vector<double>(shape_.count, 0.0),
+                   std::vector<double>(shape_.count, 0.0),
+                   {{}, {}, {}, PilotSplit::mean_children}});
   }
   RenderPilot(const RenderPilot&) = delete;
   RenderPilot& operator=(const RenderPilot&) = delete;
@@ -254,73 +90,146 @@ class RenderPilot {
   template <Executor E>
   void iterate(E& executor) {
     engine_.iterate(executor);
-    Analysis analysis = analyse();
-    if (iterations() % 2 == 0)
-      take_in(first_, analysis);
-    else
-      first_ = std::move(analysis);
+    analyse(iterations() % 2 == 0 ? second_ : first_);
+    if (iterations() % 2 == 0) take_in(first_, second_);
   }
 
   /// One forecast a candidate, in their order, from the iterations so far; an odd one at the end is left out.
   [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
-    const WorkBySide work{engine_.light_work(), engine_.counters() - engine_.light_work()};
-    std::vector<Forecast> all(shape_.count);
-    for (std::size_t c = 0; c < shape_.count; ++c) {
-      Forecast& forecast = all[c];
-      forecast.candidate = candidates_[c];
-      if (!(pixels_ > 0.0)) continue;
-      forecast.cost = predicted_cost(candidates_[c], made, work, costs) / static_cast<double>(iterations());
-      forecast.variance = std::max(0.0, variance_[c] / pixels_);
-      forecast.squared_bias = std::max(0.0, squared_bias_[c] / pixels_);
-      forecast.missing_share = light_ > 0.0 ? missing_[c] / light_ : 0.0;
+    std::vector<Forecast> all(candidates_.size());
+    for (std::size_t c = 0; c < all.size(); ++c) {
+      all[c].candidate = candidates_[c];
+      all[c].cost = light_cost(candidates_[c], costs);
+      all[c].squared_bias = squared_bias(unsplit_of_[c]);
+      all[c].missing_share = light_ > 0.0 ? missing_[unsplit_of_[c]] / light_ : 0.0;
+    }
+    for (std::size_t r = 0; r < PilotGrid::region_count(); ++r) {
+      const std::vector<Forecast> own = forecasts_of_region(r, costs);
+      for (std::size_t c = 0; c < all.size(); ++c) {
+        all[c].variance += own[c].variance;
+        all[c].cost += own[c].cost;
+      }
     }
     return all;
   }
 
+  /// The part of a region of the picture in these forecasts: variance still over all pixels, of the cost what its camera
+  /// subpaths take; bias is not told apart.
+  [[nodiscard]] std::vector<Forecast> forecasts_of_region(std::size_t r, const OperationCosts& costs = {}) const {
+    std::vector<Forecast> all(candidates_.size());
+    for (std::size_t c = 0; c < all.size(); ++c) all[c].candidate = candidates_[c];
+    if (!(pixels_taken_ > 0.0)) return all;
+    const Region& region = regions_[r];
+    for (std::size_t c = 0; c < all.size(); ++c) {
+      const std::size_t u = unsplit_of_[c];
+      const double variance = std::max(0.0, region.variance[u]);
+      const double fewer = 1.0 - 1.0 / static_cast<double>(candidates_[c].camera_children);
+      all[c].variance = (variance - fewer * std::clamp(region.within[u], 0.0, variance)) / pixels_taken_;
+      all[c].cost = predicted_camera_cost(candidates_[c], made, region.work, costs) / static_cast<double>(iterations());
+    }
+    return all;
+  }
+
+  /// The least variance × cost with connections, merging and children chosen for every region of the picture by itself,
+  /// light trees and splats for all; of candidates that miss nothing, bias left aside. Infinite without such.
+  [[nodiscard]] double least_work_by_region(const OperationCosts& costs = {}) const {
+    double least = std::numeric_limits<double>::infinity();
+    const std::vector<Forecast> all = forecasts(costs);
+    std::vector<std::vector<Forecast>> by_region;
+    for (std::size_t r = 0; r < regions_.size(); ++r) by_region.push_back(forecasts_of_region(r, costs));
+    for (const Forecast& first : all) {  // each number of light trees, at the first candidate that has it
+      const auto goes_with = [&](const Forecast& other) {
+        return other.candidate.light_paths == first.candidate.light_paths && other.missing_share <= negligible_share;
+      };
+      if (&first != &*std::find_if(all.begin(), all.end(), goes_with)) continue;
+      Candidate keeps_light = first.candidate;
+      std::vector<std::vector<VarianceAndCost>> choices(regions_.size());
+      for (std::size_t c = 0; c < all.size(); ++c) {
+        if (!goes_with(all[c])) continue;
+        keeps_light.merges = keeps_light.merges || all[c].candidate.merges;
+        keeps_light.connections = std::max(keeps_light.connections, all[c].candidate.connections);
+        for (std::size_t r = 0; r < choices.size(); ++r)
+          choices[r].push_back({by_region[r][c].variance, by_region[r][c].cost});
+      }
+      least = std::min(least, gmis::least_work_by_region(choices, light_cost(keeps_light, costs)).work());
+    }
+    return least;
+  }
+
+  /// What the light trees of a candidate take in an iteration.
+  [[nodiscard]] double light_cost(const Candidate& candidate, const OperationCosts& costs = {}) const {
+    if (iterations() == 0) return 0.0;
+    return predicted_light_cost(candidate, made, {engine_.light_work(), {}, {}}, costs) /
+           static_cast<double>(iterations());
+  }
+
  private:
-  [[nodiscard]] static RenderSettings settings_of_pilot(RenderSettings settings) {
+  [[nodiscard]] static RenderSettings settings_of_pilot(RenderSettings settings, std::uint32_t expected_iterations) {
+    settings.radius *= std::sqrt(mean_disk(settings.alpha, expected_iterations));
+    settings.alpha = 1.0;
     settings.light_paths = made.light_paths;
     settings.connections = made.connections;
     settings.adapts_split = false;
     return settings;
   }
 
-  /// The candidate with the same counts but no merging; itself where there is none.
-  [[nodiscard]] std::size_t without_merging(std::size_t c) const noexcept {
-    Candidate other = candidates_[c];
-    if (!other.merges) return c;
-    other.merges = false;
-    const auto found = std::find(candidates_.begin(), candidates_.end(), other);
-    return found == candidates_.end() ? c : static_cast<std::size_t>(found - candidates_.begin());
+  [[nodiscard]] static Candidate without_splitting(Candidate candidate) noexcept {
+    candidate.camera_children = 1;
+    return candidate;
   }
 
-  /// What one iteration says, by analysed pixel.
+  /// The place of the same counts without merging; itself where there are none.
+  [[nodiscard]] std::size_t without_merging(std::size_t u) const noexcept {
+    Candidate other = unsplit_[u];
+    other.merges = false;
+    const auto found = std::find(unsplit_.begin(), unsplit_.end(), other);
+    return found == unsplit_.end() ? u : static_cast<std::size_t>(found - unsplit_.begin());
+  }
+
+  /// What one iteration says.
   struct Analysis {
-    std::vector<std::uint32_t> pixels;
-    std::vector<float> values;           ///< of the picture
-    std::vector<float> means;            ///< A, by pixel and candidate
-    std::vector<double> second_moments;  ///< the same, with the splats'
-    std::vector<double> tile_sums;       ///< A + B, by candidate and tile
+    std::vector<float> picture;
+    // By analysed pixel and candidate; the splats are in the second and third alone.
+    std::vector<float> means, second_moments, within;
+    std::vector<double> tile_sums;  ///< A + B, by tile and candidate
   };
 
-  [[nodiscard]] Analysis analyse() {
+  /// Sums over the pixels of a region and iterations, by candidate.
+  struct Region {
+    std::vector<double> variance, within;
+    WorkByPart work;
+  };
+
+  /// Of a candidate's squared bias, by tile and pair of iterations.
+  struct BiasSums {
+    double sum = 0.0, squares = 0.0;
+  };
+
+  static constexpr std::uint32_t not_analysed = 0xFFFFFFFFU;
+
+  void analyse(Analysis& all) {
     const PilotGrid& grid = shape_.grid;
     const std::size_t n = shape_.count;
-    Analysis all;
+    all.means.clear();
+    all.second_moments.clear();
+    all.within.clear();
     all.tile_sums.assign(n * grid.tile_count(), 0.0);
-    place_.assign(engine_.frame().size(), 0);
+    pixels_.clear();
+    place_.assign(engine_.frame().size(), not_analysed);
     engine_.for_each_output([&](PilotOutput<S>& output) {
       output.finish_pixel();
       for (std::size_t c = 0; c < output.missing.size(); ++c) missing_[c] += output.missing[c];
+      for (std::size_t r = 0; r < output.work().size(); ++r) {
+        regions_[r].work.camera += output.work()[r].camera;
+        regions_[r].work.children += output.work()[r].children;
+      }
       for (std::size_t i = 0; i < output.pixel_count(); ++i) {
         const auto record = output.pixel(i);
-        const auto value = static_cast<float>(mean_channel(engine_.frame()[record.pixel]));
-        place_[record.pixel] = static_cast<std::uint32_t>(all.pixels.size());
-        all.pixels.push_back(record.pixel);
-        all.values.push_back(value);
+        place_[record.pixel] = static_cast<std::uint32_t>(pixels_.size());
+        pixels_.push_back(record.pixel);
         all.means.insert(all.means.end(), record.mean.begin(), record.mean.end());
         all.second_moments.insert(all.second_moments.end(), record.second_moment.begin(), record.second_moment.end());
-        light_ += static_cast<double>(value);
+        all.within.insert(all.within.end(), record.within.begin(), record.within.end());
         double* const sums = all.tile_sums.data() + n * grid.tile(record.pixel);
         for (std::size_t c = 0; c < n; ++c) sums[c] += static_cast<double>(record.mean[c]);
       }
@@ -328,67 +237,120 @@ class RenderPilot {
     engine_.for_each_output([&](PilotOutput<S>& output) {
       for (const auto& splat : output.splat_records()) {
         double* const sums = all.tile_sums.data() + n * grid.tile(splat.pixel);
-        double* const second_moments = all.second_moments.data() + n * place_[splat.pixel];
-        output.for_each_candidate(splat.value, splat.densities, missing_,
-                                  [&](std::size_t c, float own, float second_moment) {
-                                    sums[c] += static_cast<double>(own);
-                                    second_moments[c] += static_cast<double>(second_moment);
-                                  });
+        float* const second_moments = all.second_moments.data() + n * place_[splat.pixel];
+        float* const within = all.within.data() + n * place_[splat.pixel];
+        output.for_each_candidate(splat, [&](std::size_t c, const typename PilotOutput<S>::Lane& lane) {
+          sums[c] += static_cast<double>(lane.own);
+          second_moments[c] += lane.second_moment;
+          within[c] += lane.beyond;
+          missing_[c] += static_cast<double>(lane.missed);
+        });
       }
     });
-    return all;
+    all.picture.clear();
+    for (const S& value : engine_.frame()) all.picture.push_back(static_cast<float>(mean_channel(value)));
+    for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
   }
 
-  /// Two iterations that know nothing of each other: the product of what they say has the square for its mean.
+  /// Two iterations that know nothing of each other: the product of what they say has the square for its mean. Nor may what
+  /// an error is relative to know of the error: a pixel with a firefly would look bright and the firefly small. So it is
+  /// the picture of the other iteration, with all before.
   void take_in(const Analysis& a, const Analysis& b) {
-    const std::size_t n = shape_.count, tiles = shape_.grid.tile_count();
-    std::vector<double> tile_mean(tiles, 0.0), tile_pixels(tiles, 0.0);
-    double mean_square = 0.0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-      const std::size_t tile = shape_.grid.tile(a.pixels[i]);
-      tile_mean[tile] += 0.5 * static_cast<double>(a.values[i] + b.values[i]);
-      tile_pixels[tile] += 1.0;
+    const PilotGrid& grid = shape_.grid;
+    const std::size_t n = shape_.count, tiles = grid.tile_count();
+    std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
+    std::vector<double> scales_a, scales_b, least;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const double value_a = value_of(pixels_[i], b), value_b = value_of(pixels_[i], a);
+      tile_values[grid.tile(pixels_[i])] += 0.5 * (value_a + value_b);
+      tile_pixels[grid.tile(pixels_[i])] += 1.0;
+      scales_a.push_back(0.5 / (square(value_a) + relative_error_floor));
+      scales_b.push_back(0.5 / (square(value_b) + relative_error_floor));
+      double least_moment = std::numeric_limits<double>::max();
+      for (std::size_t k = i * n; k < (i + 1) * n; ++k)
+        least_moment = std::min(least_moment, scales_a[i] * static_cast<double>(a.second_moments[k]) +
+                                                  scales_b[i] * static_cast<double>(b.second_moments[k]));
+      least.push_back(least_moment);
     }
-    for (std::size_t t = 0; t < tiles; ++t) {
-      if (tile_pixels[t] > 0.0) tile_mean[t] /= tile_pixels[t];
-      mean_square += square(tile_mean[t]) * tile_pixels[t];
-    }
-    mean_square /= static_cast<double>(std::max<std::size_t>(1, a.pixels.size()));
-    if (!(mean_square > 0.0)) return;
-
-    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-      const double tile = tile_mean[shape_.grid.tile(a.pixels[i])];
-      const double value = 0.5 * static_cast<double>(a.values[i] + b.values[i]);
-      // The picture so far is noisy, its tile's mean blurs it: something between the two.
-      const double value_squared =
-          picture_.empty() ? tile * std::max(value, 0.1 * tile) : square(picture_[a.pixels[i]]);
-      const double scale = 1.0 / (value_squared + 0.01 * mean_square);
-      for (std::size_t c = 0; c < n; ++c)
-        variance_[c] += scale * (0.5 * (a.second_moments[i * n + c] + b.second_moments[i * n + c]) -
-                                 static_cast<double>(a.means[i * n + c]) * static_cast<double>(b.means[i * n + c]));
+    const double most = kept_below(least);
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      if (least[i] > most) continue;
+      pixels_taken_ += 1.0;
+      Region& region = regions_[grid.region(pixels_[i])];
+      for (std::size_t k = i * n, c = 0; c < n; ++c, ++k) {
+        region.variance[c] +=
+            scales_a[i] * static_cast<double>(a.second_moments[k]) +
+            scales_b[i] * static_cast<double>(b.second_moments[k]) -
+            (scales_a[i] + scales_b[i]) * static_cast<double>(a.means[k]) * static_cast<double>(b.means[k]);
+        region.within[c] +=
+            scales_a[i] * static_cast<double>(a.within[k]) + scales_b[i] * static_cast<double>(b.within[k]);
+      }
     }
     for (std::size_t c = 0; c < n; ++c) {
       const std::size_t without = without_merging(c);
       if (without == c) continue;
       for (std::size_t t = 0; t < tiles; ++t) {
         if (!(tile_pixels[t] > 0.0)) continue;
-        const double first = a.tile_sums[t * n + c] - a.tile_sums[t * n + without];
-        const double second = b.tile_sums[t * n + c] - b.tile_sums[t * n + without];
-        squared_bias_[c] += first * second / tile_pixels[t] / (square(tile_mean[t]) + 0.01 * mean_square);
+        const double product = (a.tile_sums[t * n + c] - a.tile_sums[t * n + without]) *
+                               (b.tile_sums[t * n + c] - b.tile_sums[t * n + without]) / tile_pixels[t] /
+                               (square(tile_values[t] / tile_pixels[t]) + relative_error_floor);
+        biases_[c].sum += product;
+        biases_[c].squares += square(product);
       }
     }
-    pixels_ += static_cast<double>(a.pixels.size());
+    for (std::size_t p = 0; p < earlier_.size(); ++p) earlier_[p] += a.picture[p] + b.picture[p];
+    earlier_iterations_ += 2;
+  }
+
+  /// The worst pixel in a thousand is left out, by what is least among the candidates: a few fireflies that all of them have
+  /// would decide otherwise.
+  [[nodiscard]] static double kept_below(std::vector<double> values) {
+    if (values.empty()) return 0.0;
+    const std::size_t kept = values.size() - values.size() / 1000;
+    const auto last = values.begin() + static_cast<std::ptrdiff_t>(kept) - 1;
+    std::nth_element(values.begin(), last, values.end());
+    return *last;
+  }
+
+  /// What is certain of it: chance alone would give as much as this is short of what was seen.
+  [[nodiscard]] double squared_bias(std::size_t c) const noexcept {
+    constexpr double standard_errors = 2.0;
+    if (!(pixels_taken_ > 0.0)) return 0.0;
+    return std::max(0.0, biases_[c].sum - standard_errors * std::sqrt(biases_[c].squares)) / pixels_taken_;
+  }
+
+  /// What an error is relative to: the known picture, or that of an iteration and all before the pair, in the mean over a
+  /// pixel and two on each side.
+  [[nodiscard]] double value_of(std::uint32_t pixel, const Analysis& iteration) const {
+    if (!picture_.empty()) return picture_[pixel];
+    const glm::ivec2 size = shape_.grid.size();
+    const int x = static_cast<int>(pixel) % size.x, y = static_cast<int>(pixel) / size.x;
+    constexpr int reach = 2;
+    float sum = 0.0F, count = 0.0F;
+    for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v)
+      for (int u = std::max(0, x - reach); u <= std::min(size.x - 1, x + reach); ++u) {
+        const auto p = static_cast<std::size_t>(v * size.x + u);
+        sum += earlier_[p] + iteration.picture[p];
+        count += static_cast<float>(earlier_iterations_ + 1);
+      }
+    return static_cast<double>(sum / count);
   }
 
   std::vector<Candidate> candidates_;
+  std::vector<Candidate> unsplit_;       // those that are followed: each of them once, without splitting
+  std::vector<std::size_t> unsplit_of_;  // of a candidate, its place there
   PilotCandidates shape_;
   EngineType engine_;
   std::vector<double> picture_;
-  Analysis first_;                    // of a pair of iterations
-  std::vector<std::uint32_t> place_;  // of a pixel among those analysed
-  // Sums over pixels and pairs of iterations, by candidate.
-  std::vector<double> variance_, squared_bias_, missing_;
-  double pixels_ = 0.0, light_ = 0.0;
+  Analysis first_, second_;            // of a pair of iterations
+  std::vector<std::uint32_t> pixels_;  // those analysed
+  std::vector<std::uint32_t> place_;   // of a pixel among them
+  std::vector<float> earlier_;         // pictures of the iterations before the pair, added up
+  std::uint32_t earlier_iterations_ = 0;
+  std::array<Region, PilotGrid::region_count()> regions_;
+  std::vector<BiasSums> biases_;
+  std::vector<double> missing_;
+  double pixels_taken_ = 0.0, light_ = 0.0;
 };
 
 }  // namespace gmis

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "gmis/transport/children.hpp"
@@ -17,7 +18,7 @@ namespace gmis {
 
 /// One child everywhere: a light tree is a path.
 struct NoSplit {
-  static constexpr bool splits = false;
+  static constexpr bool splits_light = false, splits_camera = false;
 
   template <std::floating_point T>
   struct Policy {
@@ -28,7 +29,41 @@ struct NoSplit {
     [[nodiscard]] static constexpr T nominal_children(const B&) noexcept {
       return T(1);
     }
-    [[nodiscard]] static constexpr int camera_children() noexcept { return 1; }
+  };
+};
+
+/// The first non-specular vertex of a camera subpath has `RenderSettings::camera_children` children, drawn independently
+/// of each other; light trees are paths. The weights are those of a path that is not split: any weights that add up to 1
+/// will do, and with these what splitting saves follows from the children of one vertex alone (pilot.hpp).
+struct CameraSplit {
+  static constexpr bool splits_light = false, splits_camera = true;
+
+  template <std::floating_point T>
+  class Policy {
+   public:
+    Policy() = default;
+    explicit Policy(const RenderSettings&) {}
+    void plan(const Tuning& tuning) noexcept { camera_children_ = tuning.camera_children; }
+    template <Bsdf B>
+    [[nodiscard]] static constexpr T nominal_children(const B&) noexcept {
+      return T(1);
+    }
+    [[nodiscard]] static constexpr int nominal_camera_children() noexcept { return 1; }
+    /// Of the camera subpath of a pixel, by its place in the frame.
+    [[nodiscard]] int camera_children(std::size_t) const noexcept { return camera_children_; }
+
+    template <Bsdf B, UniformSource Source, class Visit>
+    void expand_camera(const ScatteringVertex<B>& at, int children, Source& source, Visit&& visit) const {
+      const T share = T(1) / static_cast<T>(children);
+      for (int child = 0; child < children; ++child)
+        if (auto step = scatter(at, source)) {
+          step->weight = step->weight * share;
+          visit(*step);
+        }
+    }
+
+   private:
+    int camera_children_ = 1;
   };
 };
 
@@ -41,7 +76,7 @@ struct NoSplit {
 /// The camera subpath is split at its first non-specular vertex, always by the same number: no pilot is needed there.
 template <bool drops_queue>
 struct QueueSplit {
-  static constexpr bool splits = true;
+  static constexpr bool splits_light = true, splits_camera = true;
 
   template <std::floating_point T>
   class Pilot {
@@ -92,7 +127,9 @@ struct QueueSplit {
       return nominal_[static_cast<std::size_t>(split_kind(bsdf))];
     }
     [[nodiscard]] int budget() const noexcept { return budget_; }
-    [[nodiscard]] int camera_children() const noexcept { return camera_children_; }
+    [[nodiscard]] int camera_children(std::size_t) const noexcept { return camera_children_; }
+    /// As many as enter the weights.
+    [[nodiscard]] int nominal_camera_children() const noexcept { return camera_children_; }
     [[nodiscard]] bool stops_at(int remaining) const noexcept { return drops_queue && remaining <= 0; }
 
     /// Draws the children of a light vertex and hands those that go on to `visit(step)`; returns how many samples that
@@ -106,8 +143,8 @@ struct QueueSplit {
 
     /// Draws the children of the first non-specular vertex of a camera subpath.
     template <Bsdf B, UniformSource Source, class Visit>
-    void expand_camera(const ScatteringVertex<B>& at, Source& source, Visit&& visit) const {
-      draw_children(scheme_, at, camera_children_, camera_children_, source, visit);
+    void expand_camera(const ScatteringVertex<B>& at, int children, Source& source, Visit&& visit) const {
+      draw_children(scheme_, at, children, children, source, visit);
     }
 
    private:
