@@ -43,8 +43,8 @@ struct PathTracer {
     using gmis::uniform;
     Vec3<float> sum(0);
     source.at_vertex(0);
-    const Vec2<float> uv_pixel(uniform<float>(source), uniform<float>(source));
-    const Vec2<float> uv_lens(uniform<float>(source), uniform<float>(source));
+    const Vec2<float> uv_pixel{uniform<float>(source), uniform<float>(source)};
+    const Vec2<float> uv_lens{uniform<float>(source), uniform<float>(source)};
     const auto start = scene.camera().sample_ray(pixel, uv_pixel, uv_lens);
     if (!start) return sum;
     gmis::SurfacePoint<float> from = start->origin;
@@ -99,7 +99,7 @@ struct PathTracer {
       source.at_vertex(number + 1);
       const float u_survival = uniform<float>(source);
       const float u = uniform<float>(source);
-      const Vec2<float> uv(uniform<float>(source), uniform<float>(source));
+      const Vec2<float> uv{uniform<float>(source), uniform<float>(source)};
       if (u_survival >= survival) break;
       const auto next = bsdf.sample(to_prev, u, uv, gmis::TransportMode::radiance);
       if (!next) break;
@@ -116,7 +116,7 @@ struct PathTracer {
                                        const Vec3<float>& to_prev, float survival, gmis::Philox& source) const {
     using gmis::uniform;
     const auto choice = scene.sample_light(uniform<float>(source));
-    const Vec2<float> uv(uniform<float>(source), uniform<float>(source));
+    const Vec2<float> uv{uniform<float>(source), uniform<float>(source)};
     if (choice.light == nullptr) return Vec3<float>(0);
     const auto sample = choice.light->sample_next_event(point, uv);
     if (!sample) return Vec3<float>(0);

@@ -100,7 +100,7 @@ TEST_CASE("each lobe alone makes its density, and the lobes with their weights m
       }
       if (material.kind == Material<T>::Kind::smooth_coated) continue;  // its pdf counts the delta lobe
       for (int i = 0; i < 200; ++i) {
-        const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
+        const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
         const Vec3<T> w = square_to_sphere(uv);
         std::array<T, 2> pdfs{};
         bsdf.lobe_pdfs(to_prev, w, pdfs.data());
@@ -260,7 +260,7 @@ TEST_CASE("what the base under a coat gives back does not depend on the coat's r
   const auto rough = make_coated_diffuse<T>(reflectance, 1.5, 0.3), bare = make_coated_diffuse<T>({0, 0, 0}, 1.5, 0.3);
   const double from_outside = fresnel_diffuse_reflectance(1.5), from_inside = 1 - (1 - from_outside) / 2.25;
   for (int i = 0; i < 100; ++i) {
-    const Vec2<T> first(uniform<T>(source), uniform<T>(source)), second(uniform<T>(source), uniform<T>(source));
+    const Vec2<T> first{uniform<T>(source), uniform<T>(source)}, second{uniform<T>(source), uniform<T>(source)};
     const auto frame = Frame<T>::around(axis);
     const Vec3<T> prev = frame.to_world(square_to_cosine_hemisphere(first));
     const Vec3<T> next = frame.to_world(square_to_cosine_hemisphere(second));
@@ -292,7 +292,7 @@ TEST_CASE("nothing is reflected to where the two normals disagree", "[bsdf][shad
   for (const auto& [name, material] : rough_materials<T>()) {
     const SurfaceBsdf<T> bsdf(material, axis, shading);
     for (int i = 0; i < 2000; ++i) {
-      const Vec2<T> first(uniform<T>(source), uniform<T>(source)), second(uniform<T>(source), uniform<T>(source));
+      const Vec2<T> first{uniform<T>(source), uniform<T>(source)}, second{uniform<T>(source), uniform<T>(source)};
       const Vec3<T> prev = square_to_sphere(first);
       const auto sample = bsdf.sample(prev, uniform<T>(source), second, TransportMode::importance);
       if (sample && !(glm::dot(prev, axis) * glm::dot(sample->to_next, axis) > 0 &&

@@ -208,8 +208,8 @@ TEST_CASE("radiance and importance differ by the square of the index, and are ea
     double worst = 0;
     const auto compare = [&](double a, double b) { worst = std::max(worst, std::abs(a - b) / (a + b)); };
     for (int i = 0; i < 2000; ++i) {
-      const Vec2<double> first(uniform<double>(source), uniform<double>(source));
-      const Vec2<double> second(uniform<double>(source), uniform<double>(source));
+      const Vec2<double> first{uniform<double>(source), uniform<double>(source)};
+      const Vec2<double> second{uniform<double>(source), uniform<double>(source)};
       const Vec3<double> prev = square_to_sphere(first);
       const auto sample = bsdf.sample(prev, uniform<double>(source), second, TransportMode::radiance);
       if (!sample) continue;
@@ -270,7 +270,7 @@ TEST_CASE("in single precision a nearly smooth surface keeps its density", "[bsd
     const auto exact_metal = make_conductor<double>({1, 1, 1}, {2, 2, 2}, double(alpha));
     double worst = 0;
     for (int i = 0; i < 500; ++i) {
-      const Vec2<float> first(uniform<float>(source), uniform<float>(source));
+      const Vec2<float> first{uniform<float>(source), uniform<float>(source)};
       const Vec2<float> uv(uniform<float>(source) * 0.9F, uniform<float>(source));
       const float u = uniform<float>(source);
       const Vec3<float> prev = square_to_cosine_hemisphere(first);

@@ -222,7 +222,7 @@ template <Bsdf B, UniformSource Source>
   double delta_share = 0;
   const auto sample = [&]() -> std::optional<Vec3<T>> {
     const T u = uniform<T>(source);
-    const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
+    const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
     const auto drawn = bsdf.sample(to_prev, u, uv, mode);
     if (!drawn) return std::nullopt;
     if (drawn->is_delta) {

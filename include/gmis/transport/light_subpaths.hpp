@@ -77,8 +77,8 @@ class LightTree {
   template <UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
     const auto choice = context_.scene.sample_light(uniform<T>(source));
-    const Vec2<T> uv_origin(uniform<T>(source), uniform<T>(source));
-    const Vec2<T> uv_direction(uniform<T>(source), uniform<T>(source));
+    const Vec2<T> uv_origin{uniform<T>(source), uniform<T>(source)};
+    const Vec2<T> uv_direction{uniform<T>(source), uniform<T>(source)};
     if (choice.light == nullptr) return std::nullopt;
     const auto emission = choice.light->sample_emission(uv_origin, uv_direction);
     if (!emission) return std::nullopt;

@@ -69,7 +69,7 @@ template <Bsdf B>
   using T = ScalarOf<typename B::Spectrum>;
   const T u_survival = uniform<T>(source);
   const T u = uniform<T>(source);
-  const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
+  const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
   if (u_survival >= at.survival) return std::nullopt;
   const auto sample = at.bsdf.sample(at.to_prev, u, uv, at.mode);
   if (!sample) return std::nullopt;

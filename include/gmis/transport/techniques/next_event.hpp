@@ -14,7 +14,7 @@ struct NextEvent {
     using S = typename Vertex::S;
     using T = typename Vertex::T;
     const T u = uniform<T>(source);
-    const Vec2<T> uv(uniform<T>(source), uniform<T>(source));
+    const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
     const PathClass path_class = class_of(typename Context::Path(), after_scattering(vertex.path, vertex.hit.bsdf));
     if (!context.filter.keeps(path_class)) return;
     const auto choice = context.scene.sample_light(u);
