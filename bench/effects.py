@@ -39,7 +39,8 @@ SCENES = {
     "mixed": (OWN, "vcm"),
 }
 
-FIXED = {"pt": ["--integrator", "pt"], "lt": ["--integrator", "lt"]}
+FIXED = {"pt": ["--integrator", "pt"], "lt": ["--integrator", "lt"],
+         "vcm 2 1": ["--integrator", "vcm", "--light-paths", "2", "--connections", "1"]}
 for name in ("bpt", "vcm"):
     for light_paths in (0.25, 1):
         for connections in (1, 2):
@@ -107,8 +108,8 @@ def describe(stats):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--renderer", required=True)
-    parser.add_argument("--time", type=float, default=2, help="seconds of a run")
-    parser.add_argument("--reference-time", type=float, default=20, help="seconds of each half of a reference")
+    parser.add_argument("--time", type=float, default=4, help="seconds of a run")
+    parser.add_argument("--reference-time", type=float, default=40, help="seconds of each half of a reference")
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--size", default="64x64")
     parser.add_argument("--scenes", nargs="*", default=list(SCENES), choices=list(SCENES))

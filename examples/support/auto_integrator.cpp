@@ -51,10 +51,11 @@ std::unique_ptr<FrameSource> start_plan(const Plan& plan, const BuiltScene& scen
   return classifies ? start_classified_pt(scene, request) : start_pt(scene, request);
 }
 
-std::vector<Candidate> candidates_for(const Plan& plan, const RenderSettings& settings) {
+std::vector<Candidate> candidates_for(const Plan& plan, const RenderRequest& request) {
+  const RenderSettings& settings = request.settings;
   CandidateCounts counts;
   // What was asked for by number is not chosen.
-  if (settings.light_paths != RenderSettings{}.light_paths) counts.light_paths = {settings.light_paths};
+  if (request.fixes_light_paths) counts.light_paths = {settings.light_paths};
   if (settings.connections != measured_connections) counts.connections = {settings.connections};
   if (!plan.has(Technique::merge)) counts.merges = {false};
   std::vector<Candidate> candidates = all_candidates(counts);
@@ -107,7 +108,7 @@ bool measures(const Plan& plan, const RenderRequest& request) {
 std::unique_ptr<FrameSource> start_auto(const BuiltScene& scene, const RenderRequest& request) {
   const Plan plan = plan_for_scene(scene, request.settings);
   if (!measures(plan, request)) return start_plan(plan, scene, request);
-  std::vector<Candidate> candidates = candidates_for(plan, request.settings);
+  std::vector<Candidate> candidates = candidates_for(plan, request);
   if (candidates.size() < 2) return start_plan(plan, scene, request);
   return plan.has(Technique::merge) ? start_measured_vcm(scene, request, std::move(candidates))
                                     : start_measured_bpt(scene, request, std::move(candidates));

@@ -24,7 +24,7 @@ namespace gmis::tools {
 
 /// Counts to choose from: every candidate makes some paths of each class that the plan's techniques make. Counts that
 /// `settings` fix are not varied.
-[[nodiscard]] std::vector<Candidate> candidates_for(const Plan& plan, const RenderSettings& settings);
+[[nodiscard]] std::vector<Candidate> candidates_for(const Plan& plan, const RenderRequest& request);
 
 /// The integrator that has just the techniques of the candidate, with its counts.
 [[nodiscard]] std::unique_ptr<FrameSource> start_candidate(const Candidate& candidate, const BuiltScene& scene,

@@ -98,7 +98,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--max-depth", options.max_depth, "Most segments of a path, 1 to 256 (16); 2 is direct light");
   app.add_option("--radius", options.radius, "Merging radius, a fraction of half the scene's diagonal (0.003)");
   app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)");
-  app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1)");
+  app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto chooses)");
   app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)");
   app.add_option("--threads", options.threads, "Threads (all cores)");
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)");
@@ -276,8 +276,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");
   require_above_zero("--radius", options.radius);
   if (options.radius > 2) throw InputError("--radius must be at most 2, the whole diagonal of the scene");
-  require_above_zero("--light-paths", options.light_paths);
-  if (options.light_paths > 1000) throw InputError("--light-paths must be at most 1000");
+  if (options.light_paths) require_above_zero("--light-paths", *options.light_paths);
+  if (options.light_paths > 1000.0) throw InputError("--light-paths must be at most 1000");
   if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");
   if (given("--threads") && (options.threads < 1 || options.threads > 4096))
     throw InputError("--threads must be from 1 to 4096");

@@ -35,7 +35,7 @@ struct Options {
   int max_depth = 16;
   double radius = 0.003;  ///< as a fraction of half the scene's diagonal
   double alpha = 2.0 / 3.0;
-  double light_paths = 1;
+  std::optional<double> light_paths;       ///< 1 where nothing chooses
   int connections = measured_connections;  ///< as RenderSettings has it
   int camera_split = 1;                    ///< children of the first non-specular camera vertex
   std::uint64_t seed = 0;

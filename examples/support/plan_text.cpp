@@ -143,6 +143,8 @@ std::string explain_choice(const MeasuredChoice& choice, const Counters& work) {
     return f.candidate.camera_children == 1 &&
            (!f.candidate.traces_light() || (f.candidate.light_paths == 1.0 && f.candidate.connections == 1));
   };
+  text << "by region   " << choice.least_by_region
+       << " times that work at the least, if parts of the picture chose for themselves: they do not\n";
   for (const Forecast& other : others)
     if (is_plain(other) && !(other.candidate == chosen.candidate)) line(other);
   return text.str();

@@ -24,7 +24,7 @@ namespace gmis::tools {
 /// Lines of --explain: effects, classes, and each technique with on or off and why.
 [[nodiscard]] std::string explain_plan(const RenderRequest& request, const Plan& plan);
 
-/// "1/4 light tree a pixel, 2 connections a vertex, no merging".
+/// "0.25 light trees a pixel, 2 connections a vertex, no merging".
 [[nodiscard]] std::string text_of(const Candidate& candidate);
 /// Lines of --explain after the run: what a pilot chose, and what the nearest others would have cost.
 [[nodiscard]] std::string explain_choice(const MeasuredChoice& choice, const Counters& work);

@@ -39,6 +39,7 @@ struct RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
   SplitChoice split = SplitChoice::budgeted;
   RenderSettings settings;
+  bool fixes_light_paths = false;  ///< their number was asked for, so that `auto` does not choose it
   std::optional<PixelBounds> crop;
   // Stops at the first one met; at least one iteration is done.
   Budget budget;                   ///< in wall time
@@ -65,7 +66,8 @@ struct TechniqueImage {
 /// What a pilot found out about the candidates, and which of them was chosen.
 struct MeasuredChoice {
   std::vector<Forecast> forecasts;
-  std::size_t chosen = 0;                 ///< its place among them
+  std::size_t chosen = 0;        ///< its place among them
+  double least_by_region = 1.0;  ///< variance × cost, over the chosen one's, if each region of the picture could choose
   std::uint32_t expected_iterations = 0;  ///< that the choice is best for
   std::uint32_t pilot_iterations = 0;     ///< part of the picture like all others
   double pilot_cost = 0;                  ///< counted operations, as `Forecast::cost`

@@ -35,7 +35,8 @@ LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::arr
 RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   const glm::ivec2 resolution = scene.scene().camera().resolution();
   constexpr std::uint32_t most_trees = std::numeric_limits<std::uint32_t>::max();
-  if (options.light_paths * resolution.x * resolution.y > most_trees)
+  const double light_paths = options.light_paths.value_or(RenderSettings{}.light_paths);
+  if (light_paths * resolution.x * resolution.y > most_trees)
     throw InputError("--light-paths asks for more than " + std::to_string(most_trees) +
                      " light trees in a picture of " + std::to_string(resolution.x) + "x" +
                      std::to_string(resolution.y) + ": choose fewer");
@@ -46,7 +47,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.max_depth = options.max_depth;
   request.settings.radius = options.radius * scene.half_diagonal();
   request.settings.alpha = options.alpha;
-  request.settings.light_paths = options.light_paths;
+  request.settings.light_paths = light_paths;
+  request.fixes_light_paths = options.light_paths.has_value();
   request.settings.scheme = options.scheme;
   request.settings.connections = options.connections;
   request.settings.camera_children = options.camera_split;
@@ -86,9 +88,10 @@ std::string plan_of(const RenderRequest& request, const Plan& by_scene) {
   if (has(Technique::connect)) {
     const int count = request.settings.connections;
     plan += " (";
-    plan += count == measured_connections ? "1, 2 or 4, measured"
-            : count == paired_connections ? "paired"
-                                          : std::to_string(count).c_str();
+    if (count == measured_connections)
+      plan += measures(by_scene, request) ? "as measured" : "1, 2 or 4, measured";
+    else
+      plan += count == paired_connections ? "paired" : std::to_string(count);
     plan += " a vertex)";
   }
   add(Technique::splat);
@@ -116,8 +119,14 @@ std::string explain(const Options& options, const RenderRequest& request, const 
   text << "\ntechniques  " << plan_of(request, plan) << "\n" << explain_plan(request, plan);
   const auto on = techniques_of(request, plan);
   const bool is_merging = on[static_cast<std::size_t>(Technique::merge)];
-  if (is_merging || on[static_cast<std::size_t>(Technique::connect)] || on[static_cast<std::size_t>(Technique::splat)])
-    text << "light       " << request.settings.light_paths << " trees a pixel\n";
+  if (is_merging || on[static_cast<std::size_t>(Technique::connect)] ||
+      on[static_cast<std::size_t>(Technique::splat)]) {
+    text << "light       ";
+    if (measures(plan, request) && !request.fixes_light_paths)
+      text << "as many trees a pixel as measured\n";
+    else
+      text << request.settings.light_paths << " trees a pixel\n";
+  }
   if (request.integrator == IntegratorChoice::lt)
     text << "lacks       what is seen in mirrors and through glass, except the lights themselves\n";
   if (is_merging)

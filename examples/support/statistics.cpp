@@ -119,6 +119,7 @@ Json forecast_json(const Forecast& forecast) {
 Json choice_json(const MeasuredChoice& choice, const Counters& work) {
   Json json;
   json["chosen"] = forecast_json(choice.forecasts[choice.chosen]);
+  json["least_by_region"] = choice.least_by_region;
   json["expected_iterations"] = choice.expected_iterations;
   json["pilot_iterations"] = choice.pilot_iterations;
   json["pilot_share"] = choice.pilot_cost / cost_of(work);
@@ -147,7 +148,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["scheme"] = gmis::name_of(options.scheme);
   json["radius"] = facts.absolute_radius;
   json["alpha"] = options.alpha;
-  json["light_paths"] = options.light_paths;
+  json["light_paths"] = options.light_paths.value_or(RenderSettings{}.light_paths);
   json["seed"] = options.seed;
   json["threads"] = facts.threads;
   json["iterations"] = result.iterations;

@@ -12,3 +12,4 @@
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/integrators.hpp"
 #include "gmis/transport/path_densities.hpp"
+#include "gmis/transport/pilot.hpp"

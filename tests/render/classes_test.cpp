@@ -310,20 +310,23 @@ TEST_CASE("Costs of classes are all the costs there are, by what contributions r
   work.merges = 10;
   work.merge_queries = 2;
   work.photons_stored = 30;
+  constexpr gmis::OperationCosts by;
   const auto costs = gmis::costs_of_classes(classes, work, light);
   // Camera edges 1 + 2 and 3 + 1; light edges 2 and 2. Nothing came of the connections.
-  const double first = 100.0 * 3 / 7 + 20 + 0.8 * 12 + 0.8 * 5;
-  const double second = 100.0 * 4 / 7 + 20 + 0.6 * 2 + 0.45 * 10 + 0.15 * 30;
+  const double first = 100.0 * 3 / 7 + 20 + by.shadow_ray * (12 + 5);
+  const double second = 100.0 * 4 / 7 + 20 + by.merge_query * 2 + by.merge * 10 + by.photon_stored * 30;
   CHECK(costs.classes[2] == Approx(first));
   CHECK(costs.classes[5] == Approx(second));
-  CHECK(costs.unattributed == Approx(0.3 * 8 + 0.8 * 3));
+  CHECK(costs.unattributed == Approx(by.connection * 8 + by.shadow_ray * 3));
   CHECK(first + second + costs.unattributed == Approx(gmis::cost_of(work)));
 
   // With one connection: camera edges 4 and 4, light edges 3 and 2, half of the photons each.
   classes[2].add({Technique::connect, 2, 2});
   const auto connected = gmis::costs_of_classes(classes, work, light);
-  CHECK(connected.classes[2] == Approx(100.0 / 2 + 40.0 * 3 / 5 + 0.8 * 12 + 0.8 * 5 + 0.3 * 8 + 0.8 * 3 + 0.15 * 15));
-  CHECK(connected.classes[5] == Approx(100.0 / 2 + 40.0 * 2 / 5 + 0.6 * 2 + 0.45 * 10 + 0.15 * 15));
+  CHECK(connected.classes[2] ==
+        Approx(100.0 / 2 + 40.0 * 3 / 5 + by.shadow_ray * (12 + 5 + 3) + by.connection * 8 + by.photon_stored * 15));
+  CHECK(connected.classes[5] ==
+        Approx(100.0 / 2 + 40.0 * 2 / 5 + by.merge_query * 2 + by.merge * 10 + by.photon_stored * 15));
   CHECK(connected.unattributed == 0.0);
 }
 

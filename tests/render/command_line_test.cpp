@@ -235,7 +235,7 @@ TEST_CASE("Without an integrator, auto chooses; what only gmis does asks for gmi
   CHECK(json["choice"]["pilot_iterations"] == 2);
   CHECK(json["choice"]["pilot_share"].get<double>() > 0.1);
   CHECK(json["choice"]["pilot_share"].get<double>() < 1.0);
-  CHECK(json["choice"]["forecasts"].size() == 1 + 4 * 4);  // nothing to merge in that scene
+  CHECK(json["choice"]["forecasts"].size() == 3 * (1 + 4 * 4));  // nothing to merge in that scene
   CHECK(statistics(folder, small + "--scheme R3")["integrator"] == "gmis");
   CHECK(statistics(folder, small + "--split paper")["integrator"] == "gmis");
   const auto explained = run(folder, "cornell --size 16x16 --iterations 4 --explain --out a.pfm");

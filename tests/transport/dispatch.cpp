@@ -18,7 +18,8 @@ struct Compiled {
 
 Compiled compiled_for(const gmis::Plan& plan) {
   return gmis::dispatch(plan, []<class I>() {
-    static_assert(I::template has<gmis::EmitterHit> && I::template has<gmis::NextEvent> && !I::Split::splits_light && !I::Split::splits_camera);
+    static_assert(I::template has<gmis::EmitterHit> && I::template has<gmis::NextEvent> && !I::Split::splits_light &&
+                  !I::Split::splits_camera);
     return Compiled{I::template has<gmis::Connect>, I::template has<gmis::Splat>, I::template has<gmis::Merge>,
                     std::is_same_v<typename I::Path, gmis::HalfPath>};
   });

@@ -36,6 +36,8 @@ class MeasuredSource final : public FrameSource {
       chosen_->iterate(executor);
       counters_ = pilot_counters_;
       counters_ += chosen_->counters();
+      light_work_ = pilot_light_work_;
+      light_work_ += chosen_->light_work();
       seconds_ = pilot_seconds_;
       seconds_ += chosen_->seconds();
       rejections_ = pilot_rejections_;
@@ -44,6 +46,7 @@ class MeasuredSource final : public FrameSource {
     }
     pilot_->iterate(executor);
     counters_ = pilot_->engine().counters();
+    light_work_ = pilot_->engine().light_work();
     seconds_ = pilot_->engine().seconds();
     rejections_ = pilot_->engine().rejections();
   }
@@ -52,7 +55,6 @@ class MeasuredSource final : public FrameSource {
     return chosen_ ? chosen_->frame() : pilot_->engine().frame();
   }
   [[nodiscard]] const Counters& counters() const override { return counters_; }
-  /// Not told apart: classes are not asked of a source that measures.
   [[nodiscard]] const Counters& light_work() const override { return light_work_; }
   [[nodiscard]] const RejectionLog& rejections() const override { return rejections_; }
   [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
@@ -70,8 +72,10 @@ class MeasuredSource final : public FrameSource {
       throw InputError(
           "--replay: the first " + std::to_string(pilot_iterations_) +
           " iterations with --integrator auto measure what pays and cannot be replayed: choose a later one");
-    while (pilot_->iterations() < pilot_iterations_) pilot_->iterate(executor);
-    choose();
+    if (!chosen_) {
+      while (pilot_->iterations() < pilot_iterations_) pilot_->iterate(executor);
+      choose();
+    }
     return chosen_->replay(executor, path);
   }
 
@@ -92,10 +96,14 @@ class MeasuredSource final : public FrameSource {
     choice_.chosen = best_of(choice_.forecasts, expected_iterations_);
     choice_.expected_iterations = expected_iterations_;
     choice_.pilot_iterations = pilot_iterations_;
+    const Forecast& best = choice_.forecasts[choice_.chosen];
+    if (const double work = best.variance * best.cost; work > 0.0)
+      choice_.least_by_region = pilot_->least_work_by_region() / work;
     choice_.pilot_cost = cost_of(pilot_->engine().counters());
     chosen_ = start_candidate(choice_.forecasts[choice_.chosen].candidate, built_, request_);
     chosen_->continue_after(pilot_iterations_);
     pilot_counters_ = pilot_->engine().counters();
+    pilot_light_work_ = pilot_->engine().light_work();
     pilot_rejections_ = pilot_->engine().rejections();
     pilot_seconds_ = pilot_->engine().seconds();
     pilot_.reset();
@@ -107,7 +115,7 @@ class MeasuredSource final : public FrameSource {
   std::unique_ptr<PilotType> pilot_;
   std::unique_ptr<FrameSource> chosen_;
   MeasuredChoice choice_;
-  Counters counters_, pilot_counters_, light_work_;
+  Counters counters_, pilot_counters_, light_work_, pilot_light_work_;
   PhaseSeconds seconds_, pilot_seconds_;
   RejectionLog rejections_, pilot_rejections_;
 };

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/transport/operation_costs.hpp"
-#include "gmis/transport/technique_groups.hpp"
+#include "gmis/transport/weights_by_technique.hpp"
 
 namespace gmis {
 
@@ -61,18 +61,19 @@ struct CandidateCounts {
   return iterations > 0 ? sum / static_cast<double>(iterations) : 1.0;
 }
 
-/// By how much each group's counts differ from those of a rendering with `made`, whose counts are not 0.
+/// By how much each technique's count differs from those of a rendering with `made`, whose counts are not 0.
 template <std::floating_point T>
-[[nodiscard]] constexpr PerGroup<T> count_factors(const Candidate& candidate, const Candidate& made) noexcept {
+[[nodiscard]] constexpr PerTechnique<T> count_factors(const Candidate& candidate, const Candidate& made) noexcept {
   const double light = candidate.light_paths / made.light_paths;
-  PerGroup<T> factors{};
-  factors[static_cast<std::size_t>(TechniqueGroup::camera)] = T(1);
+  PerTechnique<T> factors{};
+  const auto factor_of = [&](Technique technique) -> T& { return factors[static_cast<std::size_t>(technique)]; };
+  factor_of(Technique::emitter_hit) = factor_of(Technique::next_event) = T(1);
   if (!candidate.traces_light()) return factors;
   // Connections draw from whatever light vertices there are: their count is that of the draws.
-  factors[static_cast<std::size_t>(TechniqueGroup::connect)] =
+  factor_of(Technique::connect) =
       static_cast<T>(static_cast<double>(candidate.connections) / static_cast<double>(made.connections));
-  factors[static_cast<std::size_t>(TechniqueGroup::splat)] = candidate.splats ? static_cast<T>(light) : T(0);
-  factors[static_cast<std::size_t>(TechniqueGroup::merge)] = candidate.merges ? static_cast<T>(light) : T(0);
+  factor_of(Technique::splat) = candidate.splats ? static_cast<T>(light) : T(0);
+  factor_of(Technique::merge) = candidate.merges ? static_cast<T>(light) : T(0);
   return factors;
 }
 

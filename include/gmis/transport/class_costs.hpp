@@ -18,8 +18,8 @@ namespace gmis {
 
 /// Contributions of one class, by what they rest on.
 struct ClassWork {
-  std::array<std::uint64_t, 5> contributions{};  ///< by `Technique`
-  std::uint64_t camera_edges = 0;                ///< traced by camera subpaths, over all contributions
+  std::array<std::uint64_t, technique_count> contributions{};  ///< by `Technique`
+  std::uint64_t camera_edges = 0;                              ///< traced by camera subpaths, over all contributions
   std::uint64_t light_edges = 0;
 
   constexpr void add(const TechniqueId& id) noexcept {

@@ -69,7 +69,7 @@ struct WholeSum {
   }
 };
 
-/// `Sums` says what is summed over the techniques: `WholeSum`, or sums kept apart (technique_groups.hpp).
+/// `Sums` says what is summed over the techniques: `WholeSum`, or sums kept apart (weights_by_technique.hpp).
 template <std::floating_point T, class Heuristic = BalanceRatio, class Sums = WholeSum<T>>
 class WeightRecursion {
  public:

@@ -19,11 +19,12 @@
 
 /// \file
 /// Which counts pay in a scene, from one set of samples. A pilot renders with all techniques and keeps, for every
-/// contribution, the path's density by each group of techniques; what any other counts would have given follows by
+/// contribution, the path's density by each technique; what any other counts would have given follows by
 /// re-weighting [Grittmann et al. 2022, efficiency-aware MIS]. In an iteration a pixel is A + B: A what its camera
 /// subpath makes, B the splats of independent light trees. With D(x) the expected density of all techniques together,
-///     Var(A + B) = ∫ f²/D + E[Σ_{i≠j} A_i A_j] − E[A]²,
-/// the sum over pairs of contributions of one camera subpath. Any technique's samples can estimate the integral, also
+///     Var(A + B) = ∫ f²/D + E[Σ_{i≠j} A_i A_j] − E[A]² + 2 Cov(A, B),
+/// the sum over pairs of contributions of one camera subpath; A and B have to do with each other where a light vertex is
+/// both merged and connected with the camera. Any technique's samples can estimate the integral, also
 /// that of techniques which rarely find the path themselves: so the pilot sees a caustic's fireflies before they happen.
 ///
 /// With c children of the first non-specular vertex in place of one, A's part beyond it is a mean of c that are
@@ -32,13 +33,13 @@
 
 namespace gmis {
 
-/// `Base`, which connects and splats, with contributions that are kept with their densities by groups.
+/// `Base`, which connects and splats, with contributions that are kept with their densities by technique.
 template <class Base>
 struct PilotOf : Base {
   static_assert(Base::template has<Connect> && Base::template has<Splat>);
   using Split = PilotSplit;
   template <std::floating_point T>
-  using Recursion = WeightRecursion<T, BalanceRatio, GroupSums<T>>;
+  using Recursion = WeightRecursion<T, BalanceRatio, SumsByTechnique<T>>;
   template <Spectrum S, bool>
   using Output = PilotOutput<S>;
 };
@@ -72,9 +73,7 @@ class RenderPilot {
     missing_.assign(shape_.count, 0.0);
     biases_.assign(shape_.count, {});
     earlier_.assign(engine_.frame().size(), 0.0F);
-    regions_.fill({std::vector<double>(shape_.count, 0.0),
-                   std::vector<double>(shape_.count, 0.0),
-                   {{}, {}, {}, PilotSplit::mean_children}});
+    regions_.fill(no_region());
   }
   RenderPilot(const RenderPilot&) = delete;
   RenderPilot& operator=(const RenderPilot&) = delete;
@@ -96,19 +95,20 @@ class RenderPilot {
 
   /// One forecast a candidate, in their order, from the iterations so far; an odd one at the end is left out.
   [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
-    std::vector<Forecast> all(candidates_.size());
+    Region whole = no_region();
+    for (const Region& region : regions_) {
+      for (std::size_t u = 0; u < shape_.count; ++u) {
+        whole.variance[u] += region.variance[u];
+        whole.within[u] += region.within[u];
+      }
+      whole.work.camera += region.work.camera;
+      whole.work.children += region.work.children;
+    }
+    std::vector<Forecast> all = forecasts_of(whole, costs);
     for (std::size_t c = 0; c < all.size(); ++c) {
-      all[c].candidate = candidates_[c];
-      all[c].cost = light_cost(candidates_[c], costs);
+      all[c].cost += light_cost(candidates_[c], costs);
       all[c].squared_bias = squared_bias(unsplit_of_[c]);
       all[c].missing_share = light_ > 0.0 ? missing_[unsplit_of_[c]] / light_ : 0.0;
-    }
-    for (std::size_t r = 0; r < PilotGrid::region_count(); ++r) {
-      const std::vector<Forecast> own = forecasts_of_region(r, costs);
-      for (std::size_t c = 0; c < all.size(); ++c) {
-        all[c].variance += own[c].variance;
-        all[c].cost += own[c].cost;
-      }
     }
     return all;
   }
@@ -116,18 +116,7 @@ class RenderPilot {
   /// The part of a region of the picture in these forecasts: variance still over all pixels, of the cost what its camera
   /// subpaths take; bias is not told apart.
   [[nodiscard]] std::vector<Forecast> forecasts_of_region(std::size_t r, const OperationCosts& costs = {}) const {
-    std::vector<Forecast> all(candidates_.size());
-    for (std::size_t c = 0; c < all.size(); ++c) all[c].candidate = candidates_[c];
-    if (!(pixels_taken_ > 0.0)) return all;
-    const Region& region = regions_[r];
-    for (std::size_t c = 0; c < all.size(); ++c) {
-      const std::size_t u = unsplit_of_[c];
-      const double variance = std::max(0.0, region.variance[u]);
-      const double fewer = 1.0 - 1.0 / static_cast<double>(candidates_[c].camera_children);
-      all[c].variance = (variance - fewer * std::clamp(region.within[u], 0.0, variance)) / pixels_taken_;
-      all[c].cost = predicted_camera_cost(candidates_[c], made, region.work, costs) / static_cast<double>(iterations());
-    }
-    return all;
+    return forecasts_of(regions_[r], costs);
   }
 
   /// The least variance × cost with connections, merging and children chosen for every region of the picture by itself,
@@ -137,12 +126,12 @@ class RenderPilot {
     const std::vector<Forecast> all = forecasts(costs);
     std::vector<std::vector<Forecast>> by_region;
     for (std::size_t r = 0; r < regions_.size(); ++r) by_region.push_back(forecasts_of_region(r, costs));
-    for (const Forecast& first : all) {  // each number of light trees, at the first candidate that has it
+    for (auto first = all.begin(); first != all.end(); ++first) {  // each number of light trees, where it first occurs
       const auto goes_with = [&](const Forecast& other) {
-        return other.candidate.light_paths == first.candidate.light_paths && other.missing_share <= negligible_share;
+        return other.candidate.light_paths == first->candidate.light_paths && other.missing_share <= negligible_share;
       };
-      if (&first != &*std::find_if(all.begin(), all.end(), goes_with)) continue;
-      Candidate keeps_light = first.candidate;
+      if (first != std::find_if(all.begin(), all.end(), goes_with)) continue;
+      Candidate keeps_light = first->candidate;
       std::vector<std::vector<VarianceAndCost>> choices(regions_.size());
       for (std::size_t c = 0; c < all.size(); ++c) {
         if (!goes_with(all[c])) continue;
@@ -189,8 +178,8 @@ class RenderPilot {
   /// What one iteration says.
   struct Analysis {
     std::vector<float> picture;
-    // By analysed pixel and candidate; the splats are in the second and third alone.
-    std::vector<float> means, second_moments, within;
+    // By analysed pixel and candidate: A, B, and of both together ∫ f²/D and what there is within a child.
+    std::vector<float> means, splats, second_moments, within;
     std::vector<double> tile_sums;  ///< A + B, by tile and candidate
   };
 
@@ -199,6 +188,26 @@ class RenderPilot {
     std::vector<double> variance, within;
     WorkByPart work;
   };
+
+  [[nodiscard]] Region no_region() const {
+    return {std::vector<double>(shape_.count, 0.0), std::vector<double>(shape_.count, 0.0),
+            WorkByPart{{}, {}, {}, PilotSplit::mean_children}};
+  }
+
+  [[nodiscard]] std::vector<Forecast> forecasts_of(const Region& region, const OperationCosts& costs) const {
+    std::vector<Forecast> all(candidates_.size());
+    for (std::size_t c = 0; c < all.size(); ++c) {
+      all[c].candidate = candidates_[c];
+      if (!(pixels_taken_ > 0.0)) continue;
+      const std::size_t u = unsplit_of_[c];
+      const double share = 1.0 / static_cast<double>(candidates_[c].camera_children);
+      // W is not more than all there is.
+      const double least = std::max(0.0, share * region.variance[u]);
+      all[c].variance = std::max(least, region.variance[u] - (1.0 - share) * region.within[u]) / pixels_taken_;
+      all[c].cost = predicted_camera_cost(candidates_[c], made, region.work, costs) / static_cast<double>(iterations());
+    }
+    return all;
+  }
 
   /// Of a candidate's squared bias, by tile and pair of iterations.
   struct BiasSums {
@@ -213,6 +222,7 @@ class RenderPilot {
     all.means.clear();
     all.second_moments.clear();
     all.within.clear();
+    all.splats.clear();
     all.tile_sums.assign(n * grid.tile_count(), 0.0);
     pixels_.clear();
     place_.assign(engine_.frame().size(), not_analysed);
@@ -234,15 +244,16 @@ class RenderPilot {
         for (std::size_t c = 0; c < n; ++c) sums[c] += static_cast<double>(record.mean[c]);
       }
     });
+    all.splats.resize(all.means.size(), 0.0F);
     engine_.for_each_output([&](PilotOutput<S>& output) {
       for (const auto& splat : output.splat_records()) {
         double* const sums = all.tile_sums.data() + n * grid.tile(splat.pixel);
-        float* const second_moments = all.second_moments.data() + n * place_[splat.pixel];
-        float* const within = all.within.data() + n * place_[splat.pixel];
+        const std::size_t first = n * place_[splat.pixel];
         output.for_each_candidate(splat, [&](std::size_t c, const typename PilotOutput<S>::Lane& lane) {
           sums[c] += static_cast<double>(lane.own);
-          second_moments[c] += lane.second_moment;
-          within[c] += lane.beyond;
+          all.splats[first + c] += lane.own;
+          all.second_moments[first + c] += lane.second_moment;
+          all.within[first + c] += lane.beyond;
           missing_[c] += static_cast<double>(lane.missed);
         });
       }
@@ -256,16 +267,11 @@ class RenderPilot {
   /// an error is relative to know of the error: a pixel with a firefly would look bright and the firefly small. So it is
   /// the picture of the other iteration, with all before.
   void take_in(const Analysis& a, const Analysis& b) {
-    const PilotGrid& grid = shape_.grid;
-    const std::size_t n = shape_.count, tiles = grid.tile_count();
-    std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
+    const std::size_t n = shape_.count;
     std::vector<double> scales_a, scales_b, least;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      const double value_a = value_of(pixels_[i], b), value_b = value_of(pixels_[i], a);
-      tile_values[grid.tile(pixels_[i])] += 0.5 * (value_a + value_b);
-      tile_pixels[grid.tile(pixels_[i])] += 1.0;
-      scales_a.push_back(0.5 / (square(value_a) + relative_error_floor));
-      scales_b.push_back(0.5 / (square(value_b) + relative_error_floor));
+      scales_a.push_back(0.5 / (square(value_of(pixels_[i], b)) + relative_error_floor));
+      scales_b.push_back(0.5 / (square(value_of(pixels_[i], a)) + relative_error_floor));
       double least_moment = std::numeric_limits<double>::max();
       for (std::size_t k = i * n; k < (i + 1) * n; ++k)
         least_moment = std::min(least_moment, scales_a[i] * static_cast<double>(a.second_moments[k]) +
@@ -273,18 +279,36 @@ class RenderPilot {
       least.push_back(least_moment);
     }
     const double most = kept_below(least);
+    // With fewer light trees each has more to do with what it makes.
+    std::vector<double> fewer_trees;
+    for (const Candidate& candidate : unsplit_)
+      fewer_trees.push_back(candidate.traces_light() ? made.light_paths / candidate.light_paths : 0.0);
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       if (least[i] > most) continue;
       pixels_taken_ += 1.0;
-      Region& region = regions_[grid.region(pixels_[i])];
+      Region& region = regions_[shape_.grid.region(pixels_[i])];
       for (std::size_t k = i * n, c = 0; c < n; ++c, ++k) {
         region.variance[c] +=
             scales_a[i] * static_cast<double>(a.second_moments[k]) +
             scales_b[i] * static_cast<double>(b.second_moments[k]) -
-            (scales_a[i] + scales_b[i]) * static_cast<double>(a.means[k]) * static_cast<double>(b.means[k]);
+            (scales_a[i] + scales_b[i]) * (static_cast<double>(a.means[k]) * static_cast<double>(b.means[k]) -
+                                           static_cast<double>(covariance_of(a, b, k)) * fewer_trees[c]);
         region.within[c] +=
             scales_a[i] * static_cast<double>(a.within[k]) + scales_b[i] * static_cast<double>(b.within[k]);
       }
+    }
+    add_biases(a, b);
+    for (std::size_t p = 0; p < earlier_.size(); ++p) earlier_[p] += a.picture[p] + b.picture[p];
+    earlier_iterations_ += 2;
+  }
+
+  /// The difference that merging makes, tile by tile, squared by way of two iterations.
+  void add_biases(const Analysis& a, const Analysis& b) {
+    const std::size_t n = shape_.count, tiles = shape_.grid.tile_count();
+    std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
+    for (const std::uint32_t pixel : pixels_) {
+      tile_values[shape_.grid.tile(pixel)] += 0.5 * (value_of(pixel, a) + value_of(pixel, b));
+      tile_pixels[shape_.grid.tile(pixel)] += 1.0;
     }
     for (std::size_t c = 0; c < n; ++c) {
       const std::size_t without = without_merging(c);
@@ -298,8 +322,11 @@ class RenderPilot {
         biases_[c].squares += square(product);
       }
     }
-    for (std::size_t p = 0; p < earlier_.size(); ++p) earlier_[p] += a.picture[p] + b.picture[p];
-    earlier_iterations_ += 2;
+  }
+
+  /// Of A and B, twice, from two iterations.
+  [[nodiscard]] static float covariance_of(const Analysis& a, const Analysis& b, std::size_t k) noexcept {
+    return (a.means[k] - b.means[k]) * (a.splats[k] - b.splats[k]);
   }
 
   /// The worst pixel in a thousand is left out, by what is least among the candidates: a few fireflies that all of them have

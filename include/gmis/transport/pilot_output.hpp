@@ -11,12 +11,12 @@
 #include "gmis/transport/candidate.hpp"
 #include "gmis/transport/contribution.hpp"
 #include "gmis/transport/split.hpp"
-#include "gmis/transport/technique_groups.hpp"
+#include "gmis/transport/weights_by_technique.hpp"
 
 /// \file
 /// What a pilot keeps of a chunk of paths: for every pixel and every candidate, what the pixel would have been and what it
-/// says of the variance. All of it is sums over contributions, each of which knows its path's density by groups of
-/// techniques; pilot.hpp says what the sums are for.
+/// says of the variance. All of it is sums over contributions, each of which knows its path's density by each
+/// technique; pilot.hpp says what the sums are for.
 
 namespace gmis {
 
@@ -57,11 +57,12 @@ struct PilotGrid {
 /// Two children of the camera subpath in a quarter of the pixels, for what they tell; one in the others.
 struct PilotSplit : CameraSplit {
   static constexpr int split_children = 2;
-  static constexpr int stride = 4;
+  static constexpr std::uint32_t stride = 4;
   static constexpr double mean_children = 1.0 + (split_children - 1.0) / stride;
 
   [[nodiscard]] static constexpr int children_of(std::uint32_t pixel) noexcept {
-    return pixel * 2654435761U < 0xFFFFFFFFU / stride ? split_children : 1;
+    // One of every four, at a place that differs from four to four.
+    return pixel % stride == (pixel / stride * 2654435761U >> 30U) ? split_children : 1;
   }
 
   template <std::floating_point T>
@@ -79,8 +80,8 @@ struct PilotCandidates {
   static constexpr std::size_t lanes = 8;
   using Lanes = std::array<float, lanes>;
   struct Block {
-    PerGroup<Lanes> factors{};  ///< over the counts of the pilot
-    Lanes pair_scale{};         ///< of pairs of connections at one vertex: m draws have (m−1)/m of the mean's square
+    PerTechnique<Lanes> factors{};  ///< over the counts of the pilot
+    Lanes pair_scale{};  ///< of pairs of connections at one vertex: m draws have (m−1)/m of the mean's square
   };
 
   PilotGrid grid;
@@ -91,8 +92,8 @@ struct PilotCandidates {
   void add(const Candidate& candidate) {
     const std::size_t lane = count++ % lanes;
     if (lane == 0) blocks.emplace_back();
-    const PerGroup<float> factors = count_factors<float>(candidate, made);
-    for (std::size_t g = 0; g < technique_groups; ++g) blocks.back().factors[g][lane] = factors[g];
+    const PerTechnique<float> factors = count_factors<float>(candidate, made);
+    for (std::size_t g = 0; g < technique_count; ++g) blocks.back().factors[g][lane] = factors[g];
     const auto m = static_cast<float>(candidate.connections), made_m = static_cast<float>(made.connections);
     blocks.back().pair_scale[lane] = m > 0.0F ? (m - 1.0F) / m * made_m / (made_m - 1.0F) : 1.0F;
   }
@@ -109,7 +110,7 @@ class PilotOutput : public ChunkOutput<S, false> {
   struct SplatRecord {
     std::uint32_t pixel;
     float value;
-    GroupDensities<float> densities;
+    TechniqueDensities<float> densities;
     float camera_beyond;  ///< see `Reweighted`
   };
   /// Of one analysed pixel, a number for each candidate. A is what its camera subpath makes where that is not split.
@@ -161,17 +162,17 @@ class PilotOutput : public ChunkOutput<S, false> {
     part_ = before;
   }
 
-  void add(TechniqueId id, const S& value, const GroupDensities<T>& densities) {
+  void add(TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
     Base::add(id, value, densities.weight());
     if (!is_analysing_ || !is_finite(value)) return;
     const bool connects = id.technique == Technique::connect;
     if (connects && id.t != connecting_vertex_) finish_vertex();
     connecting_vertex_ = connects ? id.t : connecting_vertex_;
-    const GroupDensities<float> own = single(densities);
+    const TechniqueDensities<float> own = single(densities);
     const Reweighted reweighted(single(value), own, camera_beyond(id, own));
     const float times = times_of_part();
     const float is_child = part_ == before ? 0.0F : 1.0F;
-    const float is_light_side_child = own.own == TechniqueGroup::camera ? 0.0F : is_child;
+    const float is_light_side_child = connects || id.technique == Technique::merge ? is_child : 0.0F;
     for (std::size_t b = 0; b < sums_.size(); ++b) {
       Sums& sums = sums_[b];
       for (std::size_t i = 0; i < lanes; ++i) {
@@ -187,10 +188,10 @@ class PilotOutput : public ChunkOutput<S, false> {
     }
   }
 
-  void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, const GroupDensities<T>& densities) {
+  void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
     Base::add_splat(pixel, id, value, densities.weight());
     if (candidates_ == nullptr || !candidates_->grid.is_analysed(pixel) || !is_finite(value)) return;
-    const GroupDensities<float> own = single(densities);
+    const TechniqueDensities<float> own = single(densities);
     splat_records_.push_back({pixel, single(value), own, camera_beyond(id, own)});
   }
 
@@ -213,7 +214,7 @@ class PilotOutput : public ChunkOutput<S, false> {
       values_[start + n + c] = sums.second_moment[i] + a * a + 2.0F * a * (b + other) + k * (b * b + other * other);
       float within = sums.beyond[i];
       if (children_ == PilotSplit::split_children)  // pairs of one child without pairs of both
-        within += PilotSplit::stride * 2.0F * (square(b - other) - sums.child_squares[i]);
+        within += 2.0F * static_cast<float>(PilotSplit::stride) * (square(b - other) - sums.child_squares[i]);
       values_[start + 2 * n + c] = within;
       missing[c] += static_cast<double>(sums.missing[i]);
     }
@@ -263,7 +264,7 @@ class PilotOutput : public ChunkOutput<S, false> {
   /// beyond the first non-specular camera vertex, over that of its own technique.
   class Reweighted {
    public:
-    Reweighted(float value, const GroupDensities<float>& densities, float camera_beyond) noexcept
+    Reweighted(float value, const TechniqueDensities<float>& densities, float camera_beyond) noexcept
         : own_(static_cast<std::size_t>(densities.own)),
           value_(value),
           weighted_(densities.weight() * value),
@@ -271,8 +272,8 @@ class PilotOutput : public ChunkOutput<S, false> {
           densities_(densities.relative) {}
     [[nodiscard]] Lane in_lane(const PilotCandidates::Block& counts, std::size_t i) const noexcept {
       const auto& f = counts.factors;
-      const float total =
-          f[0][i] * densities_[0] + f[1][i] * densities_[1] + f[2][i] * densities_[2] + f[3][i] * densities_[3];
+      float total = 0.0F;
+      for (std::size_t t = 0; t < technique_count; ++t) total += f[t][i] * densities_[t];
       const bool is_made = total > 0.0F;
       const float inverse = is_made ? 1.0F / (is_made ? total : 1.0F) : 0.0F;
       const float share = value_ * inverse;
@@ -284,38 +285,42 @@ class PilotOutput : public ChunkOutput<S, false> {
    private:
     std::size_t own_;
     float value_, weighted_, camera_beyond_;
-    PerGroup<float> densities_;
+    PerTechnique<float> densities_;
   };
 
   /// Bounded, so that squares stay numbers.
   [[nodiscard]] static float single(const S& value) noexcept {
     return static_cast<float>(std::min(mean_channel(value), T(1e15)));
   }
-  [[nodiscard]] static GroupDensities<float> single(const GroupDensities<T>& densities) noexcept {
-    GroupDensities<float> result{densities.own, {}};
-    for (std::size_t g = 0; g < technique_groups; ++g)
+  [[nodiscard]] static TechniqueDensities<float> single(const TechniqueDensities<T>& densities) noexcept {
+    TechniqueDensities<float> result{densities.own, {}};
+    for (std::size_t g = 0; g < technique_count; ++g)
       result.relative[g] = static_cast<float>(std::min(densities.relative[g], T(1e30)));
     return result;
   }
 
   /// Only direct light is found at the first non-specular vertex itself, by a next event; a child finds the same by hitting
-  /// the light. What of direct light these two make is not known where the light side made it: then 0.
-  [[nodiscard]] float camera_beyond(const TechniqueId& id, const GroupDensities<float>& densities) const noexcept {
-    const float camera = densities.relative[static_cast<std::size_t>(TechniqueGroup::camera)];
+  /// the light.
+  [[nodiscard]] float camera_beyond(const TechniqueId& id, const TechniqueDensities<float>& densities) const noexcept {
     const bool is_child = part_ != before;
+    bool is_direct = false;
     switch (id.technique) {
       case Technique::emitter_hit:
         if (!is_child) return 0.0F;
-        return id.t == split_depth_ + 2 ? 1.0F : camera;
+        is_direct = id.t == split_depth_ + 2;
+        break;
       case Technique::next_event:
-        return is_child ? camera : std::max(0.0F, camera - 1.0F);
+        is_direct = !is_child;
+        break;
       case Technique::connect:
         break;
       case Technique::merge:
       case Technique::splat:
-        return is_child || id.s > 2 ? camera : 0.0F;
+        is_direct = !is_child && id.s == 2;
+        break;
     }
-    return camera;
+    const float next_event = densities.relative[static_cast<std::size_t>(Technique::next_event)];
+    return densities.relative[static_cast<std::size_t>(Technique::emitter_hit)] + (is_direct ? 0.0F : next_event);
   }
 
   [[nodiscard]] float times_of_part() const noexcept { return part_ == before ? 1.0F : static_cast<float>(children_); }

@@ -148,8 +148,6 @@ struct TechniquePlan {
   PathClassSet makes;  ///< the classes of which it makes paths, whether it is on or off
 };
 
-inline constexpr std::size_t technique_count = 5;
-
 /// What is to be done in a scene, and why.
 struct Plan {
   Effects effects;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "gmis/transport/path_class.hpp"
@@ -7,6 +8,7 @@
 namespace gmis {
 
 enum class Technique : std::uint8_t { emitter_hit, next_event, connect, splat, merge };
+inline constexpr std::size_t technique_count = 5;
 
 /// Which technique made a path, with `s` light and `t` camera vertices; a merged vertex counts on both sides. The class of
 /// the path is known where the integrator is `Classified`.

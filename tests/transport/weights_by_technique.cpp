@@ -1,4 +1,4 @@
-#include "gmis/transport/technique_groups.hpp"
+#include "gmis/transport/weights_by_technique.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
 
-// Sums by groups: from one run of the recursion, the weights under any other counts, against the brute-force sum over all
+// Sums by technique: from one run of the recursion, the weights under any other counts, against the brute-force sum over all
 // techniques with those counts in long double.
 
 namespace {
@@ -29,8 +29,8 @@ gmis::Technique technique_of(const gmis::TechniqueIndex& index, int k) {
 }
 
 template <class T>
-gmis::TechniqueCounts<T> scaled(gmis::TechniqueCounts<T> counts, const gmis::PerGroup<T>& factors) {
-  const auto factor = [&](gmis::Technique t) { return factors[static_cast<std::size_t>(gmis::group_of(t))]; };
+gmis::TechniqueCounts<T> scaled(gmis::TechniqueCounts<T> counts, const gmis::PerTechnique<T>& factors) {
+  const auto factor = [&](gmis::Technique t) { return factors[static_cast<std::size_t>(t)]; };
   counts.emitter_hit *= factor(gmis::Technique::emitter_hit);
   counts.next_event *= factor(gmis::Technique::next_event);
   counts.connect *= factor(gmis::Technique::connect);
@@ -52,10 +52,10 @@ double worst_error(int paths, std::uint64_t seed) {
     const auto path = gmis_test::random_path<T>(source, edges, 1.5, 0.25);
     const gmis::TechniqueCounts<T> counts{T(1), T(1), log_uniform(-1.0, 1.0), log_uniform(0.0, 4.0),
                                           log_uniform(-3.0, 3.0)};
-    gmis::PerGroup<T> factors{T(1), T(0), T(0), T(0)};
-    for (std::size_t g = 1; g < factors.size(); ++g)
+    gmis::PerTechnique<T> factors{T(1), T(1), T(0), T(0), T(0)};
+    for (std::size_t g = 2; g < factors.size(); ++g)
       if (unit(source) > 0.25) factors[g] = log_uniform(-1.0, 1.0);
-    const gmis_test::RecursiveWeights<T, gmis::BalanceRatio, gmis::GroupSums<T>> recursion(path, counts);
+    const gmis_test::RecursiveWeights<T, gmis::BalanceRatio, gmis::SumsByTechnique<T>> recursion(path, counts);
 
     const auto made = gmis::technique_densities(gmis_test::path_densities<Wide>(path), counts);
     const auto wanted = gmis::technique_densities(gmis_test::path_densities<Wide>(path), scaled(counts, factors));
@@ -63,8 +63,8 @@ double worst_error(int paths, std::uint64_t seed) {
     for (const auto& technique : wanted) total += technique.density;
     for (std::size_t i = 0; i < made.size(); ++i) {
       if (made[i].density == 0) continue;  // it never makes this path, so no weight is asked for
-      const gmis::GroupDensities<T> densities = recursion.weight(made[i].technique);
-      REQUIRE(densities.own == gmis::group_of(technique_of(made[i].technique, edges)));
+      const gmis::TechniqueDensities<T> densities = recursion.weight(made[i].technique);
+      REQUIRE(densities.own == technique_of(made[i].technique, edges));
       const T sum = densities.total(factors);
       if (total == 0) {
         REQUIRE(sum == T(0));
@@ -80,18 +80,18 @@ double worst_error(int paths, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("Sums by groups give the weights under any counts", "[weights][pilot]") {
+TEST_CASE("Sums by technique give the weights under any counts", "[weights][pilot]") {
   CHECK(worst_error<double>(20000, 41) < 1e-12);
   CHECK(worst_error<float>(20000, 42) < 1e-5);
 }
 
 TEST_CASE("The factors of a candidate are its counts over those that were made", "[pilot]") {
   const gmis::Candidate made{1.0, 2, true, true};
-  using Factors = gmis::PerGroup<double>;
-  CHECK(gmis::count_factors<double>(made, made) == Factors{1, 1, 1, 1});
-  CHECK(gmis::count_factors<double>({0.25, 4, true, false}, made) == Factors{1, 2, 0.25, 0});
-  CHECK(gmis::count_factors<double>({2.0, 0, true, true}, made) == Factors{1, 0, 2, 2});
-  CHECK(gmis::count_factors<double>({0.0, 0, false, false}, made) == Factors{1, 0, 0, 0});
+  using Factors = gmis::PerTechnique<double>;
+  CHECK(gmis::count_factors<double>(made, made) == Factors{1, 1, 1, 1, 1});
+  CHECK(gmis::count_factors<double>({0.25, 4, true, false}, made) == Factors{1, 1, 2, 0.25, 0});
+  CHECK(gmis::count_factors<double>({2.0, 0, true, true}, made) == Factors{1, 1, 0, 2, 2});
+  CHECK(gmis::count_factors<double>({0.0, 0, false, false}, made) == Factors{1, 1, 0, 0, 0});
 }
 
 TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
