@@ -194,8 +194,7 @@ int run(Options options) {
   if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);
   bar.finish();
-  if (options.explain && result.choice)
-    std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
+  if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
 
   RunFacts facts;
   facts.options = &options;
