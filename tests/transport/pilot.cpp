@@ -74,9 +74,9 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
   using namespace gmis::integrators;
   const Scene scene(albedo, 1.0F, size, 2);
   const std::vector<gmis::Candidate> candidates{
-      {1.0, 1, true, true},  {0.0, 0, false, false},  {0.0, 0, false, false, 4},
-      {0.5, 0, true, false}, {1.0, 4, true, false},   {0.25, 1, true, false, 2},
-      {0.5, 0, true, true},  {2.0, 1, true, true, 4}, {0.25, 2, true, true}};
+      {1.0, 1, true, true},  {0.0, 0, false, false},    {0.0, 0, false, false, 4}, {0.5, 0, true, false},
+      {1.0, 4, true, false}, {0.25, 1, true, false, 2}, {0.5, 0, true, true},      {2.0, 1, true, true, 4},
+      {0.25, 2, true, true}, {2.0, 4, true, false, 4}};
   const std::vector<Measured> measured{measure<Vcm>(scene, candidates[0]),
                                        measure<Pt>(scene, candidates[1]),
                                        measure<SplitCamera<Pt>>(scene, candidates[2]),
@@ -85,7 +85,8 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
                                        measure<SplitCamera<Bpt>>(scene, candidates[5]),
                                        measure<PtLtPm>(scene, candidates[6]),
                                        measure<SplitCamera<Vcm>>(scene, candidates[7]),
-                                       measure<Vcm>(scene, candidates[8])};
+                                       measure<Vcm>(scene, candidates[8]),
+                                       measure<SplitCamera<Bpt>>(scene, candidates[9])};
   gmis::RenderPilot<Scene> pilot(scene, settings(), candidates, 1);
   pilot.compare_with(std::vector<double>(pixels, truth()));
   gmis::SerialExecutor executor;
