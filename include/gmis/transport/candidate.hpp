@@ -141,11 +141,9 @@ inline constexpr double negligible_share = 1e-6;
 /// of those that miss least.
 [[nodiscard]] inline std::size_t best_of(const std::vector<Forecast>& forecasts, double iterations) {
   const auto misses = [](const Forecast& f) { return f.missing_share > negligible_share; };
-  const bool may_merge =
-      std::any_of(forecasts.begin(), forecasts.end(), [](const Forecast& f) { return f.candidate.merges; });
   const auto work_of = [&](const Forecast& f) {
     return f.work(iterations) / (f.candidate.camera_children > 1 ? 1.0 - least_gain_of_splitting : 1.0) /
-           (may_merge && !f.candidate.merges ? 1.0 - least_gain_of_not_merging : 1.0);
+           (f.candidate.merges ? 1.0 : 1.0 - least_gain_of_not_merging);
   };
   std::size_t best = 0;
   for (std::size_t i = 1; i < forecasts.size(); ++i) {
