@@ -1,6 +1,7 @@
 #include "support/auto_integrator.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "support/plan_text.hpp"
@@ -91,11 +92,12 @@ std::unique_ptr<FrameSource> start_candidate(const Candidate& candidate, const B
 
 std::uint32_t expected_iterations(const Budget& budget, std::size_t pixels) {
   constexpr double operations_a_pixel = 20.0;  // of one iteration, in scenes of the kind that this is used for
-  if (budget.iterations) return *budget.iterations;
-  if (!budget.seconds) return 64;
-  const double iterations = *budget.seconds * nominal_operations_per_second /
-                            (operations_a_pixel * static_cast<double>(std::max<std::size_t>(1, pixels)));
-  return static_cast<std::uint32_t>(std::clamp(iterations, 1.0, 1e6));
+  const std::uint32_t named =
+      budget.iterations.value_or(budget.seconds ? std::numeric_limits<std::uint32_t>::max() : 64);
+  if (!budget.seconds) return named;
+  const double in_time = *budget.seconds * nominal_operations_per_second /
+                         (operations_a_pixel * static_cast<double>(std::max<std::size_t>(1, pixels)));
+  return std::min(named, static_cast<std::uint32_t>(std::clamp(in_time, 1.0, 1e6)));
 }
 
 bool measures(const Plan& plan, const RenderRequest& request) {

@@ -30,8 +30,8 @@ namespace gmis::tools {
 [[nodiscard]] std::unique_ptr<FrameSource> start_candidate(const Candidate& candidate, const BuiltScene& scene,
                                                            const RenderRequest& request);
 
-/// How many iterations a budget stands for, before anything was rendered: those it names, or as many as its time allows
-/// by the nominal speed (no clock is read), or 64.
+/// How many iterations a budget stands for, before anything was rendered: those it names, and no more than its time allows
+/// by the nominal speed (no clock is read); 64 where it has neither.
 [[nodiscard]] std::uint32_t expected_iterations(const Budget& budget, std::size_t pixels);
 
 /// Whether a pilot chooses; otherwise the plan stands.

@@ -12,6 +12,7 @@
 #include "support/auto_integrator.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
+#include "support/measured_variance.hpp"
 #include "support/pbrt/reader.hpp"
 
 // `--integrator auto`: what the pilot forecasts against what renderings then have, and that nothing is missing in scenes that
@@ -86,56 +87,6 @@ AttributeBegin
 AttributeEnd
 )";
 
-/// Of one iteration, relative to the squared values as they really are: the variance, and how well it is known.
-struct Variance {
-  double value = 0, relative_error = 0;
-};
-
-/// Batches of iterations, each with a variance for every pixel, of the mean over channels.
-class Measured {
- public:
-  static constexpr int batches = 10, iterations = 20;
-
-  Measured(FrameSource& source, ThreadedExecutor& executor) : variance_(batches) {
-    for (auto& variance : variance_) {
-      std::vector<double> mean;
-      for (int i = 1; i <= iterations; ++i) {
-        source.iterate(executor);
-        const auto frame = source.frame();
-        mean.resize(frame.size());
-        variance.resize(frame.size());
-        for (std::size_t p = 0; p < frame.size(); ++p) {
-          const double value = static_cast<double>(gmis::mean_channel(frame[p]));
-          const double before = value - mean[p];
-          mean[p] += before / i;
-          variance[p] += before * (value - mean[p]) / (iterations - 1);
-        }
-      }
-      mean_.resize(mean.size());
-      for (std::size_t p = 0; p < mean.size(); ++p) mean_[p] += mean[p] / batches;
-    }
-  }
-
-  [[nodiscard]] const std::vector<double>& mean() const { return mean_; }
-  [[nodiscard]] Variance variance(const std::vector<double>& truth) const {
-    double sum = 0, squares = 0;
-    for (const auto& variance : variance_) {
-      double relative = 0;
-      for (std::size_t p = 0; p < truth.size(); ++p)
-        relative +=
-            variance[p] / (truth[p] * truth[p] + gmis::relative_error_floor) / static_cast<double>(truth.size());
-      sum += relative;
-      squares += relative * relative;
-    }
-    const double mean = sum / batches;
-    return {mean, std::sqrt(std::max(0.0, squares / batches - mean * mean) / (batches - 1)) / mean};
-  }
-
- private:
-  std::vector<std::vector<double>> variance_;
-  std::vector<double> mean_;
-};
-
 }  // namespace
 
 TEST_CASE("The pilot's picture is that of vcm with its counts, its radius and its splitting", "[auto]") {
@@ -175,13 +126,18 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
                                     {2.0, 2, true, true},     {0.0, 0, false, false, 2}, {0.0, 0, false, false, 4},
                                     {0.5, 2, true, false, 2}, {1.0, 1, true, true, 4}};
   const gmis::RenderSettings settings = request.settings;
-  std::vector<Measured> all;
+  constexpr std::size_t batches = 10;
+  constexpr int iterations = 20;
+  std::vector<gmis_test::MeasuredVariance> all;
   std::vector<double> cost;
   request.settings.seed = 99;
   for (const Candidate& candidate : some) {
     const auto source = start_candidate(candidate, *scene, request);
-    all.emplace_back(*source, executor);
-    cost.push_back(gmis::cost_of(source->counters()) / (Measured::batches * Measured::iterations));
+    all.emplace_back(batches, iterations, [&] {
+      source->iterate(executor);
+      return source->frame();
+    });
+    cost.push_back(gmis::cost_of(source->counters()) / (batches * iterations));
   }
   gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, some, 64);
   pilot.compare_with(all[0].mean());
@@ -193,7 +149,7 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
   for (std::size_t c = 0; c < some.size(); ++c) {
     INFO(some[c].light_paths << " light paths, " << some[c].connections << " connections, merging " << some[c].merges
                              << ", " << some[c].camera_children << " children");
-    const Variance own = all[c].variance(all[0].mean());
+    const gmis_test::RelativeVariance own = all[c].relative_to(all[0].mean());
     // Four standard errors of the measurement, and as much again for the pilot's own noise.
     const double tolerance = 0.03 + 6 * own.relative_error;
     CAPTURE(forecasts[c].variance, own.value, tolerance);

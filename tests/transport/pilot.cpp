@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/catch.hpp"
+#include "support/measured_variance.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -17,55 +18,65 @@ namespace {
 
 using Scene = gmis_test::FurnaceScene<float>;
 constexpr float albedo = 0.7F;
-constexpr int size = 12, depth = 4, pixels = size * size;
+constexpr int size = 12, pixels = size * size;
 
 gmis::RenderSettings settings() {
   gmis::RenderSettings result;
-  result.max_depth = depth;
+  result.max_depth = 4;
   result.radius = 0.05;
   result.alpha = 1.0;
   result.seed = gmis_test::seed(31);
   return result;
 }
 
-double truth() {
+std::vector<double> truth(int max_depth) {
   const double a = static_cast<double>(albedo);
-  return (1 - std::pow(a, depth)) / (1 - a);
+  return std::vector<double>(pixels, (1 - std::pow(a, max_depth)) / (1 - a));
 }
 
 struct Measured {
-  double variance = 0, relative_error = 0, cost = 0;
+  gmis_test::RelativeVariance variance;
+  double cost;
 };
 
-/// The variance of an iteration relative to the squared truth, in batches, so that its own error is known.
+/// What an iteration with the candidate's counts then has.
 template <class I>
-Measured measure(const Scene& scene, const gmis::Candidate& candidate) {
+Measured measure(const Scene& scene, gmis::RenderSettings settings, const gmis::Candidate& candidate) {
   constexpr int batches = 10, iterations = 100;
-  gmis::RenderSettings chosen = settings();
-  chosen.seed += 1;
-  chosen.light_paths = candidate.light_paths;
-  chosen.connections = std::max(1, candidate.connections);
-  chosen.camera_children = candidate.camera_children;
-  gmis::Engine<Scene, I> engine(scene, chosen);
+  settings.seed += 1;
+  settings.light_paths = candidate.light_paths;
+  settings.connections = std::max(1, candidate.connections);
+  settings.camera_children = candidate.camera_children;
+  gmis::Engine<Scene, I> engine(scene, settings);
   gmis::SerialExecutor executor;
-  double sum = 0, squares = 0;
-  for (int b = 0; b < batches; ++b) {
-    std::vector<double> mean(pixels, 0.0), variance(pixels, 0.0);
-    for (int i = 1; i <= iterations; ++i) {
-      engine.iterate(executor);
-      for (std::size_t p = 0; p < pixels; ++p) {
-        const double value = static_cast<double>(engine.frame()[p]), before = value - mean[p];
-        mean[p] += before / i;
-        variance[p] += before * (value - mean[p]) / (iterations - 1);
-      }
-    }
-    double relative = 0;
-    for (const double v : variance) relative += v / (truth() * truth() + gmis::relative_error_floor) / pixels;
-    sum += relative / batches;
-    squares += relative * relative / batches;
+  const gmis_test::MeasuredVariance variance(batches, iterations, [&] {
+    engine.iterate(executor);
+    return engine.frame();
+  });
+  return {variance.relative_to(truth(settings.max_depth)), gmis::cost_of(engine.counters()) / (batches * iterations)};
+}
+
+void check_forecasts(const Scene& scene, const gmis::RenderSettings& settings,
+                     const std::vector<gmis::Candidate>& candidates, const std::vector<Measured>& measured) {
+  gmis::RenderPilot<Scene> pilot(scene, settings, candidates, 1);
+  pilot.compare_with(truth(settings.max_depth));
+  gmis::SerialExecutor executor;
+  for (int i = 0; i < 1200; ++i) pilot.iterate(executor);
+  gmis::OperationCosts costs;
+  costs.further_child = 1.0;  // the operations are what is compared
+  const std::vector<gmis::Forecast> forecasts = pilot.forecasts(costs);
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const gmis::Candidate& candidate = candidates[c];
+    const auto& [value, relative_error] = measured[c].variance;
+    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.camera_children);
+    CAPTURE(forecasts[c].variance / value, relative_error, forecasts[c].cost, measured[c].cost);
+    // Four standard errors of the measurement, and 3 % for the pilot's noise and for its one expected density of merging
+    // and of the light vertices that are drawn from.
+    CHECK(std::abs(forecasts[c].variance / value - 1) < 0.03 + 4 * relative_error);
+    CHECK(relative_error < 0.015);
+    CHECK(std::abs(forecasts[c].cost / measured[c].cost - 1) < 0.02);
+    CHECK(forecasts[c].missing_share == 0.0);
   }
-  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (batches - 1)) / sum,
-          gmis::cost_of(engine.counters()) / (batches * iterations)};
 }
 
 }  // namespace
@@ -77,36 +88,25 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
       {1.0, 1, true, true},  {0.0, 0, false, false},    {0.0, 0, false, false, 4}, {0.5, 0, true, false},
       {1.0, 4, true, false}, {0.25, 1, true, false, 2}, {0.5, 0, true, true},      {2.0, 1, true, true, 4},
       {0.25, 2, true, true}, {2.0, 4, true, false, 4}};
-  const std::vector<Measured> measured{measure<Vcm>(scene, candidates[0]),
-                                       measure<Pt>(scene, candidates[1]),
-                                       measure<SplitCamera<Pt>>(scene, candidates[2]),
-                                       measure<PtLt>(scene, candidates[3]),
-                                       measure<Bpt>(scene, candidates[4]),
-                                       measure<SplitCamera<Bpt>>(scene, candidates[5]),
-                                       measure<PtLtPm>(scene, candidates[6]),
-                                       measure<SplitCamera<Vcm>>(scene, candidates[7]),
-                                       measure<Vcm>(scene, candidates[8]),
-                                       measure<SplitCamera<Bpt>>(scene, candidates[9])};
-  gmis::RenderPilot<Scene> pilot(scene, settings(), candidates, 1);
-  pilot.compare_with(std::vector<double>(pixels, truth()));
-  gmis::SerialExecutor executor;
-  for (int i = 0; i < 1200; ++i) pilot.iterate(executor);
-  // Further children cost no more here: what is compared is what was counted.
-  gmis::OperationCosts costs;
-  costs.further_child = 1.0;
-  const std::vector<gmis::Forecast> forecasts = pilot.forecasts(costs);
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    const gmis::Candidate& candidate = candidates[c];
-    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.camera_children);
-    CAPTURE(forecasts[c].variance / measured[c].variance, measured[c].relative_error, forecasts[c].cost,
-            measured[c].cost);
-    // Four standard errors of the measurement, and 3 % for the pilot's noise and for its one expected density of merging
-    // and of the light vertices that are drawn from.
-    CHECK(std::abs(forecasts[c].variance / measured[c].variance - 1) < 0.03 + 4 * measured[c].relative_error);
-    CHECK(measured[c].relative_error < 0.015);
-    CHECK(std::abs(forecasts[c].cost / measured[c].cost - 1) < 0.02);
-    CHECK(forecasts[c].missing_share == 0.0);
-  }
+  const auto all = settings();
+  check_forecasts(scene, all, candidates,
+                  {measure<Vcm>(scene, all, candidates[0]), measure<Pt>(scene, all, candidates[1]),
+                   measure<SplitCamera<Pt>>(scene, all, candidates[2]), measure<PtLt>(scene, all, candidates[3]),
+                   measure<Bpt>(scene, all, candidates[4]), measure<SplitCamera<Bpt>>(scene, all, candidates[5]),
+                   measure<PtLtPm>(scene, all, candidates[6]), measure<SplitCamera<Vcm>>(scene, all, candidates[7]),
+                   measure<Vcm>(scene, all, candidates[8]), measure<SplitCamera<Bpt>>(scene, all, candidates[9])});
+}
+
+TEST_CASE("Of direct light a split saves what its children make by hitting the light", "[pilot]") {
+  using namespace gmis::integrators;
+  const Scene scene(albedo, 1.0F, size, 2);
+  const std::vector<gmis::Candidate> candidates{
+      {0.0, 0, false, false}, {0.0, 0, false, false, 4}, {1.0, 0, true, true, 4}};
+  auto direct = settings();
+  direct.max_depth = 2;
+  check_forecasts(scene, direct, candidates,
+                  {measure<Pt>(scene, direct, candidates[0]), measure<SplitCamera<Pt>>(scene, direct, candidates[1]),
+                   measure<SplitCamera<PtLtPm>>(scene, direct, candidates[2])});
 }
 
 TEST_CASE("A pilot's forecasts by region add up", "[pilot]") {

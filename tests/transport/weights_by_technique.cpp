@@ -108,24 +108,18 @@ TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
 }
 
 TEST_CASE("What a candidate costs follows from the work of the pilot, part by part", "[pilot]") {
-  gmis::WorkByPart work;
-  work.light.rays = 1000;
-  work.light.shadow_rays = 500;
-  work.light.photons_stored = 800;
-  work.camera.rays = 2000;
-  work.camera.shadow_rays = 3000;  // of them for connections:
-  work.camera.connection_rays = 1200;
-  work.camera.connections = 4000;
-  work.camera.merge_queries = 1500;
-  work.camera.merges = 6000;
-  work.children.rays = 100;
-  work.children.shadow_rays = 200;  // of them for connections:
-  work.children.connection_rays = 50;
-  work.children.merges = 70;
-  work.mean_children = 1.25;
+  const gmis::Counters light_work{.rays = 1000, .shadow_rays = 500, .photons_stored = 800};
+  const gmis::CameraWork work{.before = {.rays = 2000,
+                                         .shadow_rays = 3000,
+                                         .connections = 4000,
+                                         .connection_rays = 1200,
+                                         .merge_queries = 1500,
+                                         .merges = 6000},
+                              .children = {.rays = 100, .shadow_rays = 200, .connection_rays = 50, .merges = 70},
+                              .mean_children = 1.25};
   const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 1.5};
   const gmis::Candidate made{1.0, 2, true, true};
-  const auto light = [&](const gmis::Candidate& c) { return gmis::predicted_light_cost(c, made, work, costs); };
+  const auto light = [&](const gmis::Candidate& c) { return gmis::predicted_light_cost(c, made, light_work, costs); };
   const auto camera = [&](const gmis::Candidate& c) { return gmis::predicted_camera_cost(c, made, work, costs); };
   CHECK(light({0.0, 0, false, false}) == 0);
   CHECK(light(made) == 1000 + 0.5 * 500 + 4.0 * 800);

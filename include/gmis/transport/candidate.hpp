@@ -77,28 +77,27 @@ template <std::floating_point T>
   return factors;
 }
 
-/// What was done for light trees, for camera subpaths up to their first non-specular vertices and at these, and for the
-/// children of these.
-struct WorkByPart {
-  Counters light, camera, children;
+/// What was done for camera subpaths up to their first non-specular vertices and at these, and for the children of these.
+struct CameraWork {
+  Counters before, children;
   double mean_children = 1.0;  ///< that there were
 };
 
-/// What light trees take in an iteration with `candidate`, from the work of one with `made` (in units of
+/// What light trees take in an iteration with `candidate`, from what was done for them in one with `made` (in units of
 /// `OperationCosts`).
 [[nodiscard]] inline double predicted_light_cost(const Candidate& candidate, const Candidate& made,
-                                                 const WorkByPart& work, const OperationCosts& costs = {}) noexcept {
+                                                 const Counters& work, const OperationCosts& costs = {}) noexcept {
   if (!candidate.traces_light()) return 0.0;
   const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
-  double cost = times(costs.ray, work.light.rays);
-  if (candidate.splats) cost += times(costs.shadow_ray, work.light.shadow_rays);
-  if (candidate.connections > 0 || candidate.merges) cost += times(costs.photon_stored, work.light.photons_stored);
+  double cost = times(costs.ray, work.rays);
+  if (candidate.splats) cost += times(costs.shadow_ray, work.shadow_rays);
+  if (candidate.connections > 0 || candidate.merges) cost += times(costs.photon_stored, work.photons_stored);
   return candidate.light_paths / made.light_paths * cost;
 }
 
 /// The same for its camera subpaths.
 [[nodiscard]] inline double predicted_camera_cost(const Candidate& candidate, const Candidate& made,
-                                                  const WorkByPart& work, const OperationCosts& costs = {}) noexcept {
+                                                  const CameraWork& work, const OperationCosts& costs = {}) noexcept {
   const double light = candidate.light_paths / made.light_paths;
   const double connections = static_cast<double>(candidate.connections) / static_cast<double>(made.connections);
   const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
@@ -111,7 +110,7 @@ struct WorkByPart {
     return cost;
   };
   const double more = static_cast<double>(candidate.camera_children - 1);
-  return cost_of_part(work.camera) +
+  return cost_of_part(work.before) +
          (1.0 + more * costs.further_child) * cost_of_part(work.children) / work.mean_children;
 }
 

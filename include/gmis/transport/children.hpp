@@ -18,14 +18,27 @@ template <Bsdf B>
     return bsdf.is_purely_delta() ? 0 : 1;
 }
 
+/// Draws the first `drawn` of `planned` children at a vertex from the mixture of all its lobes, independently of each other,
+/// and hands those that go on to `visit(step)`; the step's weight is divided by `planned`.
+template <Bsdf B, UniformSource Source, class Visit>
+void draw_independent_children(const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
+  using T = ScalarOf<typename B::Spectrum>;
+  const T share = T(1) / static_cast<T>(planned);
+  for (int i = 0; i < drawn; ++i)
+    if (auto step = scatter(at, source)) {
+      if (planned > 1) step->weight = step->weight * share;
+      visit(*step);
+    }
+}
+
 /// Draws the first `drawn` of `planned` children at a vertex and hands those that go on to `visit(step)`; the step's
 /// weight is divided by `planned`. Whole rounds over several lobes are combined by `scheme`; otherwise the children are
 /// independent, from the mixture of all lobes. Returns `drawn`.
 template <Bsdf B, UniformSource Source, class Visit>
 int draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
-  using T = ScalarOf<typename B::Spectrum>;
-  const T share = T(1) / static_cast<T>(planned);
   if constexpr (BsdfWithLobes<B>) {
+    using T = ScalarOf<typename B::Spectrum>;
+    const T share = T(1) / static_cast<T>(planned);
     // A round covers the lobes that have a density; what a delta lobe scatters is drawn by `sample` alone.
     const int lobes = at.bsdf.lobe_count();
     if (lobes > 1 && planned > 1 && planned % lobes == 0 && !at.bsdf.has_delta_lobes()) {
@@ -44,11 +57,7 @@ int draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int
       return drawn;
     }
   }
-  for (int i = 0; i < drawn; ++i)
-    if (auto step = scatter(at, source)) {
-      if (planned > 1) step->weight = step->weight * share;
-      visit(*step);
-    }
+  draw_independent_children(at, planned, drawn, source, visit);
   return drawn;
 }
 

@@ -18,7 +18,7 @@ struct OperationCosts {
   double further_child = 1.25;
 };
 
-/// So many of these a second, on one core of 2023: what a time stands for where a clock may not be read.
+/// About so many of these a second on one core: what a time stands for where no clock may be read.
 inline constexpr double nominal_operations_per_second = 5e6;
 
 [[nodiscard]] constexpr double cost_of(const Counters& work, const OperationCosts& costs = {}) noexcept {

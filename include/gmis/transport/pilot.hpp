@@ -101,7 +101,7 @@ class RenderPilot {
         whole.variance[u] += region.variance[u];
         whole.within[u] += region.within[u];
       }
-      whole.work.camera += region.work.camera;
+      whole.work.before += region.work.before;
       whole.work.children += region.work.children;
     }
     std::vector<Forecast> all = forecasts_of(whole, costs);
@@ -148,8 +148,7 @@ class RenderPilot {
   /// What the light trees of a candidate take in an iteration.
   [[nodiscard]] double light_cost(const Candidate& candidate, const OperationCosts& costs = {}) const {
     if (iterations() == 0) return 0.0;
-    return predicted_light_cost(candidate, made, {engine_.light_work(), {}, {}}, costs) /
-           static_cast<double>(iterations());
+    return predicted_light_cost(candidate, made, engine_.light_work(), costs) / static_cast<double>(iterations());
   }
 
  private:
@@ -186,12 +185,12 @@ class RenderPilot {
   /// Sums over the pixels of a region and iterations, by candidate.
   struct Region {
     std::vector<double> variance, within;
-    WorkByPart work;
+    CameraWork work;
   };
 
   [[nodiscard]] Region no_region() const {
     return {std::vector<double>(shape_.count, 0.0), std::vector<double>(shape_.count, 0.0),
-            WorkByPart{{}, {}, {}, PilotSplit::mean_children}};
+            CameraWork{{}, {}, PilotSplit::mean_children}};
   }
 
   [[nodiscard]] std::vector<Forecast> forecasts_of(const Region& region, const OperationCosts& costs) const {
@@ -230,7 +229,7 @@ class RenderPilot {
       output.finish_pixel();
       for (std::size_t c = 0; c < output.missing.size(); ++c) missing_[c] += output.missing[c];
       for (std::size_t r = 0; r < output.work().size(); ++r) {
-        regions_[r].work.camera += output.work()[r].camera;
+        regions_[r].work.before += output.work()[r].before;
         regions_[r].work.children += output.work()[r].children;
       }
       for (std::size_t i = 0; i < output.pixel_count(); ++i) {
@@ -268,10 +267,12 @@ class RenderPilot {
   /// the picture of the other iteration, with all before.
   void take_in(const Analysis& a, const Analysis& b) {
     const std::size_t n = shape_.count;
-    std::vector<double> scales_a, scales_b, least;
+    std::vector<double> values, scales_a, scales_b, least;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      scales_a.push_back(0.5 / (square(value_of(pixels_[i], b)) + relative_error_floor));
-      scales_b.push_back(0.5 / (square(value_of(pixels_[i], a)) + relative_error_floor));
+      const double value_a = value_of(pixels_[i], b), value_b = value_of(pixels_[i], a);
+      values.push_back(0.5 * (value_a + value_b));
+      scales_a.push_back(0.5 / (square(value_a) + relative_error_floor));
+      scales_b.push_back(0.5 / (square(value_b) + relative_error_floor));
       double least_moment = std::numeric_limits<double>::max();
       for (std::size_t k = i * n; k < (i + 1) * n; ++k)
         least_moment = std::min(least_moment, scales_a[i] * static_cast<double>(a.second_moments[k]) +
@@ -297,18 +298,19 @@ class RenderPilot {
             scales_a[i] * static_cast<double>(a.within[k]) + scales_b[i] * static_cast<double>(b.within[k]);
       }
     }
-    add_biases(a, b);
+    add_biases(a, b, values);
     for (std::size_t p = 0; p < earlier_.size(); ++p) earlier_[p] += a.picture[p] + b.picture[p];
     earlier_iterations_ += 2;
   }
 
-  /// The difference that merging makes, tile by tile, squared by way of two iterations.
-  void add_biases(const Analysis& a, const Analysis& b) {
+  /// The difference that merging makes, tile by tile, squared by way of two iterations; relative to the pixels' `values`.
+  void add_biases(const Analysis& a, const Analysis& b, const std::vector<double>& values) {
     const std::size_t n = shape_.count, tiles = shape_.grid.tile_count();
     std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
-    for (const std::uint32_t pixel : pixels_) {
-      tile_values[shape_.grid.tile(pixel)] += 0.5 * (value_of(pixel, a) + value_of(pixel, b));
-      tile_pixels[shape_.grid.tile(pixel)] += 1.0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const std::size_t tile = shape_.grid.tile(pixels_[i]);
+      tile_values[tile] += values[i];
+      tile_pixels[tile] += 1.0;
     }
     for (std::size_t c = 0; c < n; ++c) {
       const std::size_t without = without_merging(c);

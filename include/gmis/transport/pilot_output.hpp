@@ -228,7 +228,7 @@ class PilotOutput : public ChunkOutput<S, false> {
   }
   [[nodiscard]] std::span<const SplatRecord> splat_records() const noexcept { return splat_records_; }
   /// What camera subpaths took, by region.
-  [[nodiscard]] std::span<const WorkByPart> work() const noexcept { return work_; }
+  [[nodiscard]] std::span<const CameraWork> work() const noexcept { return work_; }
 
   /// Of one contribution, what a candidate makes of it.
   struct Lane {
@@ -328,7 +328,7 @@ class PilotOutput : public ChunkOutput<S, false> {
   void close_part() {
     if (!is_in_pixel_) return;
     finish_vertex();
-    (part_ == before ? work_[region_].camera : work_[region_].children) += this->counters - work_before_;
+    (part_ == before ? work_[region_].before : work_[region_].children) += this->counters - work_before_;
     work_before_ = this->counters;
   }
 
@@ -355,7 +355,7 @@ class PilotOutput : public ChunkOutput<S, false> {
   std::vector<std::uint32_t> pixels_;
   std::vector<float> values_;  // by pixel: three rows
   std::vector<SplatRecord> splat_records_;
-  std::vector<WorkByPart> work_;
+  std::vector<CameraWork> work_;
   std::vector<Sums> sums_;
   Counters work_before_;
   std::size_t region_ = 0, part_ = before;

@@ -54,12 +54,7 @@ struct CameraSplit {
 
     template <Bsdf B, UniformSource Source, class Visit>
     void expand_camera(const ScatteringVertex<B>& at, int children, Source& source, Visit&& visit) const {
-      const T share = T(1) / static_cast<T>(children);
-      for (int child = 0; child < children; ++child)
-        if (auto step = scatter(at, source)) {
-          step->weight = step->weight * share;
-          visit(*step);
-        }
+      draw_independent_children(at, children, children, source, visit);
     }
 
    private:
