@@ -49,7 +49,7 @@ def fit(rows):
 
 
 def main():
-    source = pathlib.Path("include/gmis/transport/operation_costs.hpp").read_text()
+    source = pathlib.Path("include/gmis/transport/choose/operation_costs.hpp").read_text()
     with tempfile.TemporaryDirectory() as folder:
         rows = [measure(sys.argv[1], scene, run, folder) for scene in SCENES for run in RUNS]
     x, errors = fit(rows)

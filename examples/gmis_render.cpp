@@ -8,7 +8,7 @@
 #include <memory>
 #include <new>
 
-#include "support/auto_integrator.hpp"
+#include "support/choices.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
 #include "support/replay_text.hpp"
@@ -143,7 +143,7 @@ int print_replay(const RenderRequest& request, const PathChoice& choice, const B
   const glm::ivec2 resolution = scene.scene().camera().resolution();
   const gmis::PathName path = path_of(choice, request, resolution);
   ThreadedExecutor executor(threads);
-  std::fputs(replay_text(start(scene, request)->replay(executor, path), request, resolution).c_str(), stdout);
+  std::fputs(replay_text(replay(scene, request, executor, path), request, resolution).c_str(), stdout);
   return done;
 }
 
@@ -198,11 +198,9 @@ int run(Options options) {
 
   RunFacts facts;
   facts.options = &options;
-  facts.plan = plan_of(request, plan);
+  facts.plan = plan_of(request, result.counts);
   facts.scene_plan = plan;
-  facts.techniques_on = techniques_of(request, plan);
   facts.threads = executor.thread_count();
-  facts.absolute_radius = request.settings.radius;
   facts.read_seconds = loaded.read_seconds;
   facts.build_seconds = loaded.build_seconds;
   if (reference)
@@ -217,7 +215,7 @@ int run(Options options) {
   if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });
   if (!options.statistics_file.empty()) failures.attempt([&] { write_statistics(result, facts); });
   if (!options.quiet)
-    print_summary(result, written, facts.techniques_on[static_cast<std::size_t>(gmis::Technique::merge)], facts.error);
+    print_summary(result, written, result.counts.has(gmis::Technique::merge), facts.error);
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

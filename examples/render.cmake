@@ -5,35 +5,19 @@ if(NOT GMIS_RENDER_CAN_BE_BUILT)
 endif()
 
 add_library(gmis_render_session STATIC
-  support/auto_integrator.cpp
   support/build_scene.cpp
-  support/integrators/bpm.cpp
-  support/integrators/bpt.cpp
-  support/integrators/classified_bpt.cpp
-  support/integrators/classified_pt.cpp
-  support/integrators/classified_pt_lt.cpp
-  support/integrators/classified_pt_lt_pm.cpp
-  support/integrators/classified_vcm.cpp
-  support/integrators/gmis_budgeted.cpp
-  support/integrators/gmis_paper.cpp
-  support/integrators/lt.cpp
-  support/integrators/ppm.cpp
-  support/integrators/pt.cpp
-  support/integrators/pt_lt.cpp
-  support/integrators/pt_lt_pm.cpp
-  support/integrators/split_bpt.cpp
-  support/integrators/split_pt.cpp
-  support/integrators/split_pt_lt.cpp
-  support/integrators/split_pt_lt_pm.cpp
-  support/integrators/split_vcm.cpp
-  support/integrators/measured_bpt.cpp
-  support/integrators/measured_vcm.cpp
-  support/integrators/vcm.cpp
+  support/choices.cpp
+  support/engines/both_sides.cpp
+  support/engines/camera_side.cpp
+  support/engines/pilot.cpp
+  support/engines/split_trees.cpp
+  support/executor.cpp
   support/options.cpp
   support/plan_text.cpp
   support/progress_bar.cpp
   support/progressive_render.cpp
   support/render.cpp
+  support/replay.cpp
   support/replay_text.cpp
   support/scene_files.cpp
   support/session.cpp

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "gmis/transport/class_costs.hpp"
+#include "gmis/transport/effects/class_costs.hpp"
 #include "support/render.hpp"
 
 namespace gmis::tools {

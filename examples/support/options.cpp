@@ -7,7 +7,7 @@
 #include <limits>
 #include <string_view>
 
-#include "gmis/transport/effect_switches.hpp"
+#include "gmis/transport/effects/effect_switches.hpp"
 #include "support/diagnostics.hpp"
 
 namespace gmis::tools {
@@ -47,8 +47,9 @@ Unsigned whole_number_of(const std::string& option, std::string_view text) {
   return *value;
 }
 
-int connections_of(const std::string& text) {
-  if (text == "auto") return measured_connections;
+/// Nothing for `auto`.
+std::optional<int> connections_of(const std::string& text) {
+  if (text == "auto") return {};
   if (text == "paired") return paired_connections;
   const auto count = integer_of<int>(text);
   if (!count || *count < 1 || *count > 1000)
@@ -191,20 +192,6 @@ bool merges(IntegratorChoice integrator) {
          integrator == IntegratorChoice::automatic;
 }
 
-bool classifies(IntegratorChoice integrator, SplitChoice split) {
-  switch (integrator) {
-    case IntegratorChoice::pt:
-    case IntegratorChoice::bpt:
-    case IntegratorChoice::vcm:
-    case IntegratorChoice::automatic:
-      return true;
-    case IntegratorChoice::gmis:
-      return split == SplitChoice::none;
-    default:
-      return false;
-  }
-}
-
 const char* name_of(IntegratorChoice integrator) {
   constexpr const char* names[] = {"pt", "lt", "bpt", "ppm", "bpm", "vcm", "gmis", "auto"};
   return names[static_cast<std::size_t>(integrator)];
@@ -249,18 +236,12 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
       throw InputError("--effects " + in_quotes(effects.unknown) +
                        " is not known: use no-NAME or NAME-only with emission, direct, caustics, indirect, mirrored, "
                        "specular, glossy or a path class such as LS+DE");
-    if (!classifies(options.integrator, options.split))
-      throw InputError("--effects needs auto, pt, bpt, vcm or gmis --split none: " + raw.integrator +
-                       " cannot leave out paths by their class");
     if (effects.classes.is_empty())
       throw InputError("--effects " + in_quotes(options.effects) + " leaves nothing to render: leave out fewer");
     options.path_classes = effects.classes;
   }
   if (given("--aov")) {
     if (raw.aov != "classes") throw InputError("--aov " + in_quotes(raw.aov) + " is not known: use classes");
-    if (!classifies(options.integrator, options.split))
-      throw InputError("--aov classes needs auto, pt, bpt, vcm or gmis --split none: " + raw.integrator +
-                       " does not tell paths by their class");
     options.class_images = true;
   }
   options.connections = connections_of(raw.connections);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/mis/scheme.hpp"
-#include "gmis/transport/path_class.hpp"
+#include "gmis/transport/effects/path_class.hpp"
 #include "gmis/transport/settings.hpp"
 
 namespace gmis::tools {
@@ -36,7 +36,7 @@ struct Options {
   double radius = 0.003;  ///< as a fraction of half the scene's diagonal
   double alpha = 2.0 / 3.0;
   std::optional<double> light_paths;       ///< 1 where nothing chooses
-  int connections = measured_connections;  ///< as RenderSettings has it
+  std::optional<int> connections;          ///< as `SampleCounts` has it; unset: a pilot chooses
   int camera_split = 1;                    ///< children of the first non-specular camera vertex
   std::uint64_t seed = 0;
   int threads = 0;  ///< 0: all cores
@@ -49,7 +49,7 @@ struct Options {
   std::optional<PathChoice> replay;  ///< instead of rendering
   std::filesystem::path techniques_folder;
   std::string effects;  ///< as given; empty: all
-  PathClassSet path_classes = PathClassSet::all();
+  std::optional<PathClassSet> path_classes;  ///< those that --effects leaves
   bool class_images = false;  ///< --aov classes
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
@@ -71,8 +71,6 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 /// Whether it connects camera vertices with light vertices, whether it merges them; `automatic` may do so.
 [[nodiscard]] bool connects(IntegratorChoice integrator);
 [[nodiscard]] bool merges(IntegratorChoice integrator);
-/// Whether it can tell the classes of its paths, and make some of them alone.
-[[nodiscard]] bool classifies(IntegratorChoice integrator, SplitChoice split);
 
 // What the text of an option means; they throw `InputError` when it means nothing.
 [[nodiscard]] IntegratorChoice integrator_of(const std::string& name);

@@ -4,7 +4,6 @@
 #include <iomanip>
 #include <sstream>
 
-#include "support/auto_integrator.hpp"
 
 namespace gmis::tools {
 
@@ -58,7 +57,7 @@ std::string text_of(PathClassSet classes) {
   return text.empty() ? "none" : text;
 }
 
-PathClassSet lacking_classes(const Plan& plan, const std::array<bool, technique_count>& on) {
+PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts) {
   const PathClassSet lacking = PathClassSet::where([&](const PathFeatures& f) {
     for (const bool is_delta : {false, true}) {
       if (!(is_delta ? plan.effects.has_delta_lights() && f.scatterings > 0 : plan.effects.has_extended_lights()))
@@ -66,7 +65,7 @@ PathClassSet lacking_classes(const Plan& plan, const std::array<bool, technique_
       bool is_made = false;
       for (const TechniquePlan& technique : plan.techniques)
         is_made = is_made ||
-                  (on[static_cast<std::size_t>(technique.technique)] && makes_some(technique.technique, f, is_delta));
+                  (counts.has(technique.technique) && makes_some(technique.technique, f, is_delta));
       if (!is_made) return true;
     }
     return false;
@@ -80,10 +79,10 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
   text << "paths       of at most " << request.settings.max_depth << " segments: " << text_of(plan.occurring) << "\n";
   if (plan.leaves_out_classes()) text << "rendered    of these: " << text_of(plan.classes) << "\n";
   const bool is_planned = request.integrator == IntegratorChoice::automatic;
-  const auto on = techniques_of(request, plan);
+  const SampleCounts& counts = request.settings.counts;
   for (const TechniquePlan& technique : plan.techniques) {
     const std::string words = words_of(technique.technique);
-    const bool is_on = on[static_cast<std::size_t>(technique.technique)];
+    const bool is_on = counts.has(technique.technique);
     text << "  " << words << std::string(13 - words.size(), ' ') << (is_on ? "on: " : "off: ");
     if (!is_planned)
       text << (is_on ? "" : "not ") << "in " << name_of(request.integrator) << "; the scene alone would have it "
@@ -94,8 +93,9 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
       text << sentence_of(technique.rule);
     text << "\n";
   }
-  if (is_planned || classifies(request.integrator, request.split)) {
-    const PathClassSet lacking = lacking_classes(plan, on);
+  if (request.integrator != IntegratorChoice::lt && request.integrator != IntegratorChoice::ppm &&
+      request.integrator != IntegratorChoice::bpm) {
+    const PathClassSet lacking = lacking_classes(plan, counts);
     if (!lacking.is_empty())
       text << "lacks       " << text_of(lacking) << (plan.effects.has_extended_lights() ? ", of some lights" : "")
            << "\n";
@@ -103,50 +103,51 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
   return text.str();
 }
 
-std::string text_of(const Candidate& candidate) {
+std::string text_of(const SampleCounts& counts) {
   std::ostringstream text;
   const auto add_children = [&] {
-    if (candidate.camera_children > 1) text << ", " << candidate.camera_children << " ways on from what is seen first";
+    if (counts.camera_children > 1) text << ", " << counts.camera_children << " ways on from what is seen first";
     return text.str();
   };
-  if (!candidate.traces_light()) {
+  if (!counts.traces_light()) {
     text << "path tracing alone";
     return add_children();
   }
-  text << candidate.light_paths << (candidate.light_paths == 1.0 ? " light tree" : " light trees") << " a pixel, ";
-  if (candidate.connections > 0)
-    text << candidate.connections << (candidate.connections == 1 ? " connection" : " connections") << " a vertex, ";
+  text << counts.light_paths << (counts.light_paths == 1.0 ? " light tree" : " light trees") << " a pixel, ";
+  if (counts.connections == paired_connections)
+    text << "connections with the paired tree, ";
+  else if (counts.connections > 0)
+    text << counts.connections << (counts.connections == 1 ? " connection" : " connections") << " a vertex, ";
   else
     text << "no connections, ";
-  text << (candidate.merges ? "merging" : "no merging");
+  text << (counts.merges ? "merging" : "no merging");
   return add_children();
 }
 
-std::string explain_choice(const MeasuredChoice& choice, const Counters& work) {
+std::string explain_choice(const Choice& choice, const Counters& work) {
   std::ostringstream text;
   text << std::setprecision(3);
-  const Forecast& chosen = choice.forecasts[choice.chosen];
+  if (!choice.chosen) return "measured    nothing: the pilot saw no pixel, the counts stand as they were\n";
+  const Forecast& chosen = choice.forecasts[*choice.chosen];
   const double iterations = choice.expected_iterations;
   text << "measured    in " << choice.pilot_iterations << " iterations, " << 100.0 * choice.pilot_cost / cost_of(work)
-       << " % of the counted work: " << text_of(chosen.candidate) << "\n";
+       << " % of the counted work: " << text_of(chosen.counts) << "\n";
   std::vector<Forecast> others = choice.forecasts;
   std::sort(others.begin(), others.end(),
             [&](const Forecast& a, const Forecast& b) { return a.work(iterations) < b.work(iterations); });
   const auto line = [&](const Forecast& other) {
     text << "expected    " << other.work(iterations) / chosen.work(iterations)
-         << " times that work for the same error with " << text_of(other.candidate);
+         << " times its work for the same error with " << text_of(other.counts);
     if (other.missing_share > negligible_share)
       text << ", which misses " << 100.0 * other.missing_share << " % of the light";
     text << "\n";
   };
   const auto is_plain = [](const Forecast& f) {
-    return f.candidate.camera_children == 1 &&
-           (!f.candidate.traces_light() || (f.candidate.light_paths == 1.0 && f.candidate.connections == 1));
+    return f.counts.camera_children == 1 &&
+           (!f.counts.traces_light() || (f.counts.light_paths == 1.0 && f.counts.connections == 1));
   };
-  text << "by region   " << choice.least_by_region
-       << " times that work at the least, if parts of the picture chose for themselves: they do not\n";
   for (const Forecast& other : others)
-    if (is_plain(other) && !(other.candidate == chosen.candidate)) line(other);
+    if (is_plain(other) && !(other.counts == chosen.counts)) line(other);
   return text.str();
 }
 

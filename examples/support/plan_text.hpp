@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "gmis/transport/plan.hpp"
+#include "gmis/transport/effects/plan.hpp"
 #include "support/render.hpp"
 
 /// \file
@@ -18,15 +18,15 @@ namespace gmis::tools {
 /// The names of the classes, with spaces between.
 [[nodiscard]] std::string text_of(PathClassSet classes);
 
-/// The classes that carry light and are rendered, of which none of these techniques makes all paths that there may be.
-[[nodiscard]] PathClassSet lacking_classes(const Plan& plan, const std::array<bool, technique_count>& on);
+/// The classes that carry light and are rendered, of which no technique of these counts makes all paths that there may be.
+[[nodiscard]] PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts);
 
 /// Lines of --explain: effects, classes, and each technique with on or off and why.
 [[nodiscard]] std::string explain_plan(const RenderRequest& request, const Plan& plan);
 
 /// "0.25 light trees a pixel, 2 connections a vertex, no merging".
-[[nodiscard]] std::string text_of(const Candidate& candidate);
+[[nodiscard]] std::string text_of(const SampleCounts& counts);
 /// Lines of --explain after the run: what a pilot chose, and what the nearest others would have cost.
-[[nodiscard]] std::string explain_choice(const MeasuredChoice& choice, const Counters& work);
+[[nodiscard]] std::string explain_choice(const Choice& choice, const Counters& work);
 
 }  // namespace gmis::tools

@@ -29,7 +29,7 @@ class Timer {
   std::clock_t cpu_start_ = std::clock();
 };
 
-Image image_of(const Film<FrameSource::Spectrum>& film) {
+Image image_of(const Film<SceneSpectrum>& film) {
   Image image(film.resolution().x, film.resolution().y);
   for (std::size_t pixel = 0; pixel < film.pixel_count(); ++pixel)
     for (int c = 0; c < 3; ++c)
@@ -58,7 +58,7 @@ ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderReques
       techniques_(resolution_, crop_),
       classes_(resolution_, crop_) {
   const Timer timer(progress_.seconds, cpu_seconds_);
-  source_ = start(scene, request);
+  engine_ = start(scene, request);
   if (request.halves) halves_.assign(2, Film<Spectrum>(film_.resolution()));
   if (request.intervals) batches_.emplace(film_.pixel_count());
 }
@@ -66,17 +66,17 @@ ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderReques
 bool ProgressiveRender::advance(ThreadedExecutor& executor) {
   {
     const Timer timer(progress_.seconds, cpu_seconds_);
-    source_->iterate(executor);
+    engine_->iterate(executor);
     if (executor.is_stopped()) return false;
     double ignored = 0;
     const Timer film_timer(film_seconds_, ignored);
     take_frame();
   }
-  counters_ = source_->counters();  // of whole iterations only
-  light_work_ = source_->light_work();
-  const auto rejected = source_->rejections().paths();
-  rejected_paths_.assign(rejected.begin(), rejected.end());
-  phases_ = source_->seconds();
+  counters_ = engine_->counters();  // of whole iterations only
+  light_work_ = engine_->light_work();
+  const RejectionLog rejected = engine_->rejections();
+  rejected_paths_.assign(rejected.paths().begin(), rejected.paths().end());
+  phases_ = engine_->seconds();
   if (log_.is_due(progress_.iterations)) add_to_log();
   return true;
 }
@@ -93,7 +93,7 @@ void ProgressiveRender::finish_log() {
 }
 
 void ProgressiveRender::take_frame() {
-  frame_ = source_->frame();
+  frame_ = engine_->frame();
   const glm::ivec2 size = film_.resolution();
   if (size != resolution_) {
     part_.clear();
@@ -109,9 +109,9 @@ void ProgressiveRender::take_frame() {
   if (batches_) batches_->add_iteration(frame_);
   if (request_.halves) halves_[progress_.iterations % 2].add_iteration(frame_);
   if (request_.techniques)
-    source_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { techniques_.add(contribution); });
+    engine_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { techniques_.add(contribution); });
   if (request_.class_images)
-    source_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { classes_.add(contribution); });
+    engine_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { classes_.add(contribution); });
   ++progress_.iterations;
   if (request_.budget.relative_error || request_.on_iteration)
     progress_.relative_error = progress_.iterations > 1 ? estimate_of(film_).relative_error : 0;
@@ -165,12 +165,12 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
   result.prediction = predict(log_, result.estimate.relative_error);
   result.counters = counters_;
   result.rejected_paths = rejected_paths_;
-  result.tuning = source_->tuning();
-  result.trials = source_->trials();
-  if (const MeasuredChoice* choice = source_->choice()) result.choice = *choice;
+  result.counts = engine_->counts();
+  result.radius = engine_->first_radius();
+  if (const Choice* choice = engine_->choice()) result.choice = *choice;
   result.phases = phases_;
   result.phases.film += film_seconds_;
-  result.photon_bytes = source_->photon_bytes();
+  result.photon_bytes = engine_->photon_bytes();
   return result;
 }
 

@@ -8,7 +8,6 @@
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/film.hpp"
 #include "support/class_sums.hpp"
-#include "support/frame_source.hpp"
 #include "support/render.hpp"
 #include "support/technique_sums.hpp"
 
@@ -18,7 +17,7 @@ namespace gmis::tools {
 /// seconds are those spent in here, processor seconds those of them that went into the picture and not into its log.
 class ProgressiveRender {
  public:
-  using Spectrum = FrameSource::Spectrum;
+  using Spectrum = SceneSpectrum;
 
   /// Both must outlive this.
   ProgressiveRender(const BuiltScene& scene, const RenderRequest& request);
@@ -50,7 +49,7 @@ class ProgressiveRender {
   const RenderRequest& request_;
   glm::ivec2 resolution_;
   PixelBounds crop_;
-  std::unique_ptr<FrameSource> source_;
+  std::unique_ptr<SceneEngine> engine_;
   Film<Spectrum> film_;
   std::vector<Film<Spectrum>> halves_;
   std::optional<BatchMeans<Spectrum>> batches_;

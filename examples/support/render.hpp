@@ -14,15 +14,11 @@
 #include "gmis/result/error_fit.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/rejection_limit.hpp"
-#include "gmis/transport/candidate.hpp"
-#include "gmis/transport/contribution.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/settings.hpp"
 #include "support/build_scene.hpp"
 #include "support/executor.hpp"
-#include "support/frame_source.hpp"
 #include "support/image/image.hpp"
 #include "support/options.hpp"
+#include "support/scene_engine.hpp"
 
 namespace gmis::tools {
 
@@ -39,7 +35,8 @@ struct RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
   SplitChoice split = SplitChoice::budgeted;
   RenderSettings settings;
-  bool fixes_light_paths = false;  ///< their number was asked for, so that `auto` does not choose it
+  std::vector<SampleCounts> candidates;   ///< to choose the counts from; with fewer than two nothing is chosen
+  std::uint32_t expected_iterations = 0;  ///< that the choice is made for
   std::optional<PixelBounds> crop;
   // Stops at the first one met; at least one iteration is done.
   Budget budget;                   ///< in wall time
@@ -47,9 +44,7 @@ struct RenderRequest {
   const std::atomic<bool>* interrupted = nullptr;
   bool halves = false;
   bool techniques = false;
-  bool class_images = false;  ///< with `classifies`
-  /// Contributions carry the class of their path, and only those of `settings.path_classes` are made.
-  bool classifies = false;
+  bool class_images = false;         ///< with `settings.path_classes`
   bool intervals = false;            ///< keeps batches, for the interval of the error
   const Image* reference = nullptr;  ///< of the crop's size, for the log
   std::function<void(const Progress&)> on_iteration;
@@ -61,16 +56,6 @@ struct TechniqueImage {
   TechniqueId id;
   Image weighted;    ///< as it adds to the image
   Image unweighted;  ///< as if it were the only technique
-};
-
-/// What a pilot found out about the candidates, and which of them was chosen.
-struct MeasuredChoice {
-  std::vector<Forecast> forecasts;
-  std::size_t chosen = 0;        ///< its place among them
-  double least_by_region = 1.0;  ///< variance × cost, over the chosen one's, if each region of the picture could choose
-  std::uint32_t expected_iterations = 0;  ///< that the choice is best for
-  std::uint32_t pilot_iterations = 0;     ///< part of the picture like all others
-  double pilot_cost = 0;                  ///< counted operations, as `Forecast::cost`
 };
 
 /// The part of the image that the paths of one class make.
@@ -96,9 +81,9 @@ struct RenderResult {
   std::optional<Prediction> prediction;  ///< when the log knows enough
   Counters counters;
   std::vector<RejectedPath> rejected_paths;  ///< the first of them
-  Tuning tuning;                             ///< the counts that the last iteration was made with
-  std::vector<Trial> trials;                 ///< how they were measured
-  std::optional<MeasuredChoice> choice;      ///< of the techniques and their counts, with auto
+  SampleCounts counts;                       ///< that the last iteration was made with
+  std::optional<Choice> choice;              ///< how they were chosen
+  double radius = 0;                         ///< of merging in the first iteration, in scene units; 0: nothing merges
   PhaseSeconds phases;
   double wall_seconds = 0;
   double cpu_seconds = 0;
@@ -110,35 +95,7 @@ struct RenderResult {
 /// Renders on the threads of `executor`, until the budget is met.
 [[nodiscard]] RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor);
 
-/// The integrator that is asked for, ready for its first iteration.
-[[nodiscard]] std::unique_ptr<FrameSource> start(const BuiltScene& scene, const RenderRequest& request);
-
-/// Measures with a pilot that has the techniques of vcm or of bpt, then goes on with the best of the candidates.
-[[nodiscard]] std::unique_ptr<FrameSource> start_measured_vcm(const BuiltScene&, const RenderRequest&,
-                                                              std::vector<Candidate>);
-[[nodiscard]] std::unique_ptr<FrameSource> start_measured_bpt(const BuiltScene&, const RenderRequest&,
-                                                              std::vector<Candidate>);
-
-// One per integrator, each in a file of its own: the engine is compiled anew for each.
-[[nodiscard]] std::unique_ptr<FrameSource> start_classified_pt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_classified_pt_lt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_classified_pt_lt_pm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_classified_bpt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_classified_vcm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_pt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_pt_lt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_pt_lt_pm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_lt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_ppm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_bpm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_bpt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_vcm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_split_pt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_split_pt_lt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_split_pt_lt_pm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_split_bpt(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_split_vcm(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_gmis_paper(const BuiltScene&, const RenderRequest&);
-[[nodiscard]] std::unique_ptr<FrameSource> start_gmis_budgeted(const BuiltScene&, const RenderRequest&);
+/// The engine that is asked for, ready for its first iteration.
+[[nodiscard]] std::unique_ptr<SceneEngine> start(const BuiltScene& scene, const RenderRequest& request);
 
 }  // namespace gmis::tools

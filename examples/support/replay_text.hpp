@@ -6,8 +6,7 @@
 #include <span>
 #include <string>
 
-#include "gmis/transport/replay.hpp"
-#include "support/frame_source.hpp"
+#include "gmis/transport/output/replay.hpp"
 #include "support/render.hpp"
 
 /// \file
@@ -27,8 +26,13 @@ namespace gmis::tools {
 /// The path that the choice names. Throws `InputError` when there is none such in this picture.
 [[nodiscard]] PathName path_of(const PathChoice& choice, const RenderRequest& request, glm::ivec2 resolution);
 
+/// One path of the run that `request` describes, traced again alone. Throws `InputError` for an iteration of a pilot, and for
+/// a light tree that there is not.
+[[nodiscard]] ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest& request,
+                                                 ThreadedExecutor& executor, const PathName& path);
+
 /// Everything about the path, a fact per line; floating-point numbers with all their digits.
-[[nodiscard]] std::string replay_text(const ReplayedPath<FrameSource::Spectrum>& path, const RenderRequest& request,
+[[nodiscard]] std::string replay_text(const ReplayedPath<SceneSpectrum>& path, const RenderRequest& request,
                                       glm::ivec2 resolution);
 
 }  // namespace gmis::tools

@@ -6,7 +6,7 @@
 #include <limits>
 #include <sstream>
 
-#include "support/auto_integrator.hpp"
+#include "support/choices.hpp"
 #include "support/image/formats.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/plan_text.hpp"
@@ -35,7 +35,7 @@ LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::arr
 RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   const glm::ivec2 resolution = scene.scene().camera().resolution();
   constexpr std::uint32_t most_trees = std::numeric_limits<std::uint32_t>::max();
-  const double light_paths = options.light_paths.value_or(RenderSettings{}.light_paths);
+  const double light_paths = options.light_paths.value_or(1.0);
   if (light_paths * resolution.x * resolution.y > most_trees)
     throw InputError("--light-paths asks for more than " + std::to_string(most_trees) +
                      " light trees in a picture of " + std::to_string(resolution.x) + "x" +
@@ -47,12 +47,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.max_depth = options.max_depth;
   request.settings.radius = options.radius * scene.half_diagonal();
   request.settings.alpha = options.alpha;
-  request.settings.light_paths = light_paths;
-  request.fixes_light_paths = options.light_paths.has_value();
   request.settings.scheme = options.scheme;
-  request.settings.connections = options.connections;
-  request.settings.camera_children = options.camera_split;
-  request.settings.adapts_split = options.split == SplitChoice::adaptive;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;
@@ -60,8 +55,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.halves = options.halves;
   request.techniques = !options.techniques_folder.empty();
   request.class_images = options.class_images;
-  request.classifies = !options.effects.empty() || options.class_images;
   request.settings.path_classes = options.path_classes;
+  if (options.class_images && !options.path_classes) request.settings.path_classes = PathClassSet::all();
   if (options.crop) {
     const auto& [x0, y0, x1, y1] = *options.crop;
     if (x1 > resolution.x || y1 > resolution.y)
@@ -69,40 +64,32 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
                        std::to_string(resolution.y));
     request.crop = PixelBounds{{x0, y0}, {x1, y1}};
   }
+  set_counts(request, options, scene);
+  const glm::ivec2 size =
+      request.crop ? glm::max(request.crop->upper - request.crop->lower, glm::ivec2(0)) : resolution;
+  request.expected_iterations =
+      expected_iterations(request.budget, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
+                          ThreadedExecutor(options.threads).thread_count());
   return request;
 }
 
-std::string plan_of(const RenderRequest& request, const Plan& by_scene) {
-  const IntegratorChoice integrator = request.integrator;
-  const auto on = techniques_of(request, by_scene);
-  const auto has = [&](Technique technique) { return on[static_cast<std::size_t>(technique)]; };
+std::string plan_of(const RenderRequest& request, const SampleCounts& counts) {
   std::string plan;
-  const auto add = [&](Technique technique) {
-    if (!has(technique)) return;
+  for (const Technique technique : {Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat,
+                                    Technique::merge}) {
+    if (!counts.has(technique)) continue;
     if (!plan.empty()) plan += ", ";
     plan += words_of(technique);
-  };
-  add(Technique::emitter_hit);
-  add(Technique::next_event);
-  add(Technique::connect);
-  if (has(Technique::connect)) {
-    const int count = request.settings.connections;
-    plan += " (";
-    if (count == measured_connections)
-      plan += measures(by_scene, request) ? "as measured" : "1, 2 or 4, measured";
-    else
-      plan += count == paired_connections ? "paired" : std::to_string(count);
+    if (technique != Technique::connect) continue;
+    plan += counts.connections == paired_connections ? " (paired" : " (" + std::to_string(counts.connections);
     plan += " a vertex)";
   }
-  add(Technique::splat);
-  add(Technique::merge);
-  if (integrator == IntegratorChoice::ppm) plan += " at the first non-specular vertex";
-  if (integrator == IntegratorChoice::gmis) {
+  if (counts.camera_children == 0 && counts.has(Technique::merge)) plan += " at the first non-specular vertex";
+  if (request.integrator == IntegratorChoice::gmis) {
     plan += "; subpaths split: " + std::string(name_of(request.split));
     if (request.split != SplitChoice::none) plan += " by " + std::string(gmis::name_of(request.settings.scheme));
-    if (request.settings.camera_children > 1)
-      plan += ", the camera's by " + std::to_string(request.settings.camera_children);
   }
+  if (counts.camera_children > 1) plan += ", the camera's by " + std::to_string(counts.camera_children);
   return plan.empty() ? "nothing" : plan;
 }
 
@@ -116,21 +103,17 @@ std::string explain(const Options& options, const RenderRequest& request, const 
     text << ", of it " << request.crop->lower.x << "," << request.crop->lower.y << " to " << request.crop->upper.x
          << "," << request.crop->upper.y;
   text << "\nintegrator  " << name_of(request.integrator);
-  text << "\ntechniques  " << plan_of(request, plan) << "\n" << explain_plan(request, plan);
-  const auto on = techniques_of(request, plan);
-  const bool is_merging = on[static_cast<std::size_t>(Technique::merge)];
-  if (is_merging || on[static_cast<std::size_t>(Technique::connect)] ||
-      on[static_cast<std::size_t>(Technique::splat)]) {
-    text << "light       ";
-    if (measures(plan, request) && !request.fixes_light_paths)
-      text << "as many trees a pixel as measured\n";
-    else
-      text << request.settings.light_paths << " trees a pixel\n";
-  }
+  const SampleCounts& counts = request.settings.counts;
+  text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);
+  if (request.candidates.size() > 1)
+    text << "choice      a pilot chooses among " << request.candidates.size()
+         << " sets of counts, each with these techniques or fewer\n";
+  const bool is_merging = counts.has(Technique::merge);
+  if (counts.traces_light()) text << "light       " << counts.light_paths << " trees a pixel\n";
   if (request.integrator == IntegratorChoice::lt)
     text << "lacks       what is seen in mirrors and through glass, except the lights themselves\n";
   if (is_merging)
-    text << "radius      " << request.settings.radius << " = " << options.radius
+    text << "radius      " << request.settings.radius.value_or(0.0) << " = " << options.radius
          << " of half the scene's diagonal, times i^" << (request.settings.alpha - 1) / 2 << "\n";
   if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)
     text << "bias        this split policy drops what waits at the end of its budget: the picture is too dark\n";

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/plan.hpp"
+#include "gmis/transport/effects/plan.hpp"
 #include "support/render.hpp"
 #include "support/statistics.hpp"
 
@@ -32,8 +32,8 @@ struct LoadedScene {
 /// One line per fact: what will be done, and why.
 [[nodiscard]] std::string explain(const Options& options, const RenderRequest& request, const Plan& plan,
                                   const BuiltScene& scene, int threads);
-/// The same in one short line, for the statistics.
-[[nodiscard]] std::string plan_of(const RenderRequest& request, const Plan& plan);
+/// The techniques that run with these counts, in one short line.
+[[nodiscard]] std::string plan_of(const RenderRequest& request, const SampleCounts& counts);
 
 /// Reads a reference and checks its size. One that is as large as the whole picture is cut to the crop.
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,

@@ -50,11 +50,14 @@ Json rejected_json(const std::vector<RejectedPath>& paths) {
   return json;
 }
 
-/// Light children by number of lobes.
-Json tuning_json(const Tuning& tuning) {
-  return {{"connections", tuning.connections},
-          {"camera_children", tuning.camera_children},
-          {"light_children", {tuning.light_children[1], tuning.light_children[2]}}};
+Json counts_json(const SampleCounts& counts) {
+  return {{"light_paths", counts.light_paths},
+          {"connections", counts.connections == paired_connections ? Json("paired") : Json(counts.connections)},
+          {"splats", counts.splats},
+          {"merges", counts.merges},
+          {"camera_children", counts.camera_children},
+          {"next_events", counts.next_events},
+          {"emitter_hits", counts.emitter_hits}};
 }
 
 Json classes_json(PathClassSet classes) {
@@ -95,10 +98,10 @@ Json effects_json(const Effects& effects) {
 }
 
 /// Each technique as it is in this rendering, and what the scene's plan says of it.
-Json techniques_json(const RunFacts& facts) {
+Json techniques_json(const SampleCounts& counts, const RunFacts& facts) {
   Json json;
   for (const TechniquePlan& technique : facts.scene_plan.techniques)
-    json[name_of(technique.technique)] = {{"on", facts.techniques_on[static_cast<std::size_t>(technique.technique)]},
+    json[name_of(technique.technique)] = {{"on", counts.has(technique.technique)},
                                           {"called_for", technique.is_on},
                                           {"rule", sentence_of(technique.rule)},
                                           {"makes", classes_json(technique.makes)}};
@@ -106,20 +109,17 @@ Json techniques_json(const RunFacts& facts) {
 }
 
 Json forecast_json(const Forecast& forecast) {
-  return {{"light_paths", forecast.candidate.light_paths},
-          {"connections", forecast.candidate.connections},
-          {"merges", forecast.candidate.merges},
-          {"camera_children", forecast.candidate.camera_children},
-          {"variance", forecast.variance},
-          {"squared_bias", forecast.squared_bias},
-          {"cost", forecast.cost},
-          {"missing_share", forecast.missing_share}};
+  Json json = counts_json(forecast.counts);
+  json["variance"] = forecast.variance;
+  json["squared_bias"] = forecast.squared_bias;
+  json["cost"] = forecast.cost;
+  json["missing_share"] = forecast.missing_share;
+  return json;
 }
 
-Json choice_json(const MeasuredChoice& choice, const Counters& work) {
+Json choice_json(const Choice& choice, const Counters& work) {
   Json json;
-  json["chosen"] = forecast_json(choice.forecasts[choice.chosen]);
-  json["least_by_region"] = choice.least_by_region;
+  json["chosen"] = choice.chosen ? forecast_json(choice.forecasts[*choice.chosen]) : Json(nullptr);
   json["expected_iterations"] = choice.expected_iterations;
   json["pilot_iterations"] = choice.pilot_iterations;
   json["pilot_share"] = choice.pilot_cost / cost_of(work);
@@ -138,7 +138,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["effects"] = effects_json(facts.scene_plan.effects);
   json["path_classes"] = {{"occurring", classes_json(facts.scene_plan.occurring)},
                           {"rendered", classes_json(facts.scene_plan.classes)}};
-  json["techniques"] = techniques_json(facts);
+  json["techniques"] = techniques_json(result.counts, facts);
   json["version"] = GMIS_VERSION;
   json["scene"] = options.scene;
   json["width"] = result.image.width;
@@ -146,9 +146,9 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["max_depth"] = options.max_depth;
   json["split"] = name_of(options.split);
   json["scheme"] = gmis::name_of(options.scheme);
-  json["radius"] = facts.absolute_radius;
+  json["radius"] = result.radius;
   json["alpha"] = options.alpha;
-  json["light_paths"] = options.light_paths.value_or(RenderSettings{}.light_paths);
+  json["light_paths"] = result.counts.light_paths;
   json["seed"] = options.seed;
   json["threads"] = facts.threads;
   json["iterations"] = result.iterations;
@@ -163,14 +163,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
                        {"grid", result.phases.grid},
                        {"camera", result.phases.camera},
                        {"film", result.phases.film}}}};
-  json["tuning"] = tuning_json(result.tuning);
-  json["tuning"]["trials"] = Json::array();
-  for (const Trial& trial : result.trials) {
-    Json entry = tuning_json(trial.tuning);
-    entry["variance"] = trial.variance;
-    entry["cost"] = trial.cost;
-    json["tuning"]["trials"].push_back(entry);
-  }
+  json["sample_counts"] = counts_json(result.counts);
   if (result.choice) json["choice"] = choice_json(*result.choice, result.counters);
   json["counts"] = counts_of(result.counters);
   json["rejected"] = {{"non_finite", result.counters.rejected_non_finite},

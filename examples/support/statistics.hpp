@@ -5,7 +5,7 @@
 #include <string>
 
 #include "gmis/result/image_error.hpp"
-#include "gmis/transport/plan.hpp"
+#include "gmis/transport/effects/plan.hpp"
 #include "support/render.hpp"
 
 namespace gmis::tools {
@@ -15,9 +15,7 @@ struct RunFacts {
   const Options* options = nullptr;
   std::string plan;   ///< in words
   Plan scene_plan{};  ///< what the scene calls for
-  std::array<bool, technique_count> techniques_on{};
   int threads = 1;
-  double absolute_radius = 0;
   double read_seconds = 0;   ///< parsing the scene's files
   double build_seconds = 0;  ///< the tree over its surfaces
   std::optional<ImageError> error;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/pilot.hpp"
+#include "gmis/transport/choose/pilot.hpp"
 #include "render/block_statistics.hpp"
 #include "support/auto_integrator.hpp"
 #include "support/build_scene.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/class_costs.hpp"
+#include "gmis/transport/effects/class_costs.hpp"
 #include "program.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "gmis/transport/effect_switches.hpp"
+#include "gmis/transport/effects/effect_switches.hpp"
 #include "render/block_statistics.hpp"
 #include "support/auto_integrator.hpp"
 #include "support/build_scene.hpp"

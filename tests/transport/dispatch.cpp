@@ -4,7 +4,7 @@
 #include <string>
 #include <type_traits>
 
-#include "gmis/transport/effect_switches.hpp"
+#include "gmis/transport/effects/effect_switches.hpp"
 #include "support/catch.hpp"
 #include "transport/furnace_scene.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/light_vertex_grid.hpp"
+#include "gmis/transport/photons/light_vertex_grid.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "gmis/transport/contribution.hpp"
-#include "gmis/transport/path_densities.hpp"
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/weights/path_densities.hpp"
 #include "transport/discrete_atlas.hpp"
 #include "transport/tagged_spectrum.hpp"
 

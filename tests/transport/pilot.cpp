@@ -1,4 +1,4 @@
-#include "gmis/transport/pilot.hpp"
+#include "gmis/transport/choose/pilot.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "gmis/transport/plan.hpp"
+#include "gmis/transport/effects/plan.hpp"
 
 #include <array>
 #include <string>
 #include <vector>
 
-#include "gmis/transport/effect_switches.hpp"
+#include "gmis/transport/effects/effect_switches.hpp"
 #include "support/catch.hpp"
 
 // The rules, over all scenes that effects can describe, against paths enumerated event by event: whatever path any of the

@@ -7,7 +7,7 @@
 
 #include "gmis/result/rejection_limit.hpp"
 #include "gmis/transport/integrators.hpp"
-#include "gmis/transport/replay.hpp"
+#include "gmis/transport/output/replay.hpp"
 #include "support/catch.hpp"
 #include "transport/provoking_scene.hpp"
 

@@ -1,4 +1,4 @@
-#include "gmis/transport/replay.hpp"
+#include "gmis/transport/output/replay.hpp"
 
 #include <cmath>
 #include <cstring>

@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "gmis/transport/partial_weights.hpp"
-#include "gmis/transport/path_densities.hpp"
+#include "gmis/transport/weights/weight_recursion.hpp"
+#include "gmis/transport/weights/path_densities.hpp"
 
 namespace gmis_test {
 

@@ -1,4 +1,4 @@
-#include "gmis/transport/weights_by_technique.hpp"
+#include "gmis/transport/weights/weights_by_technique.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "gmis/transport/candidate.hpp"
+#include "gmis/transport/choose/forecast.hpp"
 #include "gmis/transport/choice_by_region.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"

@@ -56,7 +56,7 @@ std::optional<Reference> make_reference(const ComparisonRequest& request, const 
   RenderRequest render = render_request(request, scene, integrator, SplitChoice::budgeted);
   render.settings.seed = reference_seed;
   const bool is_merging = merges(integrator);
-  if (is_merging) render.settings.radius /= 4;  // a sixteenth of the bias
+  if (is_merging) *render.settings.radius /= 4;  // a sixteenth of the bias
   const glm::ivec2 size = scene.scene().camera().resolution();
   const std::string what = std::string(name_of(integrator)) +
                            (is_merging ? " (biased, with a quarter of the radius)" : " (unbiased)") +
@@ -88,7 +88,7 @@ std::optional<Reference> make_reference(const ComparisonRequest& request, const 
 }
 
 /// The standard deviation of every value over √(value² + 0.01).
-Image estimated_pixel_error(const Film<FrameSource::Spectrum>& film) {
+Image estimated_pixel_error(const Film<SceneSpectrum>& film) {
   Image error(film.resolution().x, film.resolution().y);
   for (std::size_t pixel = 0; pixel < film.pixel_count(); ++pixel)
     for (int c = 0; c < 3; ++c) {
@@ -171,14 +171,13 @@ void measure_bias(const ComparisonRequest& request, const BuiltScene& scene, Sce
     RenderRequest narrow =
         render_request(request, scene, request.contenders[i].integrator, request.contenders[i].split);
     narrow.settings.seed = request.settings.seed;
-    // As the run chose it: the two radii must differ in nothing else.
-    if (narrow.settings.connections == measured_connections) narrow.settings.connections = 1;
+    narrow.candidates.clear();  // the two radii must differ in nothing else
     RenderRequest wide = narrow;
-    wide.settings.radius *= ratio;
+    *wide.settings.radius *= ratio;
     ProgressiveRender at_radius(scene, narrow), at_twice(scene, wide);
     const glm::ivec2 size = at_radius.film().resolution();
-    Film<FrameSource::Spectrum> difference(size);
-    std::vector<FrameSource::Spectrum> frame(difference.pixel_count());
+    Film<SceneSpectrum> difference(size);
+    std::vector<SceneSpectrum> frame(difference.pixel_count());
     const double seconds = contender.runs.front().cpu_seconds;
     while (at_radius.cpu_seconds() < seconds / 2 || difference.iterations() < 4) {
       if (is_interrupted(request) || !at_radius.advance(executor) || !at_twice.advance(executor)) return;

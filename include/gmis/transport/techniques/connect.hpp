@@ -1,9 +1,8 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
-#include "gmis/transport/contribution.hpp"
-#include "gmis/transport/settings.hpp"
-#include "gmis/transport/vertex.hpp"
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/walk/context.hpp"
 
 namespace gmis {
 
@@ -18,10 +17,10 @@ struct Connect {
     const auto try_vertex = [&](const typename Context::StoredVertex& light, T scale) {
       if (light.depth + vertex.depth < context.max_depth) connect(context, vertex, light, scale, output);
     };
-    if (context.connections == paired_connections) {
+    if (context.counts.connections == paired_connections) {
       for (const auto& light : cache.tree(context.tree_of_pixel(pixel))) try_vertex(light, T(1));
     } else if (cache.size() > 0) {
-      for (int i = 0; i < context.connections; ++i)
+      for (int i = 0; i < context.counts.connections; ++i)
         try_vertex(cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))], context.connection_scale);
     }
   }
@@ -37,9 +36,9 @@ struct Connect {
     const auto link = Link<T>::between(point.position, light.point.position);
     if (!(link.distance_squared > T(0))) return;
     const PathClass path_class =
-        class_of(after_scattering(light.path, light.bsdf), after_scattering(vertex.path, vertex.hit.bsdf));
+        context.filter.join(context.filter.after_scattering(light.path, light.bsdf), context.filter.after_scattering(vertex.path, vertex.hit.bsdf));
     if (!context.filter.keeps(path_class)) return;
-    ++output.counters.connections;
+    ++output.counters().connections;
 
     const auto camera_bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, link.direction, TransportMode::radiance);
     if (is_black(camera_bsdf.value)) return;
@@ -52,14 +51,14 @@ struct Connect {
     const S value = vertex.throughput * camera_bsdf.value * light_bsdf.value * light.throughput * geometry;
     if (is_black(value)) return;
 
-    ++output.counters.shadow_rays;
-    ++output.counters.connection_rays;
+    ++output.counters().shadow_rays;
+    ++output.counters().connection_rays;
     if (!context.scene.visible(segment(point, light.point, link.direction))) return;
 
     const auto weight = context.recursion.connect(
         light.weights, light.children.reverse * light_bsdf.pdf.reverse.value,
         vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point), vertex.weights,
-        vertex.is_first(), vertex.children.reverse * camera_bsdf.pdf.reverse.value,
+        vertex.is_next_to_camera(), vertex.children.reverse * camera_bsdf.pdf.reverse.value,
         light.children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
     if constexpr (observes_paths<Output>) output.on_light_vertex(light);
     output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),

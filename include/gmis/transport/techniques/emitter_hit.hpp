@@ -1,7 +1,7 @@
 #pragma once
 
-#include "gmis/transport/contribution.hpp"
-#include "gmis/transport/vertex.hpp"
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/walk/context.hpp"
 
 namespace gmis {
 
@@ -18,7 +18,7 @@ struct EmitterHit {
   /// The ray left the scene along −`emission_direction`; `weights` and `depth` are those of the vertex at infinity.
   template <class Context, class Direction, class S, class Weights, class Point, class Output>
   static void at_escape(const Context& context, const Direction& emission_direction, const S& throughput,
-                        const Weights& weights, int depth, typename Context::Path path, const Point& from,
+                        const Weights& weights, int depth, HalfPath path, const Point& from,
                         Output& output) {
     for (const auto* light : context.scene.infinite_lights())
       if (!light->is_delta())
@@ -28,9 +28,9 @@ struct EmitterHit {
  private:
   template <class Context, class L, class Point, class Direction, class S, class Weights, class Output>
   static void add(const Context& context, const L& light, const Point& origin, const Direction& direction,
-                  const S& throughput, const Weights& weights, int depth, typename Context::Path path,
+                  const S& throughput, const Weights& weights, int depth, HalfPath path,
                   const Point& from, Output& output) {
-    const PathClass path_class = class_of(typename Context::Path(), path);
+    const PathClass path_class = context.filter.join({}, path);
     if (!context.filter.keeps(path_class)) return;
     const auto emitted = light.emitted(origin, direction);
     if (is_black(emitted.radiance)) return;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "gmis/transport/contribution.hpp"
-#include "gmis/transport/vertex.hpp"
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/walk/context.hpp"
 
 namespace gmis {
 
@@ -12,12 +12,12 @@ struct Merge {
   static void at_camera_vertex(const Context& context, const Vertex& vertex, Output& output) {
     using S = typename Vertex::S;
     using T = typename Vertex::T;
-    ++output.counters.merge_queries;
+    ++output.counters().merge_queries;
     const auto& point = vertex.hit.point;
     context.grid.query(point.position, [&](std::uint32_t index) {
       const auto& light = context.cache[index];
       if (light.depth + vertex.depth > context.max_depth) return;
-      const PathClass path_class = class_of(light.path, after_scattering(vertex.path, vertex.hit.bsdf));
+      const PathClass path_class = context.filter.join(light.path, context.filter.after_scattering(vertex.path, vertex.hit.bsdf));
       if (!context.filter.keeps(path_class)) return;
       const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, light.to_prev, TransportMode::radiance);
       if (is_black(bsdf.value)) return;
@@ -30,8 +30,8 @@ struct Merge {
       const S value = vertex.throughput * bsdf.value * light.throughput * correction;
       const auto weight =
           context.recursion.merge(light.weights, vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
-                                  vertex.is_first(), vertex.children.reverse * bsdf.pdf.reverse.value);
-      ++output.counters.merges;
+                                  vertex.is_next_to_camera(), vertex.children.reverse * bsdf.pdf.reverse.value);
+      ++output.counters().merges;
       if constexpr (observes_paths<Output>) output.on_light_vertex(light);
       output.add({Technique::merge, static_cast<std::int16_t>(light.depth + 1),
                   static_cast<std::int16_t>(vertex.depth + 1), path_class},

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
-#include "gmis/transport/contribution.hpp"
-#include "gmis/transport/vertex.hpp"
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/walk/context.hpp"
 
 namespace gmis {
 
@@ -15,7 +15,7 @@ struct NextEvent {
     using T = typename Vertex::T;
     const T u = uniform<T>(source);
     const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
-    const PathClass path_class = class_of(typename Context::Path(), after_scattering(vertex.path, vertex.hit.bsdf));
+    const PathClass path_class = context.filter.join({}, context.filter.after_scattering(vertex.path, vertex.hit.bsdf));
     if (!context.filter.keeps(path_class)) return;
     const auto choice = context.scene.sample_light(u);
     if (choice.light == nullptr) return;
@@ -30,7 +30,7 @@ struct NextEvent {
     if (is_black(value)) return;
 
     const bool is_infinite = choice.light->is_infinite();
-    ++output.counters.shadow_rays;
+    ++output.counters().shadow_rays;
     if (!context.scene.visible(is_infinite ? leave(point, sample->to_light)
                                            : segment(point, sample->origin, sample->to_light)))
       return;
@@ -53,7 +53,7 @@ struct NextEvent {
               (std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared);
     }
     const auto weight = context.recursion.next_event(
-        vertex.weights, vertex.is_first(), choice.selection_probability * sample->density.origin,
+        vertex.weights, vertex.is_next_to_camera(), choice.selection_probability * sample->density.origin,
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
     if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);

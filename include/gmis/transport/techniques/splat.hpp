@@ -1,8 +1,8 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
-#include "gmis/transport/contribution.hpp"
-#include "gmis/transport/vertex.hpp"
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/walk/context.hpp"
 
 namespace gmis {
 
@@ -14,7 +14,7 @@ struct Splat {
     using T = typename Stored::T;
     const auto& camera = context.scene.camera();
     const Vec2<T> uv_lens{uniform<T>(source), uniform<T>(source)};
-    const PathClass path_class = class_of(after_scattering(light.path, light.bsdf), typename Context::Path());
+    const PathClass path_class = context.filter.join(context.filter.after_scattering(light.path, light.bsdf), {});
     if (!context.filter.keeps(path_class)) return;
     const auto seen = camera.project(light.point.position, uv_lens);
     if (!seen) return;
@@ -33,7 +33,7 @@ struct Splat {
         light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.tree_count));
     if (is_black(value)) return;
 
-    ++output.counters.shadow_rays;
+    ++output.counters().shadow_rays;
     if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
 
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
@@ -41,7 +41,7 @@ struct Splat {
     const T camera_children = context.camera_children(survival_probability(light.bsdf), true);
     const auto weight =
         context.recursion.splat(light.weights, camera_children * bsdf.pdf.reverse.value, camera_density);
-    ++output.counters.splats;
+    ++output.counters().splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
                      {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, value, weight);
   }

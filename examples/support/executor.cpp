@@ -1,0 +1,53 @@
+#include "support/executor.hpp"
+
+#include <algorithm>
+#include <thread>
+
+#if GMIS_HAS_TBB
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+#endif
+
+namespace gmis::tools {
+
+#if GMIS_HAS_TBB
+const bool ThreadedExecutor::has_threads = true;
+struct ThreadedExecutor::Arena {
+  explicit Arena(int threads) : tasks(threads) {}
+  oneapi::tbb::task_arena tasks;
+};
+#else
+const bool ThreadedExecutor::has_threads = false;
+struct ThreadedExecutor::Arena {
+  explicit Arena(int) {}
+};
+#endif
+
+namespace {
+
+int thread_count_for(int threads) {
+  if (!ThreadedExecutor::has_threads) return 1;
+  return threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
+}  // namespace
+
+ThreadedExecutor::ThreadedExecutor(int threads, const std::atomic<bool>* stop)
+    : thread_count_(thread_count_for(threads)), stop_(stop), arena_(std::make_unique<Arena>(thread_count_)) {}
+
+ThreadedExecutor::~ThreadedExecutor() = default;
+
+void ThreadedExecutor::run(std::size_t count, void (*work)(void*, std::size_t), void* closure) {
+  const auto unless_stopped = [&](std::size_t i) {
+    if (!is_stopped()) work(closure, i);
+  };
+#if GMIS_HAS_TBB
+  if (thread_count_ > 1) {
+    arena_->tasks.execute([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, unless_stopped); });
+    return;
+  }
+#endif
+  for (std::size_t i = 0; i < count; ++i) unless_stopped(i);
+}
+
+}  // namespace gmis::tools

@@ -1,9 +1,0 @@
-#include "support/integrators/render_loop.hpp"
-
-namespace gmis::tools {
-
-std::unique_ptr<FrameSource> start_pt_lt(const BuiltScene& scene, const RenderRequest& request) {
-  return start_with<integrators::PtLt>(scene, request);
-}
-
-}  // namespace gmis::tools

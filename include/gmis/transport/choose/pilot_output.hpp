@@ -1,0 +1,390 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gmis/core/math.hpp"
+#include "gmis/transport/choose/forecast.hpp"
+#include "gmis/transport/output/film_output.hpp"
+#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/walk/split.hpp"
+
+/// \file
+/// What a pilot keeps of a chunk of paths: for every pixel and every candidate, what the pixel would have been and what it
+/// says of the variance. All of it is sums over contributions, each of which knows its path's density by each
+/// technique; pilot.hpp says what the sums are for.
+
+namespace gmis {
+
+/// How a pilot divides the part of the picture that is rendered. Paths are analysed in whole rows, at most about
+/// `analysed_pixels` of them: the pilot's cost is bounded.
+class PilotGrid {
+ public:
+  static constexpr int tile_size = 8;  ///< of the squares in which bias is looked for
+  static constexpr std::int64_t analysed_pixels = 1 << 16;
+
+  PilotGrid() = default;
+  /// `resolution`: of the whole frame, which pixels are numbered in.
+  PilotGrid(glm::ivec2 resolution, const PixelBounds& crop) : width_(resolution.x), crop_(crop) {
+    const glm::ivec2 size = glm::max(crop.upper - crop.lower, glm::ivec2(0));
+    const auto pixels = static_cast<std::int64_t>(size.x) * size.y;
+    row_step_ = static_cast<int>(std::max<std::int64_t>(1, (pixels + analysed_pixels - 1) / analysed_pixels));
+    tiles_ = {(size.x + tile_size - 1) / tile_size, ((size.y + row_step_ - 1) / row_step_ + tile_size - 1) / tile_size};
+  }
+  [[nodiscard]] int width() const noexcept { return width_; }
+  [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
+  /// `pixel`: in the crop.
+  [[nodiscard]] bool is_analysed(std::uint32_t pixel) const noexcept { return row(pixel) % row_step_ == 0; }
+  [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
+    return static_cast<std::size_t>(row(pixel) / row_step_ / tile_size * tiles_.x + column(pixel) / tile_size);
+  }
+  [[nodiscard]] std::size_t tile_count() const noexcept { return static_cast<std::size_t>(tiles_.x * tiles_.y); }
+
+ private:
+  [[nodiscard]] int row(std::uint32_t pixel) const noexcept {
+    return static_cast<int>(pixel) / width_ - crop_.lower.y;
+  }
+  [[nodiscard]] int column(std::uint32_t pixel) const noexcept {
+    return static_cast<int>(pixel) % width_ - crop_.lower.x;
+  }
+
+  int width_ = 1, row_step_ = 1;
+  PixelBounds crop_;
+  glm::ivec2 tiles_{0, 0};
+};
+
+/// Two children of the camera subpath in a quarter of the pixels, for what they tell; one in the others.
+template <std::floating_point T>
+class PilotSplit {
+ public:
+  static constexpr bool splits_light = false;
+  static constexpr int split_children = 2;
+  static constexpr std::uint32_t stride = 4;
+  static constexpr double mean_children = 1.0 + (split_children - 1.0) / stride;
+
+  PilotSplit() = default;
+  explicit PilotSplit(const RenderSettings&) {}
+
+  [[nodiscard]] static constexpr int children_of(std::uint32_t pixel) noexcept {
+    // One of every four, at a place that differs from four to four.
+    return pixel % stride == (pixel / stride * 2654435761U >> 30U) ? split_children : 1;
+  }
+
+  template <Bsdf B>
+  [[nodiscard]] static constexpr T nominal_children(const B&) noexcept {
+    return T(1);
+  }
+  [[nodiscard]] static constexpr int nominal_camera_children() noexcept { return 1; }
+  [[nodiscard]] static int camera_children(std::size_t pixel) noexcept {
+    return children_of(static_cast<std::uint32_t>(pixel));
+  }
+  template <Bsdf B, UniformSource Source, class Visit>
+  static void expand_camera(const ScatteringVertex<B>& at, int children, Source& source, Visit&& visit) {
+    draw_independent_children(at, children, children, source, visit);
+  }
+};
+
+/// Counts that a pilot follows, as the loop over all of them wants them: side by side in lanes. Children of the camera
+/// subpath are not among the counts: what they change follows afterwards.
+struct PilotCandidates {
+  static constexpr std::size_t lanes = 8;
+  using Lanes = std::array<float, lanes>;
+  struct Block {
+    PerTechnique<Lanes> factors{};  ///< over the counts of the pilot
+    Lanes pair_scale{};  ///< of pairs of connections at one vertex: m draws have (m−1)/m of the mean's square
+  };
+
+  PilotGrid grid;
+  SampleCounts made;  ///< the pilot itself renders with: two connections, since pairs must be seen
+  std::size_t count = 0;
+  std::vector<Block> blocks;
+
+  void add(const SampleCounts& candidate) {
+    const std::size_t lane = count++ % lanes;
+    if (lane == 0) blocks.emplace_back();
+    const PerTechnique<float> factors = count_factors<float>(candidate, made);
+    for (std::size_t g = 0; g < technique_count; ++g) blocks.back().factors[g][lane] = factors[g];
+    const auto m = static_cast<float>(candidate.connections), made_m = static_cast<float>(made.connections);
+    blocks.back().pair_scale[lane] = m > 0.0F ? (m - 1.0F) / m * made_m / (made_m - 1.0F) : 1.0F;
+  }
+};
+
+/// What a chunk of paths says of every candidate. The pilot's own picture is kept as well.
+template <Spectrum S>
+class PilotOutput {
+ public:
+  using T = ScalarOf<S>;
+  using Split = PilotSplit<T>;
+
+  /// A path's contribution from the light side, to be taken in when all chunks are done.
+  struct SplatRecord {
+    std::uint32_t pixel;
+    float value;
+    TechniqueDensities<float> densities;
+    float camera_beyond;  ///< see `Reweighted`
+  };
+  /// Of one analysed pixel, a number for each candidate. A is what its camera subpath makes where that is not split.
+  struct PixelRecord {
+    std::uint32_t pixel;
+    std::span<const float> mean;           ///< A
+    std::span<const float> second_moment;  ///< ∫ f²/D and the pairs
+    std::span<const float> within;  ///< the variance of one child given what lies before it, in the mean over pixels
+  };
+
+  /// Must outlive this.
+  void analyse(const PilotCandidates* candidates) {
+    candidates_ = candidates;
+    sums_.resize(candidates->blocks.size());
+  }
+
+  [[nodiscard]] Counters& counters() noexcept { return film_.counters(); }
+  [[nodiscard]] const Counters& counters() const noexcept { return film_.counters(); }
+  [[nodiscard]] const RejectionLog& rejections() const noexcept { return film_.rejections(); }
+  [[nodiscard]] auto splats() const noexcept { return std::span(film_.splats()); }
+  void begin_trees(std::uint32_t first) noexcept { film_.begin_trees(first); }
+  void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) { film_.reject(cause, technique); }
+
+  void clear() {
+    film_.clear();
+    pixels_.clear();
+    values_.clear();
+    splat_records_.clear();
+    work_ = {};
+    is_in_pixel_ = is_analysing_ = false;
+    missing.assign(candidates_ == nullptr ? 0 : candidates_->count, 0.0);
+  }
+
+  void begin_pixel(std::uint32_t pixel) {
+    film_.begin_pixel(pixel);
+    if (candidates_ == nullptr) return;
+    work_before_ = counters();
+    children_ = Split::children_of(pixel);
+    part_ = before;
+    is_in_pixel_ = true;
+    is_analysing_ = candidates_->grid.is_analysed(pixel);
+    if (!is_analysing_) return;
+    pixels_.push_back(pixel);
+    std::fill(sums_.begin(), sums_.end(), Sums{});
+  }
+  /// `depth`: of the vertex that it goes on from, the first one that is not specular.
+  void begin_child(std::int16_t depth) {
+    close_part();
+    ++part_;
+    split_depth_ = depth;
+  }
+  void end_children() {
+    close_part();
+    part_ = before;
+  }
+
+  /// The techniques at a camera vertex are done. Pairs of connections there: with m draws instead of those made they have another share.
+  void end_vertex() {
+    if (!has_connections_) return;
+    has_connections_ = false;
+    const float times = times_of_part();
+    const float is_child = part_ == before ? 0.0F : 1.0F;
+    for (std::size_t b = 0; b < sums_.size(); ++b) {
+      Sums& sums = sums_[b];
+      for (std::size_t i = 0; i < lanes; ++i) {
+        const float pairs = sums.connect[i] * sums.connect[i] - sums.connect_squares[i];
+        const float change = pairs * (candidates_->blocks[b].pair_scale[i] - 1.0F);
+        sums.second_moment[i] += times * change;
+        sums.child_squares[i] -= is_child * change;
+      }
+      sums.connect = {};
+      sums.connect_squares = {};
+    }
+  }
+
+  void add(TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
+    film_.add(id, value, densities.weight());
+    if (!is_analysing_ || !is_finite(value)) return;
+    const bool connects = id.technique == Technique::connect;
+    has_connections_ = has_connections_ || connects;
+    const TechniqueDensities<float> own = single(densities);
+    const Reweighted reweighted(single(value), own, camera_beyond(id, own));
+    const float times = times_of_part();
+    const float is_child = part_ == before ? 0.0F : 1.0F;
+    const float is_light_side_child = connects || id.technique == Technique::merge ? is_child : 0.0F;
+    for (std::size_t b = 0; b < sums_.size(); ++b) {
+      Sums& sums = sums_[b];
+      for (std::size_t i = 0; i < lanes; ++i) {
+        const auto lane = reweighted.in_lane(candidates_->blocks[b], i);
+        sums.value[part_][i] += lane.own;
+        sums.second_moment[i] += times * (lane.second_moment - lane.own * lane.own);
+        sums.beyond[i] += times * (lane.beyond + is_light_side_child * lane.own_square);
+        sums.child_squares[i] += is_child * lane.own * lane.own;
+        sums.missing[i] += lane.missed;
+        sums.connect[i] += connects ? lane.own : 0.0F;
+        sums.connect_squares[i] += connects ? lane.own * lane.own : 0.0F;
+      }
+    }
+  }
+
+  void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
+    film_.add_splat(pixel, id, value, densities.weight());
+    if (candidates_ == nullptr || !candidates_->grid.is_analysed(pixel) || !is_finite(value)) return;
+    const TechniqueDensities<float> own = single(densities);
+    splat_records_.push_back({pixel, single(value), own, camera_beyond(id, own)});
+  }
+
+  [[nodiscard]] const S& take_pixel() {
+    if (is_in_pixel_) {
+      close_part();
+      is_in_pixel_ = false;
+      if (is_analysing_) keep_pixel();
+    }
+    return film_.take_pixel();
+  }
+
+  [[nodiscard]] std::size_t pixel_count() const noexcept { return pixels_.size(); }
+  [[nodiscard]] PixelRecord pixel(std::size_t i) const noexcept {
+    const std::size_t n = candidates_->count;
+    const float* const start = values_.data() + 3 * n * i;
+    return {pixels_[i], {start, n}, {start + n, n}, {start + 2 * n, n}};
+  }
+  [[nodiscard]] std::span<const SplatRecord> splat_records() const noexcept { return splat_records_; }
+  /// What camera subpaths took.
+  [[nodiscard]] const CameraWork& work() const noexcept { return work_; }
+
+  /// Of one contribution, what a candidate makes of it.
+  struct Lane {
+    float own;            ///< its value under the candidate's weights
+    float own_square;     ///< what it adds to the sum of squares of its own technique
+    float second_moment;  ///< what it says of ∫ f²/D
+    float beyond;         ///< … of the part of emitter hits and next events beyond the first non-specular vertex
+    float missed;         ///< its weighted value, where the candidate has no technique for it
+  };
+
+  /// Calls `visit(candidate, Lane)` for a record.
+  template <class Visit>
+  void for_each_candidate(const SplatRecord& record, Visit&& visit) const {
+    const Reweighted reweighted(record.value, record.densities, record.camera_beyond);
+    for (std::size_t c = 0; c < candidates_->count; ++c)
+      visit(c, reweighted.in_lane(candidates_->blocks[c / lanes], c % lanes));
+  }
+
+  std::vector<double> missing;  ///< light in the analysed pixels that a candidate has no technique for
+
+ private:
+  static constexpr std::size_t lanes = PilotCandidates::lanes;
+  using Lanes = PilotCandidates::Lanes;
+  static constexpr std::size_t before = 0;  // of the parts of a camera subpath; 1 and 2 are the children
+
+  /// Of the pixel at hand.
+  struct Sums {
+    std::array<Lanes, 1 + Split::split_children> value{};  ///< by part
+    Lanes second_moment{}, beyond{}, child_squares{}, missing{}, connect{}, connect_squares{};
+  };
+
+  /// A contribution, seen by every candidate. `camera_beyond`: the density of the path by emitter hits and next events
+  /// beyond the first non-specular camera vertex, over that of its own technique.
+  class Reweighted {
+   public:
+    Reweighted(float value, const TechniqueDensities<float>& densities, float camera_beyond) noexcept
+        : own_(static_cast<std::size_t>(densities.own)),
+          value_(value),
+          weighted_(densities.weight() * value),
+          camera_beyond_(camera_beyond),
+          densities_(densities.relative) {}
+    [[nodiscard]] Lane in_lane(const PilotCandidates::Block& counts, std::size_t i) const noexcept {
+      const auto& f = counts.factors;
+      float total = 0.0F;
+      for (std::size_t t = 0; t < technique_count; ++t) total += f[t][i] * densities_[t];
+      const bool is_made = total > 0.0F;
+      const float inverse = is_made ? 1.0F / (is_made ? total : 1.0F) : 0.0F;
+      const float share = value_ * inverse;
+      const float own = f[own_][i] * share, second_moment = weighted_ * share;
+      return {own, own * share, second_moment, second_moment * (f[0][i] * camera_beyond_ * inverse),
+              is_made ? 0.0F : weighted_};
+    }
+
+   private:
+    std::size_t own_;
+    float value_, weighted_, camera_beyond_;
+    PerTechnique<float> densities_;
+  };
+
+  /// Bounded, so that squares stay numbers.
+  [[nodiscard]] static float single(const S& value) noexcept {
+    return static_cast<float>(std::min(mean_channel(value), T(1e15)));
+  }
+  [[nodiscard]] static TechniqueDensities<float> single(const TechniqueDensities<T>& densities) noexcept {
+    TechniqueDensities<float> result{densities.own, {}};
+    for (std::size_t g = 0; g < technique_count; ++g)
+      result.relative[g] = static_cast<float>(std::min(densities.relative[g], T(1e30)));
+    return result;
+  }
+
+  /// Only direct light is found at the first non-specular vertex itself, by a next event; a child finds the same by hitting
+  /// the light.
+  [[nodiscard]] float camera_beyond(const TechniqueId& id, const TechniqueDensities<float>& densities) const noexcept {
+    const bool is_child = part_ != before;
+    bool is_direct = false;
+    switch (id.technique) {
+      case Technique::emitter_hit:
+        if (!is_child) return 0.0F;
+        is_direct = id.t == split_depth_ + 2;
+        break;
+      case Technique::next_event:
+        is_direct = !is_child;
+        break;
+      case Technique::connect:
+        break;
+      case Technique::merge:
+      case Technique::splat:
+        is_direct = !is_child && id.s == 2;
+        break;
+    }
+    const float next_event = densities.relative[static_cast<std::size_t>(Technique::next_event)];
+    return densities.relative[static_cast<std::size_t>(Technique::emitter_hit)] + (is_direct ? 0.0F : next_event);
+  }
+
+  [[nodiscard]] float times_of_part() const noexcept { return part_ == before ? 1.0F : static_cast<float>(children_); }
+
+  /// Of the pixel at hand, all is known.
+  void keep_pixel() {
+    is_analysing_ = false;
+    const std::size_t n = candidates_->count, start = values_.size();
+    values_.resize(start + 3 * n);
+    const auto k = static_cast<float>(children_);
+    for (std::size_t c = 0; c < n; ++c) {
+      const Sums& sums = sums_[c / lanes];
+      const std::size_t i = c % lanes;
+      // Of k children each has a k-th of the value, so that they add up to the mean of what one child would have been.
+      const float a = sums.value[before][i], b = sums.value[1][i], other = sums.value[2][i];
+      values_[start + c] = a + b + other;
+      values_[start + n + c] = sums.second_moment[i] + a * a + 2.0F * a * (b + other) + k * (b * b + other * other);
+      float within = sums.beyond[i];
+      if (children_ == Split::split_children)  // pairs of one child without pairs of both
+        within += 2.0F * static_cast<float>(Split::stride) * (square(b - other) - sums.child_squares[i]);
+      values_[start + 2 * n + c] = within;
+      missing[c] += static_cast<double>(sums.missing[i]);
+    }
+  }
+
+  void close_part() {
+    if (!is_in_pixel_) return;
+    (part_ == before ? work_.before : work_.children) += counters() - work_before_;
+    work_before_ = counters();
+  }
+
+  FilmOutput<S> film_;
+  const PilotCandidates* candidates_ = nullptr;
+  std::vector<std::uint32_t> pixels_;
+  std::vector<float> values_;  // by pixel: three rows
+  std::vector<SplatRecord> splat_records_;
+  CameraWork work_;
+  std::vector<Sums> sums_;
+  Counters work_before_;
+  std::size_t part_ = before;
+  std::int16_t split_depth_ = 0;
+  int children_ = 1;
+  bool is_in_pixel_ = false, is_analysing_ = false, has_connections_ = false;
+};
+
+}  // namespace gmis

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "gmis/result/counters.hpp"
+#include "gmis/transport/choose/operation_costs.hpp"
+#include "gmis/transport/effects/path_class.hpp"
+#include "gmis/transport/techniques/technique.hpp"
+
+/// \file
+/// What each path class costs. Subpaths and visibility queries serve whatever comes of them, so this is a convention, not
+/// a measurement: work is shared out by the contributions that rest on it. What would really be saved without a class is
+/// what a run without it takes.
+
+namespace gmis {
+
+/// Contributions of one class, by what they rest on.
+struct ClassWork {
+  std::array<std::uint64_t, technique_count> contributions{};  ///< by `Technique`
+  std::uint64_t camera_edges = 0;                              ///< traced by camera subpaths, over all contributions
+  std::uint64_t light_edges = 0;
+
+  constexpr void add(const TechniqueId& id) noexcept {
+    ++contributions[static_cast<std::size_t>(id.technique)];
+    camera_edges += static_cast<std::uint64_t>(id.t - 1);
+    if (id.s > 0) light_edges += static_cast<std::uint64_t>(id.s - 1);
+  }
+  [[nodiscard]] constexpr std::uint64_t of(Technique technique) const noexcept {
+    return contributions[static_cast<std::size_t>(technique)];
+  }
+  [[nodiscard]] constexpr std::uint64_t total() const noexcept {
+    std::uint64_t sum = 0;
+    for (const std::uint64_t count : contributions) sum += count;
+    return sum;
+  }
+};
+
+struct ClassCosts {
+  std::array<double, path_class_count> classes{};  ///< in the unit of `OperationCosts`
+  double unattributed = 0.0;                       ///< of work that nothing came of
+};
+
+/// Shares out `work`, of which `light_work` is the part of the light trees; all costs together are `cost_of(work)`:
+/// - camera rays by the camera edges of contributions, light rays by their light edges;
+/// - the visibility queries of a technique, and a connection's or a merge's own work, by its contributions;
+/// - storing photons by those of connections and merges.
+[[nodiscard]] constexpr ClassCosts costs_of_classes(const std::array<ClassWork, path_class_count>& classes,
+                                                    const Counters& work, const Counters& light_work,
+                                                    const OperationCosts& costs = {}) noexcept {
+  ClassCosts result;
+  const auto share_out = [&](double cost, auto&& part_of) {
+    double whole = 0.0;
+    for (const ClassWork& one : classes) whole += static_cast<double>(part_of(one));
+    if (whole == 0.0) {
+      result.unattributed += cost;
+      return;
+    }
+    for (std::size_t i = 0; i < path_class_count; ++i)
+      result.classes[i] += cost * static_cast<double>(part_of(classes[i])) / whole;
+  };
+  const auto by = [](Technique technique) { return [technique](const ClassWork& one) { return one.of(technique); }; };
+  const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
+  const std::uint64_t next_event_rays = work.shadow_rays - light_work.shadow_rays - work.connection_rays;
+  share_out(times(costs.ray, work.rays - light_work.rays), [](const ClassWork& one) { return one.camera_edges; });
+  share_out(times(costs.ray, light_work.rays), [](const ClassWork& one) { return one.light_edges; });
+  share_out(times(costs.shadow_ray, next_event_rays), by(Technique::next_event));
+  share_out(times(costs.shadow_ray, light_work.shadow_rays), by(Technique::splat));
+  share_out(times(costs.connection, work.connections) + times(costs.shadow_ray, work.connection_rays),
+            by(Technique::connect));
+  share_out(times(costs.merge_query, work.merge_queries) + times(costs.merge, work.merges), by(Technique::merge));
+  share_out(times(costs.photon_stored, work.photons_stored),
+            [](const ClassWork& one) { return one.of(Technique::connect) + one.of(Technique::merge); });
+  return result;
+}
+
+}  // namespace gmis

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "gmis/transport/effects/path_class.hpp"
+
+/// \file
+/// Effects that can be switched off by name. The first four part all paths among them; the others cut across.
+
+namespace gmis {
+
+struct NamedEffect {
+  std::string_view name;
+  std::string_view what;
+  PathClassSet classes;
+};
+
+inline constexpr std::array named_effects{
+    NamedEffect{"emission", "lights themselves, seen directly, in mirrors or through glass",
+                PathClassSet::where([](const PathFeatures& f) { return f.scatterings == 0; })},
+    NamedEffect{"direct", "light that scatters once on its way to the eye, straight from its source",
+                PathClassSet::where([](const PathFeatures& f) { return f.scatterings == 1 && !f.specular_at_light; })},
+    NamedEffect{"caustics", "light that mirrors or glass cast on a surface that scatters, and what becomes of it",
+                PathClassSet::where([](const PathFeatures& f) { return f.scatterings > 0 && f.specular_at_light; })},
+    NamedEffect{"indirect", "light that scatters more than once, caustics left out",
+                PathClassSet::where([](const PathFeatures& f) { return f.scatterings > 1 && !f.specular_at_light; })},
+    NamedEffect{"mirrored", "all that is seen in mirrors or through glass",
+                PathClassSet::where([](const PathFeatures& f) { return f.specular_at_camera; })},
+    NamedEffect{"specular", "all light that meets mirrors or glass anywhere",
+                PathClassSet::where([](const PathFeatures& f) {
+                  return f.specular_at_light || f.specular_between || f.specular_at_camera;
+                })},
+    NamedEffect{"glossy", "all light that meets a surface that scatters without a diffuse part",
+                PathClassSet::where([](const PathFeatures& f) { return f.glossy; })}};
+
+/// What a list of switches leaves, or the first of them that is not understood.
+struct SwitchedEffects {
+  PathClassSet classes;
+  std::string_view unknown;  ///< empty when all was understood
+};
+
+/// Reads a list like "no-caustics,no-glossy" or "emission-only,direct-only": of several `-only` all are kept, and what any
+/// `no-` names is left out. Names of single classes serve as well: "no-LS+DE".
+[[nodiscard]] constexpr SwitchedEffects switched_effects(std::string_view list) noexcept {
+  const auto classes_named = [](std::string_view name) {
+    for (const NamedEffect& effect : named_effects)
+      if (effect.name == name) return effect.classes;
+    PathClassSet single;
+    for (std::size_t i = 0; i < path_class_count; ++i)
+      if (name_of(static_cast<PathClass>(i)) == name) single.add(static_cast<PathClass>(i));
+    return single;
+  };
+  PathClassSet kept, left_out;
+  bool keeps_some = false;
+  for (bool is_last = false; !is_last;) {
+    const std::size_t comma = list.find(',');
+    is_last = comma == std::string_view::npos;
+    const std::string_view item = list.substr(0, comma);
+    if (!is_last) list.remove_prefix(comma + 1);
+    constexpr std::string_view no = "no-", only = "-only";
+    const bool is_no = item.starts_with(no), is_only = !is_no && item.ends_with(only);
+    const PathClassSet named = is_no     ? classes_named(item.substr(no.size()))
+                               : is_only ? classes_named(item.substr(0, item.size() - only.size()))
+                                         : PathClassSet();
+    if (named.is_empty()) return {{}, item.empty() ? std::string_view("(nothing)") : item};
+    (is_no ? left_out : kept) = (is_no ? left_out : kept) | named;
+    keeps_some = keeps_some || is_only;
+  }
+  return {(keeps_some ? kept : PathClassSet::all()) - left_out, {}};
+}
+
+}  // namespace gmis

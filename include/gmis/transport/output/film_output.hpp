@@ -1,0 +1,137 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "gmis/core/spectrum.hpp"
+#include "gmis/result/counters.hpp"
+#include "gmis/transport/output/path_output.hpp"
+
+namespace gmis {
+
+/// The work of one chunk of paths on its way to the film. Nothing in it is shared with another chunk, so that no order of
+/// execution can change a bit of the result.
+template <Spectrum S>
+class FilmOutput {
+ public:
+  struct Splat {
+    std::uint32_t pixel;
+    S value;
+  };
+
+  void clear() {
+    counters_ = {};
+    rejections_.clear();
+    splats_.clear();
+    records_.clear();
+  }
+
+  /// Whether contributions are kept, for `records()`.
+  void keep_contributions(bool keep) noexcept { is_recording_ = keep; }
+
+  [[nodiscard]] Counters& counters() noexcept { return counters_; }
+  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  /// Without their iteration.
+  [[nodiscard]] const RejectionLog& rejections() const noexcept { return rejections_; }
+
+  /// A camera subpath of this pixel begins.
+  void begin_pixel(std::uint32_t pixel) noexcept {
+    kind_ = PathKind::camera;
+    pixel_ = pixel;
+    pixel_sum_ = S(ScalarOf<S>(0));
+  }
+  /// The pixel's value. A sum of finite contributions that is not finite itself is left out as they would be.
+  [[nodiscard]] const S& take_pixel() {
+    if (!is_finite(pixel_sum_)) [[unlikely]] {
+      reject(RejectionCause::non_finite, {});
+      pixel_sum_ = S(ScalarOf<S>(0));
+    }
+    return pixel_sum_;
+  }
+
+  /// Light trees begin, numbered from `first` on in the order of `Counters::light_subpaths`.
+  void begin_trees(std::uint32_t first) noexcept {
+    kind_ = PathKind::light;
+    first_tree_ = first;
+  }
+
+  [[nodiscard]] const std::vector<Splat>& splats() const noexcept { return splats_; }
+  [[nodiscard]] const std::vector<Contribution<S>>& records() const noexcept { return records_; }
+
+  /// A contribution to the pixel whose camera subpath is being traced.
+  void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
+    const S weighted = value * weight;
+    if (!accept(id, weighted)) return;
+    pixel_sum_ += weighted;
+    if (is_recording_) [[unlikely]]
+      records_.push_back({pixel_, id, value, weight});
+  }
+
+  /// A contribution to any pixel.
+  void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, ScalarOf<S> weight) {
+    const S weighted = value * weight;
+    if (!accept(id, weighted)) return;
+    splats_.push_back({pixel, weighted});
+    if (is_recording_) [[unlikely]]
+      records_.push_back({pixel, id, value, weight});
+  }
+
+  /// Counts what is left out of the path at hand.
+  [[gnu::cold, gnu::noinline]] void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
+    switch (cause) {
+      case RejectionCause::non_finite:
+        ++counters_.rejected_non_finite;
+        break;
+      case RejectionCause::negative:
+        ++counters_.rejected_negative;
+        break;
+      case RejectionCause::zero_pdf:
+        ++counters_.rejected_zero_pdf;
+        break;
+    }
+    const bool is_camera = kind_ == PathKind::camera;
+    const auto tree = static_cast<std::uint32_t>(counters_.light_subpaths) - 1;
+    rejections_.add({kind_, 0, is_camera ? pixel_ : first_tree_ + tree}, cause, technique);
+  }
+
+ private:
+  /// Non-finite and negative contributions never reach the film; they are counted.
+  [[nodiscard]] bool accept(const TechniqueId& id, const S& weighted) {
+    ++counters_.contributions;
+    // Most are fine, which one sum tells: it is NaN or infinite when a channel is.
+    if (min_channel(weighted) >= ScalarOf<S>(0) && channel_sum(weighted) <= std::numeric_limits<ScalarOf<S>>::max())
+        [[likely]]
+      return true;
+    return examine(id, weighted);
+  }
+  [[gnu::cold, gnu::noinline]] bool examine(const TechniqueId& id, const S& weighted) {
+    if (!is_finite(weighted)) {
+      reject(RejectionCause::non_finite, id);
+      return false;
+    }
+    if (min_channel(weighted) < ScalarOf<S>(0)) {
+      reject(RejectionCause::negative, id);
+      return false;
+    }
+    return true;
+  }
+  [[nodiscard]] static constexpr ScalarOf<S> channel_sum(const S& s) noexcept {
+    ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
+    for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);
+    return sum;
+  }
+
+  Counters counters_;
+  RejectionLog rejections_;
+  bool is_recording_ = false;
+  PathKind kind_ = PathKind::camera;
+  std::uint32_t pixel_ = 0;
+  std::uint32_t first_tree_ = 0;
+  S pixel_sum_{ScalarOf<S>(0)};
+  std::vector<Splat> splats_;
+  std::vector<Contribution<S>> records_;
+};
+
+}  // namespace gmis

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+
+#include "gmis/transport/techniques/technique.hpp"
+
+namespace gmis {
+
+/// `SampleCounts::connections`: every camera vertex is connected with all vertices of the one light tree that its pixel is
+/// paired with, in place of vertices drawn from the cache of all trees.
+inline constexpr int paired_connections = -1;
+
+/// How many samples of each technique a run takes: what an integrator is. A technique whose count is 0 is off. It is then
+/// neither traced nor stored, it takes no part in any weight, and its counters stay at 0.
+struct SampleCounts {
+  double light_paths = 1.0;  ///< light trees per pixel
+  int connections = 1;       ///< light vertices drawn per camera vertex, or `paired_connections`
+  bool splats = true;        ///< each light vertex is connected with the camera
+  bool merges = true;        ///< each camera vertex gathers the light vertices within the merging radius
+  int camera_children = 1;   ///< of the first non-specular camera vertex; 0: camera subpaths end there
+  bool next_events = true;   ///< each camera vertex samples a point on a light
+  bool emitter_hits = true;  ///< camera subpaths that meet a light count
+
+  [[nodiscard]] constexpr bool has(Technique technique) const noexcept {
+    switch (technique) {
+      case Technique::emitter_hit:
+        return emitter_hits;
+      case Technique::next_event:
+        return next_events;
+      case Technique::connect:
+        return light_paths > 0.0 && connections != 0;
+      case Technique::splat:
+        return light_paths > 0.0 && splats;
+      case Technique::merge:
+        return light_paths > 0.0 && merges;
+    }
+    return false;
+  }
+  [[nodiscard]] constexpr bool stores_light_vertices() const noexcept {
+    return has(Technique::connect) || has(Technique::merge);
+  }
+  [[nodiscard]] constexpr bool traces_light() const noexcept { return stores_light_vertices() || has(Technique::splat); }
+  [[nodiscard]] constexpr bool traces_camera() const noexcept {
+    return emitter_hits || next_events || stores_light_vertices();
+  }
+  /// Whether anything is done at camera vertices, beyond looking whether they lie on a light.
+  [[nodiscard]] constexpr bool works_at_camera_vertices() const noexcept {
+    return next_events || stores_light_vertices();
+  }
+  /// Whether connections are drawn from the cache of all trees.
+  [[nodiscard]] constexpr bool draws_connections() const noexcept {
+    return has(Technique::connect) && connections != paired_connections;
+  }
+
+  [[nodiscard]] constexpr bool operator==(const SampleCounts&) const = default;
+
+  /// The same, with the techniques off that are not `kept`.
+  template <class IsKept>
+  [[nodiscard]] constexpr SampleCounts only(IsKept&& is_kept) const {
+    SampleCounts kept = *this;
+    kept.emitter_hits = emitter_hits && is_kept(Technique::emitter_hit);
+    kept.next_events = next_events && is_kept(Technique::next_event);
+    if (!is_kept(Technique::connect)) kept.connections = 0;
+    kept.splats = splats && is_kept(Technique::splat);
+    kept.merges = merges && is_kept(Technique::merge);
+    if (!kept.traces_light()) kept.light_paths = 0.0;
+    return kept;
+  }
+};
+
+}  // namespace gmis

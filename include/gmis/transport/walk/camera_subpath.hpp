@@ -1,0 +1,196 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/techniques/connect.hpp"
+#include "gmis/transport/techniques/emitter_hit.hpp"
+#include "gmis/transport/techniques/merge.hpp"
+#include "gmis/transport/techniques/next_event.hpp"
+#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/walk/first_hit.hpp"
+#include "gmis/transport/walk/scatter.hpp"
+
+namespace gmis {
+
+namespace detail {
+/// Random numbers are keyed by vertex, two keys a vertex (the techniques' and the scattering's) and 1024 for each child:
+/// 2 · 256 < 1024.
+inline constexpr std::uint32_t camera_numbers_per_child = 1024;
+}  // namespace detail
+
+/// Traces the camera subpath of one pixel and applies the techniques that are on at its vertices. Where the split policy
+/// says so, the subpath is a tree: its first non-specular vertex has several children.
+template <class Context, class Output>
+class CameraSubpath {
+ public:
+  using Sc = typename Context::SceneType;
+  using S = typename Context::S;
+  using T = typename Context::T;
+  using Vertex = CameraVertex<Sc, typename Context::Recursion>;
+  using CameraPartial = decltype(Vertex::weights);
+
+  CameraSubpath(const Context& context, Output& output) : context_(context), output_(output) {}
+
+  /// `number`: the pixel's place in the frame.
+  template <UniformSource Source>
+  void trace(glm::ivec2 pixel, std::size_t number, Source source) {
+    ++output_.counters().camera_paths;
+    if (context_.max_depth < 1) return;
+    number_ = number;
+    source.at_vertex(0);
+    const Vec2<T> uv_pixel{uniform<T>(source), uniform<T>(source)};
+    const Vec2<T> uv_lens{uniform<T>(source), uniform<T>(source)};
+    const auto sample = context_.scene.camera().sample_ray(pixel, uv_pixel, uv_lens);
+    if (!sample) return;
+    if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight);
+    Edge edge{sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1,
+              {}, false};
+    follow(edge, source, 0);
+  }
+
+ private:
+  /// From one vertex to the next.
+  struct Edge {
+    SurfacePoint<T> from;
+    Step<S> step;
+    S throughput;                                         ///< at the far end
+    CameraPartial weights_behind;                         ///< at `from`
+    std::int16_t depth;     ///< of the far end: edges from the camera
+    HalfPath path{};        ///< the events at `from` and before
+    bool has_scattered;     ///< `from` or a vertex before it is non-specular
+  };
+
+  /// `edge` is used up.
+  template <UniformSource Source>
+  void follow(Edge& edge, Source& source, std::uint32_t first_number) {
+    for (;; ++edge.depth) {  // to `max_depth`
+      ++output_.counters().rays;
+      auto hit = context_.scene.intersect(leave(edge.from, edge.step.to_next));
+      if (edge.depth == 1) pass_start(context_.scene, edge.from, edge.step.to_next, hit);
+      if (!hit) {
+        escape(edge);
+        return;
+      }
+      Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
+      if (!arrive(edge, vertex)) return;
+      if (context_.counts.emitter_hits) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
+      if (edge.depth == context_.max_depth) return;
+
+      const auto& bsdf = vertex.hit.bsdf;
+      const T survival = survival_probability(bsdf);
+      if (survival == T(0)) return;  // nothing is scattered on
+      const bool is_specular = bsdf.is_purely_delta();
+      const bool is_first_non_specular = !is_specular && !edge.has_scattered;
+      const T light_children = context_.light_children(bsdf, survival);
+      vertex.children = {context_.camera_children(survival, is_first_non_specular), light_children};
+      const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
+      if (!is_specular && context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf)))
+        at_vertex(vertex, source, number);
+
+      const ScatteringVertex<typename Sc::Bsdf> scattering{
+          bsdf,
+          vertex.hit.point,
+          vertex.to_prev,
+          TransportMode::radiance,
+          survival,
+          vertex.children,
+          {context_.camera_delta_children(survival, is_first_non_specular), light_children}};
+      if (is_first_non_specular)
+        if (const int children = context_.split.camera_children(number_); children > 1 || observes_children<Output>) {
+          branch(edge, vertex, scattering, children, source, number + 1);
+          return;
+        }
+      source.at_vertex(number + 1);
+      const auto next = scatter(scattering, source);
+      if (!next) return;
+      if (context_.camera_stops() && !next->is_delta) return;
+      edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
+      if (!context_.filter.keeps_camera(edge.path)) return;
+      edge.step = *next;
+      edge.throughput = edge.throughput * next->weight;
+      edge.from = vertex.hit.point;
+      edge.weights_behind = vertex.weights;
+      edge.has_scattered = edge.has_scattered || !is_specular;
+    }
+  }
+
+  /// All children of the first non-specular vertex, each with random numbers of its own.
+  template <UniformSource Source>
+  void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering, int count,
+              Source& source, std::uint32_t number) {
+    Source children = source;
+    children.at_vertex(number);
+    std::uint32_t child = 0;
+    context_.split.expand_camera(scattering, count, children, [&](const Step<S>& step) {
+      ++child;
+      const HalfPath path = context_.filter.after_event(edge.path, vertex.hit.bsdf, step.is_delta);
+      if (!context_.filter.keeps_camera(path)) return;
+      Edge next{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth, path, true};
+      ++next.depth;
+      if constexpr (observes_children<Output>) output_.begin_child(edge.depth);
+      follow(next, source, detail::camera_numbers_per_child * child);
+    });
+    if constexpr (observes_children<Output>) output_.end_children();
+  }
+
+  /// Forms the vertex's partial weights; false where its density allows none.
+  [[nodiscard]] bool arrive(const Edge& edge, Vertex& vertex) {
+    const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
+    const T distance_squared = glm::dot(offset, offset);
+    const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
+    const bool is_parallel = edge.depth == 1 && context_.scene.camera().has_parallel_rays();
+    const T density = edge.step.forward * (is_parallel ? cos_here : cos_here / distance_squared);
+    if (!is_usable_density(density)) [[unlikely]] {
+      if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
+      output_.reject(RejectionCause::zero_pdf, {});
+      return false;
+    }
+    vertex.weights = weights_at(edge, cos_behind(edge) / distance_squared, density);
+    if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
+    return true;
+  }
+
+  void escape(const Edge& edge) {
+    if constexpr (observes_paths<Output>) output_.on_escape(edge.step, edge.throughput, edge.depth);
+    if (context_.counts.emitter_hits) {
+      if (is_usable_density(edge.step.forward)) [[likely]]
+        EmitterHit::at_escape(context_, -edge.step.to_next, edge.throughput,
+                              weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.path, edge.from,
+                              output_);
+      else
+        output_.reject(RejectionCause::zero_pdf, {});
+    }
+  }
+
+  [[nodiscard]] static T cos_behind(const Edge& edge) noexcept {
+    return std::abs(glm::dot(edge.from.geometric_normal, edge.step.to_next));
+  }
+
+  [[nodiscard]] CameraPartial weights_at(const Edge& edge, T to_area_back, T density) const {
+    if (edge.depth == 1) return context_.recursion.first_camera_vertex(density);
+    return context_.recursion.extend_camera(edge.weights_behind, edge.depth == 2, edge.step.is_delta, edge.step.reverse,
+                                            to_area_back, density);
+  }
+
+  template <UniformSource Source>
+  void at_vertex(const Vertex& vertex, Source& source, std::uint32_t number) {
+    const SampleCounts& counts = context_.counts;
+    if (!counts.works_at_camera_vertices()) return;
+    source.at_vertex(number);
+    if (counts.next_events) NextEvent::at_camera_vertex(context_, vertex, source, output_);
+    if constexpr (Context::has_light_side) {
+      if (counts.has(Technique::connect)) Connect::at_camera_vertex(context_, vertex, number_, source, output_);
+      if (counts.has(Technique::merge)) Merge::at_camera_vertex(context_, vertex, output_);
+    }
+    if constexpr (observes_children<Output>) output_.end_vertex();
+  }
+
+  const Context& context_;
+  Output& output_;
+  std::size_t number_ = 0;
+};
+
+}  // namespace gmis

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "gmis/mis/round.hpp"
+#include "gmis/transport/walk/scatter.hpp"
+
+namespace gmis {
+
+inline constexpr int split_kinds = 17;  // by number of lobes; more count as the last
+
+/// The kind of a vertex that numbers of children depend on: how many non-delta lobes it has, 0 when it is specular.
+template <Bsdf B>
+[[nodiscard]] int split_kind(const B& bsdf) noexcept {
+  if constexpr (BsdfWithLobes<B>)
+    return std::clamp(static_cast<int>(bsdf.lobe_count()), 0, split_kinds - 1);
+  else
+    return bsdf.is_purely_delta() ? 0 : 1;
+}
+
+/// The lobes of a BSDF at one vertex as the N proposals of a MIS round; a sample is a direction, its density per steradian.
+template <BsdfWithLobes B>
+class LobeProposals {
+ public:
+  using Density = ScalarOf<typename B::Spectrum>;
+  using Value = Vec3<Density>;
+  static constexpr std::size_t capacity = static_cast<std::size_t>(B::max_lobes);
+
+  LobeProposals(const B& bsdf, const Value& to_prev, TransportMode mode)
+      : bsdf_(bsdf), to_prev_(to_prev), mode_(mode) {}
+
+  [[nodiscard]] std::size_t size() const noexcept { return static_cast<std::size_t>(bsdf_.lobe_count()); }
+  [[nodiscard]] std::optional<Value> sample(std::size_t lobe, UniformSource auto& source) const {
+    const Density u = uniform<Density>(source);
+    return bsdf_.sample_lobe(static_cast<int>(lobe), to_prev_, {u, uniform<Density>(source)}, mode_);
+  }
+  void pdfs(const Value& to_next, std::span<Density> out) const { bsdf_.lobe_pdfs(to_prev_, to_next, out.data()); }
+
+ private:
+  const B& bsdf_;
+  Value to_prev_;
+  TransportMode mode_;
+};
+
+/// One round over the lobes of `bsdf`, one sample a lobe in the mean, each handed to `visit(to_next, denominator)`. Lobes that
+/// cover f only together are combined by R3 or N3 whatever was asked for: the other schemes would lose energy.
+template <BsdfWithLobes B, std::floating_point T, UniformSource Source, class Visit>
+RoundCounts sample_lobes(Scheme scheme, const B& bsdf, const Vec3<T>& to_prev, TransportMode mode, Source& source,
+                         Visit&& visit) {
+  if (needs_full_support(scheme) && !bsdf.lobes_have_full_support()) scheme = safe_for_partial_support(scheme);
+  const LobeProposals<B> lobes(bsdf, to_prev, mode);
+  return dispatch(scheme, [&](auto fixed) {
+    return sample_round<fixed.value>(
+        lobes, source, [&](const Vec3<T>& to_next, T denominator, std::size_t) { visit(to_next, denominator); });
+  });
+}
+
+/// Draws the first `drawn` of `planned` children at a vertex from the mixture of all its lobes, independently of each other,
+/// and hands those that go on to `visit(step)`; the step's weight is divided by `planned`.
+template <Bsdf B, UniformSource Source, class Visit>
+void draw_independent_children(const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
+  using T = ScalarOf<typename B::Spectrum>;
+  const T share = T(1) / static_cast<T>(planned);
+  for (int i = 0; i < drawn; ++i)
+    if (auto step = scatter(at, source)) {
+      if (planned > 1) step->weight = step->weight * share;
+      visit(*step);
+    }
+}
+
+/// Draws the first `drawn` of `planned` children at a vertex and hands those that go on to `visit(step)`; the step's
+/// weight is divided by `planned`. Whole rounds over several lobes are combined by `scheme`; otherwise the children are
+/// independent, from the mixture of all lobes. Returns `drawn`.
+template <Bsdf B, UniformSource Source, class Visit>
+int draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
+  if constexpr (BsdfWithLobes<B>) {
+    using T = ScalarOf<typename B::Spectrum>;
+    const T share = T(1) / static_cast<T>(planned);
+    // A round covers the lobes that have a density; what a delta lobe scatters is drawn by `sample` alone.
+    const int lobes = at.bsdf.lobe_count();
+    if (lobes > 1 && planned > 1 && planned % lobes == 0 && !at.bsdf.has_delta_lobes()) {
+      int left = drawn;
+      for (int round = 0; round < planned / lobes; ++round)
+        sample_lobes(scheme, at.bsdf, at.to_prev, at.mode, source, [&](const Vec3<T>& to_next, T denominator) {
+          const T u_survival = uniform<T>(source);
+          if (left-- <= 0 || u_survival >= at.survival) return;
+          const auto f = at.bsdf.evaluate(at.to_prev, to_next, at.mode);
+          const T cosine = scattering_cosine(at.point, at.to_prev, to_next, at.mode);
+          const auto weight = f.value * (cosine * share / (denominator * at.survival));
+          if (is_black(weight)) return;
+          visit(Step<typename B::Spectrum>{to_next, weight, at.children.forward * f.pdf.forward.value,
+                                           at.children.reverse * f.pdf.reverse.value, false});
+        });
+      return drawn;
+    }
+  }
+  draw_independent_children(at, planned, drawn, source, visit);
+  return drawn;
+}
+
+}  // namespace gmis

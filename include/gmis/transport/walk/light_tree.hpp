@@ -1,0 +1,172 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/techniques/splat.hpp"
+#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/walk/first_hit.hpp"
+
+namespace gmis {
+
+/// Traces the tree of light subpaths that starts at one emission. Every vertex is stored and connected with the camera, as
+/// far as the counts of the context ask for it, in the order in which the vertices are made. The split policy says how many
+/// children a vertex has; without splitting the tree is one path.
+template <class Context, class Output>
+class LightTree {
+ public:
+  using Sc = typename Context::SceneType;
+  using Vertex = typename Context::StoredVertex;
+  using S = typename Vertex::S;
+  using T = typename Vertex::T;
+  using Split = typename Context::Split;
+  using Chunk = typename LightVertexCache<Vertex>::Chunk;
+
+  LightTree(const Context& context, Output& output) : context_(context), output_(output) {}
+
+  /// `stored`: takes the vertices that camera vertices are connected or merged with; null keeps none. `expanded(bsdf, drawn)`
+  /// is called for every vertex whose children were drawn by a policy that splits light trees.
+  template <UniformSource Source, class Expanded>
+  void trace(Source source, Chunk* stored, Expanded&& expanded) {
+    if (context_.max_depth < 2) return;  // light seen directly is the camera's alone
+    ++output_.counters().light_subpaths;
+    source.at_vertex(0);
+    std::optional<Vertex> vertex = emit(source);
+    std::uint32_t number = 0;  // of the vertex within the tree: keys its random numbers
+    if constexpr (!Split::splits_light) {
+      while (vertex) {
+        source.at_vertex(++number);
+        use(*vertex, source, stored);
+        if (!goes_on(*vertex)) return;
+        const auto step = scatter(scattering_at(*vertex), source);
+        if (!step) return;
+        vertex = arrive(*vertex, *step);
+      }
+    } else {
+      int remaining = context_.split.budget();
+      queue_.clear();
+      if (vertex) queue_.push_back(*vertex);
+      for (std::size_t next = 0; next < queue_.size(); ++next) {
+        const Vertex at = queue_[next];  // a copy: the queue may move when it grows
+        source.at_vertex(++number);
+        use(at, source, stored);
+        if (!goes_on(at) || context_.split.stops_at(remaining)) continue;
+        const int drawn = context_.split.expand(scattering_at(at), remaining, source, [&](const Step<S>& step) {
+          if (const std::optional<Vertex> child = arrive(at, step)) queue_.push_back(*child);
+        });
+        expanded(at.bsdf, drawn);
+        remaining -= drawn;
+      }
+    }
+  }
+  template <UniformSource Source>
+  void trace(Source source, Chunk* stored) {
+    trace(source, stored, [](const auto&, int) {});
+  }
+
+ private:
+  [[nodiscard]] bool goes_on(const Vertex& at) const noexcept { return at.depth + 1 < context_.max_depth; }
+
+  template <UniformSource Source>
+  void use(const Vertex& vertex, Source& source, Chunk* stored) {
+    if constexpr (observes_paths<Output>) output_.on_use(vertex);
+    if (vertex.bsdf.is_purely_delta() || survival_probability(vertex.bsdf) == T(0)) return;
+    if (stored != nullptr && context_.filter.keeps_light(context_.filter.after_scattering(vertex.path, vertex.bsdf)))
+      stored->add(vertex);
+    if (context_.counts.splats) Splat::at_light_vertex(context_, vertex, source, output_);
+  }
+
+  [[nodiscard]] ScatteringVertex<typename Sc::Bsdf> scattering_at(const Vertex& at) const noexcept {
+    const T survival = survival_probability(at.bsdf);
+    return {at.bsdf,
+            at.point,
+            at.to_prev,
+            TransportMode::importance,
+            survival,
+            at.children,
+            {at.children.forward, context_.camera_delta_children(survival, false)}};
+  }
+
+  template <UniformSource Source>
+  [[nodiscard]] std::optional<Vertex> emit(Source& source) {
+    const auto choice = context_.scene.sample_light(uniform<T>(source));
+    const Vec2<T> uv_origin{uniform<T>(source), uniform<T>(source)};
+    const Vec2<T> uv_direction{uniform<T>(source), uniform<T>(source)};
+    if (choice.light == nullptr) return std::nullopt;
+    const auto emission = choice.light->sample_emission(uv_origin, uv_direction);
+    if (!emission) return std::nullopt;
+
+    if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
+    ++output_.counters().rays;
+    const auto hit = first_hit(context_.scene, emission->origin, emission->direction);
+    if (!hit) return std::nullopt;
+    const Vec3<T> offset = hit->point.position - emission->origin.position;
+    const T distance_squared = glm::dot(offset, offset);
+    const bool is_infinite = choice.light->is_infinite();
+    const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
+    const T density = emission->density.first * (is_infinite ? cos_here : cos_here / distance_squared);
+    if (!is_usable(density) || !is_usable(emission->density.origin)) return std::nullopt;
+
+    T to_origin = T(0);
+    if (!choice.light->is_delta())
+      to_origin = is_infinite ? T(1)
+                              : solid_angle_per_area(glm::dot(emission->origin.geometric_normal, emission->direction),
+                                                     distance_squared);
+    const T next_event = choice.light->next_event_density(emission->origin, emission->direction, hit->point);
+    const auto weights =
+        context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
+                                              choice.selection_probability * next_event, density, to_origin);
+    const Vertex vertex =
+        vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1, {});
+    if constexpr (observes_paths<Output>)
+      output_.on_vertex(Step<S>{emission->direction, emission->weight, emission->density.first, T(0), false}, density,
+                        vertex, vertex.point);
+    return vertex;
+  }
+
+  [[nodiscard]] std::optional<Vertex> arrive(const Vertex& from, const Step<S>& step) {
+    const HalfPath path = context_.filter.after_event(from.path, from.bsdf, step.is_delta);
+    if (!context_.filter.keeps_light(path)) return std::nullopt;
+    ++output_.counters().rays;
+    const auto hit = context_.scene.intersect(leave(from.point, step.to_next));
+    if (!hit) return std::nullopt;
+    const Vec3<T> offset = hit->point.position - from.point.position;
+    const T distance_squared = glm::dot(offset, offset);
+    const T density =
+        step.forward * solid_angle_per_area(glm::dot(hit->point.geometric_normal, step.to_next), distance_squared);
+    if (!is_usable(density)) return std::nullopt;
+    const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
+    const Vertex vertex =
+        vertex_at(*hit, step.to_next, from.throughput * step.weight,
+                  context_.recursion.extend_light(from.weights, step.is_delta, step.reverse, to_area_back, density),
+                  from.depth + 1, path);
+    if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
+    return vertex;
+  }
+
+  [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
+                                 const decltype(Vertex::weights)& weights, int depth,
+                                 HalfPath path) const {
+    const T survival = survival_probability(hit.bsdf);
+    return {hit.point,  hit.bsdf,
+            -direction, throughput,
+            weights,    {context_.light_children(hit.bsdf, survival), context_.camera_children(survival, false)},
+            static_cast<std::int16_t>(depth),      path};
+  }
+
+  /// Counts a density that no weight can be formed with.
+  [[nodiscard]] bool is_usable(T density) {
+    if (is_usable_density(density)) [[likely]]
+      return true;
+    output_.reject(RejectionCause::zero_pdf, {});
+    return false;
+  }
+
+  const Context& context_;
+  Output& output_;
+  std::vector<Vertex> queue_;  // kept from tree to tree: no allocation once it has grown
+};
+
+}  // namespace gmis
