@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -20,7 +20,7 @@ Measured mean_of(int budget) {
   settings.max_depth = 10;
   settings.radius = 0.02;
   settings.light_tree_budget = budget;
-  gmis::Engine<gmis_test::FurnaceScene<float>, gmis::integrators::Gmis<Split>> engine(scene, settings);
+  gmis::Engine<gmis_test::FurnaceScene<float>, gmis_test::ways::Gmis<Split>> engine(scene, settings);
   gmis::SerialExecutor executor;
   const int iterations = 40;
   double sum = 0.0, squares = 0.0;

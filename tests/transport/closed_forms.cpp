@@ -28,7 +28,7 @@ constexpr double albedo = 0.8;
 gmis::RenderSettings settings(int max_depth, double light_paths, double radius = 0.02) {
   gmis::RenderSettings result;
   result.max_depth = max_depth;
-  result.light_paths = light_paths;
+  result.counts.light_paths = light_paths;
   result.radius = radius;
   result.alpha = 1.0;
   result.seed = 2;
@@ -36,7 +36,7 @@ gmis::RenderSettings settings(int max_depth, double light_paths, double radius =
 }
 
 TechniqueEstimates estimate(const Scene& scene, const gmis::RenderSettings& render_settings, int iterations) {
-  return gmis_test::estimate<gmis::integrators::Vcm>(scene, render_settings, iterations);
+  return gmis_test::estimate<gmis_test::ways::Vcm>(scene, render_settings, iterations);
 }
 
 /// Corners in order, seen from the side that the normal points to counter-clockwise.

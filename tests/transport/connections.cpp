@@ -3,7 +3,7 @@
 #include <random>
 #include <vector>
 
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -54,7 +54,7 @@ RenderSettings settings_with(int connections) {
   RenderSettings settings;
   settings.max_depth = 6;
   settings.radius = 0.02;
-  settings.connections = connections;
+  settings.counts.connections = connections;
   return settings;
 }
 
@@ -123,14 +123,14 @@ TEST_CASE("any number of connections from the cache makes the same light as the 
     }
   SECTION("few trees, each used by many pixels") {
     RenderSettings settings = settings_with(2);
-    settings.light_paths = 0.25;
+    settings.counts.light_paths = 0.25;
     check(render<integrators::Bpt>(settings, 400));
   }
 }
 
 TEST_CASE("a camera vertex is connected as often as asked for, however large the trees are") {
   RenderSettings settings = settings_with(2);
-  settings.light_paths = 3.0;
+  settings.counts.light_paths = 3.0;
   const Measured measured = render<integrators::Bpt>(settings, 2);
   // Every camera vertex that next event is made from (one shadow ray) makes two attempts; some are too deep.
   CHECK(measured.counters.connections <= 2 * measured.counters.rays);
@@ -142,30 +142,30 @@ TEST_CASE("camera subpaths may split at their first non-specular vertex") {
   for (const Scheme scheme : {Scheme::N3, Scheme::R1}) DYNAMIC_SECTION("four children, scheme " << name_of(scheme)) {
       RenderSettings settings = settings_with(1);
       settings.scheme = scheme;
-      settings.camera_children = 4;
-      check(render<integrators::Gmis<>>(settings, 250));
+      settings.counts.camera_children = 4;
+      check(render<integrators::Gmis>(settings, 250));
     }
   SECTION("three children of two lobes are drawn from the mixture") {
     RenderSettings settings = settings_with(1);
-    settings.camera_children = 3;
-    check(render<integrators::Gmis<>>(settings, 250));
+    settings.counts.camera_children = 3;
+    check(render<integrators::Gmis>(settings, 250));
   }
   SECTION("four children that the weights do not count") {
     RenderSettings settings = settings_with(1);
-    settings.camera_children = 4;
+    settings.counts.camera_children = 4;
     check(render<integrators::SplitCamera<integrators::Vcm>>(settings, 250));
   }
   SECTION("emitter hits and splats alone, many children that the weights do not count: a splat must not either") {
     RenderSettings settings = settings_with(1);
-    settings.camera_children = 16;
-    settings.light_paths = 4.0;
+    settings.counts.camera_children = 16;
+    settings.counts.light_paths = 4.0;
     check(render<Integrator<Techniques<EmitterHit, Splat>, CameraSplit>>(settings, 120));
   }
   SECTION("emitter hits and splats alone, many children: a splat must know of them") {
     // With 16 children an emitter hit has 16 times the density that it has with one.
     RenderSettings settings = settings_with(1);
-    settings.camera_children = 16;
-    settings.light_paths = 4.0;
+    settings.counts.camera_children = 16;
+    settings.counts.light_paths = 4.0;
     check(render<Integrator<Techniques<EmitterHit, Splat>, BudgetedSplit>>(settings, 120));
   }
 }
@@ -173,10 +173,10 @@ TEST_CASE("camera subpaths may split at their first non-specular vertex") {
 TEST_CASE("adaptive splitting leaves the light as it is, and settles") {
   RenderSettings settings = settings_with(measured_connections);
   settings.adapts_split = true;
-  check(render<integrators::Gmis<>>(settings, 250));
+  check(render<integrators::Gmis>(settings, 250));
 
   const Furnace scene(0.7F, 1.0F, 16, 2);
-  Engine<Furnace, integrators::Gmis<>> engine(scene, settings);
+  Engine<Furnace, integrators::Gmis> engine(scene, settings);
   SerialExecutor executor;
   int iterations = 0;
   while (!engine.tuner().is_settled()) {

@@ -3,7 +3,7 @@
 #include <thread>
 #include <vector>
 
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -40,7 +40,7 @@ gmis::RenderSettings settings() {
 template <class I>
 std::vector<float> frame_with(unsigned threads, const gmis::RenderSettings& render_settings, int iterations) {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
-  gmis::Engine<gmis_test::FurnaceScene<float>, I> engine(scene, render_settings);
+  typename I::template Engine<gmis_test::FurnaceScene<float>> engine(scene, I::settings(render_settings));
   ThreadExecutor executor(threads);
   for (int i = 0; i < iterations; ++i) engine.iterate(executor);
   return {engine.frame().begin(), engine.frame().end()};
@@ -59,7 +59,7 @@ void check_threads(const gmis::RenderSettings& render_settings = settings(), int
 }  // namespace
 
 TEST_CASE("the same seed gives the same bits for any number of threads") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   SECTION("pt") {
     check_threads<Pt>();
   }
@@ -80,27 +80,27 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
   }
   SECTION("vcm, a fixed number of connections from the cache") {
     auto cached = settings();
-    cached.connections = 3;
+    cached.counts.connections = 3;
     check_threads<Vcm>(cached);
   }
   SECTION("vcm, connections paired") {
     auto paired = settings();
-    paired.connections = gmis::paired_connections;
+    paired.counts.connections = gmis::paired_connections;
     check_threads<Vcm>(paired);
   }
   SECTION("gmis") {
-    check_threads<Gmis<>>();
+    check_threads<Gmis>();
   }
   SECTION("gmis, split on both sides, as measured") {
     auto adaptive = settings();
     adaptive.adapts_split = true;
-    check_threads<Gmis<>>(adaptive, 26);  // all is chosen by then
+    check_threads<Gmis>(adaptive, 26);  // all is chosen by then
   }
 }
 
 TEST_CASE("other seeds and other iterations give other images") {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 8);
-  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis::integrators::Vcm>;
+  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis_test::ways::Vcm>;
   gmis::SerialExecutor executor;
   auto other = settings();
   other.seed = 4;
@@ -115,7 +115,7 @@ TEST_CASE("other seeds and other iterations give other images") {
 
 TEST_CASE("a crop is the same rectangle of the whole image, bit by bit") {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 24, 2);
-  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis::integrators::Gmis<>>;
+  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis_test::ways::Gmis>;
   gmis::SerialExecutor executor;
   const gmis::PixelBounds crop{{5, 3}, {17, 9}};
   Engine whole(scene, settings()), part(scene, settings(), crop);
@@ -132,8 +132,8 @@ TEST_CASE("a crop is the same rectangle of the whole image, bit by bit") {
 }
 
 TEST_CASE("camera subpaths with one child are not split, bit by bit") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   const auto whole = frame_with<Vcm>(1, settings(), 2);
-  const auto one_child = frame_with<SplitCamera<Vcm>>(1, settings(), 2);
+  const auto one_child = frame_with<Vcm>(1, settings(), 2);
   CHECK(std::memcmp(whole.data(), one_child.data(), whole.size() * sizeof(float)) == 0);
 }

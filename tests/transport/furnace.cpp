@@ -2,7 +2,7 @@
 #include <string>
 
 #include "gmis/result/film.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -19,7 +19,7 @@ struct Measured {
 
 template <class I, class T>
 Measured render(const gmis_test::FurnaceScene<T>& scene, const gmis::RenderSettings& settings, int iterations) {
-  gmis::Engine<gmis_test::FurnaceScene<T>, I> engine(scene, settings);
+  typename I::template Engine<gmis_test::FurnaceScene<T>> engine(scene, I::settings(settings));
   gmis::SerialExecutor executor;
   double sum = 0.0, squares = 0.0;
   for (int i = 0; i < iterations; ++i) {
@@ -59,7 +59,7 @@ void check(int lobes, double bias, gmis::RenderSettings settings = {}) {
 }  // namespace
 
 TEST_CASE("every integrator finds the closed form of the uniform furnace at every depth") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   SECTION("pt") {
     check<Pt, float>(1, 0.0);
   }
@@ -86,39 +86,39 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
   }
   SECTION("vcm, two lobes, connections paired") {
     gmis::RenderSettings settings;
-    settings.connections = gmis::paired_connections;
+    settings.counts.connections = gmis::paired_connections;
     check<Vcm, float>(2, 0.01, settings);
   }
   SECTION("vcm, two lobes") {
     check<Vcm, float>(2, 0.01);
   }
   SECTION("gmis, two lobes, budgeted") {
-    check<Gmis<>, float>(2, 0.01);
+    check<Gmis, float>(2, 0.01);
   }
   SECTION("gmis, two lobes, small budget") {
     gmis::RenderSettings settings;
     settings.light_tree_budget = 5;
     settings.rounds = 2;
-    check<Gmis<>, float>(2, 0.01, settings);
+    check<Gmis, float>(2, 0.01, settings);
   }
   SECTION("gmis, two lobes, the camera subpath split too") {
     gmis::RenderSettings settings;
-    settings.camera_children = 4;
-    check<Gmis<>, float>(2, 0.01, settings);
+    settings.counts.camera_children = 4;
+    check<Gmis, float>(2, 0.01, settings);
   }
   SECTION("gmis, two lobes, numbers of children as measured") {
     gmis::RenderSettings settings;
     settings.adapts_split = true;
-    check<Gmis<>, float>(2, 0.01, settings);
+    check<Gmis, float>(2, 0.01, settings);
   }
   for (const gmis::Scheme scheme : gmis::all_schemes)
     SECTION("gmis, two lobes, scheme " + std::string(gmis::name_of(scheme))) {
       gmis::RenderSettings settings;
       settings.scheme = scheme;
-      check<Gmis<>, float>(2, 0.01, settings);
+      check<Gmis, float>(2, 0.01, settings);
     }
   SECTION("gmis, double") {
-    check<Gmis<>, double>(2, 0.01);
+    check<Gmis, double>(2, 0.01);
   }
 }
 
@@ -129,9 +129,9 @@ TEST_CASE("where merging makes nearly all of the light it makes the right amount
   settings.max_depth = 4;
   settings.radius = 0.05;
   settings.alpha = 1.0;
-  settings.light_paths = 64.0;
+  settings.counts.light_paths = 64.0;
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 16);
-  const Measured measured = render<gmis::integrators::Bpm>(scene, settings, 24);
+  const Measured measured = render<gmis_test::ways::Bpm>(scene, settings, 24);
   CAPTURE(measured.mean, measured.standard_error, truth(0.7, 4));
   CHECK(std::abs(measured.mean - truth(0.7, 4)) < 4.5 * measured.standard_error + 0.003 * truth(0.7, 4));
   CHECK(measured.standard_error < 0.004 * truth(0.7, 4));  // so that 2 % would show

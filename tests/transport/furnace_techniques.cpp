@@ -19,7 +19,7 @@ gmis::RenderSettings settings() {
   gmis::RenderSettings result;
   result.max_depth = 5;
   result.radius = 0.05;
-  result.light_paths = 4.0;
+  result.counts.light_paths = 4.0;
   result.alpha = 1.0;
   result.seed = 3;
   return result;
@@ -51,31 +51,31 @@ void check_techniques(const gmis::RenderSettings& render_settings, int lobes, in
 }  // namespace
 
 TEST_CASE("each technique alone finds the furnace's closed form at every length") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   SECTION("connections of paired subpaths") {
     auto paired = settings();
-    paired.connections = gmis::paired_connections;
+    paired.counts.connections = gmis::paired_connections;
     check_techniques<Vcm, gmis_test::ShiftedLattice>(paired, 1, 800, 0.004);
   }
   SECTION("connections drawn from the cache of all trees") {
     auto cached = settings();
-    cached.connections = 2;
-    cached.light_paths = 3.0;
+    cached.counts.connections = 2;
+    cached.counts.light_paths = 3.0;
     check_techniques<Vcm, gmis_test::ShiftedLattice>(cached, 2, 1000, 0.004);
   }
   SECTION("trees on both sides") {
     auto split = settings();
-    split.connections = 2;
-    split.camera_children = 2;
+    split.counts.connections = 2;
+    split.counts.camera_children = 2;
     split.light_tree_budget = 6;
-    check_techniques<Gmis<>, gmis::Philox>(split, 2, 100, 0.006);
+    check_techniques<Gmis, gmis::Philox>(split, 2, 100, 0.006);
   }
   SECTION("trees of more children, by another scheme") {
     auto split = settings();
-    split.connections = 4;
-    split.camera_children = 3;
+    split.counts.connections = 4;
+    split.counts.camera_children = 3;
     split.rounds = 2;
     split.scheme = gmis::Scheme::N2;
-    check_techniques<Gmis<>, gmis::Philox>(split, 2, 100, 0.006);
+    check_techniques<Gmis, gmis::Philox>(split, 2, 100, 0.006);
   }
 }

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "gmis/scene.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 
 // A furnace without symmetry: a closed box whose walls emit 1 and reflect the share a; in it a mirror ball that does the same
@@ -45,8 +45,8 @@ Measured render(double light_paths, double radius, int iterations, bool with_bal
   settings.max_depth = 24;
   settings.radius = radius;
   settings.alpha = 1.0;
-  settings.light_paths = light_paths;
-  gmis::Engine<Scene, I> engine(scene, settings);
+  settings.counts.light_paths = light_paths;
+  typename I::template Engine<Scene> engine(scene, I::settings(settings));
   gmis::SerialExecutor executor;
   double sum = 0.0, squares = 0.0;
   std::vector<double> pixels(engine.frame().size());
@@ -78,7 +78,7 @@ void check(const Measured& measured, double bias) {
 }  // namespace
 
 TEST_CASE("a furnace with a mirror and glass in it is uniform for every integrator") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   SECTION("pt") {
     check(render<Pt>(1.0, 0.0, 600), 0.0);
   }
@@ -99,7 +99,7 @@ TEST_CASE("a furnace with a mirror and glass in it is uniform for every integrat
 TEST_CASE("light that only connections, splats and merges make is right in a furnace") {
   // Without emitter hits the empty box shows what has been reflected at least once: 1/(1 − a) − 1 = 1. Every such path has a
   // splat; connections and merges share the longer ones.
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   const auto off = [](const Measured& measured, double bias) {
     CAPTURE(measured.mean, measured.standard_error);
     CHECK(std::abs(measured.mean - 1.0) < 4.5 * measured.standard_error + bias);

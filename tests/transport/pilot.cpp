@@ -44,10 +44,10 @@ template <class I>
 Measured measure(const Scene& scene, gmis::RenderSettings settings, const gmis::Candidate& candidate) {
   constexpr int batches = 10, iterations = 100;
   settings.seed += 1;
-  settings.light_paths = candidate.light_paths;
-  settings.connections = std::max(1, candidate.connections);
-  settings.camera_children = candidate.camera_children;
-  gmis::Engine<Scene, I> engine(scene, settings);
+  settings.counts.light_paths = candidate.light_paths;
+  settings.counts.connections = std::max(1, candidate.connections);
+  settings.counts.camera_children = candidate.camera_children;
+  typename I::template Engine<Scene> engine(scene, I::settings(settings));
   gmis::SerialExecutor executor;
   const gmis_test::MeasuredVariance variance(batches, iterations, [&] {
     engine.iterate(executor);
@@ -82,7 +82,7 @@ void check_forecasts(const Scene& scene, const gmis::RenderSettings& settings,
 }  // namespace
 
 TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings have", "[pilot]") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2);
   const std::vector<gmis::Candidate> candidates{
       {1.0, 1, true, true},  {0.0, 0, false, false},    {0.0, 0, false, false, 4}, {0.5, 0, true, false},
@@ -91,22 +91,22 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
   const auto all = settings();
   check_forecasts(scene, all, candidates,
                   {measure<Vcm>(scene, all, candidates[0]), measure<Pt>(scene, all, candidates[1]),
-                   measure<SplitCamera<Pt>>(scene, all, candidates[2]), measure<PtLt>(scene, all, candidates[3]),
-                   measure<Bpt>(scene, all, candidates[4]), measure<SplitCamera<Bpt>>(scene, all, candidates[5]),
-                   measure<PtLtPm>(scene, all, candidates[6]), measure<SplitCamera<Vcm>>(scene, all, candidates[7]),
-                   measure<Vcm>(scene, all, candidates[8]), measure<SplitCamera<Bpt>>(scene, all, candidates[9])});
+                   measure<Pt>(scene, all, candidates[2]), measure<PtLt>(scene, all, candidates[3]),
+                   measure<Bpt>(scene, all, candidates[4]), measure<Bpt>(scene, all, candidates[5]),
+                   measure<PtLtPm>(scene, all, candidates[6]), measure<Vcm>(scene, all, candidates[7]),
+                   measure<Vcm>(scene, all, candidates[8]), measure<Bpt>(scene, all, candidates[9])});
 }
 
 TEST_CASE("Of direct light a split saves what its children make by hitting the light", "[pilot]") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2);
   const std::vector<gmis::Candidate> candidates{
       {0.0, 0, false, false}, {0.0, 0, false, false, 4}, {1.0, 0, true, true, 4}};
   auto direct = settings();
   direct.max_depth = 2;
   check_forecasts(scene, direct, candidates,
-                  {measure<Pt>(scene, direct, candidates[0]), measure<SplitCamera<Pt>>(scene, direct, candidates[1]),
-                   measure<SplitCamera<PtLtPm>>(scene, direct, candidates[2])});
+                  {measure<Pt>(scene, direct, candidates[0]), measure<Pt>(scene, direct, candidates[1]),
+                   measure<PtLtPm>(scene, direct, candidates[2])});
 }
 
 TEST_CASE("A pilot's forecasts by region add up", "[pilot]") {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/discrete_world.hpp"
 #include "transport/path_oracle.hpp"
@@ -52,9 +52,9 @@ gmis::RenderSettings settings() {
   result.max_depth = 5;
   result.radius = 0.4;  // the nodes are farther apart: only vertices at the same node merge
   result.alpha = 1.0;
-  result.light_paths = 0.1;
+  result.counts.light_paths = 0.1;
   result.light_tree_budget = 1000000;
-  result.connections = gmis::paired_connections;
+  result.counts.connections = gmis::paired_connections;
   return result;
 }
 
@@ -118,7 +118,7 @@ gmis_test::NominalCounts nominal_counts(const gmis::RenderSettings& render_setti
   gmis_test::NominalCounts nominal;
   if (I::Split::splits_light) {
     nominal.light_per_lobe = render_settings.rounds;
-    nominal.camera_first = render_settings.camera_children;
+    nominal.camera_first = render_settings.counts.camera_children;
   }
   nominal.camera_stops = I::camera_walk == gmis::CameraWalk::specular;
   return nominal;
@@ -172,13 +172,13 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
   const auto atlas = world.atlas().template as<long double>();
   const auto nominal = nominal_counts<I>(render_settings);
   const gmis_test::PathOracle oracle(atlas, nominal);
-  const long double trees = std::round(render_settings.light_paths * size * size);
+  const long double trees = std::round(render_settings.counts.light_paths * size * size);
   auto counts = technique_counts<I>(render_settings, trees, 1.0L);
 
   gmis::Engine<World, I, true> engine(world, render_settings);
   gmis::SerialExecutor executor;
   engine.iterate(executor);
-  const bool uses_cache = I::template has<gmis::Connect> && render_settings.connections != gmis::paired_connections;
+  const bool uses_cache = I::template has<gmis::Connect> && render_settings.counts.connections != gmis::paired_connections;
   if (uses_cache) {
     bool is_found = false;
     engine.for_each_contribution([&](const auto& record) {
@@ -190,7 +190,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
     });
     const double vertices_per_tree = static_cast<double>(engine.counters().photons_stored) / static_cast<double>(trees);
     CHECK(static_cast<double>(counts.connect) * vertices_per_tree ==
-          Approx(static_cast<double>(render_settings.connections)).epsilon(0.2));  // 102 trees of some 1 ± 1 vertices
+          Approx(static_cast<double>(render_settings.counts.connections)).epsilon(0.2));  // 102 trees of some 1 ± 1 vertices
   }
   KnownPaths<typename I::Heuristic> known(oracle, counts);
 
@@ -202,7 +202,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
     stored_before = engine.counters().photons_stored;
     // What is drawn from the cache stands for V / (m n_L) vertices of one tree.
     const long double from_cache =
-        uses_cache ? static_cast<long double>(render_settings.connections) * trees / stored : 1.0L;
+        uses_cache ? static_cast<long double>(render_settings.counts.connections) * trees / stored : 1.0L;
     engine.for_each_contribution([&](const auto& record) {
       const DiscretePath path = gmis_test::path_of(record.value);
       Known& entry = known[path];
@@ -251,7 +251,7 @@ void check_both_cameras(double tolerance, std::size_t whole, const gmis::RenderS
 }  // namespace
 
 TEST_CASE("what the engine weights and what it adds is what brute force says, path by path") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   SECTION("pt") {
     GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Pt>(1e-10, 100);)
   }
@@ -280,22 +280,22 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
   }
   SECTION("vcm, connections drawn from the cache of all trees") {
     gmis::RenderSettings cached = settings();
-    cached.connections = 3;
+    cached.counts.connections = 3;
     check_both_cameras<Vcm>(1e-10, 100, cached);
   }
   // Trees with an ample budget: so many children are drawn as the weights count on.
   SECTION("gmis") {
     gmis::RenderSettings split = settings();
     split.max_depth = 4;
-    check_both_cameras<Gmis<>>(1e-10, 100, split);
+    check_both_cameras<Gmis>(1e-10, 100, split);
   }
   SECTION("gmis, more children, on both sides") {
     gmis::RenderSettings split = settings();
     split.max_depth = 4;
     split.scheme = gmis::Scheme::R3;
     split.rounds = 2;
-    split.camera_children = 3;
-    check_both_cameras<Gmis<>>(1e-10, 100, split);
+    split.counts.camera_children = 3;
+    check_both_cameras<Gmis>(1e-10, 100, split);
   }
 }
 
@@ -364,7 +364,7 @@ void check_path_lengths() {
 }  // namespace
 
 TEST_CASE("path lengths add up to the image, and a greater depth only adds longer paths") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   SECTION("pt") {
     GMIS_SKIP_UNDER_SANITIZER(check_path_lengths<Pt>();)
   }
@@ -384,6 +384,6 @@ TEST_CASE("path lengths add up to the image, and a greater depth only adds longe
     check_path_lengths<Vcm>();
   }
   SECTION("gmis") {
-    check_path_lengths<Gmis<>>();
+    check_path_lengths<Gmis>();
   }
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gmis/result/rejection_limit.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "gmis/transport/output/replay.hpp"
 #include "support/catch.hpp"
 #include "transport/provoking_scene.hpp"
@@ -37,7 +37,7 @@ gmis::RenderSettings settings() {
   result.max_depth = 5;
   result.radius = 0.1;
   result.seed = 5;
-  result.connections = gmis::paired_connections;  // what is left out must not move what is drawn
+  result.counts.connections = gmis::paired_connections;  // what is left out must not move what is drawn
   return result;
 }
 
@@ -56,7 +56,8 @@ struct Run {
 template <class I, class Executor = gmis::SerialExecutor>
 Run run(const ProvokingScene::Provoked& provoked, int iterations = 1, float radiance = 1.0F) {
   const ProvokingScene scene(size, provoked, radiance);
-  gmis::Engine<ProvokingScene, I, true> engine(scene, settings());
+  typename I::template Engine<ProvokingScene> engine(scene, I::settings(settings()));
+  engine.keep_contributions(true);
   Executor executor;
   for (int i = 0; i < iterations; ++i) engine.iterate(executor);
   Run result{{engine.frame().begin(), engine.frame().end()}, {}, engine.counters(), {}};
@@ -125,9 +126,9 @@ void check_provocations(bool is_exact_without_vertices) {
 
 template <class Executor>
 void check_names() {
-  using Vcm = gmis::integrators::Vcm;
+  using Vcm = gmis_test::ways::Vcm;
   gmis::RenderSettings many_trees = settings();
-  many_trees.light_paths = 8;
+  many_trees.counts.light_paths = 8;
   const int iterations = 2;
   const float edge = 0.68F;  // so that no chunk of trees fills the list alone
   // The oracle: every path of a marked run by itself, in order.
@@ -172,21 +173,21 @@ void check_names() {
 
 TEST_CASE("What is wrong is left out and counted by its cause; all else is as it would be, bit by bit") {
   SECTION("pt") {
-    check_provocations<gmis::integrators::Pt>(true);
+    check_provocations<gmis_test::ways::Pt>(true);
   }
   SECTION("vcm") {
     // Fewer light vertices make another grid: merges are summed in another order.
-    check_provocations<gmis::integrators::Vcm>(false);
+    check_provocations<gmis_test::ways::Vcm>(false);
   }
 }
 
 TEST_CASE("A sum that is not finite is left out as well") {
-  const Run overflown = run<gmis::integrators::Vcm>({}, 1, 3.0e38F);
+  const Run overflown = run<gmis_test::ways::Vcm>({}, 1, 3.0e38F);
   CHECK(overflown.counters.rejected_non_finite > 0);
   for (const glm::vec2& pixel : overflown.frame) REQUIRE(std::isfinite(pixel.x));
 
   // Splats that arrive where the camera's own sum is near the end of the range.
-  const Run splatted = run<gmis::integrators::Lt>({Provocation::seen_light, 3.4e38F, nullptr}, 1, 8.0e36F);
+  const Run splatted = run<gmis_test::ways::Lt>({Provocation::seen_light, 3.4e38F, nullptr}, 1, 8.0e36F);
   CHECK(splatted.counters.rejected_non_finite > 10);
   for (const glm::vec2& pixel : splatted.frame) {
     REQUIRE(std::isfinite(pixel.x));
@@ -204,7 +205,7 @@ TEST_CASE("The first paths of which something was rejected are known by name, wh
 }
 
 TEST_CASE("A path without a technique: its own density is of no use") {
-  const Run run = ::run<gmis::integrators::Pt>({Provocation::density, 0.0F, nullptr});
+  const Run run = ::run<gmis_test::ways::Pt>({Provocation::density, 0.0F, nullptr});
   REQUIRE_FALSE(run.rejected.empty());
   CHECK(run.rejected[0].cause == gmis::RejectionCause::zero_pdf);
   CHECK_FALSE(run.rejected[0].technique.has_value());

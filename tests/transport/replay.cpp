@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -50,13 +50,14 @@ void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t ite
   CAPTURE(iteration);
   const Scene scene(albedo, 1.0F, size, lobes);
   gmis::SerialExecutor executor;
-  gmis::Engine<Scene, I, true> engine(scene, render_settings, crop);
+  typename I::template Engine<Scene> engine(scene, I::settings(render_settings), crop);
+  engine.keep_contributions(true);
   for (std::uint32_t i = 0; i < iteration; ++i) engine.iterate(executor);
   std::vector<Record> expected;
   engine.for_each_contribution([&](const Record& record) { expected.push_back(record); });
   REQUIRE(expected.size() > 100);
 
-  gmis::Engine<Scene, I> replayed(scene, render_settings, crop);
+  typename I::template Engine<Scene> replayed(scene, I::settings(render_settings), crop);
   replayed.prepare_replay(executor, iteration);
   CHECK(replayed.tuning().connections == engine.tuning().connections);
   CHECK(replayed.tuning().camera_children == engine.tuning().camera_children);
@@ -98,7 +99,7 @@ void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t ite
 }  // namespace
 
 TEST_CASE("A path replayed alone makes what it made in the run, bit by bit") {
-  using namespace gmis::integrators;
+  using namespace gmis_test::ways;
   SECTION("lt") {
     check_replay<Lt>(settings(), 3);
   }
@@ -107,8 +108,8 @@ TEST_CASE("A path replayed alone makes what it made in the run, bit by bit") {
   }
   SECTION("vcm, paired, half as many trees as pixels") {
     auto paired = settings();
-    paired.connections = gmis::paired_connections;
-    paired.light_paths = 0.5;
+    paired.counts.connections = gmis::paired_connections;
+    paired.counts.light_paths = 0.5;
     check_replay<Vcm>(paired, 2);
   }
   SECTION("vcm, a crop: its counts are its own") {
@@ -117,23 +118,23 @@ TEST_CASE("A path replayed alone makes what it made in the run, bit by bit") {
   SECTION("gmis, split on both sides as measured") {
     auto adaptive = settings();
     adaptive.adapts_split = true;
-    check_replay<Gmis<>>(adaptive, 27, 2);
+    check_replay<Gmis>(adaptive, 27, 2);
   }
   SECTION("vcm, split on the camera side") {
     auto split = settings();
-    split.camera_children = 3;
-    check_replay<SplitCamera<Vcm>>(split, 2, 2);
+    split.counts.camera_children = 3;
+    check_replay<Vcm>(split, 2, 2);
   }
   SECTION("gmis, split on both sides") {
     auto split = settings();
-    split.camera_children = 3;
-    check_replay<Gmis<>>(split, 2, 2);
+    split.counts.camera_children = 3;
+    check_replay<Gmis>(split, 2, 2);
   }
 }
 
 TEST_CASE("What a replayed path says of its vertices") {
   const Scene scene(albedo, 1.0F, size);
-  gmis::Engine<Scene, gmis::integrators::Vcm> engine(scene, settings());
+  gmis::Engine<Scene, gmis_test::ways::Vcm> engine(scene, settings());
   gmis::SerialExecutor executor;
   engine.prepare_replay(executor, 7);
   constexpr double pi = 3.14159265358979;

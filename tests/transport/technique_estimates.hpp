@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "gmis/core/statistics.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/shifted_lattice.hpp"
 
