@@ -2,12 +2,14 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "gmis/transport/integrators.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 #include "transport/discrete_world.hpp"
 #include "transport/path_oracle.hpp"
 
@@ -48,7 +50,7 @@ std::string describe(const gmis::TechniqueId& id, const DiscretePath& path) {
 
 gmis::RenderSettings settings() {
   gmis::RenderSettings result;
-  result.seed = 11;
+  result.seed = gmis_test::seed(11);
   result.max_depth = 5;
   result.radius = 0.4;  // the nodes are farther apart: only vertices at the same node merge
   result.alpha = 1.0;
@@ -124,11 +126,14 @@ gmis_test::NominalCounts nominal_counts(const gmis::RenderSettings& render_setti
   return nominal;
 }
 
-/// `connect`: the count of connections, for one light vertex that a tree makes.
+/// `connect`: the count of connections, for one light vertex that a tree makes. The disk of merging is that of the iteration,
+/// r_i = r_1 i^((α−1)/2).
 template <class I>
-gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, long double trees,
-                                                    long double connect) {
-  const long double disk = gmis::pi<long double> * gmis::square(static_cast<long double>(render_settings.radius));
+gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, int iteration,
+                                                    long double trees, long double connect) {
+  const long double disk =
+      gmis::pi<long double> * gmis::square(static_cast<long double>(render_settings.radius)) *
+      std::pow(static_cast<long double>(iteration), static_cast<long double>(render_settings.alpha) - 1.0L);
   gmis::TechniqueCounts<long double> counts;
   counts.emitter_hit = I::template has<gmis::EmitterHit> ? 1.0L : 0.0L;
   counts.next_event = I::template has<gmis::NextEvent> ? 1.0L : 0.0L;
@@ -173,7 +178,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
   const auto nominal = nominal_counts<I>(render_settings);
   const gmis_test::PathOracle oracle(atlas, nominal);
   const long double trees = std::round(render_settings.light_paths * size * size);
-  auto counts = technique_counts<I>(render_settings, trees, 1.0L);
+  auto counts = technique_counts<I>(render_settings, 1, trees, 1.0L);
 
   gmis::Engine<World, I, true> engine(world, render_settings);
   gmis::SerialExecutor executor;
@@ -192,12 +197,18 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
     CHECK(static_cast<double>(counts.connect) * vertices_per_tree ==
           Approx(static_cast<double>(render_settings.connections)).epsilon(0.2));  // 102 trees of some 1 ± 1 vertices
   }
-  KnownPaths<typename I::Heuristic> known(oracle, counts);
+  std::optional<KnownPaths<typename I::Heuristic>> known;
 
   Outcome outcome;
   std::uint64_t stored_before = 0;
   for (int i = 0; i < iterations; ++i) {
     if (i > 0) engine.iterate(executor);
+    // With a radius that shrinks, the weights of an iteration are its own.
+    if (i == 0 || render_settings.alpha != 1.0) {
+      if (known) known->sum_up(outcome);
+      counts = technique_counts<I>(render_settings, i + 1, trees, counts.connect);
+      known.emplace(oracle, counts);
+    }
     const auto stored = static_cast<long double>(engine.counters().photons_stored - stored_before);
     stored_before = engine.counters().photons_stored;
     // What is drawn from the cache stands for V / (m n_L) vertices of one tree.
@@ -205,7 +216,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
         uses_cache ? static_cast<long double>(render_settings.connections) * trees / stored : 1.0L;
     engine.for_each_contribution([&](const auto& record) {
       const DiscretePath path = gmis_test::path_of(record.value);
-      Known& entry = known[path];
+      Known& entry = (*known)[path];
       const std::size_t place = gmis_test::place_of(record.id, path.edges());
       ++outcome.contributions;
       if (path.edges() != gmis_test::edges_of(record.id) || !(entry.drawn_density[place] > 0.0L)) {
@@ -223,7 +234,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
              static_cast<long double>(record.value.value) * drawn / entry.value, where);
     });
   }
-  known.sum_up(outcome);
+  known->sum_up(outcome);
   CHECK(engine.counters().rejected() == 0);
   return outcome;
 }
@@ -269,6 +280,16 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
   }
   SECTION("vcm") {
     check_both_cameras<Vcm>(1e-10, 100);
+  }
+  SECTION("vcm, a radius that shrinks") {
+    gmis::RenderSettings shrinking = settings();
+    shrinking.alpha = 0.25;  // in the third iteration the disk is 0.44 of the first
+    check_both_cameras<Vcm>(1e-10, 100, shrinking);
+  }
+  SECTION("bpm, a radius that shrinks") {
+    gmis::RenderSettings shrinking = settings();
+    shrinking.alpha = 0.5;
+    GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Bpm>(1e-10, 100, shrinking);)
   }
   SECTION("vcm in float") {
     GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Vcm, float>(1e-4, 100);)
