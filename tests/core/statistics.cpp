@@ -6,6 +6,7 @@
 #include "gmis/core/compensated_sum.hpp"
 #include "gmis/core/random.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 using namespace gmis;
 
@@ -85,7 +86,7 @@ TEST_CASE("Pearson's statistic and its pooling, by hand", "[statistics]") {
 
 // 2000 p-values of true hypotheses: their share below a level is the level. False-alarm rate 1e-6 a check.
 TEST_CASE("true hypotheses have uniform p-values, false ones small ones", "[statistics]") {
-  Philox source(7);
+  Philox source(gmis_test::seed(7));
   std::array<double, 2> below{};
   constexpr int runs = 2000;
   int rejected_false = 0;
@@ -131,7 +132,7 @@ struct SometimesFails {
 };
 
 TEST_CASE("a proposal is checked against its density", "[check]") {
-  Philox source(11);
+  Philox source(gmis_test::seed(11));
   const auto right = check_proposal(Exponential{2, 2}, 0, 30, source);
   CHECK(right.passes(1e-4));
   CHECK(right.integral == Approx(1).epsilon(1e-6));

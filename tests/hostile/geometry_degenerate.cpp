@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <limits>
@@ -231,7 +230,7 @@ TEST_CASE("hostile: triangles without area, almost without, and twice the same",
 }
 
 /// `side` × `side` squares of two triangles in the plane z = 1, and rays to corners, edges and anywhere.
-void check_plane(int side, double seconds) {
+void check_plane(int side) {
   Mesh plane;
   plane.positions.reserve(static_cast<std::size_t>(side + 1) * static_cast<std::size_t>(side + 1));
   for (int i = 0; i <= side; ++i)
@@ -242,12 +241,11 @@ void check_plane(int side, double seconds) {
       plane.triangles.push_back({at, at + side + 1, at + side + 2});
       plane.triangles.push_back({at, at + side + 2, at + 1});
     }
-  const auto start = std::chrono::steady_clock::now();
   const auto scene = scene_of<float>(plane, 1);
-  const double taken = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  std::printf("%zu triangles in one plane: built in %.2f s, %.1f MB\n", plane.triangles.size(), taken,
+  std::printf("%zu triangles in one plane: %.1f MB\n", plane.triangles.size(),
               static_cast<double>(scene.statistics().bvh_bytes) / 1e6);
-  CHECK(taken < seconds);
+  // A packet of four triangles takes 144 bytes in float and a node of four children 112: packets at least a quarter full.
+  CHECK(scene.statistics().bvh_bytes < 256 * plane.triangles.size());
   CHECK(scene.statistics().triangle_count == plane.triangles.size());
   Philox source(gmis_test::seed(314));
   const double half = side / 2 - 1.0;
@@ -281,10 +279,10 @@ void check_plane(int side, double seconds) {
 }
 
 TEST_CASE("hostile: many triangles in one plane", "[hostile][geometry]") {
-  check_plane(100, 5);
+  check_plane(100);
 }
 TEST_CASE("hostile: a million triangles in one plane", "[.][slow]") {
-  check_plane(708, 60);
+  check_plane(708);
 }
 
 TEST_CASE("hostile: what is not finite is refused, and the message says what it is", "[hostile][geometry]") {

@@ -11,6 +11,7 @@
 #include "support/catch.hpp"
 #include "support/frame_source.hpp"
 #include "support/render.hpp"
+#include "support/seed.hpp"
 
 // The scenes of scenes_table.cpp with every integrator. All of them: no contribution is rejected, no pixel is negative or
 // not finite, and the mean is what a closed form says where there is one. In the slow test to a per cent, and else the mean
@@ -35,7 +36,7 @@ RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, 
                           std::uint64_t seed) {
   RenderRequest request;
   request.integrator = integrator;
-  request.settings.seed = seed;
+  request.settings.seed = gmis_test::seed(seed);
   request.settings.max_depth = max_depth;
   request.settings.radius = radius * std::max(scene.half_diagonal(), 1e-30);
   if (integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm) request.settings.light_paths = 4;

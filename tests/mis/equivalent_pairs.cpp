@@ -6,6 +6,7 @@
 #include "mis/proposals.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 namespace {
 
@@ -18,7 +19,7 @@ constexpr std::size_t round_count = 6000;
 std::vector<double> round_estimates(Selection selection, Weighting weighting, std::uint64_t seed) {
   const std::array<test::Bump, 3> proposals{{{0.0, 0.2, 0.2}, {0.4, 0.6, 0.2}, {0.7, 1.0, 0.2}}};
   const auto f = [](double x) { return x < 0.2 ? 3.0 + x : x > 0.55 ? 2.0 * x : 0.5; };
-  gmis::Philox source(seed);
+  gmis::Philox source(gmis_test::seed(seed));
   std::vector<double> values(round_count);
   for (double& value : values) value = gmis::estimate(selection, weighting, f, proposals, 1, source).mean;
   return values;

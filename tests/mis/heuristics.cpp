@@ -8,6 +8,7 @@
 #include "mis/proposals.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 namespace {
 
@@ -23,7 +24,7 @@ std::vector<T> weights_of(const H& heuristic, const Counts& counts, const std::v
 
 template <class H>
 void check_sums(const H& heuristic) {
-  gmis::Philox source(10);
+  gmis::Philox source(gmis_test::seed(10));
   for (int trial = 0; trial < 2000; ++trial) {
     const std::size_t n = 1 + gmis::uniform_index(source, 8);
     Counts counts(n);
@@ -106,7 +107,7 @@ TEST_CASE("the multi-sample form is unbiased under every heuristic, with partial
   const double level = test::sidak_level(1e-4, 14);
   const auto check = [&](const auto& heuristic) {
     for (const auto& counts : {std::array<std::uint32_t, 3>{1, 1, 1}, std::array<std::uint32_t, 3>{1, 3, 2}}) {
-      gmis::Philox source(55);
+      gmis::Philox source(gmis_test::seed(55));
       const auto estimate =
           gmis::estimate_weighted(heuristic, f, proposals, 20000, source, gmis::Shares<double>(counts));
       CAPTURE(estimate.mean, estimate.standard_error.value());
@@ -128,7 +129,7 @@ TEST_CASE("the balance heuristic is N3", "[mis]") {
   const std::array<test::Normal, 3> proposals{{{-1.0, 1.0}, {0.0, 2.0}, {2.0, 0.7}}};
   const auto f = [](double x) { return std::exp(-x * x); };
   const gmis::Shares<double> shares(std::array<std::uint32_t, 3>{2, 1, 3});
-  gmis::Philox source(5), same_source(5);
+  gmis::Philox source(gmis_test::seed(5)), same_source(gmis_test::seed(5));
   const auto balance = gmis::estimate_weighted(gmis::Balance{}, f, proposals, 100, source, shares);
   const auto n3 = gmis::estimate<gmis::Scheme::N3>(f, proposals, 100, same_source, shares);
   CHECK(balance.mean == Approx(n3.mean).epsilon(1e-12));

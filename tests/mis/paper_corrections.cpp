@@ -9,6 +9,7 @@
 #include "mis/proposals.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 // What the paper prints wrongly about MIS estimators (docs/paper-corrections.md): every printed form is computed here and
 // shown to fail where the corrected one holds. The decisive problem is N = 2 with bounded weights, so that a measured
@@ -69,7 +70,7 @@ double corrected_n2(const TwoProposals& t) {
 
 /// Measured variance of single rounds; false-alarm rate 1e-5 each.
 test::Interval measured(Scheme scheme) {
-  gmis::Philox source(31);
+  gmis::Philox source(gmis_test::seed(31));
   std::vector<double> rounds(80000);
   for (double& value : rounds) value = gmis::estimate(scheme, integrand, bumps, 1, source).mean;
   return test::bootstrap_variance_interval(rounds, 1e-5, source);
@@ -141,14 +142,14 @@ TEST_CASE("the MIS estimator divides by p_i(x_{i,k}), not by one p", "[mis][pape
   CHECK(std::abs(expectation([&](std::size_t, double x) { return bumps[1].pdf(x); }) / integral - 1.0) > 0.02);
 
   // And the library's multi-sample form is the one with p_i.
-  gmis::Philox source(6);
+  gmis::Philox source(gmis_test::seed(6));
   const auto estimate = gmis::estimate_weighted(gmis::Balance{}, integrand, bumps, 20000, source,
                                                 gmis::Shares<double>(std::array<std::uint32_t, 2>{1, 1}));
   CHECK(test::normal_p_value((estimate.mean - integral) / estimate.standard_error.value()) > 1e-4);
 }
 
 TEST_CASE("S3 takes each index once a round: it is without replacement", "[mis][paper]") {
-  gmis::Philox source(2);
+  gmis::Philox source(gmis_test::seed(2));
   const std::array<test::Ramp, 5> ramps{};
   bool repeated_under_s1 = false;
   for (int round = 0; round < 20; ++round) {
@@ -170,7 +171,7 @@ TEST_CASE("W1-W5 define the denominator, not the weight", "[mis][paper]") {
   const double integral = integrate(rule, integrand);
   const auto psi = [](double x) { return 0.5 * (bumps[0].pdf(x) + bumps[1].pdf(x)); };
   const double printed_expectation = integrate(rule, [&](double x) { return psi(x) * psi(x); });
-  gmis::Philox source(12);
+  gmis::Philox source(gmis_test::seed(12));
   std::vector<double> as_weight, as_denominator;
   for (int round = 0; round < 4000; ++round) {
     double weights = 0.0, ratios = 0.0;

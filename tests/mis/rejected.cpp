@@ -8,6 +8,7 @@
 #include "mis/proposals.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 namespace {
 
@@ -20,7 +21,7 @@ TEST_CASE("a non-finite integrand is counted and never summed", "[mis]") {
                               -std::numeric_limits<double>::infinity());
   for (const auto selection : gmis::all_selections)
     for (const auto weighting : gmis::all_weightings) {
-      gmis::Philox source(1), same_source(1);
+      gmis::Philox source(gmis_test::seed(1)), same_source(gmis_test::seed(1));
       const auto with_bad = gmis::estimate(
           selection, weighting, [&](double x) { return x < 0.1 ? bad : x; }, ramps, 500, source);
       std::uint64_t below = 0;
@@ -35,7 +36,7 @@ TEST_CASE("a non-finite integrand is counted and never summed", "[mis]") {
 }
 
 TEST_CASE("one non-finite channel rejects the sample", "[mis]") {
-  gmis::Philox source(1);
+  gmis::Philox source(gmis_test::seed(1));
   const auto estimate = gmis::estimate<gmis::Scheme::N3>(
       [](double x) { return glm::vec3(1.0F, x < 0.5 ? std::nanf("") : 1.0F, 2.0F); }, ramps, 2000, source);
   CHECK(estimate.rejected.non_finite_integrand > 0);
@@ -54,7 +55,7 @@ TEST_CASE("a proposal that gives its own sample no usable density is counted by 
   for (const auto selection : gmis::all_selections)
     for (const auto weighting : gmis::all_weightings) {
       CAPTURE(fault, name_of(selection), name_of(weighting));
-      gmis::Philox source(4);
+      gmis::Philox source(gmis_test::seed(4));
       const auto estimate = gmis::estimate(
           selection, weighting, [](double) { return 1.0; }, proposals, 1000, source);
       const std::uint64_t counted = is_zero ? estimate.rejected.zero_density : estimate.rejected.non_finite_density;
@@ -74,7 +75,7 @@ TEST_CASE("a zero density of a drawn sample is seen behind a positive mixture", 
     double pdf(double x) const { return x > 0.5 ? fault : 1.0; }
   };
   const std::array<Either, 2> proposals{{{0.0}, {1.0}}};
-  gmis::Philox source(4);
+  gmis::Philox source(gmis_test::seed(4));
   const auto estimate = gmis::estimate<gmis::Scheme::N3>([](double) { return 1.0; }, proposals, 1000, source);
   CHECK(estimate.rejected.zero_density > 400);
   CHECK(estimate.rejected.zero_density < 600);
@@ -86,7 +87,7 @@ TEST_CASE("a ratio that leaves the range of double is counted by its own cause",
     double pdf(double) const { return 1e-300; }
   };
   const std::array<Thin, 1> proposals{};
-  gmis::Philox source(4);
+  gmis::Philox source(gmis_test::seed(4));
   const auto estimate = gmis::estimate<gmis::Scheme::R1>([](double) { return 1e100; }, proposals, 10, source);
   CHECK(estimate.rejected == gmis::Rejected{0, 0, 0, 10});
   CHECK(estimate.mean == 0.0);
@@ -100,7 +101,7 @@ TEST_CASE("a failed sample is counted apart from errors", "[mis]") {
   const auto proposals = std::make_tuple(Never{}, test::Uniform{});
   for (const auto selection : {gmis::Selection::S2, gmis::Selection::S3})
     for (const auto weighting : gmis::all_weightings) {
-      gmis::Philox source(4);
+      gmis::Philox source(gmis_test::seed(4));
       const auto estimate = gmis::estimate(
           selection, weighting, [](double x) { return x; }, proposals, 100, source);
       CHECK(estimate.failed_samples == 100);

@@ -6,6 +6,7 @@
 #include "gmis/mis.hpp"
 #include "mis/proposals.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 namespace {
 
@@ -72,10 +73,10 @@ TEST_CASE("every pair, chosen at run time or at compile time, gives the same bit
   const auto f = [](double x) { return std::exp(-x * x); };
   for (const Selection selection : gmis::all_selections)
     for (const Weighting weighting : gmis::all_weightings) {
-      gmis::Philox source(5);
+      gmis::Philox source(gmis_test::seed(5));
       const auto at_run_time = gmis::estimate(selection, weighting, f, proposals, 20, source);
       const auto at_compile_time = gmis::dispatch(selection, weighting, [&](auto s, auto w) {
-        gmis::Philox own_source(5);
+        gmis::Philox own_source(gmis_test::seed(5));
         return gmis::estimate<decltype(s)::value, decltype(w)::value>(f, proposals, 20, own_source);
       });
       CHECK(at_run_time.mean == at_compile_time.mean);
@@ -96,7 +97,7 @@ TEST_CASE("density evaluations per round", "[mis]") {
 
   for (const Selection selection : gmis::all_selections)
     for (const Weighting weighting : gmis::all_weightings) {
-      gmis::Philox source(7);
+      gmis::Philox source(gmis_test::seed(7));
       const Scheme scheme = scheme_of(selection, weighting);
       CAPTURE(name_of(selection), name_of(weighting));
       for (int round = 0; round < 4; ++round) {

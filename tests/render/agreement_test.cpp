@@ -12,6 +12,7 @@
 #include "support/image/image.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/render.hpp"
+#include "support/seed.hpp"
 
 // Do the integrators agree with each other, and with images that renderers which share no code with this one have made?
 
@@ -50,7 +51,7 @@ gmis_test::BlockStatistics blocks_of(const BuiltScene& scene, RenderRequest requ
   request.budget.iterations = iterations;
   std::vector<glm::vec3> frame(static_cast<std::size_t>(resolution.x * resolution.y));
   for (int run = 0; run < runs; ++run) {
-    request.settings.seed = seed + static_cast<std::uint64_t>(run);
+    request.settings.seed = gmis_test::seed(seed + static_cast<std::uint64_t>(run));
     const RenderResult result = render(scene, request, executor);
     REQUIRE(result.counters.rejected_non_finite == 0);
     REQUIRE(result.counters.rejected_negative == 0);

@@ -8,6 +8,7 @@
 #include "program.hpp"
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
+#include "support/seed.hpp"
 #include "support/technique_sheet.hpp"
 
 using namespace program;
@@ -426,7 +427,7 @@ TEST_CASE("Stopping rules: the first one met") {
 
 TEST_CASE("The log has a line per point, with and without a reference, and the last one is what the statistics say") {
   const ScratchFolder folder;
-  const Json plain = statistics(folder, "cornell --size 8x8 --iterations 41 --seed 3 --log l.csv");
+  const Json plain = statistics(folder, "cornell --size 8x8 --iterations 41 --log l.csv --seed " + std::to_string(gmis_test::seed(3)));
   const std::string log = text_of(folder / "l.csv");
   CHECK(line_count(log) == 1 + 16);  // 1 to 8, 10 12 15 18 22 27 33, and the end
   CHECK(log.starts_with("cpu_seconds,wall_seconds,iteration,estimated_error,"));
@@ -519,23 +520,25 @@ TEST_CASE("Ctrl-C writes what there is") {
     if (child == 0) {
       if (chdir(folder.path.c_str()) != 0) _exit(99);
       execl(GMIS_RENDER_PROGRAM, "gmis-render", "cornell", "--size", "32x32", "--iterations", "100000000", "--quiet",
-            "--out", "c.pfm", "--stats", "c.json", static_cast<char*>(nullptr));
+            "--out", "c.pfm", "--stats", "c.json", "--log", "c.csv", static_cast<char*>(nullptr));
       _exit(98);
     }
-    usleep(1'500'000);
-    REQUIRE(kill(child, signal) == 0);
+    // The header, and three iterations.
     int status = 0;
+    REQUIRE(wait_for(child, folder / "c.csv", "\n", 4, status));
+    REQUIRE(kill(child, signal) == 0);
     REQUIRE(waitpid(child, &status, 0) == child);
     REQUIRE(WIFEXITED(status));
     CHECK(WEXITSTATUS(status) == 0);
     const Json json = Json::parse(text_of(folder / "c.json"));
     CHECK(json["stopped_by"] == "interrupt");
     const int iterations = json["iterations"].get<int>();
-    CHECK(iterations >= 1);
+    CHECK(iterations >= 3);
     CHECK(json["counts"]["camera_paths"].get<long>() == 1024L * iterations);
     const auto image = gmis::tools::read_image(folder / "c.pfm");
     CHECK(image.width == 32);
     CHECK(gmis::tools::image_hash(image) == json["image_hash"]);
     fs::remove(folder / "c.pfm");
+    fs::remove(folder / "c.csv");
   }
 }

@@ -13,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
+#include "support/seed.hpp"
 
 #if GMIS_HAS_PNG
 #include <png.h>
@@ -32,7 +33,7 @@ struct ScratchFolder {
 
 Image noise(int width, int height) {
   Image image(width, height);
-  std::mt19937 random(7);
+  std::mt19937 random(gmis_test::seed(7));
   for (float& value : image.rgb)
     value = std::ldexp(static_cast<float>(random()), static_cast<int>(random() % 60U) - 60);
   return image;

@@ -48,6 +48,21 @@ inline Outcome run(const ScratchFolder& folder, const std::string& arguments, co
           text_of(folder.path / "stderr.txt")};
 }
 
+/// Waits until `file` holds `text` so many times, or the program has ended: its exit code is then in `status`, and the answer no.
+/// How long that takes is the machine's business.
+inline bool wait_for(pid_t child, const fs::path& file, const std::string& text, int times, int& status) {
+  while (true) {
+    const bool has_ended = waitpid(child, &status, WNOHANG) == child;
+    const std::string content = text_of(file);
+    int found = 0;
+    for (std::size_t at = content.find(text); at != std::string::npos; at = content.find(text, at + text.size()))
+      ++found;
+    if (found >= times) return !has_ended;
+    if (has_ended) return false;
+    usleep(10'000);
+  }
+}
+
 inline std::size_t line_count(const std::string& text) {
   std::size_t lines = 0;
   for (const char c : text) lines += c == '\n' ? 1 : 0;

@@ -10,6 +10,7 @@
 
 #include "support/catch.hpp"
 #include "support/progressive_render.hpp"
+#include "support/seed.hpp"
 #include "support/session.hpp"
 
 // Does the interval around an estimated error mean what it says? A thousand small renderings of a scene, a few pixels
@@ -39,7 +40,7 @@ Coverage coverage_of(const std::filesystem::path& scene_file, IntegratorChoice i
   gmis::Film<FrameSource::Spectrum> all({size[0], size[1]});
   std::vector<std::optional<gmis::Interval>> intervals;
   for (int run = 0; run < runs; ++run) {
-    request.settings.seed = 500 + static_cast<std::uint64_t>(run);
+    request.settings.seed = gmis_test::seed(500 + static_cast<std::uint64_t>(run));
     ProgressiveRender rendering(*scene.built, request);
     for (std::uint32_t i = 0; i < iterations; ++i) {
       REQUIRE(rendering.advance(executor));

@@ -66,7 +66,7 @@ TEST_CASE("A comparison leaves a report, its tables, its logs and a reference th
     CAPTURE(name);
     const std::string log = text_of(folder.path / "here" / name);
     CHECK(log.starts_with("cpu_seconds,"));
-    CHECK(line_count(log) > 3);
+    CHECK(line_count(log) > 1);  // the first iteration has a line, however slow the machine is
   }
   const Outcome second = run(folder, command);
   CHECK(second.exit_code == 0);
@@ -85,11 +85,9 @@ TEST_CASE("Ctrl-C in the middle of a comparison leaves a valid report of what th
           "--reference-time", "0.2", "--out", "here", static_cast<char*>(nullptr));
     _exit(98);
   }
-  // On a busy machine it may take a while until there is something to show.
-  for (int i = 0; i < 600 && text_of(folder / "said.txt").find("seed 1 of") == std::string::npos; ++i) usleep(100'000);
-  usleep(1'000'000);
-  REQUIRE(kill(child, SIGINT) == 0);
   int status = 0;
+  REQUIRE(wait_for(child, folder / "said.txt", "seed 1 of", 1, status));
+  REQUIRE(kill(child, SIGINT) == 0);
   REQUIRE(waitpid(child, &status, 0) == child);
   REQUIRE(WIFEXITED(status));
   CHECK(WEXITSTATUS(status) == 0);

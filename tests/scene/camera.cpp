@@ -1,6 +1,7 @@
 #include "gmis/core/statistics.hpp"
 #include "scene/shapes.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -34,7 +35,7 @@ std::vector<CameraDescription> cameras() {
 TEMPLATE_TEST_CASE("a point along a ray of a pixel is seen by that pixel, with the same density", "[camera]", float,
                    double) {
   using T = TestType;
-  Philox source(61);
+  Philox source(gmis_test::seed(61));
   for (const auto& description : cameras()) {
     const scene::Camera<T> camera(description, glm::dvec3(description.world_from_camera[3]));
     const auto size = camera.resolution();
@@ -96,7 +97,7 @@ TEST_CASE("the density of a pixel's rays integrates to one over the pixel", "[ca
 
 TEST_CASE("the lens is sampled uniformly, and what is at the focal distance is sharp", "[camera]") {
   using T = double;
-  Philox source(62);
+  Philox source(gmis_test::seed(62));
   CameraDescription description = look_at({1, 2, 3}, {0, 0.5, -2}, {0, 1, 0}, 50, {21, 30});
   for (int i = 0; i < 3; ++i) description.world_from_camera[i] *= 2.0;
   description.lens_radius = 0.2;   // 0.4 in the world

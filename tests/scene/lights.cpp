@@ -1,6 +1,7 @@
 #include "gmis/core/check.hpp"
 #include "scene/shapes.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -57,7 +58,7 @@ double polygon_irradiance(const std::vector<Vec3<double>>& corners, const Vec3<d
 
 TEMPLATE_TEST_CASE("irradiance of a rectangle of two triangles is Lambert's", "[light]", float, double) {
   using T = TestType;
-  Philox source(51);
+  Philox source(gmis_test::seed(51));
   const Vec3<double> a(-1, 2, -0.5), b(1, 2, -0.5), c(1, 2.5, 1), d(-1, 2.5, 1);
   for (const Vec3<double> position : {Vec3<double>(0, 0, 0), Vec3<double>(3, 0.2, -1), Vec3<double>(-0.5, 1.7, 0)}) {
     const auto at = receiver<T>(position, {0, 1, 0});
@@ -76,7 +77,7 @@ TEMPLATE_TEST_CASE("irradiance of a rectangle of two triangles is Lambert's", "[
 TEMPLATE_TEST_CASE("irradiance of a sphere is L π r²/d² cos, from near and from far, and π L from within", "[light]",
                    float, double) {
   using T = TestType;
-  Philox source(52);
+  Philox source(gmis_test::seed(52));
   const auto sphere = [](double radius, bool inward, bool two_sided) {
     return scene::Light<T>::sphere(Vec3<T>(0, 0, 0), T(radius), inward, T(0), Vec3<T>(2), two_sided);
   };
@@ -99,7 +100,7 @@ TEMPLATE_TEST_CASE("irradiance of a sphere is L π r²/d² cos, from near and fr
 
 TEST_CASE("irradiance of lights at a point, in a direction, all around", "[light]") {
   using T = double;
-  Philox source(53);
+  Philox source(gmis_test::seed(53));
   const auto at = receiver<T>({1, 2, 3}, {0, 1, 0});
   const auto point = scene::Light<T>::point({1, 4, 4}, Vec3<T>(3));
   CHECK(irradiance(point, at, source, 1).mean == Approx(3.0 / 5 * 2 / std::sqrt(5.0)));
@@ -147,7 +148,7 @@ void compare_emission_with_next_event(const scene::Light<T>& light, Philox& sour
 
 TEMPLATE_TEST_CASE("emission and next event carry the same light", "[light]", float, double) {
   using T = TestType;
-  Philox source(54);
+  Philox source(gmis_test::seed(54));
   const auto enclosed = [](scene::Light<T> light) {
     light.enclose(Vec3<T>(0, -1, 0), T(5));
     return light;
@@ -219,7 +220,7 @@ void check_densities(const scene::Light<T>& light, bool is_area, double toleranc
 
 TEMPLATE_TEST_CASE("samples carry the densities that the light states for them", "[light]", float, double) {
   using T = TestType;
-  Philox source(55);
+  Philox source(gmis_test::seed(55));
   const double tolerance = std::same_as<T, float> ? 1e-3 : 1e-11;
   check_densities(triangle_light<T>({-1, 0, 0}, {1, 0, 0.3}, {0, 0.3, 1}), true, tolerance, source);
   check_densities(triangle_light<T>({-1, 0, 0}, {1, 0, 0.3}, {0, 0.3, 1}, true), true, tolerance, source);
@@ -251,7 +252,7 @@ EnvironmentImage small_sky() {
 TEMPLATE_TEST_CASE("spot lights and image skies: emission, next event and stated densities agree", "[light]", float,
                    double) {
   using T = TestType;
-  Philox source(59);
+  Philox source(gmis_test::seed(59));
   const double tolerance = std::same_as<T, float> ? 1e-3 : 1e-11;
   for (const auto& [inner, outer] : {std::pair{0.2, 0.5}, std::pair{0.3, 0.3}, std::pair{0.0, 2.5}}) {
     compare_emission_with_next_event(spot<T>(inner, outer), source);
@@ -272,7 +273,7 @@ TEMPLATE_TEST_CASE("spot lights and image skies: emission, next event and stated
 
 TEST_CASE("a spot light shines as its falloff says, and gives off the power that comes of it", "[light][spot]") {
   using T = double;
-  Philox source(60);
+  Philox source(gmis_test::seed(60));
   const double inner = 0.4, outer = 0.9;
   const Vec3<T> axis = glm::normalize(Vec3<T>(1, -2, 0.5));
   const auto light = scene::Light<T>::spot({0, 0, 0}, SpotCone<T>(axis, inner, outer), Vec3<T>(3));
@@ -321,7 +322,7 @@ TEST_CASE("a spot light shines as its falloff says, and gives off the power that
 
 TEST_CASE("directions of emission are distributed as stated", "[light]") {
   using T = double;
-  Philox source(56);
+  Philox source(gmis_test::seed(56));
   const auto light = triangle_light<T>({-1, 0, 0}, {1, 0, 0.3}, {0, 0.3, 1}, true);
   const auto origin = light.sample_emission({0.3, 0.4}, {0.1, 0.2})->origin;
   const auto emission = check_directions<T>(
@@ -380,7 +381,7 @@ void check_next_event_directions(const scene::Light<T>& light, const Vec3<double
 
 TEST_CASE("next event goes where its density says", "[light]") {
   using T = double;
-  Philox source(48);
+  Philox source(gmis_test::seed(48));
   const Vec3<T> a(-1, 1, -0.5), b(1, 1.4, -0.5), c(0.3, 1.2, 1);
   const Vec3<T> normal = glm::normalize(glm::cross(b - a, c - a));
   for (const bool two_sided : {false, true})
@@ -414,7 +415,7 @@ TEST_CASE("next event goes where its density says", "[light]") {
 
 TEST_CASE("light subpaths start evenly over a light, and over the disk of an infinite one", "[light]") {
   using T = double;
-  Philox source(49);
+  Philox source(gmis_test::seed(49));
   constexpr std::size_t across = 12, along = 8;
   const auto check = [&](const scene::Light<T>& light, auto&& place) {
     std::vector<double> counts(across * along), expected(across * along, 300.0);
@@ -469,7 +470,7 @@ TEST_CASE("light subpaths start evenly over a light, and over the disk of an inf
 }
 
 TEST_CASE("the alias table gives each index its share, exactly", "[alias]") {
-  Philox source(57);
+  Philox source(gmis_test::seed(57));
   for (const std::size_t count : {1U, 2U, 7U, 1000U}) {
     std::vector<double> weights(count);
     double sum = 0;
@@ -495,7 +496,7 @@ TEST_CASE("the alias table gives each index its share, exactly", "[alias]") {
 }
 
 TEST_CASE("the chances that many lights really have are known", "[alias]") {
-  Philox source(50);
+  Philox source(gmis_test::seed(50));
   std::vector<double> weights(3000);
   double sum = 0;
   for (double& weight : weights) sum += weight = random_magnitude(source, -4, 0);
@@ -568,7 +569,7 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
   CHECK(scene.selection_probability(scene.lights()[3]) == Approx(cone / all).epsilon(1e-4));
   CHECK(scene.selection_probability(scene.lights()[4]) == Approx(sun / all).epsilon(1e-4));
   CHECK(scene.selection_probability(scene.lights()[6]) == Approx(image / all).epsilon(1e-4));
-  Philox source(58);
+  Philox source(gmis_test::seed(58));
   for (int i = 0; i < 2000; ++i) {
     const auto choice = scene.sample_light(uniform<float>(source));
     REQUIRE(choice.light != nullptr);

@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "transport/ways.hpp"
+#include "gmis/transport/render_engine.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
 
 namespace {
@@ -28,12 +30,12 @@ class ThreadExecutor {
   unsigned threads_;
 };
 
-/// By default connections draw from the cache of all trees, by a number that follows measured efficiency.
+/// Connections draw from the cache of all trees.
 gmis::RenderSettings settings() {
   gmis::RenderSettings result;
   result.max_depth = 6;
   result.radius = 0.05;
-  result.seed = 3;
+  result.seed = gmis_test::seed(3);
   return result;
 }
 
@@ -91,19 +93,33 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
   SECTION("gmis") {
     check_threads<Gmis>();
   }
-  SECTION("gmis, split on both sides, as measured") {
-    auto adaptive = settings();
-    adaptive.adapts_split = true;
-    check_threads<Gmis>(adaptive, 26);  // all is chosen by then
+  SECTION("a pilot and the counts that it chooses") {
+    const auto frames_with = [](unsigned threads) {
+      const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
+      gmis::RenderEngine<gmis_test::FurnaceScene<float>> engine(scene, settings(), gmis::all_candidates(), 64);
+      ThreadExecutor executor(threads);
+      std::vector<float> frames;
+      for (int i = 0; i < 4; ++i) {
+        engine.iterate(executor);
+        frames.insert(frames.end(), engine.frame().begin(), engine.frame().end());
+      }
+      return frames;
+    };
+    const auto one = frames_with(1);
+    for (const unsigned threads : {2U, 7U}) {
+      const auto many = frames_with(threads);
+      CAPTURE(threads);
+      CHECK(std::memcmp(one.data(), many.data(), one.size() * sizeof(float)) == 0);
+    }
   }
 }
 
 TEST_CASE("other seeds and other iterations give other images") {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 8);
-  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis_test::ways::Vcm>;
+  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>>;
   gmis::SerialExecutor executor;
   auto other = settings();
-  other.seed = 4;
+  other.seed = gmis_test::seed(4);
   Engine first(scene, settings()), second(scene, other);
   first.iterate(executor);
   second.iterate(executor);
@@ -115,10 +131,11 @@ TEST_CASE("other seeds and other iterations give other images") {
 
 TEST_CASE("a crop is the same rectangle of the whole image, bit by bit") {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 24, 2);
-  using Engine = gmis::Engine<gmis_test::FurnaceScene<float>, gmis_test::ways::Gmis>;
+  using Gmis = gmis_test::ways::Gmis;
+  using Engine = Gmis::Engine<gmis_test::FurnaceScene<float>>;
   gmis::SerialExecutor executor;
   const gmis::PixelBounds crop{{5, 3}, {17, 9}};
-  Engine whole(scene, settings()), part(scene, settings(), crop);
+  Engine whole(scene, Gmis::settings(settings())), part(scene, Gmis::settings(settings()), crop);
   whole.iterate(executor);
   part.iterate(executor);
   int differences = 0;
@@ -131,9 +148,11 @@ TEST_CASE("a crop is the same rectangle of the whole image, bit by bit") {
   CHECK(differences == 0);
 }
 
-TEST_CASE("camera subpaths with one child are not split, bit by bit") {
+TEST_CASE("light trees without splitting are light paths, bit by bit") {
   using namespace gmis_test::ways;
-  const auto whole = frame_with<Vcm>(1, settings(), 2);
-  const auto one_child = frame_with<Vcm>(1, settings(), 2);
-  CHECK(std::memcmp(whole.data(), one_child.data(), whole.size() * sizeof(float)) == 0);
+  const auto paths = frame_with<Vcm>(1, settings(), 2);
+  gmis::RenderSettings with_trees = settings();
+  with_trees.light_tree_budget = 1;  // a budget that allows no vertex of two lobes its two children
+  const auto trees = frame_with<Gmis>(1, with_trees, 2);
+  CHECK(std::memcmp(paths.data(), trees.data(), paths.size() * sizeof(float)) == 0);
 }

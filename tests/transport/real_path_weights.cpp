@@ -2,12 +2,14 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "transport/ways.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 #include "transport/discrete_world.hpp"
 #include "transport/path_oracle.hpp"
 
@@ -48,7 +50,7 @@ std::string describe(const gmis::TechniqueId& id, const DiscretePath& path) {
 
 gmis::RenderSettings settings() {
   gmis::RenderSettings result;
-  result.seed = 11;
+  result.seed = gmis_test::seed(11);
   result.max_depth = 5;
   result.radius = 0.4;  // the nodes are farther apart: only vertices at the same node merge
   result.alpha = 1.0;
@@ -116,25 +118,28 @@ class KnownPaths {
 template <class I>
 gmis_test::NominalCounts nominal_counts(const gmis::RenderSettings& render_settings) {
   gmis_test::NominalCounts nominal;
-  if (I::Split::splits_light) {
+  if (I::splits_light) {
     nominal.light_per_lobe = render_settings.rounds;
     nominal.camera_first = render_settings.counts.camera_children;
   }
-  nominal.camera_stops = I::camera_walk == gmis::CameraWalk::specular;
+  nominal.camera_stops = I::camera_stops;
   return nominal;
 }
 
-/// `connect`: the count of connections, for one light vertex that a tree makes.
+/// `connect`: the count of connections, for one light vertex that a tree makes. The disk of merging is that of the iteration,
+/// r_i = r_1 i^((α−1)/2).
 template <class I>
-gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, long double trees,
-                                                    long double connect) {
-  const long double disk = gmis::pi<long double> * gmis::square(static_cast<long double>(render_settings.radius));
+gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, int iteration,
+                                                    long double trees, long double connect) {
+  const long double disk =
+      gmis::pi<long double> * gmis::square(static_cast<long double>(render_settings.radius)) *
+      std::pow(static_cast<long double>(iteration), static_cast<long double>(render_settings.alpha) - 1.0L);
   gmis::TechniqueCounts<long double> counts;
-  counts.emitter_hit = I::template has<gmis::EmitterHit> ? 1.0L : 0.0L;
-  counts.next_event = I::template has<gmis::NextEvent> ? 1.0L : 0.0L;
-  counts.connect = I::template has<gmis::Connect> ? connect : 0.0L;
-  counts.splat = I::template has<gmis::Splat> ? trees : 0.0L;
-  counts.merge = I::template has<gmis::Merge> ? trees * disk : 0.0L;
+  counts.emitter_hit = I::has(gmis::Technique::emitter_hit) ? 1.0L : 0.0L;
+  counts.next_event = I::has(gmis::Technique::next_event) ? 1.0L : 0.0L;
+  counts.connect = I::has(gmis::Technique::connect) ? connect : 0.0L;
+  counts.splat = I::has(gmis::Technique::splat) ? trees : 0.0L;
+  counts.merge = I::has(gmis::Technique::merge) ? trees * disk : 0.0L;
   return counts;
 }
 
@@ -173,12 +178,13 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
   const auto nominal = nominal_counts<I>(render_settings);
   const gmis_test::PathOracle oracle(atlas, nominal);
   const long double trees = std::round(render_settings.counts.light_paths * size * size);
-  auto counts = technique_counts<I>(render_settings, trees, 1.0L);
+  auto counts = technique_counts<I>(render_settings, 1, trees, 1.0L);
 
-  gmis::Engine<World, I, true> engine(world, render_settings);
+  typename I::template Engine<World> engine(world, I::settings(render_settings));
+  engine.keep_contributions(true);
   gmis::SerialExecutor executor;
   engine.iterate(executor);
-  const bool uses_cache = I::template has<gmis::Connect> && render_settings.counts.connections != gmis::paired_connections;
+  const bool uses_cache = I::has(gmis::Technique::connect) && render_settings.counts.connections != gmis::paired_connections;
   if (uses_cache) {
     bool is_found = false;
     engine.for_each_contribution([&](const auto& record) {
@@ -192,12 +198,18 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
     CHECK(static_cast<double>(counts.connect) * vertices_per_tree ==
           Approx(static_cast<double>(render_settings.counts.connections)).epsilon(0.2));  // 102 trees of some 1 ± 1 vertices
   }
-  KnownPaths<typename I::Heuristic> known(oracle, counts);
+  std::optional<KnownPaths<typename I::Heuristic>> known;
 
   Outcome outcome;
   std::uint64_t stored_before = 0;
   for (int i = 0; i < iterations; ++i) {
     if (i > 0) engine.iterate(executor);
+    // With a radius that shrinks, the weights of an iteration are its own.
+    if (i == 0 || render_settings.alpha != 1.0) {
+      if (known) known->sum_up(outcome);
+      counts = technique_counts<I>(render_settings, i + 1, trees, counts.connect);
+      known.emplace(oracle, counts);
+    }
     const auto stored = static_cast<long double>(engine.counters().photons_stored - stored_before);
     stored_before = engine.counters().photons_stored;
     // What is drawn from the cache stands for V / (m n_L) vertices of one tree.
@@ -205,7 +217,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
         uses_cache ? static_cast<long double>(render_settings.counts.connections) * trees / stored : 1.0L;
     engine.for_each_contribution([&](const auto& record) {
       const DiscretePath path = gmis_test::path_of(record.value);
-      Known& entry = known[path];
+      Known& entry = (*known)[path];
       const std::size_t place = gmis_test::place_of(record.id, path.edges());
       ++outcome.contributions;
       if (path.edges() != gmis_test::edges_of(record.id) || !(entry.drawn_density[place] > 0.0L)) {
@@ -223,7 +235,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
              static_cast<long double>(record.value.value) * drawn / entry.value, where);
     });
   }
-  known.sum_up(outcome);
+  known->sum_up(outcome);
   CHECK(engine.counters().rejected() == 0);
   return outcome;
 }
@@ -270,12 +282,22 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
   SECTION("vcm") {
     check_both_cameras<Vcm>(1e-10, 100);
   }
+  SECTION("vcm, a radius that shrinks") {
+    gmis::RenderSettings shrinking = settings();
+    shrinking.alpha = 0.25;  // in the third iteration the disk is 0.44 of the first
+    check_both_cameras<Vcm>(1e-10, 100, shrinking);
+  }
+  SECTION("bpm, a radius that shrinks") {
+    gmis::RenderSettings shrinking = settings();
+    shrinking.alpha = 0.5;
+    GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Bpm>(1e-10, 100, shrinking);)
+  }
   SECTION("vcm in float") {
     GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Vcm, float>(1e-4, 100);)
   }
   SECTION("vcm, power heuristic") {
-    using Power [[maybe_unused]] =
-        gmis::Integrator<Vcm::TechniqueList, gmis::NoSplit, gmis::CameraWalk::whole, gmis::PowerRatio>;
+    using Power [[maybe_unused]] = Way<gmis::Method<gmis::RecursiveWeights<gmis::PowerRatio>>, gmis::integrators::vcm,
+                                       gmis::LightSplit::none, gmis::PowerRatio>;
     GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Power>(1e-10, 100);)
   }
   SECTION("vcm, connections drawn from the cache of all trees") {
@@ -319,7 +341,8 @@ Rendering render(int max_depth) {
   const World world(gmis_test::make_atlas<double>(5, false), 32);
   gmis::RenderSettings render_settings = settings();
   render_settings.max_depth = max_depth;
-  gmis::Engine<World, I, true> engine(world, render_settings);
+  typename I::template Engine<World> engine(world, I::settings(render_settings));
+  engine.keep_contributions(true);
   gmis::SerialExecutor executor;
   engine.iterate(executor);
   Rendering result;

@@ -9,6 +9,7 @@
 #include "transport/ways.hpp"
 #include "gmis/transport/output/replay.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 #include "transport/provoking_scene.hpp"
 
 // Surfaces and lights of somebody's own that do wrong. The oracle is the same scene without the wrong, whose contributions say
@@ -36,7 +37,7 @@ gmis::RenderSettings settings() {
   gmis::RenderSettings result;
   result.max_depth = 5;
   result.radius = 0.1;
-  result.seed = 5;
+  result.seed = gmis_test::seed(5);
   result.counts.connections = gmis::paired_connections;  // what is left out must not move what is drawn
   return result;
 }
@@ -126,7 +127,6 @@ void check_provocations(bool is_exact_without_vertices) {
 
 template <class Executor>
 void check_names() {
-  using Vcm = gmis_test::ways::Vcm;
   gmis::RenderSettings many_trees = settings();
   many_trees.counts.light_paths = 8;
   const int iterations = 2;
@@ -135,7 +135,7 @@ void check_names() {
   std::vector<gmis::RejectedPath> expected;
   for (std::uint32_t iteration = 1; iteration <= iterations; ++iteration) {
     const ProvokingScene scene(size, {Provocation::mark, 0.0F, nullptr, edge});
-    gmis::Engine<ProvokingScene, Vcm> engine(scene, many_trees);
+    gmis::Engine<ProvokingScene> engine(scene, many_trees);
     gmis::SerialExecutor executor;
     engine.prepare_replay(executor, iteration);
     for (const gmis::PathKind kind : {gmis::PathKind::light, gmis::PathKind::camera})
@@ -148,7 +148,7 @@ void check_names() {
   }
   REQUIRE(expected.size() > gmis::RejectionLog::capacity);
   const ProvokingScene scene(size, {Provocation::value, nan, nullptr, edge});
-  gmis::Engine<ProvokingScene, Vcm> engine(scene, many_trees);
+  gmis::Engine<ProvokingScene> engine(scene, many_trees);
   Executor executor;
   for (int i = 0; i < iterations; ++i) engine.iterate(executor);
   const auto got = engine.rejections().paths();

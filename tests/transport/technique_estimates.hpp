@@ -76,7 +76,8 @@ class TechniqueEstimates {
 
 template <class Integrator, class Source = ShiftedLattice, class Scene>
 [[nodiscard]] TechniqueEstimates estimate(const Scene& scene, const gmis::RenderSettings& settings, int iterations) {
-  gmis::Engine<Scene, Integrator, true, Source> engine(scene, settings);
+  typename Integrator::template Engine<Scene, Source> engine(scene, Integrator::settings(settings));
+  engine.keep_contributions(true);
   gmis::SerialExecutor executor;
   TechniqueEstimates estimates;
   for (int i = 0; i < iterations; ++i) {

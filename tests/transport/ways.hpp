@@ -8,8 +8,10 @@
 
 namespace gmis_test::ways {
 
-template <class Method_, const gmis::SampleCounts& base, gmis::LightSplit split = gmis::LightSplit::none>
+template <class Method_, const gmis::SampleCounts& base, gmis::LightSplit split = gmis::LightSplit::none,
+          class Heuristic_ = gmis::BalanceRatio>
 struct Way {
+  using Heuristic = Heuristic_;
   using Method = Method_;
   template <class Scene, class Source = gmis::Philox>
   using Engine = gmis::Engine<Scene, Method, Source>;

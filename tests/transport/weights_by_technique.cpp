@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/transport/choose/forecast.hpp"
-#include "gmis/transport/choice_by_region.hpp"
+#include "gmis/transport/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
@@ -55,7 +55,7 @@ double worst_error(int paths, std::uint64_t seed) {
     gmis::PerTechnique<T> factors{T(1), T(1), T(0), T(0), T(0)};
     for (std::size_t g = 2; g < factors.size(); ++g)
       if (unit(source) > 0.25) factors[g] = log_uniform(-1.0, 1.0);
-    const gmis_test::RecursiveWeights<T, gmis::BalanceRatio, gmis::SumsByTechnique<T>> recursion(path, counts);
+    const gmis_test::RecursiveWeights<T, gmis::BalanceRatio, gmis::SeparateSums<T>> recursion(path, counts);
 
     const auto made = gmis::technique_densities(gmis_test::path_densities<Wide>(path), counts);
     const auto wanted = gmis::technique_densities(gmis_test::path_densities<Wide>(path), scaled(counts, factors));
@@ -86,7 +86,7 @@ TEST_CASE("Sums by technique give the weights under any counts", "[weights][pilo
 }
 
 TEST_CASE("The factors of a candidate are its counts over those that were made", "[pilot]") {
-  const gmis::Candidate made{1.0, 2, true, true};
+  const gmis::SampleCounts made{1.0, 2, true, true};
   using Factors = gmis::PerTechnique<double>;
   CHECK(gmis::count_factors<double>(made, made) == Factors{1, 1, 1, 1, 1});
   CHECK(gmis::count_factors<double>({0.25, 4, true, false}, made) == Factors{1, 1, 2, 0.25, 0});
@@ -118,9 +118,9 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, part by pa
                               .children = {.rays = 100, .shadow_rays = 200, .connection_rays = 50, .merges = 70},
                               .mean_children = 1.25};
   const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 1.5};
-  const gmis::Candidate made{1.0, 2, true, true};
-  const auto light = [&](const gmis::Candidate& c) { return gmis::predicted_light_cost(c, made, light_work, costs); };
-  const auto camera = [&](const gmis::Candidate& c) { return gmis::predicted_camera_cost(c, made, work, costs); };
+  const gmis::SampleCounts made{1.0, 2, true, true};
+  const auto light = [&](const gmis::SampleCounts& c) { return gmis::predicted_light_cost(c, made, light_work, costs); };
+  const auto camera = [&](const gmis::SampleCounts& c) { return gmis::predicted_camera_cost(c, made, work, costs); };
   CHECK(light({0.0, 0, false, false}) == 0);
   CHECK(light(made) == 1000 + 0.5 * 500 + 4.0 * 800);
   CHECK(light({0.5, 1, true, false}) == 0.5 * (1000 + 0.5 * 500 + 4.0 * 800));
@@ -150,51 +150,29 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
   CHECK(gmis::best_of({forecast(1, 0.01, 10, 0), forecast(1.2, 0, 10, 0)}, 64) == 1);
   // Splitting must gain more than a twentieth; so must no merging more than an eighth, where there is merging.
   gmis::Forecast other = forecast(0.96, 0, 10, 0);
-  other.candidate.camera_children = 2;
+  other.counts.camera_children = 2;
   CHECK(gmis::best_of({forecast(1, 0, 10, 0), other}, 64) == 0);
   other.variance = 0.94;
   CHECK(gmis::best_of({forecast(1, 0, 10, 0), other}, 64) == 1);
   gmis::Forecast merges = forecast(1, 0, 10, 0);
-  merges.candidate.merges = true;
+  merges.counts.merges = true;
   CHECK(gmis::best_of({merges, forecast(0.88, 0, 10, 0)}, 64) == 0);
   CHECK(gmis::best_of({merges, forecast(0.86, 0, 10, 0)}, 64) == 1);
 }
 
 TEST_CASE("Every candidate has its place, and none on the light side when nothing is traced there", "[pilot]") {
-  const auto all = gmis::all_candidates({});
+  const auto all = gmis::all_candidates();
   CHECK(all.size() == 3 * (1 + 4 * 4 * 2));
   for (const auto& candidate : all)
     if (!candidate.traces_light()) CHECK((candidate.connections == 0 && !candidate.splats && !candidate.merges));
-  gmis::CandidateCounts few;
+  // What is off in all is off in each.
+  for (const auto& candidate : gmis::all_candidates(gmis::integrators::bpt)) CHECK_FALSE(candidate.merges);
+  CHECK(gmis::all_candidates(gmis::integrators::pt) ==
+        std::vector<gmis::SampleCounts>{gmis::integrators::pt, {0.0, 0, false, false, 2}, {0.0, 0, false, false, 4}});
+  gmis::CountChoices few;
   few.light_paths = {1.0};
   few.connections = {2};
   few.merges = {true};
   few.camera_children = {1, 4};
-  CHECK(gmis::all_candidates(few) == std::vector<gmis::Candidate>{{1.0, 2, true, true, 1}, {1.0, 2, true, true, 4}});
-}
-
-TEST_CASE("A choice by region finds the least work, against trying all", "[pilot]") {
-  std::mt19937_64 source(gmis_test::seed(77));
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  for (int n = 0; n < 2000; ++n) {
-    std::vector<std::vector<gmis::VarianceAndCost>> regions(1 + static_cast<std::size_t>(n) % 5);
-    for (auto& choices : regions)
-      for (std::size_t i = 0; i < 1 + source() % 4; ++i)
-        choices.push_back({std::pow(10.0, 2 * unit(source)), std::pow(10.0, 2 * unit(source))});
-    const double shared = n % 3 == 0 ? 0.0 : std::pow(10.0, 2 * unit(source));
-    double least = std::numeric_limits<double>::infinity();
-    std::vector<std::size_t> chosen(regions.size(), 0);
-    for (;;) {
-      double variance = 0, cost = shared;
-      for (std::size_t r = 0; r < regions.size(); ++r) {
-        variance += regions[r][chosen[r]].variance;
-        cost += regions[r][chosen[r]].cost;
-      }
-      least = std::min(least, variance * cost);
-      std::size_t r = 0;
-      while (r < regions.size() && ++chosen[r] == regions[r].size()) chosen[r++] = 0;
-      if (r == regions.size()) break;
-    }
-    CHECK(gmis::least_work_by_region(regions, shared).work() == Approx(least).epsilon(1e-12));
-  }
+  CHECK(gmis::all_candidates({}, few) == std::vector<gmis::SampleCounts>{{1.0, 2, true, true, 1}, {1.0, 2, true, true, 4}});
 }

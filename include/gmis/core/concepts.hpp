@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "gmis/core/interaction.hpp"
 
@@ -125,11 +126,20 @@ concept Scene = requires {
   { scene.camera() } -> std::convertible_to<const typename S::Camera&>;
 };
 
+namespace detail {
+/// Work of the kind that the engine passes: a lambda with captures, which no function pointer can hold.
+inline auto work_with_captures(std::size_t& sum) {
+  return [&sum](std::size_t i) { sum += i; };
+}
+using WorkWithCaptures = decltype(work_with_captures(std::declval<std::size_t&>()));
+}  // namespace detail
+
 /// Runs `work(0) … work(count − 1)`, each exactly once, in any order and possibly at the same time, and returns when
-/// all are done. The engine never starts a thread: whoever calls it passes one of these.
+/// all are done. The engine never starts a thread: whoever calls it passes one of these. `work` is a temporary lambda with
+/// captures.
 template <class E>
-concept Executor = requires(E& executor, std::size_t count, void (*work)(std::size_t)) {
-  executor.parallel_for(count, work);
+concept Executor = requires(E& executor, std::size_t count, detail::WorkWithCaptures work) {
+  executor.parallel_for(count, std::move(work));
 };
 
 /// Runs everything in order on the calling thread.

@@ -1,0 +1,177 @@
+#include "gmis/transport/sample_counts.hpp"
+
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "gmis/transport/effects/effect_switches.hpp"
+#include "gmis/transport/effects/plan.hpp"
+#include "gmis/transport/render_engine.hpp"
+#include "support/catch.hpp"
+#include "support/seed.hpp"
+#include "transport/furnace_scene.hpp"
+#include "transport/ways.hpp"
+
+namespace {
+
+using Scene = gmis_test::FurnaceScene<float>;
+using gmis::Technique;
+
+gmis::SampleCounts counts_for(const gmis::Plan& plan) {
+  return gmis::integrators::vcm.only([&](Technique technique) { return plan.has(technique); });
+}
+
+gmis::RenderSettings settings() {
+  gmis::RenderSettings result;
+  result.max_depth = 5;
+  result.radius = 0.1;
+  result.seed = gmis_test::seed(17);
+  return result;
+}
+
+/// The message of the exception that `call` throws; empty when it throws none.
+std::string message_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("A plan's techniques are those of the counts, and no others") {
+  gmis::Effects effects;
+  effects.diffuse = effects.area_lights = true;
+  CHECK(counts_for(gmis::plan_for(effects, 2)) == gmis::integrators::pt);
+  CHECK(counts_for(gmis::plan_for(effects, 8)) == gmis::integrators::bpt);
+  effects.specular_reflection = true;
+  CHECK(counts_for(gmis::plan_for(effects, 8)) == gmis::integrators::vcm);
+  const auto switched = [&](const char* list) {
+    return counts_for(gmis::plan_for(effects, 8, gmis::switched_effects(list).classes));
+  };
+  CHECK(switched("direct-only") == gmis::integrators::pt);
+  CHECK(switched("LDE-only,LS+DE-only") == gmis::integrators::pt_lt);
+  CHECK(switched("LS+DE-only,LS+DS+E-only") == gmis::integrators::pt_lt_pm);
+  CHECK(switched("no-mirrored") == gmis::integrators::bpt);
+  // A light that no ray can meet.
+  effects.area_lights = false;
+  effects.point_lights = true;
+  CHECK_FALSE(counts_for(gmis::plan_for(effects, 8)).emitter_hits);
+  // Nothing that any technique can make.
+  effects.point_lights = false;
+  const gmis::SampleCounts nothing = counts_for(gmis::plan_for(effects, 8));
+  for (const Technique technique : gmis::all_techniques) CHECK_FALSE(nothing.has(technique));
+  CHECK_FALSE((nothing.traces_light() || nothing.traces_camera()));
+}
+
+TEST_CASE("A technique without light trees is off") {
+  gmis::SampleCounts counts = gmis::integrators::vcm;
+  counts.light_paths = 0.0;
+  for (const Technique technique : {Technique::connect, Technique::splat, Technique::merge}) CHECK_FALSE(counts.has(technique));
+  CHECK_FALSE(counts.traces_light());
+}
+
+TEST_CASE("What is off is not done: its counters are 0") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  gmis::SerialExecutor executor;
+  const auto counted = [&](const gmis::SampleCounts& counts) {
+    gmis::RenderSettings off = settings();
+    off.counts = counts;
+    gmis::Engine<Scene> engine(scene, off);
+    engine.iterate(executor);
+    return engine.counters();
+  };
+  using namespace gmis::integrators;
+  CHECK(counted(vcm).merges > 0);
+  for (const gmis::SampleCounts& counts : {pt, lt, pt_lt, pt_lt_pm, bpt, ppm, bpm, vcm}) {
+    const gmis::Counters made = counted(counts);
+    const auto is_off = [&](Technique technique, std::uint64_t count) {
+      CHECK((counts.has(technique) || count == 0));
+      CHECK((!counts.has(technique) || count > 0));
+    };
+    is_off(Technique::connect, made.connections);
+    is_off(Technique::splat, made.splats);
+    is_off(Technique::merge, made.merge_queries);
+    CHECK((made.photons_stored > 0) == counts.stores_light_vertices());
+    CHECK((made.grids_built > 0) == counts.has(Technique::merge));
+    CHECK((made.light_subpaths > 0) == counts.traces_light());
+    CHECK((made.shadow_rays > 0) == (counts.next_events || counts.has(Technique::connect) || counts.has(Technique::splat)));
+  }
+}
+
+TEST_CASE("Without any technique nothing is traced, and the picture is black") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  gmis::SerialExecutor executor;
+  gmis::RenderSettings empty = settings();
+  empty.counts = empty.counts.only([](Technique) { return false; });
+  gmis::RenderEngine<Scene> engine(scene, empty);
+  for (int i = 0; i < 2; ++i) engine.iterate(executor);
+  CHECK(engine.counters().rays == 0);
+  CHECK(engine.counters().camera_paths == 0);
+  for (const float value : engine.frame()) CHECK(value == 0.0F);
+}
+
+TEST_CASE("Settings that mean nothing are refused, with what to change") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  const auto refused = [&](const std::function<void(gmis::RenderSettings&)>& change) {
+    gmis::RenderSettings wrong = settings();
+    change(wrong);
+    return message_of([&] { gmis::Engine<Scene> engine(scene, wrong); });
+  };
+  using Settings = gmis::RenderSettings;
+  CHECK(refused([](Settings&) {}).empty());
+  CHECK(refused([](Settings& s) { s.radius = 0.0; }).find("leave the radius unset") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.radius = -1.0; }).find("radius") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.radius = 0.0, s.counts.merges = false; }).empty());
+  CHECK(refused([](Settings& s) { s.radius.reset(); }).empty());
+  CHECK(refused([](Settings& s) { s.max_depth = 257; }).find("max_depth") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.counts.light_paths = 4294967296.0 / 144; }).find("light_paths") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.counts.light_paths = -1.0; }).find("light_paths") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.counts.connections = -2; }).find("connections") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.counts.camera_children = 16383; }).find("camera_children") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.alpha = 0.0; }).find("alpha") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.light_split = gmis::LightSplit::paper; }).find("SplitTrees") != std::string::npos);
+
+  CHECK(message_of([&] { gmis::PathTracer<Scene> engine(scene, settings()); }).find("integrators::pt") !=
+        std::string::npos);
+  const auto trees_refused = [&](const std::function<void(gmis::RenderSettings&)>& change) {
+    gmis::RenderSettings wrong = settings();
+    change(wrong);
+    return message_of([&] { gmis::Engine<Scene, gmis::SplitTrees> engine(scene, wrong); });
+  };
+  CHECK(trees_refused([](Settings&) {}).find("light_split is none") != std::string::npos);
+  CHECK(trees_refused([](Settings& s) { s.light_split = gmis::LightSplit::budgeted; }).empty());
+  CHECK(trees_refused([](Settings& s) {
+          s.light_split = gmis::LightSplit::budgeted, s.light_tree_budget = 1 << 22;
+        }).find("light_tree_budget") != std::string::npos);
+}
+
+TEST_CASE("The merging radius that nobody sets follows the picture") {
+  // Seen from the centre, all of the furnace's sphere is at distance 1.
+  const Scene coarse(0.7F, 1.0F, 12, 1), fine(0.7F, 1.0F, 24, 1);
+  gmis::RenderSettings unset = settings();
+  unset.radius.reset();
+  const auto radius_of = [&](const Scene& scene, const std::optional<gmis::PixelBounds>& crop = {}) {
+    return gmis::Engine<Scene>(scene, unset, crop).first_radius();
+  };
+  CHECK(radius_of(coarse) == Approx(2 * radius_of(fine)).epsilon(0.1));
+  CHECK(radius_of(coarse) == radius_of(coarse, gmis::PixelBounds{{0, 0}, {3, 2}}));
+  // In the middle of the image plane at distance 1, which is 1.5 wide, a pixel is 1.5 / 12 wide.
+  CHECK(radius_of(coarse) == Approx(0.4 * 1.5 / 12).epsilon(0.3));
+}
+
+TEST_CASE("the plan of a scene, as data") {
+  const gmis_test::FurnaceScene<float> scene(.5F, 1.0F, 4);
+  gmis::RenderSettings settings;
+  const gmis::Plan plan = gmis::plan_for(gmis::effects_of(scene), settings.max_depth);
+  for (const gmis::TechniquePlan& technique : plan.techniques)
+    std::printf("%s: %s\n", technique.is_on ? "on" : "off", std::string(gmis::sentence_of(technique.rule)).c_str());
+  settings.counts = gmis::integrators::vcm.only([&](gmis::Technique technique) { return plan.has(technique); });
+  gmis::RenderEngine<gmis_test::FurnaceScene<float>> engine(scene, settings);
+  CHECK(settings.counts.traces_light());  // the scene does not say what it has
+}
