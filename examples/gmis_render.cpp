@@ -127,8 +127,12 @@ void print_distrust(const RenderResult& result, double largest_share) {
                static_cast<unsigned long long>(counters.rejected_non_finite),
                static_cast<unsigned long long>(counters.rejected_negative),
                static_cast<unsigned long long>(counters.rejected_zero_pdf), 100.0 * largest_share);
-  if (!result.rejected_paths.empty())
-    std::fprintf(stderr, "; --replay %s shows the first path", text_of(result.rejected_paths[0].path).c_str());
+  const std::uint32_t pilot_iterations = result.choice ? result.choice->pilot_iterations : 0;
+  for (const gmis::RejectedPath& rejected : result.rejected_paths) {
+    if (rejected.path.iteration <= pilot_iterations) continue;  // a pilot's paths are not replayed
+    std::fprintf(stderr, "; --replay %s shows the first path", text_of(rejected.path).c_str());
+    break;
+  }
   std::fprintf(stderr, "\n");
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "gmis/transport/integrators.hpp"
 #include "support/plan_text.hpp"
@@ -81,7 +82,8 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   open.light_paths = is_automatic && !options.light_paths;
   open.connections = !options.connections;
   open.camera_children = is_automatic || split == SplitChoice::adaptive;
-  request.candidates = candidates_for(plan, counts, open);
+  if (auto candidates = candidates_for(plan, counts, open); candidates.size() > 1)
+    request.candidates = std::move(candidates);
 }
 
 }  // namespace gmis::tools

@@ -9,6 +9,7 @@
 #include "render/block_statistics.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
+#include "support/choices.hpp"
 #include "support/image/image.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/render.hpp"
@@ -34,11 +35,15 @@ std::unique_ptr<BuiltScene> load(const std::filesystem::path& file, int size,
 }
 
 RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, double radius, int max_depth) {
+  Options options;
   RenderRequest request;
-  request.integrator = integrator;
+  request.integrator = options.integrator = integrator;
+  request.split = options.split;
+  request.expected_iterations = 64;
   request.settings.max_depth = max_depth;
   request.settings.radius = radius * scene.half_diagonal();
   request.settings.alpha = 0.75;
+  set_counts(request, options, scene);
   return request;
 }
 

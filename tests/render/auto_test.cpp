@@ -9,7 +9,7 @@
 
 #include "gmis/transport/choose/pilot.hpp"
 #include "render/block_statistics.hpp"
-#include "support/auto_integrator.hpp"
+#include "support/choices.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
 #include "support/measured_variance.hpp"
@@ -20,22 +20,20 @@
 // tempt it.
 
 using namespace gmis::tools;
-using gmis::Candidate;
 using gmis::Forecast;
-using Spectrum = FrameSource::Spectrum;
+using gmis::SampleCounts;
+using Spectrum = SceneSpectrum;
 
 namespace {
 
 /// An output that is told of children, so that they have the pilot's random numbers.
-struct ToldOutput : gmis::ChunkOutput<Spectrum, false> {
-  static void begin_child(std::int32_t) {}
+template <gmis::Spectrum S>
+struct ToldOutput : gmis::FilmOutput<S> {
+  static void begin_child(std::int16_t) {}
   static void end_children() {}
+  static void end_vertex() {}
 };
-struct SplitVcm : gmis::integrators::Vcm {
-  using Split = gmis::PilotSplit;
-  template <class, bool>
-  using Output = ToldOutput;
-};
+using SplitVcm = gmis::Method<gmis::RecursiveWeights<gmis::BalanceRatio>, gmis::PilotSplit, ToldOutput>;
 
 const std::string ground = R"(
 Material "diffuse" "rgb reflectance" [ .6 .6 .6 ]
@@ -54,13 +52,16 @@ WorldBegin
   return build_scene(description, diagnostics);
 }
 
-RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator = IntegratorChoice::automatic) {
+RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator = IntegratorChoice::automatic,
+                          Options options = {}) {
   RenderRequest request;
-  request.integrator = integrator;
-  request.split = SplitChoice::none;
+  request.integrator = options.integrator = integrator;
+  request.split = options.split = SplitChoice::none;
+  request.expected_iterations = 64;
   request.settings.seed = gmis_test::seed(5);
   request.settings.max_depth = 6;
   request.settings.radius = 0.01 * scene.half_diagonal();
+  set_counts(request, options, scene);
   return request;
 }
 
@@ -94,12 +95,12 @@ TEST_CASE("The pilot's picture is that of vcm with its counts, its radius and it
   const auto scene = scene_of(lamp + glass_ball);
   ThreadedExecutor executor(1);
   RenderRequest request = request_for(*scene, IntegratorChoice::vcm);
-  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, gmis::all_candidates({}), 100);
-  request.settings.connections = 2;
+  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, gmis::all_candidates(), 100);
+  request.settings.counts.connections = 2;
   // The mean disk of 100 iterations.
   double disk = 0;
   for (int i = 1; i <= 100; ++i) disk += std::pow(i, request.settings.alpha - 1) / 100;
-  request.settings.radius *= std::sqrt(disk);
+  *request.settings.radius *= std::sqrt(disk);
   request.settings.alpha = 1;
   gmis::Engine<BuiltScene::SceneType, SplitVcm> vcm(scene->scene(), request.settings);
   for (int i = 0; i < 2; ++i) {
@@ -122,18 +123,21 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
   ThreadedExecutor executor(1);
   RenderRequest request = request_for(*scene);
   request.settings.alpha = 1.0;
-  const std::vector<Candidate> some{{1.0, 1, true, true},     {0.0, 0, false, false},    {0.25, 0, true, false},
+  const std::vector<SampleCounts> some{{1.0, 1, true, true},     {0.0, 0, false, false},    {0.25, 0, true, false},
                                     {0.5, 1, true, false},    {1.0, 4, true, false},     {0.25, 0, true, true},
                                     {2.0, 2, true, true},     {0.0, 0, false, false, 2}, {0.0, 0, false, false, 4},
                                     {0.5, 2, true, false, 2}, {1.0, 1, true, true, 4}};
+  request.settings.counts = {};  // all techniques
   const gmis::RenderSettings settings = request.settings;
   constexpr std::size_t batches = 10;
   constexpr int iterations = 20;
   std::vector<gmis_test::MeasuredVariance> all;
   std::vector<double> cost;
   request.settings.seed = gmis_test::seed(99);
-  for (const Candidate& candidate : some) {
-    const auto source = start_candidate(candidate, *scene, request);
+  for (const SampleCounts& candidate : some) {
+    request.settings.counts = candidate;
+    request.candidates.clear();
+    const auto source = start(*scene, request);
     all.emplace_back(batches, iterations, [&] {
       source->iterate(executor);
       return source->frame();
@@ -167,18 +171,18 @@ TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]
   const auto scene = scene_of(point_light + glass_ball);
   ThreadedExecutor executor(1);
   const RenderRequest request = request_for(*scene);
-  const gmis::Plan plan = plan_for_scene(*scene, request.settings);
-  for (const Candidate& candidate : candidates_for(plan, request)) {
+  REQUIRE(request.candidates.size() > 1);
+  for (const SampleCounts& candidate : request.candidates) {
     INFO(candidate.light_paths << " " << candidate.connections << " " << candidate.merges);
     CHECK(candidate.traces_light());
     CHECK(candidate.merges);  // seen through the ball, the caustic is for merging alone
   }
   gmis::RenderSettings settings = request.settings;
-  settings.radius *= 5;  // more is merged, so that few iterations see it
-  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, gmis::all_candidates({}), 64);
+  *settings.radius *= 5;  // more is merged, so that few iterations see it
+  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, gmis::all_candidates(), 64);
   for (int i = 0; i < 8; ++i) pilot.iterate(executor);
   for (const Forecast& forecast : pilot.forecasts()) {
-    if (forecast.candidate.merges)
+    if (forecast.counts.merges)
       CHECK(forecast.missing_share == 0.0);
     else
       CHECK(forecast.missing_share > gmis::negligible_share);
@@ -196,7 +200,7 @@ TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto]") {
     const auto chosen = start(*scene, request);
     constexpr int iterations = 200, blocks = 9;
     std::vector<std::vector<double>> a(blocks), b(blocks);
-    const auto add = [&](FrameSource& source, std::vector<std::vector<double>>& sums) {
+    const auto add = [&](SceneEngine& source, std::vector<std::vector<double>>& sums) {
       source.iterate(executor);
       std::vector<double> block(blocks, 0.0);
       for (std::size_t p = 0; p < source.frame().size(); ++p)
@@ -239,7 +243,7 @@ TEST_CASE("The choice is the same for any number of threads, and so are the bits
     REQUIRE(source->choice() != nullptr);
     if (threads == 1) {
       first.assign(source->frame().begin(), source->frame().end());
-      chosen = source->choice()->chosen;
+      chosen = source->choice()->chosen.value();
     }
     CHECK(source->choice()->chosen == chosen);
     CHECK(std::memcmp(first.data(), source->frame().data(), first.size() * sizeof(Spectrum)) == 0);
@@ -248,17 +252,54 @@ TEST_CASE("The choice is the same for any number of threads, and so are the bits
 
 TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
   const auto scene = scene_of(lamp + glass_ball);
-  RenderRequest request = request_for(*scene);
-  const gmis::Plan plan = plan_for_scene(*scene, request.settings);
-  request.settings.connections = 4;
-  for (const Candidate& candidate : candidates_for(plan, request))
+  Options options;
+  options.connections = 4;
+  for (const SampleCounts& candidate : request_for(*scene, IntegratorChoice::automatic, options).candidates)
     CHECK((candidate.connections == 4 || !candidate.traces_light()));
-  request.fixes_light_paths = true;
   for (const double light_paths : {0.3, 1.0}) {
-    request.settings.light_paths = light_paths;
-    for (const Candidate& candidate : candidates_for(plan, request)) {
+    options.light_paths = light_paths;
+    const RenderRequest request = request_for(*scene, IntegratorChoice::automatic, options);
+    REQUIRE_FALSE(request.candidates.empty());
+    for (const SampleCounts& candidate : request.candidates) {
       CHECK(candidate.connections == 4);
       CHECK(candidate.light_paths == light_paths);
     }
   }
+  // With an integrator that is named, only the number of connections is open, and with adaptive splitting the children.
+  options = {};
+  const auto all_of = [&](IntegratorChoice integrator) { return request_for(*scene, integrator, options).candidates; };
+  for (const SampleCounts& candidate : all_of(IntegratorChoice::bpt)) {
+    CHECK_FALSE(candidate.merges);
+    CHECK((candidate.light_paths == 1.0 && candidate.camera_children == 1));
+  }
+  CHECK(all_of(IntegratorChoice::vcm).size() == 3);
+  CHECK(all_of(IntegratorChoice::ppm).empty());
+  options.connections = gmis::paired_connections;
+  CHECK(all_of(IntegratorChoice::vcm).empty());
+}
+
+TEST_CASE("A crop is chosen for by its own pixels, wherever it lies", "[auto]") {
+  const auto scene = scene_of(lamp + glass_ball);
+  ThreadedExecutor executor(1);
+  for (const gmis::PixelBounds& crop : {gmis::PixelBounds{{0, 5}, {24, 6}}, gmis::PixelBounds{{3, 11}, {9, 23}}}) {
+    RenderRequest request = request_for(*scene);
+    request.crop = crop;
+    const auto engine = start(*scene, request);
+    for (int i = 0; i < 3; ++i) engine->iterate(executor);
+    REQUIRE(engine->choice() != nullptr);
+    REQUIRE(engine->choice()->chosen.has_value());
+    const Forecast& chosen = engine->choice()->forecasts[*engine->choice()->chosen];
+    CHECK(chosen.variance > 0.0);
+    CHECK(std::isfinite(chosen.variance));
+    CHECK(chosen.cost > 0.0);
+  }
+}
+
+TEST_CASE("Expected iterations follow the crop and the threads", "[auto]") {
+  gmis::Budget budget;
+  budget.seconds = 4.0;
+  CHECK(expected_iterations(budget, 1000, 2) == 2 * expected_iterations(budget, 1000, 1));
+  CHECK(expected_iterations(budget, 500, 1) == 2 * expected_iterations(budget, 1000, 1));
+  budget.iterations = 7;
+  CHECK(expected_iterations(budget, 1000, 4) == 7);
 }

@@ -10,6 +10,7 @@
 #include "program.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
+#include "gmis/transport/output/replay.hpp"
 #include "support/image/formats.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/render.hpp"
@@ -144,21 +145,23 @@ TEST_CASE("Every contribution is of the class that a walk along its path finds")
   const auto scene = make_scene();
   RenderRequest request;
   request.integrator = IntegratorChoice::vcm;
-  request.classifies = request.class_images = true;
+  request.class_images = true;
+  request.settings.path_classes = gmis::PathClassSet::all();
   request.settings.max_depth = 7;
   request.settings.radius = 0.2;
   request.settings.seed = gmis_test::seed(12);
-  request.settings.connections = 3;
+  request.settings.counts.connections = 3;
   request.budget.iterations = 1;
   ThreadedExecutor executor(1);
   const RenderResult result = render(*scene, request, executor);
   const glm::ivec2 resolution = scene->scene().camera().resolution();
   const auto pixels = static_cast<std::uint32_t>(resolution.x * resolution.y);
 
-  const auto source = start(*scene, request);
+  gmis::Engine<SceneType> replayed(scene->scene(), request.settings);
+  replayed.prepare_replay(executor, 1);
   std::vector<Path> trees;
   for (std::uint32_t tree = 0; tree < pixels; ++tree)
-    trees.push_back(source->replay(executor, {gmis::PathKind::light, 1, tree}));
+    trees.push_back(gmis::replay(replayed, gmis::PathKind::light, tree));
 
   std::map<std::string, std::vector<double>> sums;
   std::array<int, 5> counts{};
@@ -189,7 +192,7 @@ TEST_CASE("Every contribution is of the class that a walk along its path finds")
   };
   for (const Path& tree : trees) check(tree);
   for (std::uint32_t pixel = 0; pixel < pixels; ++pixel)
-    check(source->replay(executor, {gmis::PathKind::camera, 1, pixel}));
+    check(gmis::replay(replayed, gmis::PathKind::camera, pixel));
   CHECK(differences == 0);
   CAPTURE(counts[0], counts[1], counts[2], counts[3], counts[4]);
   for (const int count : counts) CHECK(count > 20);
@@ -212,7 +215,7 @@ TEST_CASE("The images of all classes add up to the image, which is what it is wi
     const std::string common =
         "paper2 --size 20x14 --iterations 3 --max-depth 8 --radius 0.02 --crop 2,1,19,13 "
         "--integrator " +
-        std::string(integrator);
+        std::string(integrator) + (integrator == std::string("pt") ? "" : " --connections 2");
     const Json json = statistics(folder, common + " --aov classes");
     const Image whole = read_image(folder / "a.pfm");
     Image sum(17, 12);
@@ -335,8 +338,7 @@ TEST_CASE("What --aov does not do: exit code 2 and one line") {
   const ScratchFolder folder;
   for (const auto& [arguments, part] :
        std::map<std::string, std::string>{{"cornell --aov depth", "use classes"},
-                                          {"cornell --aov classes --integrator lt", "--aov classes needs auto"},
-                                          {"cornell --aov classes --integrator gmis", "gmis --split none"}}) {
+                                          {"cornell --aov albedo --integrator lt", "use classes"}}) {
     CAPTURE(arguments);
     const Outcome outcome = run(folder, arguments);
     CHECK(outcome.exit_code == 2);

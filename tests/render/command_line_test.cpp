@@ -48,8 +48,6 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --effects caustics", "use no-NAME or NAME-only"},
       {"cornell --effects no-caustics,", "(nothing)"},
       {"cornell --effects emission-only,no-emission", "leaves nothing to render"},
-      {"cornell --integrator lt --effects no-caustics", "lt cannot leave out paths by their class"},
-      {"cornell --integrator gmis --effects no-caustics", "--effects needs auto"},
       {"cornell --integrator vcm --camera-split 2", "--camera-split needs --integrator gmis"},
       {"cornell --split adaptive --camera-split 2", "adaptive measures it"},
       {"cornell --split sideways", "use none"},

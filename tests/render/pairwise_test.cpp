@@ -12,7 +12,7 @@
 #include "render/block_statistics.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
-#include "support/frame_source.hpp"
+#include "support/choices.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/render.hpp"
 #include "support/seed.hpp"
@@ -73,17 +73,21 @@ constexpr Effort efforts[] = {{IntegratorChoice::pt, 1600, 1}, {IntegratorChoice
                               {IntegratorChoice::gmis, 600, 1}};
 
 RenderRequest request_for(const Scene& scene, const Effort& effort, int max_depth, std::uint64_t seed) {
+  Options options;
   RenderRequest request;
-  request.integrator = effort.integrator;
+  request.integrator = options.integrator = effort.integrator;
+  request.expected_iterations = effort.iterations;
   request.settings.seed = gmis_test::seed(seed);
   request.settings.max_depth = max_depth;
   request.settings.radius = radius * scene.built->half_diagonal();
-  request.settings.light_paths = effort.light_paths;
+  options.light_paths = effort.light_paths;
   // The three ways of gmis to split, one after the other.
   if (effort.integrator == IntegratorChoice::gmis) {
-    if (seed % 3 == 1) request.settings.camera_children = 3;
-    if (seed % 3 == 2) request.split = SplitChoice::adaptive;
+    if (seed % 3 == 1) options.camera_split = 3;
+    if (seed % 3 == 2) options.split = SplitChoice::adaptive;
   }
+  request.split = options.split;
+  set_counts(request, options, *scene.built);
   return request;
 }
 

@@ -10,7 +10,7 @@
 #include "gmis/core/statistics.hpp"
 #include "gmis/transport/effects/effect_switches.hpp"
 #include "render/block_statistics.hpp"
-#include "support/auto_integrator.hpp"
+#include "support/choices.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
 #include "support/pbrt/reader.hpp"
@@ -25,7 +25,7 @@ using gmis::Counters;
 using gmis::PathClass;
 using gmis::PathClassSet;
 using gmis::Technique;
-using Spectrum = FrameSource::Spectrum;
+using Spectrum = SceneSpectrum;
 
 namespace {
 
@@ -39,42 +39,48 @@ std::unique_ptr<BuiltScene> scene_of(const std::string& world, const std::string
 }
 
 RenderRequest request_for(IntegratorChoice integrator, const BuiltScene& scene, int max_depth) {
+  Options options;
+  options.connections = 1;
   RenderRequest request;
-  request.integrator = integrator;
-  request.split = SplitChoice::none;
+  request.integrator = options.integrator = integrator;
+  request.split = options.split = SplitChoice::none;
+  request.expected_iterations = 64;
   request.settings.seed = gmis_test::seed(11);
   request.settings.max_depth = max_depth;
   request.settings.radius = 0.005 * scene.half_diagonal();
-  request.settings.connections = 1;
+  set_counts(request, options, scene);
   return request;
 }
 
 RenderRequest with_effects(RenderRequest request, const std::string& list) {
-  request.classifies = true;
   request.settings.path_classes = gmis::switched_effects(list).classes;
-  REQUIRE_FALSE(request.settings.path_classes.is_empty());
+  REQUIRE_FALSE(request.settings.path_classes->is_empty());
   return request;
 }
 
 /// Auto by its rules alone, before anything is measured.
-std::unique_ptr<FrameSource> started(const BuiltScene& scene, const RenderRequest& request) {
-  if (request.integrator != IntegratorChoice::automatic) return start(scene, request);
-  return start_plan(plan_for_scene(scene, request.settings), scene, request);
+std::unique_ptr<SceneEngine> started(const BuiltScene& scene, RenderRequest request) {
+  if (request.integrator == IntegratorChoice::automatic) {
+    const gmis::Plan plan = plan_for_scene(scene, request.settings);
+    request.settings.counts = counts_of(request.integrator, plan);
+    request.candidates.clear();
+  }
+  return start(scene, request);
 }
 
-std::unique_ptr<FrameSource> rendered(const BuiltScene& scene, const RenderRequest& request, int iterations) {
+std::unique_ptr<SceneEngine> rendered(const BuiltScene& scene, const RenderRequest& request, int iterations) {
   ThreadedExecutor executor(1);
   auto source = started(scene, request);
   for (int i = 0; i < iterations; ++i) source->iterate(executor);
   return source;
 }
 
-bool are_equal(const FrameSource& a, const FrameSource& b) {
+bool are_equal(const SceneEngine& a, const SceneEngine& b) {
   return a.frame().size() == b.frame().size() &&
          std::memcmp(a.frame().data(), b.frame().data(), a.frame().size() * sizeof(Spectrum)) == 0;
 }
 
-bool is_black(const FrameSource& source) {
+bool is_black(const SceneEngine& source) {
   return std::all_of(source.frame().begin(), source.frame().end(), [](const Spectrum& s) { return gmis::is_black(s); });
 }
 
@@ -125,7 +131,8 @@ TEST_CASE("with all light-side techniques off, auto is pt bit by bit") {
     CHECK_FALSE(plan.traces_light());
     CHECK(are_equal(*by_plan, *pt));
     CHECK(is_black(*pt) == (c.name == "no light"));
-    CHECK(by_plan->counters().rays == pt->counters().rays);
+    // Without a light pt traces camera paths all the same; a plan without techniques traces nothing.
+    CHECK(by_plan->counters().rays == (c.name == "no light" ? 0 : pt->counters().rays));
     CHECK(by_plan->photon_bytes() == 0);
     check_counts(by_plan->counters(), plan);
   }
@@ -163,7 +170,7 @@ TEST_CASE("an engine that classifies all paths makes the same bits as one that d
     RenderRequest request = request_for(integrator, *scene, 6);
     request.techniques = true;
     const auto plain = rendered(*scene, request, 2);
-    request.classifies = true;
+    request.settings.path_classes = PathClassSet::all();
     const auto classified = rendered(*scene, request, 2);
     CHECK(are_equal(*plain, *classified));
     CHECK(plain->counters().rays == classified->counters().rays);
@@ -195,8 +202,9 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
   const auto scene = scene_of(specular_room + rough_room + triangle_light);
   for (const IntegratorChoice integrator : {IntegratorChoice::pt, IntegratorChoice::vcm}) {
     RenderRequest request = request_for(integrator, *scene, 6);
-    request.techniques = request.classifies = true;
-    request.settings.connections = gmis::paired_connections;  // drawn from fewer vertices, others would be drawn
+    request.techniques = true;
+    if (!request.settings.path_classes) request.settings.path_classes = PathClassSet::all();
+    request.settings.counts.connections = gmis::paired_connections;  // drawn from fewer vertices, others would be drawn
     const auto whole = rendered(*scene, request, 1);
     std::map<PathClass, std::vector<glm::dvec3>> images;
     whole->for_each_contribution([&](const auto& contribution) {
@@ -214,7 +222,7 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
       for (std::size_t i = 0; i < part->frame().size(); ++i) {
         glm::dvec3 sum(0);
         for (const auto& [path_class, image] : images)
-          if (switched.settings.path_classes.contains(path_class)) sum += image[i];
+          if (switched.settings.path_classes->contains(path_class)) sum += image[i];
         const glm::dvec3 difference = glm::abs(sum - glm::dvec3(part->frame()[i]));
         worst = std::max(worst, gmis::max_channel(glm::dvec3(difference / (1e-3 + sum))));
         brightest = std::max(brightest, gmis::max_channel(sum));
@@ -341,7 +349,7 @@ TEST_CASE("in scenes that tempt a rule no light is missing") {
     const gmis::Plan plan = plan_for_scene(*scene, request(IntegratorChoice::automatic).settings);
     CHECK(plan.traces_light() == t.traces_light);
     CHECK(plan.has(Technique::merge) == t.merges);
-    CHECK(lacking_classes(plan, techniques_of(request(IntegratorChoice::automatic), plan)).is_empty());
+    CHECK(lacking_classes(plan, counts_of(IntegratorChoice::automatic, plan)).is_empty());
 
     RenderRequest all_on = request(IntegratorChoice::vcm);
     all_on.settings.seed = gmis_test::seed(12);

@@ -159,7 +159,7 @@ TEST_CASE("each iteration merges within the radius of its own") {
     double sum = 0.0, squares = 0.0;
     for (int run = 0; run < runs; ++run) {
       settings.seed = gmis_test::seed(static_cast<std::uint64_t>(1000 * last + run));
-      gmis::Engine<gmis_test::FurnaceScene<float>, gmis_test::ways::Bpm> engine(scene, settings);
+      gmis::Engine<gmis_test::FurnaceScene<float>> engine(scene, gmis_test::ways::Bpm::settings(settings));
       gmis::SerialExecutor executor;
       for (int i = 0; i < last; ++i) engine.iterate(executor);
       double mean = 0.0;

@@ -38,7 +38,7 @@ void check_techniques(const gmis::RenderSettings& render_settings, int lobes, in
     gmis_test::check_closed_form("together", estimates.together(edges), truth, power);
     // What comes to a photon's place on the curved wall from below the camera vertex's horizon is lost to merging: of diffuse
     // light the share (1 − cos α)/2 at the angle α, a quarter of the squared distance, r²/8 in the mean.
-    const double merged = truth * (edges - 1) * (1.0 - gmis::square(render_settings.radius) / 8.0);
+    const double merged = truth * (edges - 1) * (1.0 - gmis::square(*render_settings.radius) / 8.0);
     // Merging and connecting can make a path in several ways.
     gmis_test::check_closed_form("next event", estimates.alone(Technique::next_event, edges), truth, power);
     gmis_test::check_closed_form("splat", estimates.alone(Technique::splat, edges), truth, 2.5 * power);

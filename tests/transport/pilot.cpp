@@ -12,6 +12,7 @@
 #include "support/measured_variance.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/ways.hpp"
 
 // What a pilot forecasts, against the variance that renderings with each candidate then have, pixel by pixel, in a furnace
 // whose radiance is known. One radius for all iterations, since that of the pilot is fixed.
