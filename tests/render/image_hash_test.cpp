@@ -44,7 +44,8 @@ const std::vector<Pinned> pinned{
 
 std::string hash_of(const ScratchFolder& folder, const std::string& arguments, int threads) {
   const Outcome outcome =
-      run(folder, "'" GMIS_TEST_SCENE_FOLDER "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --radius 0.003 --quiet " +
+      run(folder, "'" GMIS_TEST_SCENE_FOLDER
+                  "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --radius 0.003 --quiet " +
                       arguments + " --threads " + std::to_string(threads) + " --out a.pfm --stats s.json");
   INFO(outcome.err);
   REQUIRE(outcome.exit_code == 0);
