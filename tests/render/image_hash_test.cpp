@@ -23,28 +23,29 @@ struct Pinned {
 
 const std::vector<Pinned> pinned{
     // clang-format off
-    {"--integrator pt", "?"},
-    {"--integrator lt", "?"},
-    {"--integrator bpt --connections 1", "?"},
-    {"--integrator bpt --connections 2", "?"},
-    {"--integrator bpt --connections 4", "?"},
-    {"--integrator bpt --connections paired", "?"},
-    {"--integrator ppm", "?"},
-    {"--integrator bpm", "?"},
-    {"--integrator vcm --connections 1", "?"},
-    {"--integrator vcm --connections 2", "?"},
-    {"--integrator vcm --connections 4", "?"},
-    {"--integrator vcm --connections paired", "?"},
-    {"--integrator gmis --split none --connections 1", "?"},
-    {"--integrator gmis --connections 1", "?"},
-    {"--integrator gmis --connections paired --camera-split 2", "?"},
-    {"--integrator gmis --split paper --scheme R2 --connections 2", "?"},
+    {"--integrator pt", "1d2549e1fe99bcc2"},
+    {"--integrator lt", "b461257d4f4ff52a"},
+    {"--integrator bpt --connections 1", "a231786cc4c56110"},
+    {"--integrator bpt --connections 2", "df49693db49f520c"},
+    {"--integrator bpt --connections 4", "7fc51bbcd7a75e73"},
+    {"--integrator bpt --connections paired", "43cdd09c41e47588"},
+    {"--integrator ppm", "5b138b2c87b4f7f6"},
+    {"--integrator bpm", "1a251c25da6feb3c"},
+    {"--integrator vcm --connections 1", "1a084487d2efd9d8"},
+    {"--integrator vcm --connections 2", "cd68257bce708f9b"},
+    {"--integrator vcm --connections 4", "d4f488ad2413bbb6"},
+    {"--integrator vcm --connections paired", "082db2db0e42bdb0"},
+    {"--integrator gmis --split none --connections 1", "1a084487d2efd9d8"},
+    {"--integrator gmis --connections 1", "146c73d06f4ffa5d"},
+    {"--integrator gmis --connections paired --camera-split 2", "99d2bc80652c0722"},
+    {"--integrator gmis --split paper --scheme R2 --connections 2", "bd9d1f6779fc9a4a"},
     // clang-format on
 };
 
 std::string hash_of(const ScratchFolder& folder, const std::string& arguments, int threads) {
   const Outcome outcome =
-      run(folder, "'" GMIS_TEST_SCENE_FOLDER "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --quiet " +
+      run(folder, "'" GMIS_TEST_SCENE_FOLDER
+                  "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --radius 0.003 --quiet " +
                       arguments + " --threads " + std::to_string(threads) + " --out a.pfm --stats s.json");
   INFO(outcome.err);
   REQUIRE(outcome.exit_code == 0);

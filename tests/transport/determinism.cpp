@@ -3,11 +3,11 @@
 #include <thread>
 #include <vector>
 
-#include "transport/ways.hpp"
 #include "gmis/transport/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/ways.hpp"
 
 namespace {
 
@@ -111,6 +111,26 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
       CAPTURE(threads);
       CHECK(std::memcmp(one.data(), many.data(), one.size() * sizeof(float)) == 0);
     }
+  }
+}
+
+TEST_CASE("a pilot forecasts the same for any number of threads") {
+  const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 24, 2);
+  const auto forecasts_with = [&](unsigned threads) {
+    gmis::RenderPilot<gmis_test::FurnaceScene<float>> pilot(scene, settings(), gmis::all_candidates(), 8);
+    ThreadExecutor executor(threads);
+    for (int i = 0; i < 2; ++i) pilot.iterate(executor);
+    return pilot.forecasts();
+  };
+  const auto one = forecasts_with(1);
+  for (const unsigned threads : {2U, 7U}) {
+    const auto many = forecasts_with(threads);
+    CAPTURE(threads);
+    REQUIRE(many.size() == one.size());
+    int differences = 0;
+    for (std::size_t c = 0; c < one.size(); ++c)
+      differences += many[c].variance != one[c].variance || many[c].cost != one[c].cost;
+    CHECK(differences == 0);
   }
 }
 

@@ -113,11 +113,11 @@ class FurnaceScene {
     T radiance_;
   };
 
-  /// At (0.2, 0.1, 0), looking along +z; x to the right, y up.
+  /// Looks along +z; x to the right, y up.
   class Camera {
    public:
     using Spectrum = T;
-    explicit Camera(int size) : size_(size) {}
+    Camera(int size, const gmis::Vec3<T>& eye) : size_(size), eye_(eye) {}
     [[nodiscard]] glm::ivec2 resolution() const { return {size_, size_}; }
     [[nodiscard]] bool has_parallel_rays() const { return false; }
     [[nodiscard]] std::optional<gmis::CameraSample<T>> sample_ray(glm::ivec2 pixel, const gmis::Vec2<T>& uv,
@@ -140,16 +140,17 @@ class FurnaceScene {
 
    private:
     static constexpr T half_width = T(0.75);
-    [[nodiscard]] static gmis::SurfacePoint<T> origin() { return {{T(0.2), T(0.1), T(0)}, {}, {}, T(0)}; }
+    [[nodiscard]] gmis::SurfacePoint<T> origin() const { return {eye_, {}, {}, T(0)}; }
     [[nodiscard]] T density(const gmis::Vec3<T>& direction) const {
       const T pixel_area = gmis::square(T(2) * half_width / static_cast<T>(size_));
       return T(1) / (pixel_area * direction.z * direction.z * direction.z);
     }
     int size_;
+    gmis::Vec3<T> eye_;
   };
 
-  FurnaceScene(T albedo, T radiance, int size, int lobes = 1)
-      : albedo_(albedo), lobes_(lobes), light_(radiance), camera_(size) {}
+  FurnaceScene(T albedo, T radiance, int size, int lobes = 1, const gmis::Vec3<T>& eye = {T(0.2), T(0.1), T(0)})
+      : albedo_(albedo), lobes_(lobes), light_(radiance), camera_(size, eye) {}
 
   [[nodiscard]] std::optional<gmis::Hit<T, Bsdf, Light>> intersect(const gmis::Ray<T>& ray) const {
     // From inside there is always a hit, and only one: t² + 2 t (o·d) + o·o − 1 = 0.

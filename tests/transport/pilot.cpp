@@ -22,6 +22,8 @@ namespace {
 using Scene = gmis_test::FurnaceScene<float>;
 constexpr float albedo = 0.7F;
 constexpr int size = 12, pixels = size * size;
+/// From here all pixels are alike: the pilot draws two children in a quarter of them, and these speak for all.
+constexpr gmis::Vec3<float> centre{0, 0, 0};
 
 gmis::RenderSettings settings() {
   gmis::RenderSettings result;
@@ -95,7 +97,7 @@ struct Forecasts {
 };
 
 void check_forecasts(const Scene& scene, gmis::RenderSettings settings, const std::vector<gmis::SampleCounts>& candidates,
-                     const std::vector<Measured>& measured) {
+                     const std::vector<Measured>& measured, int pilot_iterations) {
   gmis::OperationCosts costs;
   costs.further_child = 1.0;  // the operations are what is compared
   std::vector<Forecasts> forecasts(candidates.size());
@@ -105,7 +107,7 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings, const st
     gmis::RenderPilot<Scene> pilot(scene, settings, candidates, 1);
     pilot.compare_with(truth(settings.max_depth));
     gmis::SerialExecutor executor;
-    for (int i = 0; i < 50; ++i) pilot.iterate(executor);
+    for (int i = 0; i < pilot_iterations; ++i) pilot.iterate(executor);
     const std::vector<gmis::Forecast> all = pilot.forecasts(costs);
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       forecasts[c].add(all[c]);
@@ -124,7 +126,7 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings, const st
     CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.camera_children);
     CAPTURE(forecasts[c].variance / value, error, model, forecasts[c].cost, measured[c].cost);
     CHECK(std::abs(forecasts[c].variance / value - 1) < limit);
-    CHECK(limit < 0.12);  // so that it says something
+    CHECK(limit < 0.15);  // so that it says something
     CHECK(std::abs(forecasts[c].cost / measured[c].cost - 1) < 0.02);
   }
 }
@@ -133,7 +135,7 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings, const st
 
 TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings have", "[pilot]") {
   using namespace gmis_test::ways;
-  const Scene scene(albedo, 1.0F, size, 2);
+  const Scene scene(albedo, 1.0F, size, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
       {1.0, 1, true, true},  {0.0, 0, false, false},    {0.0, 0, false, false, 4}, {0.5, 0, true, false},
       {1.0, 4, true, false}, {0.25, 1, true, false, 2}, {0.5, 0, true, true},      {2.0, 1, true, true, 4},
@@ -144,19 +146,21 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
                    measure<Pt>(scene, all, candidates[2]), measure<PtLt>(scene, all, candidates[3]),
                    measure<Bpt>(scene, all, candidates[4]), measure<Bpt>(scene, all, candidates[5]),
                    measure<PtLtPm>(scene, all, candidates[6]), measure<Vcm>(scene, all, candidates[7]),
-                   measure<Vcm>(scene, all, candidates[8]), measure<Bpt>(scene, all, candidates[9])});
+                   measure<Vcm>(scene, all, candidates[8]), measure<Bpt>(scene, all, candidates[9])},
+                  50);
 }
 
 TEST_CASE("Of direct light a split saves what its children make by hitting the light", "[pilot]") {
   using namespace gmis_test::ways;
-  const Scene scene(albedo, 1.0F, size, 2);
+  const Scene scene(albedo, 1.0F, size, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
       {0.0, 0, false, false}, {0.0, 0, false, false, 4}, {1.0, 0, true, true, 4}};
   auto direct = settings();
   direct.max_depth = 2;
   check_forecasts(scene, direct, candidates,
                   {measure<Pt>(scene, direct, candidates[0]), measure<Pt>(scene, direct, candidates[1]),
-                   measure<PtLtPm>(scene, direct, candidates[2])});
+                   measure<PtLtPm>(scene, direct, candidates[2])},
+                  150);
 }
 
 TEST_CASE("What pays in a scene, as data", "[pilot]") {
