@@ -115,7 +115,7 @@ class ProvokingScene {
   class Camera {
    public:
     using Spectrum = glm::vec2;
-    explicit Camera(int size) : base_(size) {}
+    explicit Camera(int size) : base_(size, {0.2F, 0.1F, 0.0F}) {}
     [[nodiscard]] glm::ivec2 resolution() const { return base_.resolution(); }
     [[nodiscard]] bool has_parallel_rays() const { return false; }
     [[nodiscard]] std::optional<gmis::CameraSample<Spectrum>> sample_ray(glm::ivec2 pixel, const glm::vec2& uv,
