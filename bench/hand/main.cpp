@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "gmis/scene/scene_builder.hpp"
+#include "gmis/transport/engine.hpp"
 #include "gmis/transport/integrators.hpp"
 #include "hand/path_tracer.hpp"
 
@@ -73,7 +74,8 @@ int main(int argc, char** argv) {
     gmis::RenderSettings settings;
     settings.seed = 1;
     settings.max_depth = max_depth;
-    gmis::Engine<BvhScene<float>, gmis::integrators::Pt> engine(scene, settings);
+    settings.counts = gmis::integrators::pt;
+    gmis::PathTracer<BvhScene<float>> engine(scene, settings);
     gmis::SerialExecutor executor;
     for (std::uint32_t i = 1; i <= iterations; ++i) {
       engine.iterate(executor);
