@@ -21,9 +21,12 @@ struct Box {
       upper[axis] = std::max(upper[axis], point[axis]);
     }
   }
+  /// An empty box adds nothing.
   void add(const Box& box) noexcept {
-    add(box.lower);
-    add(box.upper);
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], box.lower[axis]);
+      upper[axis] = std::max(upper[axis], box.upper[axis]);
+    }
   }
   [[nodiscard]] bool is_empty() const noexcept { return !(lower.x <= upper.x); }
   /// Half the surface area.
