@@ -13,4 +13,4 @@
 #include "gmis/mis/proposal_set.hpp"
 #include "gmis/mis/round.hpp"
 #include "gmis/mis/scheme.hpp"
-#include "gmis/mis/shares.hpp"
+#include "gmis/mis/sample_allocation.hpp"

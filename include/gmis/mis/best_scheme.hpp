@@ -44,20 +44,21 @@ class Pilot {
     Workspace<typename Set::Density, dynamic_capacity> workspace;
     std::vector<double> values, by_sample, made(n);
     for (std::uint64_t round = 0; round < rounds; ++round)
-      sample_round<Scheme::N3>(set, EqualShares{}, source, workspace, [&](const auto& x, auto psi, std::size_t index) {
-        made[index] += 1.0;
-        const F value = f(x);
-        const double relative = is_finite(value) ? ratio<double>(SpectrumTraits<F>::channel(value, 0), psi) : 0.0;
-        values.push_back(std::isfinite(relative) ? relative : 0.0);
-        DensitiesAt<Set> densities(set, x, workspace.densities.data());
-        densities.expect_all();
-        for (std::size_t k = 0; k < n; ++k) {
-          if constexpr (is_log_set<Set>)
-            by_sample.push_back(std::exp(static_cast<double>(densities[k]) - static_cast<double>(psi.log)));
-          else
-            by_sample.push_back(static_cast<double>(densities[k]) / static_cast<double>(psi));
-        }
-      });
+      sample_round<Scheme::N3>(
+          set, EqualAllocation{}, source, workspace, [&](const auto& x, auto psi, std::size_t index) {
+            made[index] += 1.0;
+            const F value = f(x);
+            const double relative = is_finite(value) ? ratio<double>(SpectrumTraits<F>::channel(value, 0), psi) : 0.0;
+            values.push_back(std::isfinite(relative) ? relative : 0.0);
+            DensitiesAt<Set> densities(set, x, workspace.densities.data());
+            densities.expect_all();
+            for (std::size_t k = 0; k < n; ++k) {
+              if constexpr (is_log_set<Set>)
+                by_sample.push_back(std::exp(static_cast<double>(densities[k]) - static_cast<double>(psi.log)));
+              else
+                by_sample.push_back(static_cast<double>(densities[k]) / static_cast<double>(psi));
+            }
+          });
     if (values.empty()) throw std::invalid_argument("no sample of the pilot was usable");
 
     const std::size_t count = values.size();

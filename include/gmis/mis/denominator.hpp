@@ -16,12 +16,10 @@ struct OwnAndDenominator {
 
 /// φ_n at the point of `densities`, for sample n of the round, made by proposal `index`. Reads `workspace` as
 /// `IndexSelector` left it.
-template <Scheme scheme, Selection selection, class Set, class ShareType, class WorkspaceType>
-[[nodiscard, gnu::always_inline]] inline OwnAndDenominator<Set> denominator_of(DensitiesAt<Set>& densities,
-                                                                               const Set& set, const ShareType& shares,
-                                                                               const WorkspaceType& workspace,
-                                                                               std::size_t index, std::size_t n,
-                                                                               std::size_t sample_count) {
+template <Scheme scheme, Selection selection, class Set, class AllocationType, class WorkspaceType>
+[[nodiscard, gnu::always_inline]] inline OwnAndDenominator<Set> denominator_of(
+    DensitiesAt<Set>& densities, const Set& set, const AllocationType& allocation, const WorkspaceType& workspace,
+    std::size_t index, std::size_t n, std::size_t sample_count) {
   using T = typename Set::Density;
   MixtureSum<T, is_log_set<Set>> mixture;
   T own(0);
@@ -47,13 +45,13 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
   } else if constexpr (scheme == Scheme::R3 || scheme == Scheme::N3) {  // ψ
     densities.expect_all();
     T normaliser(1);
-    if constexpr (ShareType::is_equal) {
+    if constexpr (AllocationType::is_equal) {
       add_all(set.size());
       densities.count(set.size());
       normaliser = as_factor<T>(set.size());
     } else {
       for (std::size_t k = 0; k < set.size(); ++k) {
-        const T coefficient = selection == Selection::S1 ? shares.weight(k) : static_cast<T>(shares.count(k));
+        const T coefficient = selection == Selection::S1 ? allocation.weight(k) : static_cast<T>(allocation.count(k));
         if (coefficient > T(0)) {
           add(k, coefficient);
           densities.count(1);
@@ -72,7 +70,7 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
     own = densities.kept(index);
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(as_factor<T>(sample_count))};
   } else {  // N2: what could still be drawn, this sample included; summed afresh, since a difference would cancel
-    if constexpr (ShareType::is_equal) {
+    if constexpr (AllocationType::is_equal) {
       for (std::size_t m = sample_count; --m > n;) mixture.add(densities.uncounted(workspace.order[m]));
       own = densities.uncounted(index);  // which is order[n]
       mixture.add(own);

@@ -156,55 +156,55 @@ class EstimateAccumulator {
 
 /// Estimates ∫ f with `rounds` ≥ 1 independent rounds of samples from `proposals`, chosen and weighted as the pair says.
 ///
-/// `f(x)` is a number or a spectrum. `shares` says how the samples of a round are divided among the proposals
-/// (`EqualShares{}`: one each). The estimate is unbiased when every point with f ≠ 0 is covered as the scheme needs
+/// `f(x)` is a number or a spectrum. `allocation` says how the samples of a round are divided among the proposals
+/// (`EqualAllocation{}`: one each). The estimate is unbiased when every point with f ≠ 0 is covered as the scheme needs
 /// it; see `needs_full_support` and `check_coverage`. A non-finite value of f is counted, not summed. Allocates once,
 /// before the first round, and only when N is not known at compile time.
 template <Selection selection, Weighting weighting, class Integrand, Proposals P, UniformSource Source,
-          class ShareType = EqualShares>
+          class AllocationType = EqualAllocation>
 [[nodiscard]] auto estimate(Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
-                            const ShareType& shares = {}) {
+                            const AllocationType& allocation = {}) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   static_assert(IntegrandFor<std::remove_reference_t<Integrand>, Set>,
                 "the integrand must accept a sample and return a number, a LogValue or a type with SpectrumTraits");
   using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
-  // Unequal shares can ask for more samples than there are proposals.
-  constexpr std::size_t capacity = ShareType::is_equal ? capacity_of<Set> : dynamic_capacity;
+  // An unequal allocation can ask for more samples than there are proposals.
+  constexpr std::size_t capacity = AllocationType::is_equal ? capacity_of<Set> : dynamic_capacity;
   Workspace<typename Set::Density, capacity> workspace;
-  const std::size_t sample_count = shares.sample_count(set.size());
+  const std::size_t sample_count = allocation.sample_count(set.size());
 
   EstimateAccumulator<F> accumulator;
   for (std::uint64_t round = 0; round < rounds; ++round)
     accumulator.add_round(f, sample_count, [&](auto&& visit) {
-      return sample_round<selection, weighting>(set, shares, source, workspace, visit);
+      return sample_round<selection, weighting>(set, allocation, source, workspace, visit);
     });
   return accumulator.result();
 }
 
 /// The same for a scheme, run as its cheapest pair.
-template <Scheme scheme, class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
+template <Scheme scheme, class Integrand, Proposals P, UniformSource Source, class AllocationType = EqualAllocation>
 [[nodiscard]] auto estimate(Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
-                            const ShareType& shares = {}) {
+                            const AllocationType& allocation = {}) {
   constexpr SelectionAndWeighting pair = cheapest_pair(scheme);
-  return estimate<pair.selection, pair.weighting>(f, proposals, rounds, source, shares);
+  return estimate<pair.selection, pair.weighting>(f, proposals, rounds, source, allocation);
 }
 
 /// The same for a scheme that is chosen at run time.
-template <class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
+template <class Integrand, Proposals P, UniformSource Source, class AllocationType = EqualAllocation>
 [[nodiscard]] auto estimate(Scheme scheme, Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
-                            const ShareType& shares = {}) {
-  return dispatch(scheme,
-                  [&](auto fixed) { return estimate<decltype(fixed)::value>(f, proposals, rounds, source, shares); });
+                            const AllocationType& allocation = {}) {
+  return dispatch(
+      scheme, [&](auto fixed) { return estimate<decltype(fixed)::value>(f, proposals, rounds, source, allocation); });
 }
 
 /// The same for a pair that is chosen at run time.
-template <class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
+template <class Integrand, Proposals P, UniformSource Source, class AllocationType = EqualAllocation>
 [[nodiscard]] auto estimate(Selection selection, Weighting weighting, Integrand&& f, const P& proposals,
-                            std::uint64_t rounds, Source& source, const ShareType& shares = {}) {
+                            std::uint64_t rounds, Source& source, const AllocationType& allocation = {}) {
   return dispatch(selection, weighting, [&](auto fixed_selection, auto fixed_weighting) {
     return estimate<decltype(fixed_selection)::value, decltype(fixed_weighting)::value>(f, proposals, rounds, source,
-                                                                                        shares);
+                                                                                        allocation);
   });
 }
 

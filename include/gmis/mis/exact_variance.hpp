@@ -151,7 +151,7 @@ class SubsetSum {
 
 }  // namespace detail
 
-/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), in equal shares; for
+/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), one sample of each proposal; for
 /// counts n_k with S2 or S3, repeat proposal k in the problem n_k times. Holds for partial support too, except that the
 /// variance of N2 needs full support (its draws are correlated otherwise).
 ///

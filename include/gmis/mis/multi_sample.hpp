@@ -10,29 +10,29 @@
 
 namespace gmis {
 
-/// Draws one round of the multi-sample form: proposal k makes n_k = `shares.count(k)` samples, and a sample of k is
+/// Draws one round of the multi-sample form: proposal k makes n_k = `allocation.count(k)` samples, and a sample of k is
 /// weighted by `heuristic`. Calls `visit(x, denominator, index)` where the denominator is n_k q_k(x) / (n w_k(x)), so that
 /// as for every other round (1/n) Σ f / denominator estimates ∫ f, n = Σ n_k. Samples of weight zero contribute zero and
 /// are not visited. The denominator of Balance is that of N3.
 ///
 /// Unbiased when every point with f ≠ 0 has a proposal with n_k q_k > 0.
-template <Heuristic H, ProposalSet Set, std::floating_point T, std::size_t ShareCapacity, UniformSource Source,
+template <Heuristic H, ProposalSet Set, std::floating_point T, std::size_t AllocationCapacity, UniformSource Source,
           std::size_t Capacity, class Visit>
-RoundCounts sample_weighted_round(const H& heuristic, const Set& set, const Shares<T, ShareCapacity>& shares,
-                                  Source& source, Workspace<typename Set::Density, Capacity>& workspace,
-                                  Visit&& visit) {
+RoundCounts sample_weighted_round(const H& heuristic, const Set& set,
+                                  const SampleAllocation<T, AllocationCapacity>& allocation, Source& source,
+                                  Workspace<typename Set::Density, Capacity>& workspace, Visit&& visit) {
   using D = typename Set::Density;
   const std::size_t proposal_count = set.size();
-  const std::size_t sample_count = shares.sample_count(proposal_count);
+  const std::size_t sample_count = allocation.sample_count(proposal_count);
   workspace.prepare(proposal_count, proposal_count);
   // Samples come in the order of their proposals, so that `order` is free to hold the counts.
-  for (std::size_t k = 0; k < proposal_count; ++k) workspace.order[k] = shares.count(k);
+  for (std::size_t k = 0; k < proposal_count; ++k) workspace.order[k] = allocation.count(k);
   const std::span<const std::uint32_t> sample_counts(workspace.order.data(), proposal_count);
   const std::span<D> densities(workspace.densities.data(), proposal_count);
 
   RoundCounts counts;
   for (std::size_t n = 0; n < sample_count; ++n) {
-    const std::size_t index = shares.proposal_of_slot(n);
+    const std::size_t index = allocation.proposal_of_slot(n);
     const auto result = set.sample(index, source);
     const typename Set::Value* x = nullptr;
     if constexpr (SampleResult<std::remove_cvref_t<decltype(result)>>::can_fail) {
@@ -78,9 +78,9 @@ RoundCounts sample_weighted_round(const H& heuristic, const Set& set, const Shar
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form under `heuristic` (Balance, Power, Cutoff, Maximum, or
 /// one of your own). As `estimate`, otherwise.
 template <Heuristic H, class Integrand, Proposals P, UniformSource Source, std::floating_point T,
-          std::size_t ShareCapacity>
+          std::size_t AllocationCapacity>
 [[nodiscard]] auto estimate_weighted(const H& heuristic, Integrand&& f, const P& proposals, std::uint64_t rounds,
-                                     Source& source, const Shares<T, ShareCapacity>& shares) {
+                                     Source& source, const SampleAllocation<T, AllocationCapacity>& allocation) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   static_assert(IntegrandFor<std::remove_reference_t<Integrand>, Set>,
@@ -90,8 +90,8 @@ template <Heuristic H, class Integrand, Proposals P, UniformSource Source, std::
 
   EstimateAccumulator<F> accumulator;
   for (std::uint64_t round = 0; round < rounds; ++round)
-    accumulator.add_round(f, shares.sample_count(set.size()), [&](auto&& visit) {
-      return sample_weighted_round(heuristic, set, shares, source, workspace, visit);
+    accumulator.add_round(f, allocation.sample_count(set.size()), [&](auto&& visit) {
+      return sample_weighted_round(heuristic, set, allocation, source, workspace, visit);
     });
   return accumulator.result();
 }

@@ -13,7 +13,7 @@
 namespace gmis {
 
 /// The paper's case: every proposal has the same weight and a round gives each of them one sample.
-struct EqualShares {
+struct EqualAllocation {
   static constexpr bool is_equal = true;
 
   [[nodiscard]] constexpr std::size_t sample_count(std::size_t proposal_count) const noexcept { return proposal_count; }
@@ -61,12 +61,12 @@ constexpr void apportion(std::span<const T> weights, std::size_t total, std::spa
 /// Σ α_k q_k; S2 and S3 give it n_k samples, and ψ is Σ n_k q_k / Σ n_k. Build it outside the loop; one with a fixed
 /// `Capacity` never allocates and holds up to so many proposals and samples.
 template <std::floating_point T, std::size_t Capacity = dynamic_capacity>
-class Shares {
+class SampleAllocation {
  public:
   static constexpr bool is_equal = false;
 
   /// From weights (non-negative, any positive sum): n_k are apportioned.
-  Shares(std::span<const T> weights, std::size_t samples) : samples_(samples), proposals_(weights.size()) {
+  SampleAllocation(std::span<const T> weights, std::size_t samples) : samples_(samples), proposals_(weights.size()) {
     set_weights([&](std::size_t k) { return weights[k]; });
     counts_.prepare(proposals_);
     apportion<T>(weights, samples, std::span<std::uint32_t>(counts_.data(), proposals_));
@@ -74,7 +74,7 @@ class Shares {
   }
 
   /// From counts n_k: then α_k = n_k / Σ n_k.
-  explicit Shares(std::span<const std::uint32_t> counts) : proposals_(counts.size()) {
+  explicit SampleAllocation(std::span<const std::uint32_t> counts) : proposals_(counts.size()) {
     counts_.prepare(proposals_);
     for (std::size_t k = 0; k < proposals_; ++k) samples_ += counts_[k] = counts[k];
     set_weights([&](std::size_t k) { return static_cast<T>(counts[k]); });
