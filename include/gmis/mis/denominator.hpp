@@ -26,17 +26,6 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
   // Adds proposal k, `times` over. Kept, so that the density of the proposal that made the sample can be looked up
   // after: that is cheaper than to ask of each whether it is the one.
   const auto add = [&](std::size_t k, auto... times) { mixture.add(densities.keep(k), times...); };
-  const auto add_all = [&](std::size_t count) {
-    if constexpr (capacity_of<Set> <= 8) {  // unrolled
-      for (std::size_t k = 0; k < count; ++k) add(k);
-      own = densities.kept(index);
-    } else {  // with nothing kept, so that densities can be evaluated side by side
-      for (std::size_t k = 0; k < index; ++k) mixture.add(densities.uncounted(k));
-      own = densities.uncounted(index);
-      mixture.add(own);
-      for (std::size_t k = index + 1; k < count; ++k) mixture.add(densities.uncounted(k));
-    }
-  };
 
   if constexpr (scheme == Scheme::R1 || scheme == Scheme::N1) {  // q_j
     own = densities[index];
@@ -46,8 +35,8 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
     densities.expect_all();
     T normaliser(1);
     if constexpr (AllocationType::is_equal) {
-      add_all(set.size());
-      densities.count(set.size());
+      mixture.template add_all<capacity_of<Set>>(densities.keep_all(), set.size());
+      own = densities.kept(index);
       normaliser = as_factor<T>(set.size());
     } else {
       for (std::size_t k = 0; k < set.size(); ++k) {
