@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <vector>
 
 #include "gmis/mis.hpp"
@@ -26,7 +27,7 @@ TEST_CASE("samples are apportioned by largest remainders", "[mis]") {
   CHECK(apportioned({5.0, 3.0, 2.0}, 1) == Counts{1, 0, 0});
   CHECK(apportioned({1.0, 1.0, 1.0}, 2) == Counts{1, 1, 0});  // ties go to the lower index
   CHECK(apportioned({0.0, 1.0}, 3) == Counts{0, 3});
-  CHECK(apportioned({0.0, 0.0}, 3) == Counts{0, 0});
+  CHECK_THROWS_AS(apportioned({0.0, 0.0}, 3), std::invalid_argument);
   gmis::Philox source(1);
   for (int trial = 0; trial < 500; ++trial) {
     std::vector<double> weights(1 + gmis::uniform_index(source, 9));
@@ -43,11 +44,11 @@ TEST_CASE("samples are apportioned by largest remainders", "[mis]") {
   }
 }
 
-// 15 pairs × 3 allocations; false-alarm rate 1e-4 for the family.
+// 15 pairs × 2 allocations and 5 × 1; false-alarm rate 1e-4 for the family.
 TEST_CASE("an unequal allocation leaves every pair unbiased", "[mis]") {
   const std::array<test::Ramp, 3> ramps{{{-1.4}, {0.3}, {1.4}}};
   const auto f = [](double x) { return 3.0 * x * x; };
-  const double level = test::sidak_level(1e-4, 45);
+  const double level = test::sidak_level(1e-4, 35);
   const std::array<double, 3> weights{0.6, 0.3, 0.1};
   const std::array<gmis::SampleAllocation<double, 8>, 3> allocations{
       gmis::SampleAllocation<double, 8>(std::span<const double>(weights), 5),
@@ -56,6 +57,8 @@ TEST_CASE("an unequal allocation leaves every pair unbiased", "[mis]") {
   for (const auto& allocation : allocations)
     for (const auto selection : gmis::all_selections)
       for (const auto weighting : gmis::all_weightings) {
+        // One sample for three proposals of positive weight: a random selection alone can use it.
+        if (allocation.sample_count(3) == 1 && selection != gmis::Selection::S1) continue;
         CAPTURE(name_of(selection), name_of(weighting), allocation.sample_count(3));
         gmis::Philox source(14);
         const auto estimate = gmis::estimate(selection, weighting, f, ramps, 6000, source, allocation);

@@ -63,7 +63,7 @@ class MultisetSum {
     visit(0, n_, 1.0);
   }
   [[nodiscard]] ExactMoments moments() const noexcept {
-    return {mean_, conditional_ + (squared_mean_ - mean_ * mean_)};
+    return {mean_, variance_from(conditional_ + (squared_mean_ - mean_ * mean_), 0.0)};
   }
 
  private:
