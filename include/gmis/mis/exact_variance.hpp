@@ -4,9 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
+#include <limits>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/groups.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/mis/tabulated_problem.hpp"
@@ -21,10 +22,19 @@ inline constexpr std::size_t max_exact_n2 = 16;
 /// Mean and variance of the estimate of one round.
 struct ExactMoments {
   double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
-  double variance;  ///< about that mean
+  double variance;  ///< about that mean; +infinity where it leaves the range of double, never NaN
+
+  [[nodiscard]] bool has_finite_variance() const noexcept { return std::isfinite(variance); }
 };
 
 namespace detail {
+
+/// `first` − `second`, a second moment less what is no noise. Where ∫ f²/φ leaves the range of double (φ so small that it
+/// underflows, f not zero) the first is infinite, or the second the NaN that comes of it, and the variance is infinite.
+[[nodiscard]] inline double variance_from(double first, double second) noexcept {
+  const double difference = first - second;
+  return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
+}
 
 /// Mean and variance of a round whose indices are given, φ being the same for all its samples: `count_of(k)` samples of
 /// proposal k, n in all. `divided` is what `TabulatedProblem::divide` wrote for φ.
@@ -38,7 +48,7 @@ template <class CountOf>
     const double mean = problem.mean_under(k, divided);
     squared_means += count * mean * mean;
   }
-  return problem.squared_over(divided) / n - squared_means / (n * n);
+  return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
 }
 
 /// Sums over all multisets of N indices, proposal by proposal; the densities of a common beginning are added up once.
@@ -53,7 +63,7 @@ class MultisetSum {
     visit(0, n_, 1.0);
   }
   [[nodiscard]] ExactMoments moments() const noexcept {
-    return {mean_, conditional_ + (squared_mean_ - mean_ * mean_)};
+    return {mean_, variance_from(conditional_ + (squared_mean_ - mean_ * mean_), 0.0)};
   }
 
  private:
@@ -151,7 +161,7 @@ class SubsetSum {
 
 }  // namespace detail
 
-/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), in equal shares; for
+/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), one sample of each proposal; for
 /// counts n_k with S2 or S3, repeat proposal k in the problem n_k times. Holds for partial support too, except that the
 /// variance of N2 needs full support (its draws are correlated otherwise).
 ///
@@ -171,21 +181,21 @@ class SubsetSum {
         mean += covered / n;
         squared_means += covered * covered / n;
       }
-      return {mean, (second_moment - (scheme == Scheme::R1 ? mean * mean : squared_means)) / n};
+      return {mean, detail::variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
     }
     case Scheme::R2: {
-      if (problem.proposal_count() > max_exact_r2)
-        throw std::invalid_argument("too many proposals for an exact R2: use averaged_variance");
+      require_argument(problem.proposal_count() <= max_exact_r2,
+                       "too many proposals for an exact R2: use averaged_variance");
       return detail::MultisetSum(problem).moments();
     }
     case Scheme::N2: {
-      if (problem.proposal_count() > max_exact_n2)
-        throw std::invalid_argument("too many proposals for an exact N2: use averaged_variance");
-      if (!problem.has_full_support()) throw std::invalid_argument("the exact variance of N2 needs full support");
+      require_argument(problem.proposal_count() <= max_exact_n2,
+                       "too many proposals for an exact N2: use averaged_variance");
+      require_argument(problem.has_full_support(), "the exact variance of N2 needs full support");
       // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is subtracted.
       // The printed form leaves out a part of the noise, see docs/paper-corrections.md [Elvira, corrected].
       const detail::SubsetSum sum(problem);
-      return {sum.mean(), (sum.second_moment() - sum.mean() * sum.mean()) / n};
+      return {sum.mean(), detail::variance_from(sum.second_moment() / n, sum.mean() * sum.mean() / n)};
     }
     case Scheme::R3:
     case Scheme::N3:
@@ -194,7 +204,8 @@ class SubsetSum {
   const std::vector<double> psi = detail::mixture(problem);
   problem.divide(1.0, psi.data(), divided.data());
   const double mean = problem.covered_integral(psi.data());
-  if (scheme == Scheme::R3) return {mean, (problem.squared_over(divided.data()) - mean * mean) / n};
+  if (scheme == Scheme::R3)
+    return {mean, detail::variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
   return {mean, detail::conditional_variance(problem, divided.data(), n, [](auto) { return 1.0; })};
 }
 
@@ -202,7 +213,7 @@ class SubsetSum {
 /// Throws std::invalid_argument as `exact_moments` does for its N.
 [[nodiscard]] inline double exact_mean(Scheme scheme, const TabulatedProblem& problem) {
   if (scheme != Scheme::N2) return exact_moments(scheme, problem).mean;
-  if (problem.proposal_count() > max_exact_n2) throw std::invalid_argument("too many proposals for an exact N2");
+  require_argument(problem.proposal_count() <= max_exact_n2, "too many proposals for an exact N2");
   return detail::SubsetSum(problem).mean();
 }
 
@@ -214,6 +225,7 @@ class SubsetSum {
 /// True when the mixture of every group covers f, as the partial deterministic mixture needs it.
 template <std::size_t Capacity>
 [[nodiscard]] bool has_full_support(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  groups.require_fits(problem.proposal_count());
   std::vector<double> sum(problem.node_count());
   for (std::size_t group = 0; group < groups.size(); ++group) {
     std::fill(sum.begin(), sum.end(), 0.0);
@@ -227,6 +239,7 @@ template <std::size_t Capacity>
 /// (1/N²) Σ_g (P_g ∫ f²/ψ_g − Σ_{k in g} (∫ f q_k/ψ_g)²). Holds for partial support too.
 template <std::size_t Capacity>
 [[nodiscard]] ExactMoments exact_moments(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  groups.require_fits(problem.proposal_count());
   const double n = static_cast<double>(problem.proposal_count());
   std::vector<double> sum(problem.node_count()), divided(problem.node_count()), is_member(problem.proposal_count());
   ExactMoments moments{0.0, 0.0};

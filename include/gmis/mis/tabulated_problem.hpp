@@ -3,10 +3,11 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
+#include "gmis/mis/arguments.hpp"
 #include "gmis/mis/proposal_set.hpp"
 #include "gmis/mis/quadrature.hpp"
 
@@ -15,34 +16,42 @@ namespace gmis {
 /// A one-dimensional problem tabulated at the points of a quadrature rule.
 class TabulatedProblem {
  public:
-  /// `f(x)` and the densities of `proposals` at every node. Throws std::invalid_argument when a value is not finite.
-  template <class Integrand, Proposals P>
+  /// `f(x)` and the densities of `proposals` at every node. Throws std::invalid_argument when there are no nodes or no
+  /// proposals, a value is not finite, or a density is negative.
+  template <class Integrand, class P>
   TabulatedProblem(Integrand&& f, const P& proposals, std::span<const QuadratureNode> nodes)
       : node_count_(nodes.size()), weighted_f_(nodes.size()), f_(nodes.size()) {
-    const auto& set = as_proposal_set(proposals);
-    proposal_count_ = set.size();
-    densities_.resize(proposal_count_ * node_count_);
-    for (std::size_t i = 0; i < node_count_; ++i) {
-      f_[i] = static_cast<double>(f(nodes[i].x));
-      weighted_f_[i] = nodes[i].weight * f_[i];
-      if (!std::isfinite(f_[i])) throw std::invalid_argument("the integrand is not finite at a quadrature node");
-      for (std::size_t k = 0; k < proposal_count_; ++k) {
-        const double density = density_of(set, k, nodes[i].x);
-        if (!std::isfinite(density)) throw std::invalid_argument("a density is not finite at a quadrature node");
-        densities_[k * node_count_ + i] = density;
+    if constexpr (detail::explain_arguments<Integrand, P, Philox>()) {
+      const auto& set = as_proposal_set(proposals);
+      proposal_count_ = set.size();
+      require_argument(node_count_ > 0, "no quadrature nodes: give at least one");
+      require_argument(proposal_count_ > 0, "the set of proposals is empty: give it at least one proposal");
+      densities_.resize(proposal_count_ * node_count_);
+      for (std::size_t i = 0; i < node_count_; ++i) {
+        f_[i] = static_cast<double>(f(nodes[i].x));
+        weighted_f_[i] = nodes[i].weight * f_[i];
+        require_argument(std::isfinite(f_[i]), "the integrand is not finite at a quadrature node");
+        for (std::size_t k = 0; k < proposal_count_; ++k)
+          densities_[k * node_count_ + i] = require_density(density_of(set, k, nodes[i].x));
       }
     }
   }
 
   /// From values at nodes that are given: `f` and the `weights` of the nodes, and the densities, all of proposal 0 first.
-  /// Values must be finite, and the sizes fit: densities.size() is a multiple of f.size().
+  /// Throws std::invalid_argument when there are none, the sizes do not fit (densities.size() is a multiple of f.size()), a
+  /// value is not finite, or a density is negative.
   TabulatedProblem(std::vector<double> f, std::span<const double> weights, std::vector<double> densities)
-      : proposal_count_(densities.size() / f.size()),
-        node_count_(f.size()),
-        weighted_f_(f.size()),
-        f_(std::move(f)),
-        densities_(std::move(densities)) {
-    for (std::size_t i = 0; i < node_count_; ++i) weighted_f_[i] = weights[i] * f_[i];
+      : node_count_(f.size()), weighted_f_(f.size()), f_(std::move(f)), densities_(std::move(densities)) {
+    require_argument(node_count_ > 0 && !densities_.empty() && densities_.size() % node_count_ == 0,
+                     "the densities must be given at every node, for at least one proposal");
+    require_argument(weights.size() == node_count_, "one weight is needed for each node");
+    proposal_count_ = densities_.size() / node_count_;
+    for (std::size_t i = 0; i < node_count_; ++i) {
+      weighted_f_[i] = weights[i] * f_[i];
+      require_argument(std::isfinite(weights[i]) && std::isfinite(f_[i]),
+                       "the integrand, or a weight, is not finite at a node");
+    }
+    for (const double density : densities_) require_density(density);
   }
 
   [[nodiscard]] std::size_t proposal_count() const noexcept { return proposal_count_; }
@@ -79,11 +88,12 @@ class TabulatedProblem {
     for (std::size_t i = 0; i < node_count_; ++i) sum[i] = base[i] + times * q[i];
   }
 
-  /// Writes (quadrature weight) · f · scale / denominator to `out`, zero where the denominator is zero.
+  /// Writes (quadrature weight) · f · scale / denominator to `out`, zero where the denominator is zero. Divides first: a
+  /// scale over a denormal density is infinite, and 0 times that is not a number. Infinite where the quotient itself is.
   void divide(double scale, const double* denominator, double* out) const noexcept {
     for (std::size_t i = 0; i < node_count_; ++i) {
       const double safe = denominator[i] > 0.0 ? denominator[i] : 1.0;
-      out[i] = denominator[i] > 0.0 ? weighted_f_[i] * (scale / safe) : 0.0;
+      out[i] = denominator[i] > 0.0 ? weighted_f_[i] / safe * scale : 0.0;
     }
   }
 
@@ -101,6 +111,11 @@ class TabulatedProblem {
   }
 
  private:
+  static double require_density(double density) {
+    require_argument(density >= 0.0 && std::isfinite(density), "a density is negative or not finite at a node");
+    return density;
+  }
+
   // In eight partial sums: that much faster than one, and rounding errors grow that much more slowly.
   [[nodiscard]] double dot(const double* a, const double* b) const noexcept {
     double lanes[8] = {};

@@ -48,7 +48,7 @@ class CameraSubpath {
     if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight);
     Edge edge{sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1,
               {}, false};
-    follow(edge, source, 0);
+    follow<true>(edge, source, 0);
   }
 
  private:
@@ -63,8 +63,9 @@ class CameraSubpath {
     bool has_scattered;     ///< `from` or a vertex before it is non-specular
   };
 
-  /// `edge` is used up.
-  template <UniformSource Source>
+  /// `edge` is used up. `may_branch`: the first non-specular vertex lies ahead; a child never branches again, and compiled
+  /// apart from the rest it leaves the walk without recursion.
+  template <bool may_branch, UniformSource Source>
   void follow(Edge& edge, Source& source, std::uint32_t first_number) {
     for (;; ++edge.depth) {  // to `max_depth`
       ++output_.counters().rays;
@@ -83,7 +84,7 @@ class CameraSubpath {
       const T survival = survival_probability(bsdf);
       if (survival == T(0)) return;  // nothing is scattered on
       const bool is_specular = bsdf.is_purely_delta();
-      const bool is_first_non_specular = !is_specular && !edge.has_scattered;
+      const bool is_first_non_specular = may_branch && !is_specular && !edge.has_scattered;
       const T light_children = context_.light_children(bsdf, survival);
       vertex.children = {context_.camera_children(survival, is_first_non_specular), light_children};
       const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
@@ -98,8 +99,9 @@ class CameraSubpath {
           survival,
           vertex.children,
           {context_.camera_delta_children(survival, is_first_non_specular), light_children}};
-      if (is_first_non_specular)
-        if (const int children = context_.split.camera_children(number_); children > 1 || observes_children<Output>) {
+      if constexpr (may_branch)
+        if (const int children = is_first_non_specular ? context_.split.camera_children(number_) : 0;
+            children > 1 || (observes_children<Output> && is_first_non_specular)) {
           branch(edge, vertex, scattering, children, source, number + 1);
           return;
         }
@@ -119,7 +121,7 @@ class CameraSubpath {
 
   /// All children of the first non-specular vertex, each with random numbers of its own.
   template <UniformSource Source>
-  void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering, int count,
+  [[gnu::noinline]] void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering, int count,
               Source& source, std::uint32_t number) {
     Source children = source;
     children.at_vertex(number);
@@ -131,7 +133,7 @@ class CameraSubpath {
       Edge next{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth, path, true};
       ++next.depth;
       if constexpr (observes_children<Output>) output_.begin_child(edge.depth);
-      follow(next, source, detail::camera_numbers_per_child * child);
+      follow<false>(next, source, detail::camera_numbers_per_child * child);
     });
     if constexpr (observes_children<Output>) output_.end_children();
   }
