@@ -4,7 +4,6 @@
 #include <iomanip>
 #include <sstream>
 
-
 namespace gmis::tools {
 
 const char* name_of(Technique technique) {
@@ -64,8 +63,7 @@ PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts) {
         continue;
       bool is_made = false;
       for (const TechniquePlan& technique : plan.techniques)
-        is_made = is_made ||
-                  (counts.has(technique.technique) && makes_some(technique.technique, f, is_delta));
+        is_made = is_made || (counts.has(technique.technique) && makes_some(technique.technique, f, is_delta));
       if (!is_made) return true;
     }
     return false;

@@ -75,8 +75,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
 
 std::string plan_of(const RenderRequest& request, const SampleCounts& counts) {
   std::string plan;
-  for (const Technique technique : {Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat,
-                                    Technique::merge}) {
+  for (const Technique technique :
+       {Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat, Technique::merge}) {
     if (!counts.has(technique)) continue;
     if (!plan.empty()) plan += ", ";
     plan += words_of(technique);

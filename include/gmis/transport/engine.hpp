@@ -224,38 +224,41 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::check_settings() const {
   const SampleCounts& counts = settings_.counts;
-  constexpr double most_trees = 4294967296.0;  // a tree's number is a 32-bit word of its random numbers' key
+  constexpr double most_trees = 4294967296.0;        // a tree's number is a 32-bit word of its random numbers' key
   constexpr int deepest = 256, most_keys = 1 << 24;  // of vertices: Philox keeps 24 bits of them
   static_assert((16382 + 1) * detail::camera_numbers_per_child < most_keys);
   const double pixels = static_cast<double>(resolution_.x) * static_cast<double>(resolution_.y);
-  require_argument(resolution_.x > 0 && resolution_.y > 0, "the camera has no pixels: its resolution must be 1x1 or more");
+  require_argument(resolution_.x > 0 && resolution_.y > 0,
+                   "the camera has no pixels: its resolution must be 1x1 or more");
   require_argument(pixels <= most_trees, "the picture has more than 2^32 pixels: choose a smaller one");
   require_argument(settings_.max_depth <= deepest, "RenderSettings::max_depth is above 256: choose 256 or less");
   require_argument(counts.light_paths >= 0.0 && counts.light_paths * pixels < most_trees,
-                 "SampleCounts::light_paths is negative or asks for 2^32 light trees or more: choose fewer");
+                   "SampleCounts::light_paths is negative or asks for 2^32 light trees or more: choose fewer");
   require_argument(counts.connections >= paired_connections,
-                 "SampleCounts::connections must be 0 or more, or paired_connections");
+                   "SampleCounts::connections must be 0 or more, or paired_connections");
+  require_argument(counts.camera_children >= 0 && counts.camera_children <= 16382,
+                   "SampleCounts::camera_children must be between 0 and 16382");
   require_argument(
-      counts.camera_children >= 0 && counts.camera_children <= 16382,
-      "SampleCounts::camera_children must be between 0 and 16382");
-  require_argument(has_light_side || !counts.traces_light(),
-                 "this engine has no light side, but SampleCounts ask for light trees: use integrators::pt, or Engine<Scene>");
-  require_argument(settings_.alpha > 0.0 && settings_.alpha <= 1.0, "RenderSettings::alpha must be above 0 and at most 1");
+      has_light_side || !counts.traces_light(),
+      "this engine has no light side, but SampleCounts ask for light trees: use integrators::pt, or Engine<Scene>");
+  require_argument(settings_.alpha > 0.0 && settings_.alpha <= 1.0,
+                   "RenderSettings::alpha must be above 0 and at most 1");
   require_argument(!counts.has(Technique::merge) || !settings_.radius || *settings_.radius > 0.0,
-                 "RenderSettings::radius is not above 0, but SampleCounts::merges is on: "
-                 "leave the radius unset for the default, or switch merging off");
+                   "RenderSettings::radius is not above 0, but SampleCounts::merges is on: "
+                   "leave the radius unset for the default, or switch merging off");
   if constexpr (Split::splits_light) {
     require_argument(settings_.light_split != LightSplit::none || !counts.traces_light(),
-                   "this engine splits light trees, but RenderSettings::light_split is none: use Engine<Scene>");
-    require_argument(settings_.light_tree_budget >= 1 &&
-                       (settings_.light_tree_budget + 1.0) * settings_.max_depth < static_cast<double>(most_keys),
-                   "RenderSettings::light_tree_budget must be 1 or more, and below 2^24 when multiplied by max_depth");
+                     "this engine splits light trees, but RenderSettings::light_split is none: use Engine<Scene>");
+    require_argument(
+        settings_.light_tree_budget >= 1 &&
+            (settings_.light_tree_budget + 1.0) * settings_.max_depth < static_cast<double>(most_keys),
+        "RenderSettings::light_tree_budget must be 1 or more, and below 2^24 when multiplied by max_depth");
     require_argument(BsdfWithLobes<typename Sc::Bsdf> || settings_.rounds > 1,
-                   "the scene's BSDF names no lobes and RenderSettings::rounds is 1: no vertex would be split. "
-                   "Model gmis::BsdfWithLobes, choose more rounds, or use Engine<Scene>");
+                     "the scene's BSDF names no lobes and RenderSettings::rounds is 1: no vertex would be split. "
+                     "Model gmis::BsdfWithLobes, choose more rounds, or use Engine<Scene>");
   } else {
     require_argument(settings_.light_split == LightSplit::none,
-                   "RenderSettings::light_split asks for light trees that split: use Engine<Scene, SplitTrees>");
+                     "RenderSettings::light_split asks for light trees that split: use Engine<Scene, SplitTrees>");
   }
 }
 
@@ -286,6 +289,11 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
           .grid = grid_,
           .cache = cache_,
           .counts = counts,
+          .has = {.emitter_hit = counts.has(Technique::emitter_hit),
+                  .next_event = counts.has(Technique::next_event),
+                  .connect = counts.has(Technique::connect),
+                  .splat = counts.has(Technique::splat),
+                  .merge = counts.has(Technique::merge)},
           .connection_scale = connection_scale,
           .crop = crop_,
           .resolution = resolution_,

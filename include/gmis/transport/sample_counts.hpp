@@ -39,13 +39,11 @@ struct SampleCounts {
   [[nodiscard]] constexpr bool stores_light_vertices() const noexcept {
     return has(Technique::connect) || has(Technique::merge);
   }
-  [[nodiscard]] constexpr bool traces_light() const noexcept { return stores_light_vertices() || has(Technique::splat); }
+  [[nodiscard]] constexpr bool traces_light() const noexcept {
+    return stores_light_vertices() || has(Technique::splat);
+  }
   [[nodiscard]] constexpr bool traces_camera() const noexcept {
     return emitter_hits || next_events || stores_light_vertices();
-  }
-  /// Whether anything is done at camera vertices, beyond looking whether they lie on a light.
-  [[nodiscard]] constexpr bool works_at_camera_vertices() const noexcept {
-    return next_events || stores_light_vertices();
   }
   /// Whether connections are drawn from the cache of all trees.
   [[nodiscard]] constexpr bool draws_connections() const noexcept {

@@ -35,7 +35,8 @@ struct CountChoices {
           counts.light_paths = light_paths;
           if (all.connections != 0) counts.connections = connections;
           counts.merges = all.merges && merges;
-          if (!counts.traces_light()) counts.light_paths = 0.0, counts.connections = 0, counts.splats = counts.merges = false;
+          if (!counts.traces_light())
+            counts.light_paths = 0.0, counts.connections = 0, counts.splats = counts.merges = false;
           if (std::find(candidates.begin(), candidates.end(), counts) == candidates.end()) candidates.push_back(counts);
         }
   return candidates;
@@ -55,7 +56,8 @@ struct CountChoices {
 
 /// By how much each technique's count differs from those of a rendering with `made`, whose counts are not 0.
 template <std::floating_point T>
-[[nodiscard]] constexpr PerTechnique<T> count_factors(const SampleCounts& candidate, const SampleCounts& made) noexcept {
+[[nodiscard]] constexpr PerTechnique<T> count_factors(const SampleCounts& candidate,
+                                                      const SampleCounts& made) noexcept {
   const double light = candidate.light_paths / made.light_paths;
   PerTechnique<T> factors{};
   const auto factor_of = [&](Technique technique) -> T& { return factors[static_cast<std::size_t>(technique)]; };

@@ -232,8 +232,7 @@ class RenderPilot {
             scales_b[i] * static_cast<double>(b.second_moments[k]) -
             (scales_a[i] + scales_b[i]) * (static_cast<double>(a.means[k]) * static_cast<double>(b.means[k]) -
                                            static_cast<double>(covariance_of(a, b, k)) * fewer_trees[c]);
-        within_[c] +=
-            scales_a[i] * static_cast<double>(a.within[k]) + scales_b[i] * static_cast<double>(b.within[k]);
+        within_[c] += scales_a[i] * static_cast<double>(a.within[k]) + scales_b[i] * static_cast<double>(b.within[k]);
       }
     }
     add_biases(a, b, values);
@@ -306,7 +305,7 @@ class RenderPilot {
 
   std::vector<SampleCounts> candidates_;
   SampleCounts made_;                    // the pilot itself renders with, but for PilotSplit
-  std::vector<SampleCounts> unsplit_;       // those that are followed: each of them once, without splitting
+  std::vector<SampleCounts> unsplit_;    // those that are followed: each of them once, without splitting
   std::vector<std::size_t> unsplit_of_;  // of a candidate, its place there
   PilotCandidates shape_;
   EngineType engine_;

@@ -45,9 +45,7 @@ class PilotGrid {
   [[nodiscard]] std::size_t tile_count() const noexcept { return static_cast<std::size_t>(tiles_.x * tiles_.y); }
 
  private:
-  [[nodiscard]] int row(std::uint32_t pixel) const noexcept {
-    return static_cast<int>(pixel) / width_ - crop_.lower.y;
-  }
+  [[nodiscard]] int row(std::uint32_t pixel) const noexcept { return static_cast<int>(pixel) / width_ - crop_.lower.y; }
   [[nodiscard]] int column(std::uint32_t pixel) const noexcept {
     return static_cast<int>(pixel) % width_ - crop_.lower.x;
   }

@@ -14,9 +14,9 @@ class PathFilter {
   constexpr explicit PathFilter(const std::optional<PathClassSet>& wanted) noexcept
       : wanted_(wanted.value_or(PathClassSet::all())), classifies_(wanted.has_value()) {}
 
-  [[nodiscard]] constexpr bool keeps(PathClass path_class) const noexcept {
-    return !classifies_ || wanted_.contains(path_class);
-  }
+  /// Whether paths are told apart.
+  [[nodiscard]] constexpr bool classifies() const noexcept { return classifies_; }
+
   /// Whether a light subpath, a camera subpath, can still become part of a path that is wanted.
   [[nodiscard]] constexpr bool keeps_light(HalfPath light) const noexcept {
     return !classifies_ || wanted_.intersects(classes_from_light(light));
@@ -35,9 +35,18 @@ class PathFilter {
   [[nodiscard]] constexpr HalfPath after_event(HalfPath path, const B& bsdf, bool is_delta) const noexcept {
     return classifies_ ? path.then(is_delta ? PathEvent::specular : scattering_event(bsdf)) : path;
   }
-  /// The class of the path that the two make, as far as it is told.
-  [[nodiscard]] constexpr PathClass join(HalfPath light, HalfPath camera) const noexcept {
-    return classifies_ ? class_of(light, camera) : PathClass::unclassified;
+  /// The class of a path, as far as it is told, and whether it is wanted.
+  struct Joined {
+    PathClass path_class = PathClass::unclassified;
+    bool is_kept = true;
+  };
+  /// Of the path whose two halves `light()` and `camera()` give; they are asked only where paths are told apart.
+  template <class Light, class Camera>
+  [[nodiscard]] constexpr Joined join(Light&& light, Camera&& camera) const noexcept {
+    if (!classifies_) [[likely]]
+      return {};
+    const PathClass path_class = class_of(light(), camera());
+    return {path_class, wanted_.contains(path_class)};
   }
 
  private:

@@ -61,12 +61,12 @@ class FilmOutput {
   [[nodiscard]] const std::vector<Contribution<S>>& records() const noexcept { return records_; }
 
   /// A contribution to the pixel whose camera subpath is being traced.
-  void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
+  [[gnu::always_inline]] void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
     pixel_sum_ += weighted;
     if (is_recording_) [[unlikely]]
-      records_.push_back({pixel_, id, value, weight});
+      record({pixel_, id, value, weight});
   }
 
   /// A contribution to any pixel.
@@ -75,7 +75,7 @@ class FilmOutput {
     if (!accept(id, weighted)) return;
     splats_.push_back({pixel, weighted});
     if (is_recording_) [[unlikely]]
-      records_.push_back({pixel, id, value, weight});
+      record({pixel, id, value, weight});
   }
 
   /// Counts what is left out of the path at hand.
@@ -117,6 +117,7 @@ class FilmOutput {
     }
     return true;
   }
+  [[gnu::cold, gnu::noinline]] void record(const Contribution<S>& contribution) { records_.push_back(contribution); }
   [[nodiscard]] static constexpr ScalarOf<S> channel_sum(const S& s) noexcept {
     ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
     for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);

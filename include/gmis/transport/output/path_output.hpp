@@ -55,7 +55,9 @@ concept ChunkOutput = PathOutput<O, S, Weight> && requires(O& output, const O& f
 
 /// An output that also sees every vertex (`ReplayOutput`). For any other, none of that is compiled.
 template <class Output>
-inline constexpr bool observes_paths = requires { typename Output::ObservesPaths; };
+inline constexpr bool observes_paths = requires {
+  typename Output::ObservesPaths;
+};
 
 /// An output that is told which child of a camera subpath's first non-specular vertex is being traced, and when the
 /// techniques at a vertex are done (`PilotOutput`). For any other, none of that is compiled.

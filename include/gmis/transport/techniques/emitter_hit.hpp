@@ -18,8 +18,7 @@ struct EmitterHit {
   /// The ray left the scene along −`emission_direction`; `weights` and `depth` are those of the vertex at infinity.
   template <class Context, class Direction, class S, class Weights, class Point, class Output>
   static void at_escape(const Context& context, const Direction& emission_direction, const S& throughput,
-                        const Weights& weights, int depth, HalfPath path, const Point& from,
-                        Output& output) {
+                        const Weights& weights, int depth, HalfPath path, const Point& from, Output& output) {
     for (const auto* light : context.scene.infinite_lights())
       if (!light->is_delta())
         add(context, *light, Point{}, emission_direction, throughput, weights, depth, path, from, output);
@@ -28,10 +27,10 @@ struct EmitterHit {
  private:
   template <class Context, class L, class Point, class Direction, class S, class Weights, class Output>
   static void add(const Context& context, const L& light, const Point& origin, const Direction& direction,
-                  const S& throughput, const Weights& weights, int depth, HalfPath path,
-                  const Point& from, Output& output) {
-    const PathClass path_class = context.filter.join({}, path);
-    if (!context.filter.keeps(path_class)) return;
+                  const S& throughput, const Weights& weights, int depth, HalfPath path, const Point& from,
+                  Output& output) {
+    const auto [path_class, is_kept] = context.filter.join([] { return HalfPath(); }, [&] { return path; });
+    if (!is_kept) return;
     const auto emitted = light.emitted(origin, direction);
     if (is_black(emitted.radiance)) return;
     const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1), path_class};

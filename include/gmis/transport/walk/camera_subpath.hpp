@@ -46,9 +46,13 @@ class CameraSubpath {
     const auto sample = context_.scene.camera().sample_ray(pixel, uv_pixel, uv_lens);
     if (!sample) return;
     if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight);
-    Edge edge{sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1,
-              {}, false};
-    follow<true>(edge, source, 0);
+    Edge edge{
+        sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1, {},
+        false};
+    if (is_plain()) [[likely]]
+      follow<Walk::plain>(edge, source, 0);
+    else
+      follow_general(edge, source, 0);
   }
 
  private:
@@ -56,17 +60,28 @@ class CameraSubpath {
   struct Edge {
     SurfacePoint<T> from;
     Step<S> step;
-    S throughput;                                         ///< at the far end
-    CameraPartial weights_behind;                         ///< at `from`
-    std::int16_t depth;     ///< of the far end: edges from the camera
-    HalfPath path{};        ///< the events at `from` and before
-    bool has_scattered;     ///< `from` or a vertex before it is non-specular
+    S throughput;                  ///< at the far end
+    CameraPartial weights_behind;  ///< at `from`
+    std::int16_t depth;            ///< of the far end: edges from the camera
+    HalfPath path{};               ///< the events at `from` and before
+    bool has_scattered;            ///< `from` or a vertex before it is non-specular
   };
 
-  /// `edge` is used up. `may_branch`: the first non-specular vertex lies ahead; a child never branches again, and compiled
-  /// apart from the rest it leaves the walk without recursion.
-  template <bool may_branch, UniformSource Source>
-  void follow(Edge& edge, Source& source, std::uint32_t first_number) {
+  /// `plain`: whole paths, not split, whose class nobody asks for: nearly all. Compiled apart from the rest, they do
+  /// without its questions at every vertex.
+  enum class Walk { plain, general };
+  [[nodiscard]] bool is_plain() const noexcept {
+    return context_.counts.camera_children == 1 && !context_.filter.classifies() && !observes_children<Output>;
+  }
+
+  template <UniformSource Source>
+  [[gnu::noinline]] void follow_general(Edge& edge, Source& source, std::uint32_t first_number) {
+    follow<Walk::general>(edge, source, first_number);
+  }
+
+  /// `edge` is used up.
+  template <Walk walk, UniformSource Source>
+  [[gnu::flatten]] void follow(Edge& edge, Source& source, std::uint32_t first_number) {
     for (;; ++edge.depth) {  // to `max_depth`
       ++output_.counters().rays;
       auto hit = context_.scene.intersect(leave(edge.from, edge.step.to_next));
@@ -77,18 +92,20 @@ class CameraSubpath {
       }
       Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
       if (!arrive(edge, vertex)) return;
-      if (context_.counts.emitter_hits) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
+      if (context_.has.emitter_hit) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
       if (edge.depth == context_.max_depth) return;
 
       const auto& bsdf = vertex.hit.bsdf;
       const T survival = survival_probability(bsdf);
       if (survival == T(0)) return;  // nothing is scattered on
       const bool is_specular = bsdf.is_purely_delta();
-      const bool is_first_non_specular = may_branch && !is_specular && !edge.has_scattered;
+      const bool is_first_non_specular = walk == Walk::general && !is_specular && !edge.has_scattered;
       const T light_children = context_.light_children(bsdf, survival);
-      vertex.children = {context_.camera_children(survival, is_first_non_specular), light_children};
+      const bool is_plain = walk == Walk::plain;
+      vertex.children = {is_plain ? survival : context_.camera_children(survival, is_first_non_specular),
+                         light_children};
       const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
-      if (!is_specular && context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf)))
+      if (!is_specular && (is_plain || context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf))))
         at_vertex(vertex, source, number);
 
       const ScatteringVertex<typename Sc::Bsdf> scattering{
@@ -98,31 +115,33 @@ class CameraSubpath {
           TransportMode::radiance,
           survival,
           vertex.children,
-          {context_.camera_delta_children(survival, is_first_non_specular), light_children}};
-      if constexpr (may_branch)
-        if (const int children = is_first_non_specular ? context_.split.camera_children(number_) : 0;
-            children > 1 || (observes_children<Output> && is_first_non_specular)) {
+          {is_plain ? survival : context_.camera_delta_children(survival, is_first_non_specular), light_children}};
+      if (is_first_non_specular)
+        if (const int children = context_.split.camera_children(number_); children > 1 || observes_children<Output>) {
           branch(edge, vertex, scattering, children, source, number + 1);
           return;
         }
       source.at_vertex(number + 1);
       const auto next = scatter(scattering, source);
       if (!next) return;
-      if (context_.camera_stops() && !next->is_delta) return;
-      edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
-      if (!context_.filter.keeps_camera(edge.path)) return;
+      if constexpr (walk == Walk::general) {
+        if (context_.camera_stops() && !next->is_delta) return;
+        edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
+        if (!context_.filter.keeps_camera(edge.path)) return;
+        edge.has_scattered = edge.has_scattered || !is_specular;
+      }
       edge.step = *next;
       edge.throughput = edge.throughput * next->weight;
       edge.from = vertex.hit.point;
       edge.weights_behind = vertex.weights;
-      edge.has_scattered = edge.has_scattered || !is_specular;
     }
   }
 
   /// All children of the first non-specular vertex, each with random numbers of its own.
   template <UniformSource Source>
-  [[gnu::noinline]] void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering, int count,
-              Source& source, std::uint32_t number) {
+  [[gnu::noinline]] void branch(const Edge& edge, const Vertex& vertex,
+                                const ScatteringVertex<typename Sc::Bsdf>& scattering, int count, Source& source,
+                                std::uint32_t number) {
     Source children = source;
     children.at_vertex(number);
     std::uint32_t child = 0;
@@ -133,7 +152,7 @@ class CameraSubpath {
       Edge next{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth, path, true};
       ++next.depth;
       if constexpr (observes_children<Output>) output_.begin_child(edge.depth);
-      follow<false>(next, source, detail::camera_numbers_per_child * child);
+      follow_general(next, source, detail::camera_numbers_per_child * child);
     });
     if constexpr (observes_children<Output>) output_.end_children();
   }
@@ -157,7 +176,7 @@ class CameraSubpath {
 
   void escape(const Edge& edge) {
     if constexpr (observes_paths<Output>) output_.on_escape(edge.step, edge.throughput, edge.depth);
-    if (context_.counts.emitter_hits) {
+    if (context_.has.emitter_hit) {
       if (is_usable_density(edge.step.forward)) [[likely]]
         EmitterHit::at_escape(context_, -edge.step.to_next, edge.throughput,
                               weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.path, edge.from,
@@ -179,13 +198,11 @@ class CameraSubpath {
 
   template <UniformSource Source>
   void at_vertex(const Vertex& vertex, Source& source, std::uint32_t number) {
-    const SampleCounts& counts = context_.counts;
-    if (!counts.works_at_camera_vertices()) return;
     source.at_vertex(number);
-    if (counts.next_events) NextEvent::at_camera_vertex(context_, vertex, source, output_);
+    if (context_.has.next_event) NextEvent::at_camera_vertex(context_, vertex, source, output_);
     if constexpr (Context::has_light_side) {
-      if (counts.has(Technique::connect)) Connect::at_camera_vertex(context_, vertex, number_, source, output_);
-      if (counts.has(Technique::merge)) Merge::at_camera_vertex(context_, vertex, output_);
+      if (context_.has.connect) Connect::at_camera_vertex(context_, vertex, number_, source, output_);
+      if (context_.has.merge) Merge::at_camera_vertex(context_, vertex, output_);
     }
     if constexpr (observes_children<Output>) output_.end_vertex();
   }

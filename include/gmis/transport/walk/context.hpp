@@ -34,6 +34,9 @@ struct IterationContext {
   const LightVertexGrid<T>& grid;
   const LightVertexCache<StoredVertex>& cache;  ///< its numbers are those of the grid
   SampleCounts counts;
+  struct {
+    bool emitter_hit, next_event, connect, splat, merge;
+  } has;               ///< the techniques whose count is not 0
   T connection_scale;  ///< V / (m n_L): the factor of the throughput of a light vertex drawn from the cache
   PixelBounds crop;
   glm::ivec2 resolution;

@@ -75,7 +75,7 @@ class LightTree {
     if (vertex.bsdf.is_purely_delta() || survival_probability(vertex.bsdf) == T(0)) return;
     if (stored != nullptr && context_.filter.keeps_light(context_.filter.after_scattering(vertex.path, vertex.bsdf)))
       stored->add(vertex);
-    if (context_.counts.splats) Splat::at_light_vertex(context_, vertex, source, output_);
+    if (context_.has.splat) Splat::at_light_vertex(context_, vertex, source, output_);
   }
 
   [[nodiscard]] ScatteringVertex<typename Sc::Bsdf> scattering_at(const Vertex& at) const noexcept {
@@ -147,13 +147,16 @@ class LightTree {
   }
 
   [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
-                                 const decltype(Vertex::weights)& weights, int depth,
-                                 HalfPath path) const {
+                                 const decltype(Vertex::weights)& weights, int depth, HalfPath path) const {
     const T survival = survival_probability(hit.bsdf);
-    return {hit.point,  hit.bsdf,
-            -direction, throughput,
-            weights,    {context_.light_children(hit.bsdf, survival), context_.camera_children(survival, false)},
-            static_cast<std::int16_t>(depth),      path};
+    return {hit.point,
+            hit.bsdf,
+            -direction,
+            throughput,
+            weights,
+            {context_.light_children(hit.bsdf, survival), context_.camera_children(survival, false)},
+            static_cast<std::int16_t>(depth),
+            path};
   }
 
   /// Counts a density that no weight can be formed with.

@@ -24,7 +24,8 @@ namespace gmis {
 /// - `nominal_camera_children()`: their number in the weights.
 /// - `expand_camera(at, children, source, visit)`: draws them and calls `visit(step)` for those that go on.
 template <class P, class B>
-concept SplitPolicy = Bsdf<B> && requires(const P& policy, const B& bsdf, const ScatteringVertex<B>& at, Philox& source) {
+concept SplitPolicy = Bsdf<B> &&
+    requires(const P& policy, const B& bsdf, const ScatteringVertex<B>& at, Philox& source) {
   P(RenderSettings{});
   { P::splits_light } -> std::convertible_to<bool>;
   { policy.nominal_children(bsdf) } -> std::convertible_to<double>;

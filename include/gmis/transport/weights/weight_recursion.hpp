@@ -111,8 +111,8 @@ class WeightRecursion {
   }
 
   /// From x_j to x_{j−1} of a camera subpath; arguments as in `extend_light`. `is_next_to_camera`: x_j is x_{k−1}.
-  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera, bool is_delta, T reverse,
-                                                      T to_area, T density) const noexcept {
+  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera, bool is_delta,
+                                                      T reverse, T to_area, T density) const noexcept {
     return extend(counted(at, is_next_to_camera), is_delta, reverse, to_area, density, Number(T(1)));
   }
 
@@ -130,8 +130,8 @@ class WeightRecursion {
 
   /// s = 1. `hit` is b_0, the density of the camera subpath making x_0 itself (0 for a light that no ray can hit);
   /// `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
-  [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event, T hit,
-                                            T first, T reverse) const noexcept {
+  [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
+                                            T hit, T first, T reverse) const noexcept {
     const Sum others = emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_next_to_camera), reverse);
     return Sums::weight(next_event_ * h(next_event), others);
   }
