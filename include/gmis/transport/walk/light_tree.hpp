@@ -29,7 +29,7 @@ class LightTree {
   /// `stored`: takes the vertices that camera vertices are connected or merged with; null keeps none. `expanded(bsdf, drawn)`
   /// is called for every vertex whose children were drawn by a policy that splits light trees.
   template <UniformSource Source, class Expanded>
-  void trace(Source source, Chunk* stored, Expanded&& expanded) {
+  [[gnu::flatten]] void trace(Source source, Chunk* stored, Expanded&& expanded) {
     if (context_.max_depth < 2) return;  // light seen directly is the camera's alone
     ++output_.counters().light_subpaths;
     source.at_vertex(0);
