@@ -103,9 +103,13 @@ void print_summary(const RenderResult& result, const std::vector<std::filesystem
                    const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
               result.stopped_by.c_str(), result.estimate.mean);
-  if (result.iterations > 1) std::printf(", relative error %.4f", result.estimate.relative_error);
-  if (result.interval) std::printf(" (95 %%: %.4f to %.4f)", result.interval->lower, result.interval->upper);
+  if (result.error && result.error->relative_error > 0) {
+    std::printf(", relative error %.4f", result.error->relative_error);
+    if (result.error->is_calibrated())
+      std::printf(" (95 %%: %.4f to %.4f)", result.error->interval.lower, result.error->interval.upper);
+  }
   std::printf("\n");
+  if (result.error) std::fputs(caution_of(*result.error, result.image.width).c_str(), stdout);
   print_prediction(result, is_merging);
   if (error)
     std::printf("against the reference: relMSE %.4g (%.4g without the worst 0.1 %% of the pixels), RMSE %.4g\n",
@@ -188,7 +192,7 @@ int run(Options options) {
   WriteFailures failures;
   request.interrupted = &interrupt_flag();
   request.reference = reference ? &*reference : nullptr;
-  request.intervals = !options.log_file.empty() || !options.statistics_file.empty();
+  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty();
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   ProgressBar bar(request, !options.quiet);
   if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };

@@ -150,4 +150,26 @@ std::string explain_choice(const MeasuredChoice& choice, const Counters& work) {
   return text.str();
 }
 
+std::string caution_of(const ErrorEstimate& error, int width) {
+  std::ostringstream text;
+  text << std::setprecision(2);
+  if (error.doubt == ErrorDoubt::nothing_found) {
+    text << "caution     nothing has been found yet: no pixel differs between iterations\n";
+    return text.str();
+  }
+  if (error.doubt != ErrorDoubt::rare_events && error.doubt != ErrorDoubt::few_pixels) return {};
+  const double share = error.share_of_worst();
+  text << "caution     ";
+  if (share > ErrorCalibration{}.largest_share_of_worst) {
+    text << 100 * share << " % of the squared error is in few pixels:";
+    for (const PixelShare& one : error.worst)
+      if (one.share > 0)
+        text << ' ' << one.pixel % static_cast<std::size_t>(width) << ','
+             << one.pixel / static_cast<std::size_t>(width);
+    text << "; ";
+  }
+  text << "rare, bright samples rule the error, so it has no interval and --error does not end the run\n";
+  return text.str();
+}
+
 }  // namespace gmis::tools

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "gmis/result/error_estimate.hpp"
 #include "gmis/transport/plan.hpp"
 #include "support/render.hpp"
 
@@ -28,5 +29,8 @@ namespace gmis::tools {
 [[nodiscard]] std::string text_of(const Candidate& candidate);
 /// Lines of --explain after the run: what a pilot chose, and what the nearest others would have cost.
 [[nodiscard]] std::string explain_choice(const MeasuredChoice& choice, const Counters& work);
+
+/// One line on what may be wrong with an estimated error, and what to do; empty where nothing is.
+[[nodiscard]] std::string caution_of(const ErrorEstimate& error, int width);
 
 }  // namespace gmis::tools

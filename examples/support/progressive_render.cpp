@@ -1,5 +1,6 @@
 #include "support/progressive_render.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -60,7 +61,7 @@ ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderReques
   const Timer timer(progress_.seconds, cpu_seconds_);
   source_ = start(scene, request);
   if (request.halves) halves_.assign(2, Film<Spectrum>(film_.resolution()));
-  if (request.intervals) batches_.emplace(film_.pixel_count());
+  if (request.intervals || request.budget.relative_error) batches_.emplace(film_.resolution());
 }
 
 bool ProgressiveRender::advance(ThreadedExecutor& executor) {
@@ -113,8 +114,16 @@ void ProgressiveRender::take_frame() {
   if (request_.class_images)
     source_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { classes_.add(contribution); });
   ++progress_.iterations;
-  if (request_.budget.relative_error || request_.on_iteration)
-    progress_.relative_error = progress_.iterations > 1 ? estimate_of(film_).relative_error : 0;
+  if (batches_ && progress_.iterations >= next_estimate_ && (request_.budget.relative_error || request_.on_iteration)) {
+    // Every 32nd part of a run: an estimate takes about as long as adding a few iterations.
+    next_estimate_ = progress_.iterations + std::max(1U, progress_.iterations / 32);
+    if (const auto estimate = error()) {
+      progress_.relative_error = estimate->relative_error;
+      progress_.is_calibrated = estimate->is_calibrated();
+    }
+  } else {
+    progress_.is_calibrated = false;  // a run ends by the figure that it then prints
+  }
 }
 
 std::optional<StopReason> ProgressiveRender::reason_to_stop() const {
@@ -127,9 +136,9 @@ Image ProgressiveRender::image() const {
   return image_of(film_);
 }
 
-std::optional<Interval> ProgressiveRender::interval() const {
+std::optional<ErrorEstimate> ProgressiveRender::error() const {
   if (!batches_) return {};
-  return estimate_error(*batches_, film_.iterations());
+  return estimate_error(*batches_);
 }
 
 ConvergencePoint ProgressiveRender::point() const {
@@ -137,8 +146,10 @@ ConvergencePoint ProgressiveRender::point() const {
   point.cpu_seconds = cpu_seconds_;
   point.wall_seconds = progress_.seconds;
   point.iteration = progress_.iterations;
-  if (progress_.iterations > 1) point.estimated_error = estimate_of(film_).relative_error;
-  point.interval = interval();
+  if (const auto estimate = error()) {
+    point.estimated_error = estimate->relative_error;
+    if (estimate->is_calibrated()) point.interval = estimate->interval;
+  }
   if (request_.reference != nullptr) {
     const Image shown = image();
     point.reference_error = std::sqrt(
@@ -161,8 +172,8 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
   if (request_.techniques) result.techniques = techniques_.means(progress_.iterations);
   if (request_.class_images) result.classes = classes_.result(progress_.iterations, counters_, light_work_);
   result.estimate = estimate_of(film_);
-  result.interval = interval();
-  result.prediction = predict(log_, result.estimate.relative_error);
+  result.error = error();
+  if (result.error) result.prediction = predict(log_, result.error->relative_error);
   result.counters = counters_;
   result.rejected_paths = rejected_paths_;
   result.tuning = source_->tuning();

@@ -6,6 +6,7 @@
 
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/convergence_log.hpp"
+#include "gmis/result/error_estimate.hpp"
 #include "gmis/result/film.hpp"
 #include "support/class_sums.hpp"
 #include "support/frame_source.hpp"
@@ -36,8 +37,8 @@ class ProgressiveRender {
   /// What the latest iteration alone gives inside the crop.
   [[nodiscard]] std::span<const Spectrum> frame() const { return frame_; }
   [[nodiscard]] Image image() const;
-  /// The interval is there when the request is for intervals and enough has been done.
-  [[nodiscard]] std::optional<Interval> interval() const;
+  /// There when the request is for intervals or for an error, from the second iteration on.
+  [[nodiscard]] std::optional<ErrorEstimate> error() const;
   /// What is known now, for a log.
   [[nodiscard]] ConvergencePoint point() const;
   [[nodiscard]] const ConvergenceLog& log() const { return log_; }
@@ -59,6 +60,7 @@ class ProgressiveRender {
   std::span<const Spectrum> frame_;
   std::vector<Spectrum> part_;
   Progress progress_;
+  std::uint32_t next_estimate_ = 2;  ///< the iteration after which the error is looked at again
   ConvergenceLog log_;
   Counters counters_, light_work_;
   std::vector<RejectedPath> rejected_paths_;

@@ -11,6 +11,7 @@
 #include "gmis/result/budget.hpp"
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/counters.hpp"
+#include "gmis/result/error_estimate.hpp"
 #include "gmis/result/error_fit.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/rejection_limit.hpp"
@@ -50,7 +51,7 @@ struct RenderRequest {
   bool class_images = false;  ///< with `classifies`
   /// Contributions carry the class of their path, and only those of `settings.path_classes` are made.
   bool classifies = false;
-  bool intervals = false;            ///< keeps batches, for the interval of the error
+  bool intervals = false;            ///< keeps batches, for the error and its interval
   const Image* reference = nullptr;  ///< of the crop's size, for the log
   std::function<void(const Progress&)> on_iteration;
   std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the log
@@ -92,7 +93,7 @@ struct RenderResult {
   std::vector<TechniqueImage> techniques;
   PathClassResult classes;
   ImageEstimate estimate;
-  std::optional<Interval> interval;      ///< of the relative error
+  std::optional<ErrorEstimate> error;    ///< when asked for, from the second iteration on
   std::optional<Prediction> prediction;  ///< when the log knows enough
   Counters counters;
   std::vector<RejectedPath> rejected_paths;  ///< the first of them

@@ -128,6 +128,25 @@ Json choice_json(const MeasuredChoice& choice, const Counters& work) {
   return json;
 }
 
+/// The pixels that make most of the error by their column and row in the image.
+Json error_json(const std::optional<ErrorEstimate>& error, int width) {
+  const bool is_calibrated = error && error->is_calibrated();
+  Json json{{"relative_error", error ? Json(error->relative_error) : Json(nullptr)},
+            {"relative_error_trimmed", error ? Json(error->relative_error_trimmed) : Json(nullptr)},
+            {"is_calibrated", is_calibrated},
+            {"doubt", error ? Json(gmis::name_of(error->doubt)) : Json(nullptr)},
+            {"interval", nullptr},
+            {"worst_pixels", Json::array()}};
+  if (is_calibrated) json["interval"] = {error->interval.lower, error->interval.upper};
+  if (error)
+    for (const PixelShare& one : error->worst)
+      if (one.share > 0) {
+        const int pixel = static_cast<int>(one.pixel);
+        json["worst_pixels"].push_back({{"x", pixel % width}, {"y", pixel / width}, {"share", one.share}});
+      }
+  return json;
+}
+
 }  // namespace
 
 std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
@@ -183,8 +202,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   // One iteration says nothing about its own variance.
   const bool has_variance = result.iterations > 1;
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
-  json["estimate"]["relative_error"] = has_variance ? Json(result.estimate.relative_error) : Json(nullptr);
-  json["estimate"]["interval"] = result.interval ? Json{result.interval->lower, result.interval->upper} : Json(nullptr);
+  json["estimate"].update(error_json(result.error, result.image.width));
   if (result.prediction) {
     const double seconds = result.prediction->seconds_to_half_error;
     json["prediction"] = {{"slope", result.prediction->law.slope},
