@@ -1,8 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
-#include "gmis/result/error_estimate.hpp"
+#include "gmis/result/price.hpp"
 #include "gmis/transport/plan.hpp"
 #include "support/render.hpp"
 
@@ -30,7 +31,11 @@ namespace gmis::tools {
 /// Lines of --explain after the run: what a pilot chose, and what the nearest others would have cost.
 [[nodiscard]] std::string explain_choice(const MeasuredChoice& choice, const Counters& work);
 
-/// One line on what may be wrong with an estimated error, and what to do; empty where nothing is.
-[[nodiscard]] std::string caution_of(const ErrorEstimate& error, int width);
+/// A line on what may be wrong with the error of a result; empty where nothing is.
+[[nodiscard]] std::string caution_of(const RenderResult& result, const RenderRequest& request, const Plan& plan);
+/// "18 min", with two digits.
+[[nodiscard]] std::string duration_text(double seconds);
+/// A line for every price: error, iterations, processor time, wall time, whether reached.
+[[nodiscard]] std::string text_of(const std::optional<PriceTable>& prices);
 
 }  // namespace gmis::tools

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <ctime>
 
-#include "gmis/result/error_fit.hpp"
 #include "gmis/result/image_error.hpp"
+#include "gmis/result/price.hpp"
 
 namespace gmis::tools {
 
@@ -38,15 +38,11 @@ Image image_of(const Film<FrameSource::Spectrum>& film) {
   return image;
 }
 
-/// From the estimated errors; those of the first iterations say little about themselves.
-std::optional<Prediction> predict(const ConvergenceLog& log, double error) {
-  std::vector<ErrorAtTime> course;
-  for (const ConvergencePoint& point : log.points())
-    if (point.estimated_error && point.iteration >= Budget::fewest_iterations_for_error)
-      course.push_back({point.wall_seconds, *point.estimated_error});
-  const std::optional<PowerLaw> law = fit_power_law(course);
-  if (!law) return {};
-  return Prediction{*law, law->seconds_to_reach(error / 2)};
+/// Of the usual errors, and of half the error that there is.
+std::optional<PriceTable> prices_of(const ConvergenceLog& log, double error) {
+  std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
+  errors.push_back(error / 2);
+  return price_table(log.points(), errors);
 }
 
 }  // namespace
@@ -173,7 +169,7 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
   if (request_.class_images) result.classes = classes_.result(progress_.iterations, counters_, light_work_);
   result.estimate = estimate_of(film_);
   result.error = error();
-  if (result.error) result.prediction = predict(log_, result.error->relative_error);
+  if (result.error) result.prices = prices_of(log_, result.error->relative_error);
   result.counters = counters_;
   result.rejected_paths = rejected_paths_;
   result.tuning = source_->tuning();

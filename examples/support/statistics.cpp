@@ -147,6 +147,31 @@ Json error_json(const std::optional<ErrorEstimate>& error, int width) {
   return json;
 }
 
+Json number_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json prediction_json(const std::optional<PriceTable>& table) {
+  if (!table) return nullptr;
+  return {{"slope", table->law.slope},
+          {"is_fitted", table->law.is_fitted},
+          {"seconds_to_half_error", number_or_null(table->prices.back().wall_seconds)}};
+}
+
+Json prices_json(const std::optional<PriceTable>& table) {
+  Json json = Json::array();
+  if (!table) return json;
+  for (std::size_t i = 0; i + 1 < table->prices.size(); ++i) {  // the last is that of half the error
+    const Price& price = table->prices[i];
+    json.push_back({{"error", price.error},
+                    {"iterations", number_or_null(price.iterations)},
+                    {"cpu_seconds", number_or_null(price.cpu_seconds)},
+                    {"wall_seconds", number_or_null(price.wall_seconds)},
+                    {"is_reached", price.is_reached}});
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
@@ -203,14 +228,8 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   const bool has_variance = result.iterations > 1;
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
   json["estimate"].update(error_json(result.error, result.image.width));
-  if (result.prediction) {
-    const double seconds = result.prediction->seconds_to_half_error;
-    json["prediction"] = {{"slope", result.prediction->law.slope},
-                          {"is_fitted", result.prediction->law.is_fitted},
-                          {"seconds_to_half_error", std::isfinite(seconds) ? Json(seconds) : Json(nullptr)}};
-  } else {
-    json["prediction"] = nullptr;
-  }
+  json["prediction"] = prediction_json(result.prices);
+  json["prices"] = prices_json(result.prices);
   json["memory"] = {{"peak_bytes", peak_memory_bytes()}, {"photon_bytes", result.photon_bytes}};
   if (facts.error)
     json["error"] = {
