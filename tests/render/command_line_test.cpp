@@ -17,7 +17,7 @@ namespace {
 
 const std::string small = "cornell --size 8x8 --iterations 2 --threads 1 ";
 /// A scene without fireflies, whose errors have an interval soon.
-const std::string quiet_scene = "'" GMIS_SCENE_FOLDER "/../../bench/scenes/all_glossy.pbrt'";
+const std::string quiet_scene = "'" GMIS_SCENE_FOLDER "/../../bench/scenes/open_sky.pbrt'";
 
 Json statistics(const ScratchFolder& folder, const std::string& arguments) {
   const Outcome outcome = run(folder, arguments + " --out a.pfm --stats s.json");
@@ -162,7 +162,7 @@ TEST_CASE("A run that found nothing is not finished by --error") {
   // Light that is seen directly and nothing else: every iteration is the same.
   const Outcome constant =
       run(folder,
-          "cornell --integrator pt --effects emission-only --size 2x2 --crop 0,0,1,1 --iterations 40 --error 0.5 "
+          "cornell --integrator pt --effects emission-only --size 32x32 --crop 0,0,2,2 --iterations 40 --error 0.5 "
           "--out a.pfm --stats s.json");
   CHECK(constant.exit_code == 0);
   CHECK(constant.out.find("nothing has been found yet") != std::string::npos);
@@ -459,7 +459,7 @@ TEST_CASE("Stopping rules: the first one met") {
   const Json timed = statistics(folder, "cornell --size 8x8 --time 0.3 --iterations 100000000 --threads 1");
   CHECK(timed["stopped_by"] == "time");
   CHECK(timed["iterations"].get<int>() >= 1);
-  const Json exact = statistics(folder, quiet_scene + " --integrator pt --size 24x24 --error 0.15 --iterations 4000");
+  const Json exact = statistics(folder, quiet_scene + " --integrator bpt --size 24x24 --error 0.15 --iterations 4000");
   CHECK(exact["stopped_by"] == "error");
   CHECK(exact["estimate"]["relative_error"].get<double>() <= 0.15);
   CHECK(exact["estimate"]["is_calibrated"] == true);
@@ -474,7 +474,7 @@ TEST_CASE("Stopping rules: the first one met") {
 TEST_CASE("The log has a line per point, with and without a reference, and the last one is what the statistics say") {
   const ScratchFolder folder;
   const Json plain =
-      statistics(folder, quiet_scene + " --integrator pt --size 24x24 --iterations 41 --seed 3 --log l.csv");
+      statistics(folder, quiet_scene + " --integrator bpt --size 24x24 --iterations 41 --seed 3 --log l.csv");
   const std::string log = text_of(folder / "l.csv");
   CHECK(line_count(log) == 1 + 18);  // 1 to 8, 10 12 14 16 20 24 28 32 40, and the end
   CHECK(log.starts_with("cpu_seconds,wall_seconds,iteration,estimated_error,"));
@@ -488,7 +488,7 @@ TEST_CASE("The log has a line per point, with and without a reference, and the l
 
   fs::rename(folder / "a.pfm", folder / "reference.pfm");
   const Json compared = statistics(
-      folder, quiet_scene + " --integrator pt --size 24x24 --iterations 9 --log l.csv --reference reference.pfm");
+      folder, quiet_scene + " --integrator bpt --size 24x24 --iterations 9 --log l.csv --reference reference.pfm");
   const std::string text = text_of(folder / "l.csv");
   CHECK(line_count(text) == 1 + 9);
   const std::string last = text.substr(text.rfind(',') + 1);

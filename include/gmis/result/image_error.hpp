@@ -56,7 +56,8 @@ template <class T, class U>
 
   ImageError error;
   const double count = static_cast<double>(pixels * channels);
-  for (const double value : relative) error.relmse += value / count;
+  for (const double value : relative) error.relmse += value;
+  error.relmse /= count;
   error.rmse = std::sqrt(squares / count);
   error.relmse_trimmed = trimmed_mean(relative, channels);
   return error;
