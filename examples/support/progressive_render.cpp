@@ -74,6 +74,7 @@ bool ProgressiveRender::advance(ThreadedExecutor& executor) {
   const auto rejected = source_->rejections().paths();
   rejected_paths_.assign(rejected.begin(), rejected.end());
   phases_ = source_->seconds();
+  look_at_error();
   if (log_.is_due(progress_.iterations)) add_to_log();
   return true;
 }
@@ -110,16 +111,21 @@ void ProgressiveRender::take_frame() {
   if (request_.class_images)
     source_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { classes_.add(contribution); });
   ++progress_.iterations;
-  if (batches_ && progress_.iterations >= next_estimate_ && (request_.budget.relative_error || request_.on_iteration)) {
-    // Every 32nd part of a run: an estimate takes about as long as adding a few iterations.
-    next_estimate_ = progress_.iterations + std::max(1U, progress_.iterations / 32);
-    if (const auto estimate = error()) {
-      progress_.relative_error = estimate->relative_error;
-      progress_.is_calibrated = estimate->is_calibrated();
-    }
-  } else {
-    progress_.is_calibrated = false;  // a run ends by the figure that it then prints
-  }
+}
+
+void ProgressiveRender::look_at_error() {
+  double ignored = 0;
+  const Timer timer(progress_.seconds, ignored);  // looking at the picture is no part of making it
+  progress_.is_calibrated = false;                // a run ends by the figure that it then prints, not by an older one
+  const bool is_due = request_.budget.relative_error && progress_.iterations >= next_look_;
+  if (!batches_ || !(is_due || log_.is_due(progress_.iterations))) return;
+  // Eight times in each doubling: an estimate takes about as long as adding ten iterations to a film.
+  next_look_ = progress_.iterations + std::max(1U, progress_.iterations / 8);
+  latest_error_ = estimate_error(*batches_);
+  looked_at_ = progress_.iterations;
+  if (!latest_error_) return;
+  progress_.relative_error = latest_error_->relative_error;
+  progress_.is_calibrated = latest_error_->is_calibrated();
 }
 
 std::optional<StopReason> ProgressiveRender::reason_to_stop() const {
@@ -134,7 +140,7 @@ Image ProgressiveRender::image() const {
 
 std::optional<ErrorEstimate> ProgressiveRender::error() const {
   if (!batches_) return {};
-  return estimate_error(*batches_);
+  return looked_at_ == progress_.iterations ? latest_error_ : estimate_error(*batches_);
 }
 
 ConvergencePoint ProgressiveRender::point() const {

@@ -46,6 +46,7 @@ class ProgressiveRender {
 
  private:
   void take_frame();
+  void look_at_error();
   void add_to_log();
 
   const RenderRequest& request_;
@@ -60,7 +61,8 @@ class ProgressiveRender {
   std::span<const Spectrum> frame_;
   std::vector<Spectrum> part_;
   Progress progress_;
-  std::uint32_t next_estimate_ = 2;  ///< the iteration after which the error is looked at again
+  std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `looked_at_`
+  std::uint32_t looked_at_ = 0, next_look_ = 2;
   ConvergenceLog log_;
   Counters counters_, light_work_;
   std::vector<RejectedPath> rejected_paths_;

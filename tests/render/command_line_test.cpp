@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "program.hpp"
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
+#include "support/plan_text.hpp"
 #include "support/technique_sheet.hpp"
 
 using namespace program;
@@ -546,6 +549,52 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   CHECK(quiet.exit_code == 0);
   CHECK(quiet.out.empty());
   CHECK(quiet.err.empty());
+}
+
+TEST_CASE("A caution names the pixels that rule the error, and what made the first of them") {
+  using namespace gmis::tools;
+  RenderResult result;
+  result.image = Image(10, 5);
+  result.error.emplace();
+  result.error->doubt = gmis::ErrorDoubt::few_pixels;
+  result.error->worst = {{{23, 0.5}, {7, 0.25}}};
+  const RenderRequest request;
+  const gmis::Plan plan;
+  std::string caution = caution_of(result, request, plan);
+  CHECK(caution.find("75 % of the squared error is in the pixels 3,2 7,0; ") != std::string::npos);
+  TechniqueImage splat, connect;
+  splat.id = {gmis::Technique::splat, 2, 1};
+  connect.id = {gmis::Technique::connect, 2, 2};
+  splat.weighted = connect.weighted = Image(10, 5);
+  splat.weighted.rgb[3 * 23 + 1] = 9;
+  connect.weighted.rgb[3 * 23] = 1;
+  connect.weighted.rgb[3 * 7] = 50;
+  result.techniques = {connect, splat};
+  caution = caution_of(result, request, plan);
+  CHECK(caution.find("(the first mostly by splats (s = 2, t = 1))") != std::string::npos);
+  result.error->doubt = gmis::ErrorDoubt::none;
+  CHECK(caution_of(result, request, plan).empty());
+  result.error->doubt = gmis::ErrorDoubt::nothing_found;
+  CHECK(caution_of(result, request, plan).find("nothing has been found yet") != std::string::npos);
+}
+
+TEST_CASE("Prices in words") {
+  using namespace gmis::tools;
+  CHECK(duration_text(0.0421) == "42 ms");
+  CHECK(duration_text(1.52) == "1.5 s");
+  CHECK(duration_text(94) == "94 s");
+  CHECK(duration_text(18 * 60 + 20) == "18 min");
+  CHECK(duration_text(3.2 * 3600) == "3.2 h");
+  CHECK(duration_text(std::numeric_limits<double>::infinity()) == "never");
+  gmis::PriceTable table;
+  table.prices = {{0.05, 96, 12, 6, true},
+                  {0.005, std::numeric_limits<double>::infinity(), 0, 0, false},
+                  {0.02, 640, 80, 40, false}};
+  const std::string text = text_of(std::optional(table));
+  CHECK(text.find("5 %                   96        12 s       6.0 s  reached") != std::string::npos);
+  CHECK(text.find("not in sight") != std::string::npos);
+  CHECK(text.find("half of this         640        80 s        40 s  predicted") != std::string::npos);
+  CHECK(text_of(std::optional<gmis::PriceTable>()).empty());
 }
 
 TEST_CASE("Without --out the film's file name is used") {

@@ -135,8 +135,8 @@ Shape "bilinearmesh" "point3 P" [ -1 2 -3  1 2 -3  -1 2 1  1 2 1 ]
 
 }  // namespace
 
-// Were each interval to cover the truth with a probability of 95 %, fewer than 90 % of 100 would with one of 0.1 (in 9 of 10
-// seeds none of three scenes is so far off), fewer than 85 % with one of 1e-4.
+// Were each of 100 intervals to cover the truth with a probability of 95 %, fewer than 85 would in 1 of 20,000 seeds. At 16
+// iterations samples are still too rare for intervals to be shown.
 TEST_CASE("Without fireflies stated errors are true, and their intervals cover the truth") {
   const SceneFile sky(sky_over_balls), hall(glossy_hall);
   struct Case {
@@ -149,7 +149,7 @@ TEST_CASE("Without fireflies stated errors are true, and their intervals cover t
       INFO(c.name << ", " << iterations << " iterations: " << calibration);
       CHECK(calibration.median() > 0.9);
       CHECK(calibration.median() < 1.15);
-      CHECK(calibration.shown >= 80);
+      if (iterations >= 64) CHECK(calibration.shown >= 80);
       CHECK(calibration.covered >= 0.85 * calibration.shown);
     }
   }
@@ -161,4 +161,5 @@ TEST_CASE("With fireflies there is no interval") {
   const Calibration calibration = calibration_of(scenes / "paper1.pbrt", IntegratorChoice::pt, 64, {24, 24}, 40);
   INFO(calibration);
   CHECK(calibration.shown <= 4);
+  CHECK(calibration.median() > 0.7);
 }

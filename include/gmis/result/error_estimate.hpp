@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "gmis/core/statistics.hpp"
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/image_error.hpp"
+#include "gmis/result/run_parts.hpp"
 
 namespace gmis {
 
@@ -72,56 +72,6 @@ struct ErrorCalibration {
   double largest_share_of_worst = 0.2;  ///< of `ErrorEstimate::worst` in the squared error
 };
 
-namespace detail {
-
-/// The parts of a run, complete batches and the unfinished one, with the share of each in all iterations.
-template <Spectrum S>
-class RunParts {
- public:
-  static constexpr std::size_t most = BatchMeans<S>::capacity + 1;
-
-  explicit RunParts(const BatchMeans<S>& means) : means_(means), count_(means.batch_count()) {
-    const double iterations = static_cast<double>(means.iterations());
-    for (std::size_t b = 0; b < count_; ++b)
-      shares_[b] = static_cast<double>(means.iterations_per_batch()) / iterations;
-    if (means.unfinished_iterations() > 0)
-      shares_[count_++] = static_cast<double>(means.unfinished_iterations()) / iterations;
-  }
-
-  [[nodiscard]] std::size_t count() const noexcept { return count_; }
-  [[nodiscard]] double share(std::size_t part) const noexcept { return shares_[part]; }
-  [[nodiscard]] double value(std::size_t part, std::size_t index) const noexcept {
-    return part < means_.batch_count() ? static_cast<double>(means_.batch(part)[index]) : means_.unfinished()[index];
-  }
-
- private:
-  const BatchMeans<S>& means_;
-  std::size_t count_;
-  std::array<double, most> shares_{};
-};
-
-/// The mean around a pixel without one part of the run, by a tent five pixels wide, cut at the borders of the image.
-template <Spectrum S>
-[[nodiscard]] double neighbourhood_without(const RunParts<S>& parts, std::span<const double> mean,
-                                           glm::ivec2 resolution, std::size_t index, std::size_t part) {
-  constexpr int channels = BatchMeans<S>::channel_count, reach = 2;
-  const int pixel = static_cast<int>(index / channels), x = pixel % resolution.x, y = pixel / resolution.x;
-  double sum = 0.0, weights = 0.0;
-  for (int v = std::max(0, y - reach); v <= std::min(resolution.y - 1, y + reach); ++v)
-    for (int u = std::max(0, x - reach); u <= std::min(resolution.x - 1, x + reach); ++u) {
-      const std::size_t there =
-          (static_cast<std::size_t>(v) * static_cast<std::size_t>(resolution.x) + static_cast<std::size_t>(u)) *
-              channels +
-          index % channels;
-      const double weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
-      sum += weight * (mean[there] - parts.share(part) * parts.value(part, there)) / (1.0 - parts.share(part));
-      weights += weight;
-    }
-  return sum / weights;
-}
-
-}  // namespace detail
-
 /// The error of an image from the parts of its run: the batches and what has been added since. Nothing before two parts.
 ///
 /// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m the mean of all and
@@ -150,35 +100,42 @@ template <Spectrum S>
   std::array<std::array<double, Parts::most>, Parts::most> products{};  // of parts, over the image: the lower triangle
   double near = 0.0, far = 0.0;  // relative to the mean of all parts, and to that of the others
   for (std::size_t i = 0; i < values; ++i) {
-    std::array<double, Parts::most> scaled{};
+    std::array<double, Parts::most> deviations{}, scaled{};
     double total = 0.0;
     for (std::size_t b = 0; b < count; ++b) {
-      const double deviation = parts.value(b, i) - mean[i];
-      total += parts.share(b) * deviation * deviation;
+      deviations[b] = parts.value(b, i) - mean[i];
+      total += parts.share(b) * deviations[b] * deviations[b];
     }
     constexpr double rounding = 1e-14;  // batches are stored as float
     if (!(total > rounding * mean[i] * mean[i])) continue;
+    const detail::Extremes extremes(std::span<const double>(deviations).first(means.batch_count()));
+    double squares = 0.0;
     for (std::size_t b = 0; b < count; ++b) {
-      const double share = parts.share(b), deviation = parts.value(b, i) - mean[i];
-      const double square = share * share * deviation * deviation / (1.0 - share);
-      double value = mean[i] - share * deviation / (1.0 - share);
-      near += square / (mean[i] * mean[i] + relative_error_floor);
-      far += square / (value * value + relative_error_floor);
-      // The spread of the others without the one of them that is farthest off: two bright samples must not hide each other.
-      double spread = 0.0, farthest = 0.0;
-      for (std::size_t c = 0; c < count; ++c) {
-        if (c == b) continue;
-        const double other = parts.value(c, i) - value;
-        spread += parts.share(c) * other * other;
-        farthest = std::max(farthest, parts.share(c) * other * other);
+      const double share = parts.share(b), ratio = share / (1.0 - share), deviation = deviations[b];
+      const double square = share * ratio * deviation * deviation;
+      double value = mean[i] - ratio * deviation;  // the mean of the others
+      double inverse = 1.0 / (value * value + relative_error_floor);
+      squares += square;
+      far += square * inverse;
+      // The spread of the others, Σ w_c (x_c − value)², without the one of them that is farthest off: two bright samples must
+      // not hide each other.
+      const double own = ratio * deviation * deviation;
+      const double off = extremes.farthest_from(-ratio * deviation, b);
+      double farthest = parts.share(0) * off * off;
+      if (count > means.batch_count() && b + 1 < count) {
+        const double unfinished = deviations[count - 1] + ratio * deviation;
+        farthest = std::max(farthest, parts.share(count - 1) * unfinished * unfinished);
       }
       constexpr double standard_deviations = 5.0;
-      const double expected = count > 3 ? (spread - farthest) / static_cast<double>(count - 3) : 0.0;
-      if (share / (1.0 - share) * deviation * deviation > standard_deviations * standard_deviations * expected)
+      const double expected = count > 3 ? (total - own - farthest) / static_cast<double>(count - 3) : 0.0;
+      if (own > standard_deviations * standard_deviations * expected) {
         value = detail::neighbourhood_without(parts, std::span<const double>(mean), means.resolution(), i, b);
-      scaled[b] = share * deviation / std::sqrt(value * value + relative_error_floor);
-      per_pixel[i / channels] += scaled[b] * scaled[b] / (1.0 - share);
+        inverse = 1.0 / (value * value + relative_error_floor);
+      }
+      scaled[b] = share * deviation * std::sqrt(inverse);
+      per_pixel[i / channels] += square * inverse;
     }
+    near += squares / (mean[i] * mean[i] + relative_error_floor);
     for (std::size_t b = 0; b < count; ++b)
       for (std::size_t c = 0; c < b; ++c) products[b][c] += scaled[b] * scaled[c];
   }
