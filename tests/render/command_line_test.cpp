@@ -559,7 +559,7 @@ TEST_CASE("A caution names the pixels that rule the error, and what made the fir
   result.error->doubt = gmis::ErrorDoubt::few_pixels;
   result.error->worst = {{{23, 0.5}, {7, 0.25}}};
   const RenderRequest request;
-  const gmis::Plan plan;
+  const gmis::Plan plan{};
   std::string caution = caution_of(result, request, plan);
   CHECK(caution.find("75 % of the squared error is in the pixels 3,2 7,0; ") != std::string::npos);
   TechniqueImage splat, connect;
