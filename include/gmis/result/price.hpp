@@ -65,7 +65,8 @@ namespace detail {
 
 /// The prices of errors from the log of a run. An error that the log came down to for good is reached: its price is read
 /// between two points. The others are predicted by the law fitted to errors over *iterations* (time is what other programs on
-/// the machine change), never steeper than −1/2, through the last point, which knows most. Points before iteration 8 say too
+/// the machine change), never steeper than −1/2, through the last point, which knows most. A slope within 0.05 of −1/2 is taken
+/// for −1/2: over a span of 16 chance alone makes such differences, and they would move a quarter of the error by a third. Points before iteration 8 say too
 /// little about themselves to take part. Nothing without a point from there on with an error above 0.
 [[nodiscard]] inline std::optional<PriceTable> price_table(std::span<const ConvergencePoint> log,
                                                            std::span<const double> errors = PriceTable::usual_errors) {
@@ -74,6 +75,8 @@ namespace detail {
   if (course.empty() || !(course.back().error > 0.0)) return {};
   std::optional<PowerLaw> law = fit_power_law(course);
   if (!law) return {};
+  constexpr double independent = -0.5, chance = 0.05;
+  if (law->slope < independent + chance) law->slope = independent;
   const ErrorAtTime last = course.back();
   law->error_at_one = last.error * std::pow(last.seconds, -law->slope);
   PriceTable table{{}, *law};
