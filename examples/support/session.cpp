@@ -197,6 +197,8 @@ const std::atomic<bool>& interrupt_flag() {
   static_assert(std::atomic<bool>::is_always_lock_free);
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  // A terminal that is closed ends the run, unless nohup said that it must not.
+  if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
   return interrupted;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cstdint>
 #include <optional>
@@ -18,8 +19,8 @@ struct ConvergencePoint {
   double cpu_seconds = 0.0;
   double wall_seconds = 0.0;
   std::uint64_t iteration = 0;
-  std::optional<double> estimated_error;  ///< √(mean of variance / (value² + 0.01)) of all iterations
-  std::optional<Interval> interval;       ///< of the true error, from batches
+  std::optional<double> estimated_error;  ///< `ErrorEstimate::relative_error` of all iterations
+  std::optional<Interval> interval;       ///< around it; nothing where the estimate is not calibrated
   std::optional<double> reference_error;  ///< √relMSE against a reference
 };
 
@@ -27,11 +28,13 @@ struct ConvergencePoint {
 /// long run leaves a short log and all decades weigh the same.
 class ConvergenceLog {
  public:
-  /// Is there to be a point after this iteration? 1 to 8, then each a quarter more than the last, rounded down.
+  /// Is there to be a point after this iteration? 1 to 8, then four in each doubling: 10, 12, 14, 16, 20 and so on. From
+  /// 16 on all batches of `BatchMeans` are complete there.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   void add(ConvergencePoint point) {
-    next_ = point.iteration + std::max<std::uint64_t>(1, point.iteration / 4);
+    next_ = point.iteration + std::max<std::uint64_t>(1, std::bit_floor(point.iteration) / 4);
+    next_ -= next_ % std::max<std::uint64_t>(1, std::bit_floor(next_) / 4);
     points_.push_back(std::move(point));
   }
 

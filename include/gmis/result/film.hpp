@@ -69,30 +69,24 @@ class Film {
   std::vector<Moments> moments_;
 };
 
-/// The figures of a film as a whole: mean value, mean variance of the pixel means, and the relative error
-/// √(mean of variance / (value² + 0.01)).
+/// The figures of a film as a whole: mean value, and mean variance of the pixel means. The relative error is not among
+/// them: what it is relative to must come from other iterations than the variance (`estimate_error`).
 struct ImageEstimate {
   double mean = 0.0;
   double variance = 0.0;
-  double relative_error = 0.0;
 };
 
 template <Spectrum S>
 [[nodiscard]] ImageEstimate estimate_of(const Film<S>& film) {
   ImageEstimate result;
-  double relative = 0.0;
   for (std::size_t p = 0; p < film.pixel_count(); ++p)
     for (int c = 0; c < Film<S>::channel_count; ++c) {
-      const double value = film.mean(p, c);
-      const double variance = film.variance_of_mean(p, c);
-      result.mean += value;
-      result.variance += variance;
-      relative += variance / (value * value + 0.01);
+      result.mean += film.mean(p, c);
+      result.variance += film.variance_of_mean(p, c);
     }
   const double count = static_cast<double>(film.pixel_count()) * Film<S>::channel_count;
   result.mean /= count;
   result.variance /= count;
-  result.relative_error = std::sqrt(relative / count);
   return result;
 }
 

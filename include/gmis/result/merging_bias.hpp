@@ -4,12 +4,14 @@
 #include <cstddef>
 
 #include "gmis/result/film.hpp"
+#include "gmis/result/image_error.hpp"
 
 namespace gmis {
 
 /// What merging with a radius above zero adds to an image or takes from it, as a relative error.
 struct MergingBias {
-  double relative_bias = 0.0;  ///< √(mean over pixels and channels of bias² / (value² + 0.01)), 0 when noise hides it
+  double relative_bias =
+      0.0;  ///< √(mean over pixels and channels of bias² / (value² + `relative_error_floor`)), 0 when noise hides it
   double standard_error = 0.0;  ///< of the square above, rooted: a bias below about twice this cannot be told from none
 };
 
@@ -23,7 +25,7 @@ template <Spectrum S>
   for (std::size_t p = 0; p < difference.pixel_count(); ++p)
     for (int c = 0; c < Film<S>::channel_count; ++c) {
       const double mean = difference.mean(p, c), uncertainty = difference.variance_of_mean(p, c);
-      const double weight = 1.0 / (value.mean(p, c) * value.mean(p, c) + 0.01);
+      const double weight = 1.0 / (value.mean(p, c) * value.mean(p, c) + relative_error_floor);
       square += mean * mean * weight;
       noise += uncertainty * weight;
       // Of the square of a normal number: 4 μ² σ² + 2 σ⁴.
