@@ -20,7 +20,7 @@ class TabulatedProblem {
   /// proposals, a value is not finite, or a density is negative.
   template <class Integrand, class P>
   TabulatedProblem(Integrand&& f, const P& proposals, std::span<const QuadratureNode> nodes)
-      : node_count_(nodes.size()), weighted_f_(nodes.size()), f_(nodes.size()) {
+      : node_count_(nodes.size()), weighted_f_(nodes.size()), f_(nodes.size()), weights_(nodes.size()) {
     if constexpr (detail::explain_arguments<Integrand, P, Philox>()) {
       const auto& set = as_proposal_set(proposals);
       proposal_count_ = set.size();
@@ -30,6 +30,7 @@ class TabulatedProblem {
       for (std::size_t node = 0; node < node_count_; ++node) {
         f_[node] = static_cast<double>(f(nodes[node].x));
         weighted_f_[node] = nodes[node].weight * f_[node];
+        weights_[node] = nodes[node].weight;
         require_argument(std::isfinite(f_[node]), "the integrand is not finite at a quadrature node");
         for (std::size_t i = 0; i < proposal_count_; ++i)
           densities_[i * node_count_ + node] = require_density(density_of(set, i, nodes[node].x));
@@ -41,7 +42,11 @@ class TabulatedProblem {
   /// Throws std::invalid_argument when there are none, the sizes do not fit (densities.size() is a multiple of f.size()), a
   /// value is not finite, or a density is negative.
   TabulatedProblem(std::vector<double> f, std::span<const double> weights, std::vector<double> densities)
-      : node_count_(f.size()), weighted_f_(f.size()), f_(std::move(f)), densities_(std::move(densities)) {
+      : node_count_(f.size()),
+        weighted_f_(f.size()),
+        f_(std::move(f)),
+        densities_(std::move(densities)),
+        weights_(weights.begin(), weights.end()) {
     require_argument(node_count_ > 0 && !densities_.empty() && densities_.size() % node_count_ == 0,
                      "the densities must be given at every node, for at least one proposal");
     require_argument(weights.size() == node_count_, "one weight is needed for each node");
@@ -58,6 +63,11 @@ class TabulatedProblem {
   [[nodiscard]] std::size_t node_count() const noexcept { return node_count_; }
   /// q_i at all nodes.
   [[nodiscard]] const double* densities(std::size_t i) const noexcept { return densities_.data() + i * node_count_; }
+
+  /// f at all nodes.
+  [[nodiscard]] std::span<const double> values() const noexcept { return f_; }
+  /// The weights of the nodes: ∫ g is Σ weight · g.
+  [[nodiscard]] std::span<const double> weights() const noexcept { return weights_; }
 
   /// ∫ f.
   [[nodiscard]] double integral() const noexcept {
@@ -148,6 +158,7 @@ class TabulatedProblem {
   std::vector<double> weighted_f_;  // quadrature weight · f
   std::vector<double> f_;
   std::vector<double> densities_;  // proposal by proposal
+  std::vector<double> weights_;
 };
 
 }  // namespace gmis
