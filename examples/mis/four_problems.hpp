@@ -114,10 +114,10 @@ inline std::vector<Problem> problems() {
        {0.0, 0.5, 0.55, 0.6, 0.64, 0.7, 1.0},
        4},
       {"waves",
-       {ramp(1.5), ramp(-1.0), uniform(0.0, 0.4), uniform(0.3, 0.8), uniform(0.7, 1.0), uniform(0.0, 1.0)},
+       {ramp(1.5), uniform(0.2, 0.9), uniform(0.0, 0.4), uniform(0.3, 0.8), uniform(0.7, 1.0), uniform(0.0, 1.0)},
        waves,
        integral_of_waves(),
-       {0.0, 0.3, 0.4, 0.7, 0.8, 1.0},
+       {0.0, 0.2, 0.3, 0.4, 0.7, 0.8, 0.9, 1.0},
        4},
   };
 }

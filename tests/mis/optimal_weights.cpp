@@ -205,7 +205,7 @@ TEST_CASE("optimal weights: progressive and direct estimates", "[mis]") {
     CHECK(of_direct.high > 0.95 * stated_direct);
     CHECK(of_direct.high > 0.98 * least / rounds);
     CHECK(of_direct.low < 1.1 * least / rounds);
-    CHECK(p.variance < 0.5 * (least + n3) / rounds);
+    CHECK(stated < 1.1 * least / rounds);  // the mean of 2000 unbiased estimates: known to 1 %
   }
 }
 
