@@ -39,14 +39,19 @@ long double scaled_weight(const four::Problem& problem, const Counts& counts, co
   for (std::size_t j = 0; j < counts.size(); ++j) sum += factors[j] * expected(problem, counts, j, x);
   return factors[k] * expected(problem, counts, k, x) / sum;
 }
-/// With proposal 0 canonical.
+/// The canonical proposal: the one with the heaviest tails, so that contributions are bounded and intervals hold.
+std::size_t canonical_of(const four::Problem& problem) {
+  return problem.f == four::span ? 2 : 0;
+}
 long double pairwise_weight(const four::Problem& problem, const Counts& counts, const std::vector<double>&,
                             std::size_t k, double x) {
+  const std::size_t canonical = canonical_of(problem);
   const long double others = static_cast<long double>(counts.size() - 1);
-  const long double c = expected(problem, counts, 0, x) / others;
-  if (k > 0) return expected(problem, counts, k, x) / (expected(problem, counts, k, x) + c) / others;
+  const long double c = expected(problem, counts, canonical, x) / others;
+  if (k != canonical) return expected(problem, counts, k, x) / (expected(problem, counts, k, x) + c) / others;
   long double sum = 0.0L;
-  for (std::size_t j = 1; j < counts.size(); ++j) sum += c / (expected(problem, counts, j, x) + c) / others;
+  for (std::size_t j = 0; j < counts.size(); ++j)
+    if (j != canonical) sum += c / (expected(problem, counts, j, x) + c) / others;
   return sum;
 }
 
@@ -100,10 +105,12 @@ TEST_CASE("weight heuristics: exact and measured moments, as defined", "[mis]") 
       check_heuristic(correlation_aware, scaled_weight, correlation_factors, problem, counts, level,
                       measure(correlation_aware), source);
 
-      const gmis::Pairwise pairwise{0};
+      const std::size_t canonical = canonical_of(problem);
+      const gmis::Pairwise pairwise{canonical};
       check_heuristic(
           pairwise, pairwise_weight, {}, problem, counts, level,
-          [&] { return gmis::estimate_pairwise(problem.f, problem.proposals, counts, 0, 1, source).mean; }, source);
+          [&] { return gmis::estimate_pairwise(problem.f, problem.proposals, counts, canonical, 1, source).mean; },
+          source);
     }
 }
 
