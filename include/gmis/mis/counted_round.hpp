@@ -33,9 +33,10 @@ using CountedWorkspace = Workspace<typename Set::Density, dynamic_capacity>;
 /// Σ n_k relative[k] = n. (1/n) Σ f(x)/psi estimates ∫ f; unbiased when ψ > 0 wherever f ≠ 0.
 ///
 /// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have passed `checked_total`.
-template <ProposalSet Set, UniformSource Source, class Visit>
+/// `before_sample(k, i)` is called before sample i of proposal k is drawn: the place to set a source to its point.
+template <ProposalSet Set, UniformSource Source, class Visit, class BeforeSample>
 RoundCounts sample_counted_round(const Set& set, SampleCounts counts, Source& source, CountedWorkspace<Set>& workspace,
-                                 Visit&& visit) {
+                                 Visit&& visit, BeforeSample&& before_sample) {
   using T = typename Set::Density;
   const std::size_t proposal_count = set.size();
   workspace.prepare(proposal_count, 0);
@@ -54,7 +55,8 @@ RoundCounts sample_counted_round(const Set& set, SampleCounts counts, Source& so
   };
   RoundCounts result;
   for (std::size_t index = 0; index < proposal_count; ++index)
-    for (std::uint32_t i = 0; i < counts[index]; ++i)
+    for (std::uint32_t i = 0; i < counts[index]; ++i) {
+      before_sample(index, i);
       visit_sample<false>(
           set, index, source, workspace, result,
           [&](DensitiesAt<Set>& densities) {
@@ -69,7 +71,13 @@ RoundCounts sample_counted_round(const Set& set, SampleCounts counts, Source& so
                                           mixture.over(as_factor<T>(total))};
           },
           [] {}, hand_over);
+    }
   return result;
+}
+template <ProposalSet Set, UniformSource Source, class Visit>
+RoundCounts sample_counted_round(const Set& set, SampleCounts counts, Source& source, CountedWorkspace<Set>& workspace,
+                                 Visit&& visit) {
+  return sample_counted_round(set, counts, source, workspace, visit, [](std::size_t, std::uint32_t) {});
 }
 
 }  // namespace gmis

@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <stdexcept>
-#include <vector>
 
 #include "gmis/core/random.hpp"
 
@@ -17,17 +15,19 @@ namespace gmis {
 template <class X>
 class Reservoir {
  public:
-  /// Offers `x` with weight w; the sample kept so far is replaced with probability w over the sum of all weights.
+  /// Offers `x` with weight w; the sample kept so far is replaced with probability w over the sum of all weights. Returns
+  /// whether it was.
   template <UniformSource Source>
-  void add(const X& x, double weight, Source& source) {
+  bool add(const X& x, double weight, Source& source) {
     if (!(weight >= 0.0 && std::isfinite(weight))) [[unlikely]] {
       ++rejected_;
-      return;
+      return false;
     }
-    if (weight == 0.0) return;
+    if (weight == 0.0) return false;
     weight_sum_ += weight;
-    // 1 − u is never 0, so that the first sample with a weight is always taken.
-    if (!sample_ || (1.0 - uniform<double>(source)) * weight_sum_ <= weight) sample_ = x;
+    if (sample_ && uniform<double>(source) * weight_sum_ >= weight) return false;
+    sample_ = x;
+    return true;
   }
   /// Ends the resampling for a target p̂: the unbiased contribution weight becomes W = Σ w / p̂(y), E[W | y] = 1/p(y).
   void finish(double target_at_sample, double sample_count) noexcept {
@@ -76,11 +76,7 @@ template <class X, class TargetOf, class Target, UniformSource Source>
     }
     if (!(own > 0.0)) continue;
     const double value = static_cast<double>(target(x));
-    const double before = joined.weight_sum();
-    const double weight = own / sum * value * reservoirs[k].contribution_weight();
-    joined.add(x, weight, source);
-    // The sum alone does not tell which sample was kept: look at the place it is in.
-    if (before == 0.0 || joined.sample() == reservoirs[k].sample()) chosen_target = value;
+    if (joined.add(x, own / sum * value * reservoirs[k].contribution_weight(), source)) chosen_target = value;
   }
   joined.finish(chosen_target, count);
   return joined;
