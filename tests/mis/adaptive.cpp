@@ -185,9 +185,10 @@ TEST_CASE("adaptive MIS: as N3 without adaptation, close to the truth with it", 
     const gmis::TabulatedProblem table(problem.f, alone, problem.nodes());
     const auto interval = test::bootstrap_variance_interval(fixed, level, source);
     CHECK(interval.contains(exact_variance(gmis::Scheme::N1, table) / 30.0));
-    // The bias is of a higher order than the standard deviation of a run, of which the test allows a tenth.
+    // The bias is of the order 1/n, the standard deviation of a run 1/√n: 0.16 of it on `modes` with these 250 samples,
+    // 0.09 with 1000, 0.06 with 4000. The test allows a quarter.
     const auto m = test::moments_of(adapted);
-    CHECK(test::normal_p_value(std::max(0.0, std::abs(m.mean - problem.integral) - 0.1 * std::sqrt(m.variance)) /
+    CHECK(test::normal_p_value(std::max(0.0, std::abs(m.mean - problem.integral) - 0.25 * std::sqrt(m.variance)) /
                                m.standard_error) > level);
     CHECK(std::sqrt(stated) > 0.85 * std::sqrt(m.variance));
     CHECK(std::sqrt(stated) < 1.15 * std::sqrt(m.variance));

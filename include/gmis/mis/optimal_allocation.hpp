@@ -35,17 +35,18 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
 /// Σ_k (α_k²/α'_k) ∫ f² q_k/ψ² for new fractions α', and that bound has its least value in closed form.
 ///
 /// `least` > 0 (at most 1/N) keeps every proposal in the mixture: a defence against what a pilot has not met. `costs` are
-/// positive; none means equal costs. The proposals must cover f together.
+/// positive; none means equal costs. The proposals must cover f together. `tolerance`: how far the objective may be above its
+/// minimum, relative to it.
 [[nodiscard]] inline std::vector<double> optimal_fractions(const TabulatedProblem& problem,
                                                            std::span<const double> costs = {}, double least = 0.0,
-                                                           std::size_t largest_iterations = 20000) {
+                                                           double tolerance = 1e-6) {
+  constexpr std::size_t largest_iterations = 20000;
   const std::size_t n = problem.proposal_count();
   detail::check_costs(costs, n);
   if (!(least >= 0.0 && least * static_cast<double>(n) <= 1.0))
     throw std::invalid_argument("the least fraction must lie between 0 and 1/N");
   std::vector<double> fractions(n, 1.0 / static_cast<double>(n)), bound(n), psi(problem.node_count());
   const double integral = problem.integral();
-  double before = std::numeric_limits<double>::infinity();
   for (std::size_t iteration = 0; iteration < largest_iterations; ++iteration) {
     std::fill(psi.begin(), psi.end(), 0.0);
     for (std::size_t k = 0; k < n; ++k)
@@ -62,9 +63,17 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
     for (std::size_t k = 0; k < n; ++k) cost += fractions[k] * detail::cost_of(costs, k);
     const double variance = second - integral * integral;
     if (!(variance > 1e-14 * second)) break;  // f is proportional to ψ
-    const double objective = variance * cost;
-    if (before - objective < 1e-13 * objective) break;
-    before = objective;
+
+    // The logarithm of the objective falls at the rate b_k/V − c_k/C as α_k grows: it can gain no more (for equal costs, by
+    // convexity; for others to first order) than on the way to the best corner.
+    double steepest = -std::numeric_limits<double>::infinity(), everywhere = 0.0, here = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double slope = bound[k] / variance - detail::cost_of(costs, k) / cost;
+      steepest = std::max(steepest, slope);
+      everywhere += slope;
+      here += fractions[k] * slope;
+    }
+    if ((1.0 - least * static_cast<double>(n)) * steepest + least * everywhere - here < tolerance) break;
 
     // Minimise Σ α² b_k/(α' V) + Σ α' c_k/C over Σ α' = 1: α'_k = α_k sqrt(b_k/V/(c_k/C + μ)), μ by bisection.
     double lowest = std::numeric_limits<double>::infinity();
@@ -136,7 +145,7 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
     return std::isfinite(value) ? value : infinity;
   };
   std::vector<std::uint32_t> best(n), counts(n);
-  const std::vector<double> equal(n, 1.0), fractions = optimal_fractions(problem, costs);
+  const std::vector<double> equal(n, 1.0), fractions = optimal_fractions(problem, costs, 0.0, 1e-3);
   apportion<double>(fractions, total, best);
   apportion<double>(equal, total, counts);
   double least = objective(best);
