@@ -222,7 +222,7 @@ inline std::vector<Method> all() {
          return Outcome{result.mean, static_cast<double>(result.samples.size()),
                         static_cast<double>(result.density_evaluations)};
        }},
-      {"table of |f|",
+      {"table of f",
        [](const four::Problem& p, std::uint32_t budget, gmis::Philox& s) { return with_table(p, budget, s, false); }},
       {"table, compensated",
        [](const four::Problem& p, std::uint32_t budget, gmis::Philox& s) { return with_table(p, budget, s, true); }},

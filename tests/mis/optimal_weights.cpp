@@ -217,12 +217,11 @@ TEST_CASE("optimal weights: sum to one, and give the controlled estimator", "[mi
     std::vector<double> densities, weights(counts.size());
     for (const auto& proposal : problem.proposals) densities.push_back(proposal.pdf(x));
     gmis::optimal_weights(beta, counts, densities, problem.f(x), weights);
-    double sum = 0.0, controlled = problem.f(x), total = 0.0, offset = 0.0;
+    double sum = 0.0, controlled = problem.f(x), total = 0.0;
     for (std::size_t k = 0; k < weights.size(); ++k) {
       sum += weights[k];
       controlled -= beta[k] * densities[k];
       total += counts[k] * densities[k];
-      offset += beta[k];
     }
     CHECK(sum == Approx(1.0).epsilon(1e-12));
     // w_k f/(n_k q_k) = β_k/n_k + (f − Σ β q)/Σ n q, so that one sample of every kind adds up to the controlled estimate.
