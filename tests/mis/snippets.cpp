@@ -49,14 +49,14 @@ class Lobes {
   static constexpr std::size_t capacity = 4;  // at most so many proposals
 
   explicit Lobes(std::span<const float> rates) : size_(rates.size()) {
-    for (std::size_t k = 0; k < size_; ++k) rates_[k] = rates[k];
+    for (std::size_t i = 0; i < size_; ++i) rates_[i] = rates[i];
   }
   std::size_t size() const { return size_; }
-  double sample(std::size_t k, gmis::UniformSource auto& source) const {
-    return Exponential{static_cast<double>(rates_[k])}.sample(source);
+  double sample(std::size_t i, gmis::UniformSource auto& source) const {
+    return Exponential{static_cast<double>(rates_[i])}.sample(source);
   }
   void pdfs(double x, std::span<float> out) const {
-    for (std::size_t k = 0; k < size_; ++k) out[k] = rates_[k] * std::exp(-rates_[k] * static_cast<float>(x));
+    for (std::size_t i = 0; i < size_; ++i) out[i] = rates_[i] * std::exp(-rates_[i] * static_cast<float>(x));
   }
 
  private:

@@ -34,25 +34,25 @@ constexpr void apportion(std::span<const T> weights, std::size_t total, std::spa
   require_argument(total <= std::numeric_limits<std::uint32_t>::max(), "a round of 2^32 samples or more");
   Q sum(0);
   for (const T weight : weights) sum += static_cast<Q>(weight) / static_cast<Q>(largest);
-  const auto quota = [&](std::size_t k) {
-    return static_cast<Q>(weights[k]) / static_cast<Q>(largest) / sum * static_cast<Q>(total);
+  const auto quota = [&](std::size_t i) {
+    return static_cast<Q>(weights[i]) / static_cast<Q>(largest) / sum * static_cast<Q>(total);
   };
   std::size_t given = 0;
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    counts[k] = static_cast<std::uint32_t>(quota(k));
-    given += counts[k];
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    counts[i] = static_cast<std::uint32_t>(quota(i));
+    given += counts[i];
   }
   while (given != total) {
     // Rounding can hand out one too many as well as too few; both are put right where the quota is missed the most.
     const bool too_few = given < total;
     std::size_t worst = 0;
     Q worst_error(-2);
-    for (std::size_t k = 0; k < weights.size(); ++k) {
-      const Q shortfall = quota(k) - static_cast<Q>(counts[k]);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      const Q shortfall = quota(i) - static_cast<Q>(counts[i]);
       const Q error = too_few ? shortfall : -shortfall;
-      const bool can_change = too_few ? weights[k] > T(0) : counts[k] > 0;
+      const bool can_change = too_few ? weights[i] > T(0) : counts[i] > 0;
       if (can_change && error > worst_error) {
-        worst = k;
+        worst = i;
         worst_error = error;
       }
     }
@@ -76,15 +76,15 @@ constexpr void apportion_to_all(std::span<const T> weights, std::size_t total, s
     if (weight > T(0)) ++positive;
   }
   require_argument(total >= positive, "fewer samples than positive weights: ask for at least one sample for each");
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (counts[k] > 0 || !(weights[k] > T(0))) continue;
-    counts[k] = 1;
-    std::size_t payer = k;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (counts[i] > 0 || !(weights[i] > T(0))) continue;
+    counts[i] = 1;
+    std::size_t payer = i;
     Q most(0);
     for (std::size_t other = 0; other < weights.size(); ++other) {
       const Q surplus = static_cast<Q>(counts[other]) -
                         static_cast<Q>(weights[other]) / static_cast<Q>(largest) / sum * static_cast<Q>(total);
-      if (counts[other] > 1 && (payer == k || surplus > most)) {
+      if (counts[other] > 1 && (payer == i || surplus > most)) {
         payer = other;
         most = surplus;
       }

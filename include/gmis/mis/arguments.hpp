@@ -50,7 +50,7 @@ struct Explained : Result {
   static_assert(
       fault != Fault::incomplete_set,
       "a set of one's own needs `Value`, `Density` (float, double or long double), and const members `size()`, "
-      "`sample(k, source)` and one of `pdf(k, x)`, `pdfs(x, out)`, `log_pdf(k, x)`, `log_pdfs(x, out)`");
+      "`sample(i, source)` and one of `pdf(i, x)`, `pdfs(x, out)`, `log_pdf(i, x)`, `log_pdfs(x, out)`");
   static_assert(fault != Fault::not_a_set,
                 "proposals must be a std::array, std::vector, std::span or std::tuple of them, or a type that meets "
                 "gmis::ProposalSet");

@@ -44,11 +44,11 @@ template <UniformSource Source>
     if (scheme == Scheme::R2) {
       std::fill(multiplicity.begin(), multiplicity.end(), 0.0);
       for (std::size_t i = 0; i < n; ++i) multiplicity[uniform_index(source, static_cast<std::uint32_t>(n))] += 1.0;
-      for (std::size_t k = 0; k < n; ++k)
-        if (multiplicity[k] > 0.0) problem.add_density(k, multiplicity[k], sum.data(), sum.data());
+      for (std::size_t i = 0; i < n; ++i)
+        if (multiplicity[i] > 0.0) problem.add_density(i, multiplicity[i], sum.data(), sum.data());
       problem.divide(count, sum.data(), divided.data());
       moments.add(
-          detail::conditional_variance(problem, divided.data(), count, [&](auto k) { return multiplicity[k]; }));
+          detail::conditional_variance(problem, divided.data(), count, [&](auto i) { return multiplicity[i]; }));
     } else {
       // One order of drawing holds one subset of every size: its first 1, 2, … N from the far end.
       double second_moment = 0.0;

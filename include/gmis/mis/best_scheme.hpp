@@ -67,11 +67,11 @@ class Pilot {
       values.push_back(std::isfinite(relative) ? relative : 0.0);
       DensitiesAt<Set> densities(set, x, workspace.densities.data());
       densities.expect_all();
-      for (std::size_t k = 0; k < n; ++k) {
+      for (std::size_t i = 0; i < n; ++i) {
         if constexpr (is_log_set<Set>)
-          by_sample.push_back(std::exp(static_cast<double>(densities[k]) - static_cast<double>(psi.log)));
+          by_sample.push_back(std::exp(static_cast<double>(densities[i]) - static_cast<double>(psi.log)));
         else
-          by_sample.push_back(static_cast<double>(densities[k]) / static_cast<double>(psi));
+          by_sample.push_back(static_cast<double>(densities[i]) / static_cast<double>(psi));
       }
     };
     for (std::uint64_t round = 0; round < rounds; ++round) {
@@ -85,12 +85,13 @@ class Pilot {
     // Every density is scaled to integrate, over these nodes, to what it is known to: one, or its share of samples that
     // were made. With that no variance comes out negative, however short the pilot (Cauchy and Schwarz).
     std::vector<double> by_proposal(n * count);
-    for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t i = 0; i < n; ++i) {
       double sum = 0.0;
-      for (std::size_t i = 0; i < count; ++i) sum += by_sample[i * n + k] * weights[i];
-      const double share = made[k] / static_cast<double>(rounds);
+      for (std::size_t sample = 0; sample < count; ++sample) sum += by_sample[sample * n + i] * weights[sample];
+      const double share = made[i] / static_cast<double>(rounds);
       if (sum > 0.0)  // divided first: 1 / sum may be infinite
-        for (std::size_t i = 0; i < count; ++i) by_proposal[k * count + i] = by_sample[i * n + k] / sum * share;
+        for (std::size_t sample = 0; sample < count; ++sample)
+          by_proposal[i * count + sample] = by_sample[sample * n + i] / sum * share;
     }
     return {std::move(values), weights, std::move(by_proposal)};
   }

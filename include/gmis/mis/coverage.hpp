@@ -57,8 +57,8 @@ template <class Source, class Integrand, class P, class Points, class Judge>
     DensitiesAt<Set> densities(set, x, workspace.densities.data());
     densities.expect_all();
     bool all_finite = true;
-    const auto [covering, parts] = judge([&](std::size_t k) {
-      const DensityState state = state_of(DensitiesAt<Set>::as_denominator(densities[k]));
+    const auto [covering, parts] = judge([&](std::size_t i) {
+      const DensityState state = state_of(DensitiesAt<Set>::as_denominator(densities[i]));
       if (state == DensityState::non_finite) all_finite = false;
       return state == DensityState::usable;
     });
@@ -94,7 +94,7 @@ requires(!AnyProposal<Points, Source>)
       detail::CoveringParts result{0, groups.size()};
       for (std::size_t group = 0; group < groups.size(); ++group) {
         bool covers = false;
-        for (const std::uint32_t k : groups.members(group)) covers |= is_positive(k);
+        for (const std::uint32_t i : groups.members(group)) covers |= is_positive(i);
         if (covers) ++result.covering;
       }
       return result;
@@ -116,10 +116,10 @@ requires(!AnyProposal<Points, Source>)
     allocation.require_fits(size, Selection::S3);
     return detail::check_coverage<Source>(f, proposals, points, [&](auto is_positive) {
       detail::CoveringParts result;
-      for (std::size_t k = 0; k < size; ++k) {
-        if (allocation.count(k) == 0) continue;
+      for (std::size_t i = 0; i < size; ++i) {
+        if (allocation.count(i) == 0) continue;
         ++result.parts;
-        if (is_positive(k)) ++result.covering;
+        if (is_positive(i)) ++result.covering;
       }
       return result;
     });

@@ -23,9 +23,9 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
   using T = typename Set::Density;
   MixtureSum<T, is_log_set<Set>> mixture;
   T own(0);
-  // Adds proposal k, `times` over. Kept, so that the density of the proposal that made the sample can be looked up
+  // Adds proposal i, `times` over. Kept, so that the density of the proposal that made the sample can be looked up
   // after: that is cheaper than to ask of each whether it is the one.
-  const auto add = [&](std::size_t k, auto... times) { mixture.add(densities.keep(k), times...); };
+  const auto add = [&](std::size_t i, auto... times) { mixture.add(densities.keep(i), times...); };
 
   if constexpr (scheme == Scheme::R1 || scheme == Scheme::N1) {  // q_j
     own = densities[index];
@@ -39,10 +39,10 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
       own = densities.kept(index);
       normaliser = as_factor<T>(set.size());
     } else {
-      for (std::size_t k = 0; k < set.size(); ++k) {
-        const T coefficient = selection == Selection::S1 ? allocation.weight(k) : static_cast<T>(allocation.count(k));
+      for (std::size_t i = 0; i < set.size(); ++i) {
+        const T coefficient = selection == Selection::S1 ? allocation.weight(i) : static_cast<T>(allocation.count(i));
         if (coefficient > T(0)) {
-          add(k, coefficient);
+          add(i, coefficient);
           densities.count(1);
         }
       }
@@ -51,9 +51,9 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
     }
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(normaliser)};
   } else if constexpr (scheme == Scheme::R2) {  // what this round drew, each distinct index evaluated once
-    for (std::size_t k = 0; k < set.size(); ++k)
-      if (workspace.multiplicity[k] > T(0)) {
-        add(k, workspace.multiplicity[k]);
+    for (std::size_t i = 0; i < set.size(); ++i)
+      if (workspace.multiplicity[i] > T(0)) {
+        add(i, workspace.multiplicity[i]);
         densities.count(1);
       }
     own = densities.kept(index);
@@ -65,9 +65,9 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
       mixture.add(own);
       densities.count(sample_count - n);
     } else {
-      for (std::size_t k = 0; k < set.size(); ++k)
-        if (workspace.multiplicity[k] > T(0)) {
-          add(k, workspace.multiplicity[k]);
+      for (std::size_t i = 0; i < set.size(); ++i)
+        if (workspace.multiplicity[i] > T(0)) {
+          add(i, workspace.multiplicity[i]);
           densities.count(1);
         }
       own = densities.kept(index);

@@ -43,7 +43,7 @@ class Groups {
     first_[count_] = static_cast<std::uint32_t>(slot);
   }
 
-  /// Any partition: `group_of[k]` is the number of the group that proposal k belongs to. Groups are numbered from 0, and
+  /// Any partition: `group_of[i]` is the number of the group that proposal i belongs to. Groups are numbered from 0, and
   /// none is empty. Throws std::invalid_argument for other numbers.
   explicit Groups(std::span<const std::uint32_t> group_of) : proposal_count_(group_of.size()) {
     require_argument(proposal_count_ > 0, "groups of no proposals: give at least one");
@@ -55,8 +55,8 @@ class Groups {
     std::size_t slot = 0;
     for (std::size_t group = 0; group < count_; ++group) {
       first_[group] = static_cast<std::uint32_t>(slot);
-      for (std::size_t k = 0; k < group_of.size(); ++k)
-        if (group_of[k] == group) members_[slot++] = static_cast<std::uint32_t>(k);
+      for (std::size_t i = 0; i < group_of.size(); ++i)
+        if (group_of[i] == group) members_[slot++] = static_cast<std::uint32_t>(i);
       require_argument(slot > first_[group], "groups are numbered from 0, without gaps: a group is empty");
     }
     first_[count_] = static_cast<std::uint32_t>(slot);

@@ -44,7 +44,7 @@ class MixtureSum {
   void add_all(const T* densities, std::size_t count) noexcept {
     if (count > capacity) count = capacity;  // never: it tells the compiler how far the loops can go
     if (capacity <= lanes || count <= lanes) {
-      for (std::size_t k = 0; k < count; ++k) add(densities[k]);
+      for (std::size_t i = 0; i < count; ++i) add(densities[i]);
       return;
     }
     T sums[lanes] = {}, least[lanes] = {};
@@ -62,7 +62,7 @@ class MixtureSum {
       }
     sum_ += sums[0];
     least_ = least[0] < least_ ? least[0] : least_;
-    for (std::size_t k = blocks * lanes; k < count; ++k) add(densities[k]);
+    for (std::size_t i = blocks * lanes; i < count; ++i) add(densities[i]);
   }
   [[nodiscard]] T over(T normaliser) const noexcept {
     return least_ < T(0) ? std::numeric_limits<T>::quiet_NaN() : sum_ / normaliser;
@@ -81,7 +81,7 @@ class MixtureSum<T, true> {
   void add(T log_density, T coefficient) noexcept { sum_.add(log_density, coefficient); }
   template <std::size_t capacity>
   void add_all(const T* log_densities, std::size_t count) noexcept {
-    for (std::size_t k = 0; k < count; ++k) add(log_densities[k]);
+    for (std::size_t i = 0; i < count; ++i) add(log_densities[i]);
   }
   [[nodiscard]] LogDensity<T> over(T normaliser) const noexcept { return {sum_.log_over(normaliser)}; }
 
@@ -163,23 +163,23 @@ class DensitiesAt {
     }
   }
 
-  /// The density, or its logarithm, of proposal k.
-  [[nodiscard, gnu::always_inline]] T operator[](std::size_t k) {
+  /// The density, or its logarithm, of proposal i.
+  [[nodiscard, gnu::always_inline]] T operator[](std::size_t i) {
     count(1);
-    return uncounted(k);
+    return uncounted(i);
   }
 
   /// The same, to be counted by the caller with `count`: a sum of many need not carry a counter along.
-  [[nodiscard, gnu::always_inline]] T uncounted(std::size_t k) const {
+  [[nodiscard, gnu::always_inline]] T uncounted(std::size_t i) const {
     if constexpr (!one_at_a_time) {
-      return buffer_[k];
+      return buffer_[i];
     } else {
       if constexpr (all_at_once)
-        if (have_all_) return buffer_[k];
+        if (have_all_) return buffer_[i];
       if constexpr (is_log_set<Set>)
-        return set_.log_pdf(k, x_);
+        return set_.log_pdf(i, x_);
       else
-        return set_.pdf(k, x_);
+        return set_.pdf(i, x_);
     }
   }
   /// Says that `evaluations` densities were asked for. (Does not count where all were evaluated at once.)
@@ -188,18 +188,18 @@ class DensitiesAt {
       if (!have_all_) evaluations_ += evaluations;
   }
 
-  /// `uncounted`, and kept for `kept(k)` until the next point.
-  [[nodiscard, gnu::always_inline]] T keep(std::size_t k) {
-    const T density = uncounted(k);
-    if constexpr (one_at_a_time) buffer_[k] = density;
+  /// `uncounted`, and kept for `kept(i)` until the next point.
+  [[nodiscard, gnu::always_inline]] T keep(std::size_t i) {
+    const T density = uncounted(i);
+    if constexpr (one_at_a_time) buffer_[i] = density;
     return density;
   }
-  [[nodiscard]] T kept(std::size_t k) const noexcept { return buffer_[k]; }
+  [[nodiscard]] T kept(std::size_t i) const noexcept { return buffer_[i]; }
   /// All of them, kept and counted.
   [[nodiscard, gnu::always_inline]] const T* keep_all() {
     const std::size_t size = set_.size();
     if (!has_all())
-      for (std::size_t k = 0; k < size; ++k) buffer_[k] = uncounted(k);
+      for (std::size_t i = 0; i < size; ++i) buffer_[i] = uncounted(i);
     count(size);
     return buffer_;
   }

@@ -10,12 +10,12 @@
 
 namespace gmis {
 
-/// Draws one round of the multi-sample form: proposal k makes n_k = `allocation.count(k)` samples, and a sample of k is
-/// weighted by `heuristic`. Calls `visit(x, denominator, index)` where the denominator is n_k q_k(x) / (n w_k(x)), so that
-/// as for every other round (1/n) Σ f / denominator estimates ∫ f, n = Σ n_k. Samples of weight zero contribute zero and
+/// Draws one round of the multi-sample form: proposal i makes n_i = `allocation.count(i)` samples, and a sample of i is
+/// weighted by `heuristic`. Calls `visit(x, denominator, index)` where the denominator is n_i q_i(x) / (n w_i(x)), so that
+/// as for every other round (1/n) Σ f / denominator estimates ∫ f, n = Σ n_i. Samples of weight zero contribute zero and
 /// are not visited. The denominator of Balance is that of N3.
 ///
-/// Unbiased when every point with f ≠ 0 has a proposal with n_k q_k > 0.
+/// Unbiased when every point with f ≠ 0 has a proposal with n_i q_i > 0.
 /// Throws std::invalid_argument when the allocation does not fit the set. The heuristic is not checked: `require_heuristic`
 /// does so, once for all rounds.
 template <Heuristic H, class Set, class AllocationType, UniformSource Source, std::size_t Capacity, class Visit>
@@ -28,7 +28,7 @@ sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& 
   allocation.require_fits(proposal_count, Selection::S3);
   workspace.prepare(proposal_count, proposal_count);
   // Samples come in the order of their proposals, so that `order` is free to hold the counts.
-  for (std::size_t k = 0; k < proposal_count; ++k) workspace.order[k] = allocation.count(k);
+  for (std::size_t i = 0; i < proposal_count; ++i) workspace.order[i] = allocation.count(i);
   const std::span<const std::uint32_t> sample_counts(workspace.order.data(), proposal_count);
   const std::span<D> densities(workspace.densities.data(), proposal_count);
 
@@ -49,8 +49,8 @@ sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& 
 
     DensitiesAt<Set> at(set, *x, densities.data());
     at.expect_all();
-    for (std::size_t k = 0; k < proposal_count; ++k)
-      densities[k] = sample_counts[k] > 0 ? at[k] : (is_log_set<Set> ? -std::numeric_limits<D>::infinity() : D(0));
+    for (std::size_t i = 0; i < proposal_count; ++i)
+      densities[i] = sample_counts[i] > 0 ? at[i] : (is_log_set<Set> ? -std::numeric_limits<D>::infinity() : D(0));
     counts.density_evaluations += at.evaluations();
     const Denominator<Set> own = DensitiesAt<Set>::as_denominator(densities[index]);
     if (state_of(own) == DensityState::zero) {

@@ -12,7 +12,7 @@ namespace gmis {
 
 /// One round of the partial deterministic mixture [Elvira, Martino, Luengo, Bugallo: Efficient multiple importance sampling
 /// estimators, 2015, eq. 9]: every proposal makes one sample, which is divided by the mixture of its own group,
-/// (1/P) Σ q_k over the P proposals of the group. A dial from N1 (groups of one, N evaluations of densities a round) to N3
+/// (1/P) Σ q_i over the P proposals of the group. A dial from N1 (groups of one, N evaluations of densities a round) to N3
 /// (a single group, N²): groups of P cost N P. Calls `visit(x, denominator, index)`; (1/N) Σ f / denominator estimates ∫ f.
 ///
 /// Unbiased for every partition in which the mixture of *each* group is positive wherever f ≠ 0;
@@ -39,7 +39,7 @@ requires ProposalSet<Set, Source>
               densities.expect_all();
               mixture.template add_all<capacity_of<Set>>(densities.keep_all(), members.size());
             } else {
-              for (const std::uint32_t k : members) mixture.add(densities.keep(k));
+              for (const std::uint32_t i : members) mixture.add(densities.keep(i));
               densities.count(members.size());
             }
             return OwnAndDenominator<Set>{DensitiesAt<Set>::as_denominator(densities.kept(index)),

@@ -20,7 +20,7 @@
 
 namespace gmis {
 
-/// One density of the k-th proposal: `pdf(k, x)` or `log_pdf(k, x)`.
+/// One density of the i-th proposal: `pdf(i, x)` or `log_pdf(i, x)`.
 template <class S>
 concept SetHasPdf = requires(const S& s, const typename S::Value& x) {
   { s.pdf(std::size_t{}, x) } -> std::floating_point;
@@ -42,8 +42,8 @@ concept SetHasLogPdfs = requires(const S& s, const typename S::Value& x, std::sp
 /// What the rounds work on, and what a type of yours can offer in place of a container of proposals:
 /// - `Value`, `Density`: the type of a sample, and the floating-point type of a density;
 /// - `size()`: N; and, if N has a bound known at compile time, `static constexpr std::size_t capacity`;
-/// - `sample(k, source)`: a Value, or an optional one, from proposal k;
-/// - `pdf(k, x)`, or all at once `pdfs(x, out)`, or both; or the same with logarithms: `log_pdf(k, x)`,
+/// - `sample(i, source)`: a Value, or an optional one, from proposal i;
+/// - `pdf(i, x)`, or all at once `pdfs(x, out)`, or both; or the same with logarithms: `log_pdf(i, x)`,
 ///   `log_pdfs(x, out)`.
 template <class S, class Source = Philox>
 concept ProposalSet = requires(const S& s, Source& source) {
@@ -97,16 +97,16 @@ class ProposalSpan {
       return Count;
   }
   template <class Source>
-  [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t k, Source& source) const {
-    return proposals_[k].sample(source);
+  [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t i, Source& source) const {
+    return proposals_[i].sample(source);
   }
-  [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t k, const Value& x) const
+  [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t i, const Value& x) const
       requires(!HasLogPdf<P, Value>) {
-    return proposals_[k].pdf(x);
+    return proposals_[i].pdf(x);
   }
-  [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t k,
+  [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t i,
                                                               const Value& x) const requires HasLogPdf<P, Value> {
-    return proposals_[k].log_pdf(x);
+    return proposals_[i].log_pdf(x);
   }
 
  private:
@@ -129,31 +129,31 @@ class ProposalTuple {
   [[nodiscard]] constexpr std::size_t size() const noexcept { return sizeof...(P); }
 
   template <class Source>
-  [[nodiscard]] constexpr auto sample(std::size_t k, Source& source) const {
+  [[nodiscard]] constexpr auto sample(std::size_t i, Source& source) const {
     constexpr bool can_fail =
         (SampleResult<decltype(std::declval<const P&>().sample(std::declval<Source&>()))>::can_fail || ...);
     using Result = std::conditional_t<can_fail, std::optional<Value>, Value>;
-    return visit<Result>(k, [&](const auto& proposal) -> Result { return proposal.sample(source); });
+    return visit<Result>(i, [&](const auto& proposal) -> Result { return proposal.sample(source); });
   }
-  [[nodiscard]] constexpr Density pdf(std::size_t k, const Value& x) const requires(!any_log) {
-    return visit<Density>(k, [&](const auto& proposal) { return static_cast<Density>(proposal.pdf(x)); });
+  [[nodiscard]] constexpr Density pdf(std::size_t i, const Value& x) const requires(!any_log) {
+    return visit<Density>(i, [&](const auto& proposal) { return static_cast<Density>(proposal.pdf(x)); });
   }
-  [[nodiscard]] constexpr Density log_pdf(std::size_t k, const Value& x) const requires any_log {
-    return visit<Density>(k, [&](const auto& proposal) { return log_pdf_of(proposal, x); });
+  [[nodiscard]] constexpr Density log_pdf(std::size_t i, const Value& x) const requires any_log {
+    return visit<Density>(i, [&](const auto& proposal) { return log_pdf_of(proposal, x); });
   }
   constexpr void pdfs(const Value& x, std::span<Density> out) const requires(!any_log) {
     std::apply(
         [&](const auto&... proposal) {
-          std::size_t k = 0;
-          ((out[k++] = static_cast<Density>(proposal.pdf(x))), ...);
+          std::size_t i = 0;
+          ((out[i++] = static_cast<Density>(proposal.pdf(x))), ...);
         },
         *proposals_);
   }
   constexpr void log_pdfs(const Value& x, std::span<Density> out) const requires any_log {
     std::apply(
         [&](const auto&... proposal) {
-          std::size_t k = 0;
-          ((out[k++] = log_pdf_of(proposal, x)), ...);
+          std::size_t i = 0;
+          ((out[i++] = log_pdf_of(proposal, x)), ...);
         },
         *proposals_);
   }
@@ -168,11 +168,11 @@ class ProposalTuple {
   }
 
   template <class Result, std::size_t K = 0, class F>
-  [[nodiscard]] constexpr Result visit(std::size_t k, F&& f) const {
+  [[nodiscard]] constexpr Result visit(std::size_t i, F&& f) const {
     if constexpr (K + 1 == sizeof...(P)) {
       return f(std::get<K>(*proposals_));
     } else {
-      return k == K ? f(std::get<K>(*proposals_)) : visit<Result, K + 1>(k, f);
+      return i == K ? f(std::get<K>(*proposals_)) : visit<Result, K + 1>(i, f);
     }
   }
 

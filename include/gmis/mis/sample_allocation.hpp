@@ -48,8 +48,8 @@ template <class R>
 concept CountRange =
     NumberRange<R> && std::integral<std::remove_cvref_t<decltype(*std::begin(std::declval<const R&>()))>>;
 
-/// How the samples of a round are divided among unequal proposals: weights α_k and sample counts n_k. S1 draws proposal k
-/// with probability α_k, and ψ is Σ α_k q_k; S2 and S3 give it n_k samples, and ψ is Σ n_k q_k / Σ n_k. Build it outside the
+/// How the samples of a round are divided among unequal proposals: weights α_i and sample counts n_i. S1 draws proposal i
+/// with probability α_i, and ψ is Σ α_i q_i; S2 and S3 give it n_i samples, and ψ is Σ n_i q_i / Σ n_i. Build it outside the
 /// loop; one with a fixed `Capacity` never allocates and holds up to so many proposals and samples.
 ///
 /// A proposal of weight 0 is left out. Any other gets a sample: where there are fewer samples in a round than proposals of
@@ -59,7 +59,7 @@ class SampleAllocation {
  public:
   static constexpr bool is_equal = false;
 
-  /// From weights, which need not sum to one, and the samples of a round: the n_k are `apportion_to_all`'s. Throws
+  /// From weights, which need not sum to one, and the samples of a round: the n_i are `apportion_to_all`'s. Throws
   /// std::invalid_argument when a weight is negative or not finite, all are zero, or `samples` is 0.
   template <NumberRange Weights>
   SampleAllocation(const Weights& weights, std::size_t samples)
@@ -67,7 +67,7 @@ class SampleAllocation {
   SampleAllocation(std::initializer_list<T> weights, std::size_t samples)
       : SampleAllocation(FromWeights{}, weights.begin(), weights.size(), samples) {}
 
-  /// From counts n_k: then α_k = n_k / Σ n_k. Throws std::invalid_argument when a count is negative or all are zero.
+  /// From counts n_i: then α_i = n_i / Σ n_i. Throws std::invalid_argument when a count is negative or all are zero.
   template <CountRange Counts>
   explicit SampleAllocation(const Counts& counts)
       : SampleAllocation(FromCounts{}, std::begin(counts), std::size(counts)) {}
@@ -77,8 +77,8 @@ class SampleAllocation {
   [[nodiscard]] std::size_t proposal_count() const noexcept { return proposals_; }
   [[nodiscard]] std::size_t sample_count(std::size_t) const noexcept { return samples_; }
   [[nodiscard]] std::size_t proposal_of_slot(std::size_t slot) const noexcept { return slots_[slot]; }
-  [[nodiscard]] T weight(std::size_t k) const noexcept { return weights_[k]; }
-  [[nodiscard]] std::uint32_t count(std::size_t k) const noexcept { return counts_[k]; }
+  [[nodiscard]] T weight(std::size_t i) const noexcept { return weights_[i]; }
+  [[nodiscard]] std::uint32_t count(std::size_t i) const noexcept { return counts_[i]; }
 
   /// Throws std::invalid_argument unless the allocation is for `proposal_count` proposals, and gives a sample to each that has
   /// a weight or `selection` draws them at random.
@@ -110,9 +110,9 @@ class SampleAllocation {
     weights_.prepare(proposals_);
     counts_.prepare(proposals_);
     std::size_t positive = 0;
-    for (std::size_t k = 0; k < proposals_; ++k, ++weights) {
-      weights_[k] = static_cast<T>(*weights);
-      if (weights_[k] > T(0)) ++positive;
+    for (std::size_t i = 0; i < proposals_; ++i, ++weights) {
+      weights_[i] = static_cast<T>(*weights);
+      if (weights_[i] > T(0)) ++positive;
     }
     require_argument(samples > 0, "a round of no samples: ask the SampleAllocation for at least one");
     const std::span<const T> all(weights_.data(), proposals_);
@@ -130,11 +130,11 @@ class SampleAllocation {
   SampleAllocation(FromCounts, Iterator counts, std::size_t proposals) : proposals_(proposals) {
     weights_.prepare(proposals_);
     counts_.prepare(proposals_);
-    for (std::size_t k = 0; k < proposals_; ++k, ++counts) {
+    for (std::size_t i = 0; i < proposals_; ++i, ++counts) {
       require_argument(std::in_range<std::uint32_t>(*counts), "a sample count is negative or 2^32 or more");
-      counts_[k] = static_cast<std::uint32_t>(*counts);
-      samples_ += counts_[k];
-      weights_[k] = static_cast<T>(counts_[k]);
+      counts_[i] = static_cast<std::uint32_t>(*counts);
+      samples_ += counts_[i];
+      weights_[i] = static_cast<T>(counts_[i]);
     }
     require_argument(samples_ > 0, "all sample counts are zero: give at least one proposal a sample");
     require_argument(samples_ <= std::numeric_limits<std::uint32_t>::max(), "a round of 2^32 samples or more");
@@ -146,22 +146,22 @@ class SampleAllocation {
     cumulative_.prepare(proposals_);
     const T largest = *std::max_element(weights_.data(), weights_.data() + proposals_);
     T sum(0);  // relative to the largest: weights near the largest number do not overflow
-    for (std::size_t k = 0; k < proposals_; ++k) sum += weights_[k] / largest;
+    for (std::size_t i = 0; i < proposals_; ++i) sum += weights_[i] / largest;
     T running(0);
     std::size_t last_positive = 0;
-    for (std::size_t k = 0; k < proposals_; ++k) {
-      weights_[k] = weights_[k] / largest / sum;
-      running += weights_[k];
-      cumulative_[k] = running;
-      if (weights_[k] > T(0)) last_positive = k;
+    for (std::size_t i = 0; i < proposals_; ++i) {
+      weights_[i] = weights_[i] / largest / sum;
+      running += weights_[i];
+      cumulative_[i] = running;
+      if (weights_[i] > T(0)) last_positive = i;
     }
-    for (std::size_t k = last_positive; k < proposals_; ++k) cumulative_[k] = std::numeric_limits<T>::infinity();
+    for (std::size_t i = last_positive; i < proposals_; ++i) cumulative_[i] = std::numeric_limits<T>::infinity();
   }
   void fill_slots() {
     slots_.prepare(samples_);
     std::size_t slot = 0;
-    for (std::size_t k = 0; k < proposals_; ++k)
-      for (std::uint32_t i = 0; i < counts_[k]; ++i) slots_[slot++] = static_cast<std::uint32_t>(k);
+    for (std::size_t i = 0; i < proposals_; ++i)
+      for (std::uint32_t n = 0; n < counts_[i]; ++n) slots_[slot++] = static_cast<std::uint32_t>(i);
   }
 
   std::size_t samples_ = 0;

@@ -11,7 +11,7 @@ namespace gmis {
 
 /// Chooses the proposal of each sample of one round. `workspace.order` holds what a weighting wants to know of it: for
 /// S2 a permutation whose entries from n on are still undrawn, for R2 all indices of the round. For R2
-/// `workspace.multiplicity[k]` counts how often k was drawn; for N2 with unequal allocation, how often it can still be.
+/// `workspace.multiplicity[i]` counts how often i was drawn; for N2 with unequal allocation, how often it can still be.
 template <Selection selection, Scheme scheme, class AllocationType, UniformSource Source, class WorkspaceType>
 class IndexSelector {
   static constexpr bool draws_all_first = scheme == Scheme::R2;
@@ -30,12 +30,12 @@ class IndexSelector {
       for (std::size_t n = 0; n < sample_count; ++n)
         workspace_.order[n] = static_cast<std::uint32_t>(allocation.proposal_of_slot(n));
     if constexpr (draws_all_first || counts_undrawn)
-      for (std::size_t k = 0; k < proposal_count; ++k) workspace_.multiplicity[k] = Count(0);
+      for (std::size_t i = 0; i < proposal_count; ++i) workspace_.multiplicity[i] = Count(0);
     if constexpr (draws_all_first)
       for (std::size_t n = 0; n < sample_count; ++n) {
-        const std::size_t k = allocation.draw(source, proposal_count);
-        workspace_.order[n] = static_cast<std::uint32_t>(k);
-        workspace_.multiplicity[k] += Count(1);
+        const std::size_t i = allocation.draw(source, proposal_count);
+        workspace_.order[n] = static_cast<std::uint32_t>(i);
+        workspace_.multiplicity[i] += Count(1);
       }
     if constexpr (counts_undrawn)
       for (std::size_t n = 0; n < sample_count; ++n) workspace_.multiplicity[workspace_.order[n]] += Count(1);
