@@ -143,7 +143,8 @@ TEST_CASE("albedos with a closed form", "[bsdf][energy]") {
     constexpr int steps = 4000;
     for (int i = 0; i < steps; ++i) {
       const double next = (i + 0.5) / steps;
-      const auto value = bsdf.evaluate(at_cosine<double>(cosine), at_cosine<double>(next), TransportMode::radiance).value;
+      const auto value =
+          bsdf.evaluate(at_cosine<double>(cosine), at_cosine<double>(next), TransportMode::radiance).value;
       below += 2 * pi<double> * next * value.x / steps;
     }
     CHECK(below == Approx(1 - fresnel_dielectric(cosine, 1.5).reflectance).epsilon(1e-4));
