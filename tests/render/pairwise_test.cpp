@@ -283,11 +283,12 @@ Decline decline(const Differences& before, const Differences& after, double most
 }  // namespace
 
 // Photon mapping makes all its light by merging, so its bias is the largest. Runs start at 16 times the radius of the test
-// above; r falls as i^((α − 1)/2) with α = 1/4, so that from row to row (iterations 2, 11 to 20, 101 to 200) the bias, which
-// grows as r², falls to about a fifth: half of it is allowed. All comparisons together raise a false alarm in a thousandth of
+// above; r falls as i^((α − 1)/2) with α = 1/4, so that from row to row (iterations 2, 11 to 20, 101 to 200) it is less than
+// half. The bias of a small disk grows as r², of one that reaches beyond what it lies on less, about as r: 0.6 of it may be left.
+// All comparisons together raise a false alarm in a thousandth of
 // the seeds: 486 differences of blocks and channels (two-sided), and 12 declines.
 TEST_CASE("merging's bias stays within its bound and falls along the radius schedule") {
-  constexpr double most_left = 0.5;
+  constexpr double most_left = 0.6;
   const double errors = gmis::normal_quantile(1.0 - gmis::sidak_level(1e-3, 2 * 486 + 12));
   int noticeable = 0;  // declines that a bias which stays as it is would fail
   for (const auto& [objects, light] : {std::pair("rough", "triangle"), std::pair("specular", "environment")}) {
