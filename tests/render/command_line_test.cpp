@@ -427,7 +427,8 @@ TEST_CASE("Stopping rules: the first one met") {
 
 TEST_CASE("The log has a line per point, with and without a reference, and the last one is what the statistics say") {
   const ScratchFolder folder;
-  const Json plain = statistics(folder, "cornell --size 8x8 --iterations 41 --log l.csv --seed " + std::to_string(gmis_test::seed(3)));
+  const Json plain =
+      statistics(folder, "cornell --size 8x8 --iterations 41 --log l.csv --seed " + std::to_string(gmis_test::seed(3)));
   const std::string log = text_of(folder / "l.csv");
   CHECK(line_count(log) == 1 + 16);  // 1 to 8, 10 12 15 18 22 27 33, and the end
   CHECK(log.starts_with("cpu_seconds,wall_seconds,iteration,estimated_error,"));
