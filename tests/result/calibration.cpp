@@ -11,6 +11,7 @@
 #include "gmis/result/error_estimate.hpp"
 #include "gmis/result/image_error.hpp"
 #include "support/catch.hpp"
+#include "support/choices.hpp"
 #include "support/progressive_render.hpp"
 #include "support/seed.hpp"
 #include "support/session.hpp"
@@ -36,11 +37,13 @@ struct Calibration {
 Calibration calibration_of(const std::filesystem::path& scene_file, IntegratorChoice integrator,
                            std::uint32_t iterations, std::array<int, 2> size, int runs) {
   const LoadedScene scene = load_scene(scene_file, size);
+  Options options;
+  options.connections = gmis::paired_connections;
   RenderRequest request;
-  request.integrator = integrator;
+  request.integrator = options.integrator = integrator;
   request.settings.max_depth = 6;
   request.settings.radius = 0.003 * scene.built->half_diagonal();
-  request.settings.counts.connections = gmis::paired_connections;
+  set_counts(request, options, *scene.built);
   request.intervals = true;
   ThreadedExecutor executor(1);
   std::vector<Image> images;
