@@ -156,7 +156,7 @@ namespace {
 std::string reason_for_nothing(const RenderRequest& request, const Plan& plan) {
   if (plan.occurring.is_empty()) return "; in this scene no path leads from a light to the camera";
   if (plan.classes.is_empty()) return "; --effects keeps no path that this scene has";
-  const PathClassSet lacking = lacking_classes(plan, techniques_of(request, plan));
+  const PathClassSet lacking = lacking_classes(plan, request.settings.counts);
   if (!lacking.is_empty()) return "; these techniques do not make " + text_of(lacking);
   return {};
 }
