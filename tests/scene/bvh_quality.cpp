@@ -325,7 +325,7 @@ Triangles room(Philox& source) {
 // nearest border of 16 bins is at most 1/32 away: 4/32² over 2, which is 0.2 % a level, 3 % over the 15 levels of the largest
 // input. Neither of two greedy builds is bound to be the better one, and among clusters the borders of bins may miss a gap:
 // of ten seeds the ratios lie between 0.95 and 1.04. One in ten is what may be lost to that. Adding empty bins to boxes, a
-// mistake that was made once, gives ratios from 1.5 to 8.
+// mistake that was made once, gives ratios from 1.5 to 12.
 constexpr double limit = 1.1;
 
 TEST_CASE("the tree is about as good as a full sweep's", "[bvh]") {
