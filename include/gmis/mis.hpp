@@ -13,5 +13,5 @@
 #include "gmis/mis/proposal.hpp"
 #include "gmis/mis/proposal_set.hpp"
 #include "gmis/mis/round.hpp"
-#include "gmis/mis/scheme.hpp"
 #include "gmis/mis/sample_allocation.hpp"
+#include "gmis/mis/scheme.hpp"

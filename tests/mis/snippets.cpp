@@ -81,8 +81,7 @@ auto estimate_with_pair(gmis::Selection selection, gmis::Weighting weighting) {
 
 auto estimate_with_allocation() {
   const std::vector<Exponential> proposals{{0.5}, {1.0}, {2.0}};
-  const std::array<double, 3> weights{0.6, 0.3, 0.1};
-  const gmis::SampleAllocation<double> allocation(std::span<const double>(weights), 10);  // n = 6, 3, 1
+  const gmis::SampleAllocation allocation({0.6, 0.3, 0.1}, 10);  // 6, 3 and 1 samples
   gmis::Philox source(42);
   const auto f = [](double x) { return x * std::exp(-x); };
   return gmis::estimate<gmis::Scheme::N3>(f, proposals, 10'000, source, allocation);
@@ -90,7 +89,7 @@ auto estimate_with_allocation() {
 
 auto estimate_with_power_heuristic() {
   const std::vector<Exponential> proposals{{0.5}, {1.0}, {2.0}};
-  const gmis::SampleAllocation<double> allocation(std::array<std::uint32_t, 3>{6, 3, 1});
+  const gmis::SampleAllocation allocation({6, 3, 1});
   gmis::Philox source(42);
   const auto f = [](double x) { return x * std::exp(-x); };
   return gmis::estimate_weighted(gmis::Power{2.0}, f, proposals, 10'000, source, allocation);

@@ -57,20 +57,33 @@ class EstimateAccumulator {
   using Mean = typename Rebound<std::conditional_t<channel_count == 1, A, F>, A>::Type;
 
   /// Runs one round with `run_round(visit)`, which is to call `visit(x, denominator, index)` and to return RoundCounts.
+  /// Throws std::invalid_argument for a round of no samples.
   template <class Integrand, class RunRound>
   void add_round(Integrand& f, std::size_t sample_count, RunRound&& run_round) {
-    std::array<A, static_cast<std::size_t>(channel_count)> sum{};
-    const RoundCounts counts = run_round([&](const auto& x, auto denominator, std::size_t) {
-      ++integrand_evaluations_;
-      const F value = value_of(f, x);
-      if (!has_finite_channels(value)) [[unlikely]] {
-        ++rejected_.non_finite_integrand;
-        return;
-      }
-      add_contribution(value, denominator, sum);
-    });
-    for (std::size_t c = 0; c < sum.size(); ++c) moments_[c].add(sum[c] / static_cast<A>(sample_count));
-    samples_ += sample_count;
+    require_argument(sample_count > 0, "a round of no samples: its mean is not a number");
+    add_rounds(f, sample_count, 1, [&](RoundCounts& counts, auto&& visit) { counts = run_round(visit); });
+  }
+
+  /// Runs `rounds` of them with `run_round(counts, visit)`, which adds what happened to `counts`. What is counted is added up
+  /// over all rounds first: in the loop there is nothing but the samples and the two sums over rounds.
+  template <class Integrand, class RunRound>
+  void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds, RunRound&& run_round) {
+    const A samples_of_round = as_factor<A>(sample_count);
+    RoundCounts counts;
+    for (std::uint64_t round = 0; round < rounds; ++round) {
+      std::array<A, static_cast<std::size_t>(channel_count)> sum{};
+      run_round(counts, [&](const auto& x, auto denominator, std::size_t) {
+        ++integrand_evaluations_;
+        const F value = value_of(f, x);
+        if (!has_finite_channels(value)) [[unlikely]] {
+          ++rejected_.non_finite_integrand;
+          return;
+        }
+        add_contribution(value, denominator, sum);
+      });
+      for (std::size_t c = 0; c < sum.size(); ++c) moments_[c].add(sum[c] / samples_of_round);
+    }
+    samples_ += rounds * sample_count;
     density_evaluations_ += counts.density_evaluations;
     failed_samples_ += counts.failed_samples;
     rejected_.zero_density += counts.zero_density;
@@ -166,10 +179,9 @@ void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& pro
     Workspace<typename Set::Density, capacity> workspace;
     const std::size_t sample_count = allocation.sample_count(set.size());
     workspace.prepare(set.size(), sample_count);
-    for (std::uint64_t round = 0; round < rounds; ++round)
-      accumulator.add_round(f, sample_count, [&](auto&& visit) {
-        return sample_checked_round<selection, weighting>(set, allocation, source, workspace, visit);
-      });
+    accumulator.add_rounds(f, sample_count, rounds, [&](RoundCounts& counts, auto&& visit) {
+      sample_checked_round<selection, weighting>(set, allocation, source, workspace, counts, visit);
+    });
   }
 }
 /// The same for a scheme, run as its cheapest pair.

@@ -60,18 +60,17 @@ template <bool divided_by_own, class Set, class Source, class WorkspaceType, cla
 }
 
 /// `sample_round` without the checks of its arguments, which one that runs many rounds makes once: the allocation fits the
-/// set, and `workspace.prepare(set.size(), n)` was called.
+/// set, and `workspace.prepare(set.size(), n)` was called. Adds what happened to `counts`.
 template <Selection selection, Weighting weighting, class Set, class AllocationType, class Source, std::size_t Capacity,
           class Visit>
-[[gnu::always_inline]] inline RoundCounts sample_checked_round(const Set& set, const AllocationType& allocation,
-                                                               Source& source,
-                                                               Workspace<typename Set::Density, Capacity>& workspace,
-                                                               Visit&& visit) {
+[[gnu::always_inline]] inline void sample_checked_round(const Set& set, const AllocationType& allocation,
+                                                        Source& source,
+                                                        Workspace<typename Set::Density, Capacity>& workspace,
+                                                        RoundCounts& counts, Visit&& visit) {
   constexpr Scheme scheme = scheme_of(selection, weighting);
   const std::size_t proposal_count = set.size();
   const std::size_t sample_count = allocation.sample_count(proposal_count);
 
-  RoundCounts counts;
   IndexSelector<selection, scheme, AllocationType, Source, Workspace<typename Set::Density, Capacity>> selector(
       allocation, source, workspace, proposal_count, sample_count);
   for (std::size_t n = 0; n < sample_count; ++n) {
@@ -83,7 +82,6 @@ template <Selection selection, Weighting weighting, class Set, class AllocationT
         },
         [&] { selector.discard(n); }, visit);
   }
-  return counts;
 }
 
 /// Draws one round of samples and calls `visit(x, denominator, index)` for each: the sample, the density φ(x) that
@@ -102,7 +100,9 @@ requires ProposalSet<Set, Source>
                                                        Visit&& visit) {
   allocation.require_fits(set.size(), selection);
   workspace.prepare(set.size(), allocation.sample_count(set.size()));
-  return sample_checked_round<selection, weighting>(set, allocation, source, workspace, std::forward<Visit>(visit));
+  RoundCounts counts;
+  sample_checked_round<selection, weighting>(set, allocation, source, workspace, counts, visit);
+  return counts;
 }
 
 /// The same for a scheme, run as its cheapest pair.
