@@ -11,6 +11,8 @@ if(Threads_FOUND)
   if(GMIS_BUILD_TESTS)
     add_test(NAME example_estimate_in_threads COMMAND estimate_in_threads)
   endif()
+endif()
+
 add_executable(which_method which_method.cpp)
 target_link_libraries(which_method PRIVATE gmis::gmis gmis_warnings)
 if(GMIS_BUILD_TESTS)
