@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <type_traits>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/contribution.hpp"
 #include "gmis/mis/estimate.hpp"
 #include "gmis/mis/mixture.hpp"
@@ -40,7 +40,7 @@ template <class Integrand, AnyProposal P, class Fit, UniformSource Source>
 requires HasPdf<P, ValueOf<P>>
 [[nodiscard]] AdaptiveEstimate<P> estimate_adaptive(Integrand&& f, const P& first, std::size_t samples_each,
                                                     std::size_t iterations, Fit&& fit, Source& source) {
-  if (samples_each == 0 || iterations == 0) throw std::invalid_argument("give at least one sample and one iteration");
+  if (samples_each == 0 || iterations == 0) reject_argument("give at least one sample and one iteration");
   AdaptiveEstimate<P> result;
   std::vector<double> values, densities;  // f, and Σ_t q_t, at every sample
   result.proposals.push_back(first);

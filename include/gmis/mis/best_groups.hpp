@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/exact_variance.hpp"
 
 namespace gmis {
@@ -20,7 +20,7 @@ namespace gmis {
 /// Groups that do not cover f are left out. Throws std::invalid_argument when none of the two starts covers f.
 [[nodiscard]] inline Groups<> best_groups(const TabulatedProblem& problem, std::size_t group_size) {
   const std::size_t n = problem.proposal_count();
-  if (group_size == 0 || group_size > n) throw std::invalid_argument("the group size must lie between 1 and N");
+  if (group_size == 0 || group_size > n) reject_argument("the group size must lie between 1 and N");
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const auto variance_of = [&](const std::vector<std::uint32_t>& group_of) {
     const Groups<> groups{std::span<const std::uint32_t>(group_of)};
@@ -56,7 +56,7 @@ namespace gmis {
       best = group_of;
     }
   }
-  if (least == infinity) throw std::invalid_argument("no partition into groups of this size covers the integrand");
+  if (least == infinity) reject_argument("no partition into groups of this size covers the integrand");
   return Groups<>{std::span<const std::uint32_t>(best)};
 }
 

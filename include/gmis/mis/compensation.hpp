@@ -3,8 +3,9 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
-#include <stdexcept>
 #include <vector>
+
+#include "gmis/core/argument_error.hpp"
 
 namespace gmis {
 
@@ -20,16 +21,16 @@ namespace gmis {
 [[nodiscard]] inline std::vector<double> compensated_density(std::span<const double> target,
                                                              std::span<const double> others, double fraction) {
   if (target.empty() || target.size() != others.size())
-    throw std::invalid_argument("give the target and the others in the same cells");
-  if (!(fraction > 0.0 && fraction <= 1.0)) throw std::invalid_argument("the fraction of samples must lie in (0, 1]");
+    reject_argument("give the target and the others in the same cells");
+  if (!(fraction > 0.0 && fraction <= 1.0)) reject_argument("the fraction of samples must lie in (0, 1]");
   double mass = 0.0, rest = 0.0;
   for (std::size_t i = 0; i < target.size(); ++i) {
     if (!(target[i] >= 0.0 && std::isfinite(target[i]) && others[i] >= 0.0 && std::isfinite(others[i])))
-      throw std::invalid_argument("target and others must be finite and not negative");
+      reject_argument("target and others must be finite and not negative");
     mass += target[i];
     rest += others[i];
   }
-  if (!(mass > 0.0 && std::isfinite(mass))) throw std::invalid_argument("the target has no mass");
+  if (!(mass > 0.0 && std::isfinite(mass))) reject_argument("the target has no mass");
 
   // Σ max(0, λ t − (1 − c) o) rises with λ, from 0 to at least c at λ = (c + (1 − c) Σ o)/Σ t.
   const auto excess = [&](double lambda) {

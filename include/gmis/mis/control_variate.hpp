@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <type_traits>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/counted_variance.hpp"
 #include "gmis/mis/round_moments.hpp"
@@ -93,7 +93,7 @@ template <class Integrand, Proposals P, UniformSource Source>
   using Channels = typename RoundMoments<F>::Channels;
   using A = typename RoundMoments<F>::A;
   if (coefficients.size() != n * moments.channel_count)
-    throw std::invalid_argument("give one coefficient for each proposal and channel");
+    reject_argument("give one coefficient for each proposal and channel");
 
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/weight_heuristic.hpp"
 
 namespace gmis {
@@ -18,11 +18,10 @@ namespace gmis {
 /// `correlations`: ρ_k in [0, 1], one for each proposal, estimated by the caller.
 [[nodiscard]] inline std::vector<double> correlation_aware_factors(SampleCounts counts,
                                                                    std::span<const double> correlations) {
-  if (correlations.size() != counts.size()) throw std::invalid_argument("give one correlation for each proposal");
+  if (correlations.size() != counts.size()) reject_argument("give one correlation for each proposal");
   std::vector<double> factors(counts.size(), 1.0);
   for (std::size_t k = 0; k < counts.size(); ++k) {
-    if (!(correlations[k] >= 0.0 && correlations[k] <= 1.0))
-      throw std::invalid_argument("a correlation must lie between 0 and 1");
+    if (!(correlations[k] >= 0.0 && correlations[k] <= 1.0)) reject_argument("a correlation must lie between 0 and 1");
     if (counts[k] > 0) factors[k] = 1.0 / (1.0 + (counts[k] - 1.0) * correlations[k]);
   }
   return factors;

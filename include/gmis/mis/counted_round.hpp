@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <type_traits>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/round.hpp"
 
 namespace gmis {
@@ -16,10 +16,10 @@ using SampleCounts = std::span<const std::uint32_t>;
 
 /// Σ n_k. Throws std::invalid_argument when there is not one count for each proposal, or when all are zero.
 [[nodiscard]] inline std::size_t checked_total(SampleCounts counts, std::size_t proposal_count) {
-  if (counts.size() != proposal_count) throw std::invalid_argument("give one sample count for each proposal");
+  if (counts.size() != proposal_count) reject_argument("give one sample count for each proposal");
   std::size_t total = 0;
   for (const std::uint32_t count : counts) total += count;
-  if (total == 0) throw std::invalid_argument("give at least one proposal a sample count above zero");
+  if (total == 0) reject_argument("give at least one proposal a sample count above zero");
   return total;
 }
 

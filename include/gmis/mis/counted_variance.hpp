@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/exact_variance.hpp"
 
@@ -44,7 +44,7 @@ template <class Contribution>
 /// ψ = Σ α_k q_k at all nodes; the fractions α_k sum to one.
 [[nodiscard]] inline std::vector<double> mixture_of(std::span<const double> fractions,
                                                     const TabulatedProblem& problem) {
-  if (fractions.size() != problem.proposal_count()) throw std::invalid_argument("give one fraction for each proposal");
+  if (fractions.size() != problem.proposal_count()) reject_argument("give one fraction for each proposal");
   std::vector<double> psi(problem.node_count());
   for (std::size_t k = 0; k < fractions.size(); ++k)
     if (fractions[k] > 0.0) problem.add_density(k, fractions[k], psi.data(), psi.data());

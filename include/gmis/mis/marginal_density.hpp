@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/stochastic_mis.hpp"
 
 namespace gmis {
@@ -24,7 +24,7 @@ template <TechniqueFamily Family, class X, UniformSource Source>
   for (std::uint64_t trial = 1; trial <= max_trials; ++trial) {
     const double density = static_cast<double>(family.pdf(family.draw(source), x));
     if (!(density >= 0.0 && density <= bound)) [[unlikely]]
-      throw std::invalid_argument("a density exceeds the bound: give the largest value that pdf can return");
+      reject_argument("a density exceeds the bound: give the largest value that pdf can return");
     if (uniform<double>(source) * bound < density) return {static_cast<double>(trial) / bound, trial};
   }
   return {0.0, max_trials};
@@ -39,8 +39,8 @@ template <class Integrand, TechniqueFamily Family, UniformSource Source>
   using X = FamilyValue<Family, Source>;
   using F = std::remove_cvref_t<decltype(f(std::declval<const X&>()))>;
   using A = typename RoundMoments<F>::A;
-  if (samples == 0) throw std::invalid_argument("give a round at least one sample");
-  if (!(bound > 0.0 && std::isfinite(bound))) throw std::invalid_argument("the bound must be a positive number");
+  if (samples == 0) reject_argument("give a round at least one sample");
+  if (!(bound > 0.0 && std::isfinite(bound))) reject_argument("the bound must be a positive number");
   RoundMoments<F> moments;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     typename RoundMoments<F>::Channels sum{};

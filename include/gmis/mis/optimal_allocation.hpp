@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <limits>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_variance.hpp"
 
 /// \file
@@ -19,10 +19,9 @@ namespace gmis {
 
 namespace detail {
 inline void check_costs(std::span<const double> costs, std::size_t proposal_count) {
-  if (costs.size() != proposal_count && !costs.empty())
-    throw std::invalid_argument("give one cost for each proposal, or none");
+  if (costs.size() != proposal_count && !costs.empty()) reject_argument("give one cost for each proposal, or none");
   for (const double cost : costs)
-    if (!(cost > 0.0 && std::isfinite(cost))) throw std::invalid_argument("costs must be positive numbers");
+    if (!(cost > 0.0 && std::isfinite(cost))) reject_argument("costs must be positive numbers");
 }
 [[nodiscard]] inline double cost_of(std::span<const double> costs, std::size_t k) {
   return costs.empty() ? 1.0 : costs[k];
@@ -44,7 +43,7 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
   const std::size_t n = problem.proposal_count();
   detail::check_costs(costs, n);
   if (!(least >= 0.0 && least * static_cast<double>(n) <= 1.0))
-    throw std::invalid_argument("the least fraction must lie between 0 and 1/N");
+    reject_argument("the least fraction must lie between 0 and 1/N");
   std::vector<double> fractions(n, 1.0 / static_cast<double>(n)), bound(n), psi(problem.node_count());
   const double integral = problem.integral();
   for (std::size_t iteration = 0; iteration < largest_iterations; ++iteration) {
@@ -136,7 +135,7 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
                                                                std::span<const double> costs = {}) {
   const std::size_t n = problem.proposal_count();
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  if (total == 0) throw std::invalid_argument("give a round at least one sample");
+  if (total == 0) reject_argument("give a round at least one sample");
   const auto objective = [&](std::span<const std::uint32_t> counts) {
     if (!problem.covers(mixture_of(fractions_of(counts), problem).data())) return infinity;
     double cost = 0.0;
@@ -170,8 +169,7 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
           }
         }
     }
-  if (least == infinity)
-    throw std::invalid_argument("no counts with this total cover the integrand: give a larger total");
+  if (least == infinity) reject_argument("no counts with this total cover the integrand: give a larger total");
   return best;
 }
 

@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <type_traits>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/estimate.hpp"
 #include "gmis/mis/weight_heuristic.hpp"
 
@@ -98,7 +98,7 @@ template <class Integrand, Proposals P, UniformSource Source>
   using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
   const std::size_t total = checked_total(counts, set.size());
   if (canonical >= set.size() || counts[canonical] == 0)
-    throw std::invalid_argument("the canonical proposal must be one of the set and have samples");
+    reject_argument("the canonical proposal must be one of the set and have samples");
   CountedWorkspace<Set> workspace;
   EstimateAccumulator<F> accumulator;
   for (std::uint64_t round = 0; round < rounds; ++round)

@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <type_traits>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/counted_variance.hpp"
 #include "gmis/mis/reservoir.hpp"
@@ -69,7 +69,7 @@ template <class Integrand, class Target, Proposals P, UniformSource Source>
 [[nodiscard]] inline ExactMoments exact_moments_of_resampling(SampleCounts counts, std::span<const double> target,
                                                               const TabulatedProblem& problem) {
   const double total = static_cast<double>(checked_total(counts, problem.proposal_count()));
-  if (target.size() != problem.node_count()) throw std::invalid_argument("give the target at every node");
+  if (target.size() != problem.node_count()) reject_argument("give the target at every node");
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   double mean = 0.0, second = 0.0, sum_u = 0.0, sum_uhh = 0.0;
   for (std::size_t k = 0; k < counts.size(); ++k) {

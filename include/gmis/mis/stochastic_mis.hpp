@@ -3,10 +3,10 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
 #include <type_traits>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/round_moments.hpp"
 
@@ -47,7 +47,7 @@ template <class Integrand, TechniqueFamily Family, UniformSource Source>
                                        std::uint64_t rounds, Source& source) {
   using X = FamilyValue<Family, Source>;
   using F = std::remove_cvref_t<decltype(f(std::declval<const X&>()))>;
-  if (techniques == 0) throw std::invalid_argument("give a round at least one technique");
+  if (techniques == 0) reject_argument("give a round at least one technique");
   RoundMoments<F> moments;
   std::vector<TechniqueOf<Family, Source>> drawn;
   drawn.reserve(techniques);
@@ -82,7 +82,7 @@ template <class Integrand, KnownMarginal Family, UniformSource Source>
   using X = FamilyValue<Family, Source>;
   using F = std::remove_cvref_t<decltype(f(std::declval<const X&>()))>;
   using A = typename RoundMoments<F>::A;
-  if (samples == 0) throw std::invalid_argument("give a round at least one sample");
+  if (samples == 0) reject_argument("give a round at least one sample");
   RoundMoments<F> moments;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     typename RoundMoments<F>::Channels sum{};
