@@ -48,7 +48,7 @@ template <UniformSource Source>
     return static_cast<std::size_t>(std::count_if(amounts.begin(), amounts.end(), [](auto a) { return a > 0; }));
   };
   std::vector<std::uint32_t> counts = optimal_counts(problem, samples);
-  const double of_counts = exact_moments(SampleCounts(counts), problem).variance;
+  const double of_counts = exact_moments(CountsByProposal(counts), problem).variance;
   add(Scheme::N3, of_counts, used(counts), counts, {});
   std::vector<double> fractions = optimal_fractions(problem);
   for (double& fraction : fractions)

@@ -16,7 +16,7 @@ namespace gmis {
 /// balance heuristic, ρ = 1 counts all samples of a proposal as one. Contributions still divide by the true n_k.
 ///
 /// `correlations`: ρ_k in [0, 1], one for each proposal, estimated by the caller.
-[[nodiscard]] inline std::vector<double> correlation_aware_factors(SampleCounts counts,
+[[nodiscard]] inline std::vector<double> correlation_aware_factors(CountsByProposal counts,
                                                                    std::span<const double> correlations) {
   if (correlations.size() != counts.size()) reject_argument("give one correlation for each proposal");
   std::vector<double> factors(counts.size(), 1.0);

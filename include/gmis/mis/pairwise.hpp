@@ -21,7 +21,7 @@ namespace gmis {
 struct Pairwise {
   std::size_t canonical = 0;
 
-  void weights(SampleCounts counts, std::span<const double> densities, std::span<double> out) const noexcept {
+  void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     const std::size_t n = out.size();
     const double others = static_cast<double>(n - 1);
     const double of_canonical = counts[canonical] * densities[canonical];
@@ -43,7 +43,7 @@ struct Pairwise {
 /// `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f, n = Σ counts. Unbiased when the canonical proposal
 /// has samples and is positive wherever f ≠ 0. `counts` must have passed `checked_total`.
 template <ProposalSet Set, UniformSource Source, class Visit>
-RoundCounts sample_pairwise_round(const Set& set, SampleCounts counts, std::size_t canonical, Source& source,
+RoundCounts sample_pairwise_round(const Set& set, CountsByProposal counts, std::size_t canonical, Source& source,
                                   CountedWorkspace<Set>& workspace, Visit&& visit) {
   using T = typename Set::Density;
   const std::size_t n = set.size();
@@ -91,7 +91,7 @@ RoundCounts sample_pairwise_round(const Set& set, SampleCounts counts, std::size
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of pairwise weights. As `estimate`, otherwise.
 template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_pairwise(Integrand&& f, const P& proposals, SampleCounts counts, std::size_t canonical,
+[[nodiscard]] auto estimate_pairwise(Integrand&& f, const P& proposals, CountsByProposal counts, std::size_t canonical,
                                      std::uint64_t rounds, Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;

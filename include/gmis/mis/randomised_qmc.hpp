@@ -31,7 +31,7 @@ concept PointSource = UniformSource<S> && requires(S& source, std::uint64_t numb
 /// Samplers must be smooth functions of their numbers, always as many of them in one order: inversion serves, rejection and
 /// tables of jumps gain little.
 template <class Integrand, Proposals P, PointSource Points>
-[[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, SampleCounts counts, std::uint64_t rounds,
+[[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,
                                  Points& points) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;

@@ -81,7 +81,7 @@ class SelfNormalisedSums {
 /// rounds of N3 with counts. `target` returns a number ≥ 0 or a `LogValue`. Consistent, not unbiased, where ψ > 0 wherever
 /// the target is. Samples with a target or value that is not finite are counted and left out.
 template <class Target, class Values, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_self_normalised(Target&& target, Values&& h, const P& proposals, SampleCounts counts,
+[[nodiscard]] auto estimate_self_normalised(Target&& target, Values&& h, const P& proposals, CountsByProposal counts,
                                             std::uint64_t rounds, Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
