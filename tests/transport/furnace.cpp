@@ -175,3 +175,25 @@ TEST_CASE("each iteration merges within the radius of its own") {
     CHECK(measured.standard_error < 0.005 * truth(0.7, 4));
   }
 }
+
+TEST_CASE("iterations added up in a film, with few lines") {
+  const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 8);
+  gmis::RenderSettings settings;
+  settings.seed = gmis_test::seed(23);
+  settings.counts = gmis::integrators::bpt;
+  gmis::Engine<gmis_test::FurnaceScene<float>> engine(scene, settings);
+  gmis::Film<float> film(scene.camera().resolution());
+  gmis::SerialExecutor executor;
+  for (int i = 0; i < 4; ++i) {
+    engine.iterate(executor);
+    film.add_iteration(engine.frame());
+  }
+  gmis::Engine<gmis_test::FurnaceScene<float>> again(scene, settings);
+  double sum = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    again.iterate(executor);
+    sum += static_cast<double>(again.frame()[5]);
+  }
+  CHECK(film.iterations() == 4);
+  CHECK(film.mean(5, 0) == Approx(sum / 4));
+}
