@@ -13,21 +13,22 @@
 
 namespace gmis {
 
-/// What is known at one moment of a run.
+/// State of a run at one moment.
 struct ConvergencePoint {
   double cpu_seconds = 0.0;
   double wall_seconds = 0.0;
   std::uint64_t iteration = 0;
-  std::optional<double> estimated_error;  ///< √(mean of variance / (value² + 0.01)) of all iterations
-  std::optional<Interval> interval;       ///< of the true error, from batches
+  std::optional<double> estimated_error;  ///< √(mean of variance / (value² + 0.01)), from all iterations
+  std::optional<Interval> interval;       ///< confidence interval of the true error, from batch means
   std::optional<double> reference_error;  ///< √relMSE against a reference
 };
 
-/// The course of a run: how the error fell with time. Points are taken at geometrically growing iterations, so that a
-/// long run leaves a short log and all decades weigh the same.
+/// Error over time during a run. The iterations of the points grow geometrically, so that a long run leaves a short log and
+/// every decade has about the same number of points.
 class ConvergenceLog {
  public:
-  /// Is there to be a point after this iteration? 1 to 8, then each a quarter more than the last, rounded down.
+  /// True when a point is due after this iteration. Points are due after iterations 1 to 8; after that, each is a quarter
+  /// later than the last one, rounded down.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   void add(ConvergencePoint point) {
@@ -42,13 +43,13 @@ class ConvergenceLog {
   std::vector<ConvergencePoint> points_;
 };
 
-/// The first line of a log as comma-separated values, without the end of line.
+/// The header line of a log in comma-separated values, without a line end.
 [[nodiscard]] inline std::string convergence_csv_header() {
   return "cpu_seconds,wall_seconds,iteration,estimated_error,interval_lower,interval_upper,reference_error";
 }
 
-/// The line of one point, without the end of line; what is not known is left empty. Points of numbers are points in
-/// every locale.
+/// The line of one point in comma-separated values, without a line end. An unknown value is an empty field. The decimal
+/// separator is a point in every locale.
 [[nodiscard]] inline std::string convergence_csv_row(const ConvergencePoint& point) {
   const auto text = [](double value) {
     std::array<char, 32> buffer{};
