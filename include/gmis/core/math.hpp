@@ -23,7 +23,7 @@ template <std::floating_point T>
   return x * x;
 }
 
-/// √x, and 0 for an x that rounding made negative.
+/// √x; 0 when rounding made x negative.
 template <std::floating_point T>
 [[nodiscard]] inline T sqrt_or_zero(T x) noexcept {
   return std::sqrt(std::max(x, T(0)));
@@ -52,7 +52,7 @@ struct Frame {
   }
 };
 
-/// Mirror image of `direction` (pointing away from the surface) about the unit `normal`; points away from it too.
+/// Mirror image of `direction` about the unit `normal`. Both directions point away from the surface.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> reflect_about(const Vec3<T>& direction, const Vec3<T>& normal) noexcept {
   return normal * (T(2) * glm::dot(direction, normal)) - direction;
