@@ -44,9 +44,11 @@ struct Frame {
         {T(1) + sign * axis.x * axis.x * a, sign * b, -sign * axis.x}, {b, sign + axis.y * axis.y * a, -axis.y}, axis};
   }
 
+  /// The vector with these coordinates in the frame.
   [[nodiscard]] Vec3<T> to_world(const Vec3<T>& local) const noexcept {
     return tangent * local.x + bitangent * local.y + normal * local.z;
   }
+  /// The coordinates of a vector in the frame.
   [[nodiscard]] Vec3<T> to_local(const Vec3<T>& world) const noexcept {
     return {glm::dot(tangent, world), glm::dot(bitangent, world), glm::dot(normal, world)};
   }

@@ -118,10 +118,12 @@ class Light {
   [[nodiscard]] bool is_delta() const noexcept {
     return kind_ == Kind::point || kind_ == Kind::spot || kind_ == Kind::directional;
   }
+  /// True for a light without a position: directional lights and environments.
   [[nodiscard]] bool is_infinite() const noexcept {
     return kind_ == Kind::directional || kind_ == Kind::environment || kind_ == Kind::image;
   }
   [[nodiscard]] bool is_spot() const noexcept { return kind_ == Kind::spot; }
+  /// The probability with which the scene chooses this light; the scene sets it.
   [[nodiscard]] T selection_probability() const noexcept { return selection_probability_; }
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 

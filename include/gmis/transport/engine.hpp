@@ -107,6 +107,7 @@ class Engine {
   [[nodiscard]] const Counters& light_work() const noexcept { return light_work_; }
   /// The first paths with rejections.
   [[nodiscard]] const RejectionLog& rejections() const noexcept { return rejections_; }
+  /// Seconds per phase of all iterations of this engine.
   [[nodiscard]] const PhaseSeconds& seconds() const noexcept { return seconds_; }
   /// The counts of every iteration.
   [[nodiscard]] const SampleCounts& counts() const noexcept { return settings_.counts; }
@@ -115,6 +116,7 @@ class Engine {
   [[nodiscard]] double vertices_per_tree() const noexcept { return vertices_per_tree_; }
   /// The rendered part of the frame.
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
+  /// n_L: number of light trees per iteration; 0 when no technique needs them.
   [[nodiscard]] std::size_t light_tree_count() const noexcept { return light_tree_count_; }
 
   /// Merging radius of an iteration (from 1) in scene units: r_i = r_1 i^((α−1)/2) [Hachisuka, Jensen 2009, as Georgiev 2012

@@ -82,10 +82,12 @@ class RenderEngine {
     all.append(visit([](const auto& engine) { return engine.rejections(); }));
     return all;
   }
+  /// Seconds per phase since the start, including the pilot.
   [[nodiscard]] PhaseSeconds seconds() const {
     PhaseSeconds all = pilot_.seconds;
     return all += visit([](const auto& engine) { return engine.seconds(); });
   }
+  /// Bytes held by the current engine for light vertices and their grid.
   [[nodiscard]] std::size_t photon_bytes() const {
     return visit([](const auto& engine) { return engine.photon_bytes(); });
   }
@@ -109,6 +111,7 @@ class RenderEngine {
         },
         engine_);
   }
+  /// Calls `visit_one(const Contribution<S>&)` for every kept contribution of the latest iteration; never during a pilot.
   template <class Visit>
   void for_each_contribution(Visit&& visit_one) const {
     std::visit(

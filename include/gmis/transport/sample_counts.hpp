@@ -38,12 +38,15 @@ struct SampleCounts {
     }
     return false;
   }
+  /// True when connections or merging need stored light vertices.
   [[nodiscard]] constexpr bool stores_light_vertices() const noexcept {
     return has(Technique::connect) || has(Technique::merge);
   }
+  /// True when some technique needs light trees.
   [[nodiscard]] constexpr bool traces_light() const noexcept {
     return stores_light_vertices() || has(Technique::splat);
   }
+  /// True when some technique needs camera subpaths.
   [[nodiscard]] constexpr bool traces_camera() const noexcept {
     return emitter_hits || next_events || stores_light_vertices();
   }

@@ -22,14 +22,17 @@ struct ClassWork {
   std::uint64_t camera_edges = 0;                              ///< edges of camera subpaths, summed over contributions
   std::uint64_t light_edges = 0;                               ///< edges of light subpaths, summed over contributions
 
+  /// Counts one contribution with t − 1 camera edges and s − 1 light edges (none for s = 0).
   constexpr void add(const TechniqueId& id) noexcept {
     ++contributions[static_cast<std::size_t>(id.technique)];
     camera_edges += static_cast<std::uint64_t>(id.t - 1);
     if (id.s > 0) light_edges += static_cast<std::uint64_t>(id.s - 1);
   }
+  /// Contributions of one technique.
   [[nodiscard]] constexpr std::uint64_t of(Technique technique) const noexcept {
     return contributions[static_cast<std::size_t>(technique)];
   }
+  /// Contributions of all techniques.
   [[nodiscard]] constexpr std::uint64_t total() const noexcept {
     std::uint64_t sum = 0;
     for (const std::uint64_t count : contributions) sum += count;

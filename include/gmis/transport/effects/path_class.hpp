@@ -179,6 +179,7 @@ class HalfPath {
   }
 
   friend constexpr bool operator==(HalfPath, HalfPath) = default;
+  /// A number below `state_count` that identifies the summary.
   [[nodiscard]] constexpr std::size_t number() const noexcept { return bits_; }
 
  private:

@@ -67,15 +67,15 @@ struct PlanFacts {
 
 /// The reason why a technique is off or on. When several rules leave a technique out, the first in this order is reported.
 enum class PlanRule : std::uint8_t {
-  no_light,
-  no_scattering,
-  no_light_to_hit,
-  makes_nothing,
-  direct_light_only,
-  nothing_to_merge,
-  needed,
-  helps,
-  goes_along
+  no_light,           ///< off: the scene has no light
+  no_scattering,      ///< off: every surface is specular or black
+  no_light_to_hit,    ///< off: every light is a delta light
+  makes_nothing,      ///< off: it makes no path of the rendered classes
+  direct_light_only,  ///< off: emitter hits and next events make all rendered paths
+  nothing_to_merge,   ///< off: other techniques make every path that merging makes
+  needed,             ///< on: it alone makes some of the rendered paths
+  helps,              ///< on: other techniques make its paths too
+  goes_along          ///< on: light subpaths are traced for another technique
 };
 
 /// The rules that leave techniques out. Each rule is a function of a technique and the facts and returns true when the
@@ -163,7 +163,9 @@ struct Plan {
   [[nodiscard]] constexpr const TechniquePlan& operator[](Technique technique) const noexcept {
     return techniques[static_cast<std::size_t>(technique)];
   }
+  /// True when the technique is on.
   [[nodiscard]] constexpr bool has(Technique technique) const noexcept { return (*this)[technique].is_on; }
+  /// True when a technique that needs light subpaths is on.
   [[nodiscard]] constexpr bool traces_light() const noexcept {
     return has(Technique::connect) || has(Technique::splat) || has(Technique::merge);
   }

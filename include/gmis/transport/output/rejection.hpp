@@ -48,6 +48,7 @@ class RejectionLog {
   static constexpr std::size_t capacity = 16;
 
   void clear() noexcept { paths_.clear(); }
+  /// The rejected paths, in the order in which they were added.
   [[nodiscard]] std::span<const RejectedPath> paths() const noexcept { return paths_; }
 
   /// Adds one rejection. All rejections of one path must be added consecutively.

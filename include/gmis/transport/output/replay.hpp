@@ -117,6 +117,7 @@ class ReplayOutput {
   /// Names the point on a light at the other end of the contribution that is added next.
   void on_light_point(const SurfacePoint<T>& origin) { position_ = origin.position; }
 
+  // The interface of `PathOutput`: each call is recorded and passed on to a `FilmOutput`, which tests the value.
   void add(TechniqueId id, const S& value, T weight) {
     note(pixel_, id, value, weight, [&] { film_.add(id, value, weight); });
   }

@@ -45,7 +45,9 @@ class LightVertexCache {
     for (const Chunk& chunk : chunks_)
       for (const Vertex& vertex : chunk.vertices_) vertices_.push_back(&vertex);
   }
+  /// Number of vertices at the last `gather`.
   [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
+  /// Vertex `index` in the order of the trees.
   [[nodiscard]] const Vertex& operator[](std::size_t index) const noexcept { return *vertices_[index]; }
 
   /// The vertices of one tree; needs no `gather`.

@@ -8,7 +8,7 @@ namespace gmis {
 
 /// Replaces `hit` by the next hit along `direction` when `hit` lies on the surface that `from` stands in.
 ///
-/// `from` is the start of a subpath: a point of the camera or of a light. Such a point may lie in the plane of a surface,
+/// `from` is the start of a subpath: a point of the camera or of a light. This point may lie in the plane of a surface,
 /// for example a pinhole in a wall. Rounding would then decide whether the ray hits that surface and at which distance.
 /// The ray passes the surface instead, when `from` is in its plane within the error of positions. A point with a
 /// `position_error` of its own is left alone: `leave` has already moved its ray off the surface.

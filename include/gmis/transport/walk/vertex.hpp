@@ -48,6 +48,7 @@ struct Link {
   Vec3<T> direction;
   T distance_squared;
 
+  /// The line from `from` to `to`.
   [[nodiscard]] static Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept {
     const Vec3<T> offset = to - from;
     const T distance_squared = glm::dot(offset, offset);

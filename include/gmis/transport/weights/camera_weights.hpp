@@ -32,7 +32,9 @@ class CameraWeightRecursion {
   /// k = 1: only an emitter hit makes light that is seen directly.
   [[nodiscard]] static constexpr Weight seen_directly() noexcept { return T(1); }
 
+  /// The partial sums at x_{k−1}; `density` is b_{k−1}.
   [[nodiscard]] static constexpr CameraPartial first_camera_vertex(T density) noexcept { return {density}; }
+  /// The partial sums at x_{j−1}; `density` is b_{j−1}. `is_delta`: the event at x_j is a delta event.
   [[nodiscard]] static constexpr CameraPartial extend_camera(const CameraPartial&, bool, bool is_delta, T, T,
                                                              T density) noexcept {
     return {is_delta ? T(0) : density};

@@ -48,6 +48,7 @@ struct PartialSums {
   Sum chain;  ///< g_{i−1} (L_{i−1} / b_{i−1}) / a_i: times the reverse density per steradian, it is L_{i−1} / a_i
 };
 
+/// Partial sums with one number per sum, as `ReplayedVertex` records them.
 template <std::floating_point T>
 using PartialWeights = PartialSums<Extended<T>, Extended<T>>;
 
@@ -81,6 +82,7 @@ class WeightRecursion {
   using LightPartial = PartialSums<Sum, Sum>;
   using CameraPartial = PartialSums<Number, Sum>;
 
+  /// The counts are nominal: functions of the path alone, constant while weights are formed.
   constexpr explicit WeightRecursion(const TechniqueCounts<T>& counts) noexcept
       : emitter_hit_(Sums::template of<Technique::emitter_hit>(h(counts.emitter_hit))),
         next_event_(Sums::template of<Technique::next_event>(h(counts.next_event))),
