@@ -13,15 +13,15 @@
 
 namespace gmis {
 
-/// How a surface scatters at one point. The object holds all data that it needs. It is copied into the vertices of light
-/// subpaths, so keep it small.
+/// How a surface scatters at one point. The object holds all data that it needs. It is copied into the vertices of
+/// light subpaths, so keep it small.
 ///
-/// - `evaluate(to_prev, to_next, mode)`: f [1/sr] without the cosine, and both densities per steradian; delta lobes count as
-///   zero.
+/// - `evaluate(to_prev, to_next, mode)`: f [1/sr] without the cosine, and both densities per steradian; delta lobes
+///   count as zero.
 /// - `sample(to_prev, u, uv, mode)`: a direction, with `u` free to choose a lobe; nothing when no light is scattered.
 /// - `is_purely_delta()`: `evaluate` is zero everywhere, so that connections and merging are impossible here.
-/// - `albedo()`: approximate share of the light that is scattered, a function of the surface point alone. Its largest channel
-///   is the continuation probability of Russian roulette.
+/// - `albedo()`: approximate share of the light that is scattered, a function of the surface point alone. Its largest
+///   channel is the continuation probability of Russian roulette.
 template <class B>
 concept Bsdf = std::copyable<B> && requires {
   typename B::Spectrum;
@@ -37,10 +37,11 @@ concept Bsdf = std::copyable<B> && requires {
 ///
 /// - `B::max_lobes`: the greatest number of lobes of any point, a constant expression.
 /// - `lobe_count()`: the number of non-delta lobes at this point; 0 on a purely delta surface.
-/// - `lobe_weight(k)`: α_k, which sums to one over the lobes. It is the probability with which `sample` chooses lobe k, given
-///   that it chooses no delta lobe. Where that probability depends on the directions (Fresnel), α_k is a fixed share; the
-///   densities of `sample` then come from `evaluate` alone.
-/// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when the direction goes under the surface.
+/// - `lobe_weight(k)`: α_k, which sums to one over the lobes. It is the probability with which `sample` chooses lobe k,
+///   given that it chooses no delta lobe. Where that probability depends on the directions (Fresnel), α_k is a fixed
+///   share; the densities of `sample` then come from `evaluate` alone.
+/// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when the direction goes under the
+///   surface.
 /// - `lobe_pdfs(to_prev, to_next, pdfs)`: writes the density of every lobe at `to_next`, per steradian, to `pdfs`.
 /// - `has_delta_lobes()`: `sample` may also choose a delta lobe here. Children are then drawn by `sample` alone.
 /// - `lobes_have_full_support()`: every lobe has a positive density wherever f is not zero.
@@ -66,8 +67,8 @@ concept BsdfWithLobes = Bsdf<B> &&
 /// - `emitted(origin, direction)`: the radiance that leaves `origin` along `direction`, and the densities with which
 ///   `sample_emission` makes this start. An infinite light ignores `origin`; `direction` is the one in which its light
 ///   propagates, into the scene.
-/// - `next_event_density(origin, direction, from)`: the density with which `sample_next_event(from, …)` makes `origin` (for
-///   an infinite light: the direction), in the measure of `EmissionDensity::origin`; 1 for a delta light.
+/// - `next_event_density(origin, direction, from)`: the density with which `sample_next_event(from, …)` makes `origin`
+///   (for an infinite light: the direction), in the measure of `EmissionDensity::origin`; 1 for a delta light.
 template <class L>
 concept Light = requires {
   typename L::Spectrum;
@@ -85,8 +86,8 @@ concept Light = requires {
 /// A camera.
 ///
 /// - `resolution()`: width and height in pixels.
-/// - `sample_ray(pixel, uv_pixel, uv_lens)`: a ray through a pixel (x to the right, y *down*, from the upper left); nothing
-///   when the sample fails.
+/// - `sample_ray(pixel, uv_pixel, uv_lens)`: a ray through a pixel (x to the right, y *down*, from the upper left);
+///   nothing when the sample fails.
 /// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing when no pixel does.
 /// - `has_parallel_rays()`: densities are per area perpendicular to the rays, not per steradian.
 template <class C>
@@ -105,11 +106,11 @@ concept Camera = requires {
 ///
 /// - `intersect(ray)`: the nearest hit with 0 < t < t_max, or nothing.
 /// - `visible(ray)`: true when nothing blocks 0 < t < t_max.
-/// - `sample_light(u)`: a light, chosen with a probability that does not depend on the receiver; a null light when the scene
-///   has none.
+/// - `sample_light(u)`: a light, chosen with a probability that does not depend on the receiver; a null light when the
+///   scene has none.
 /// - `selection_probability(light)`: the probability with which `sample_light` chooses this light.
-/// - `infinite_lights()`: a range of `const Light*` with the infinite lights, which rays that leave the scene hit. Delta
-///   lights may be left out.
+/// - `infinite_lights()`: a range of `const Light*` with the infinite lights, which rays that leave the scene hit.
+///   Delta lights may be left out.
 /// - `camera()`: the camera.
 template <class S>
 concept Scene = requires {
@@ -140,9 +141,9 @@ inline auto work_with_captures(std::size_t& sum) {
 using WorkWithCaptures = decltype(work_with_captures(std::declval<std::size_t&>()));
 }  // namespace detail
 
-/// Runs loops for the engine, which never starts a thread itself. `parallel_for(count, work)` calls `work(i)` once for each
-/// i from 0 to count − 1, in any order and possibly concurrently, and returns when all calls are done. `work` is a temporary
-/// lambda with captures.
+/// Runs loops for the engine, which never starts a thread itself. `parallel_for(count, work)` calls `work(i)` once for
+/// each i from 0 to count − 1, in any order and possibly concurrently, and returns when all calls are done. `work` is a
+/// temporary lambda with captures.
 template <class E>
 concept Executor = requires(E& executor, std::size_t count, detail::WorkWithCaptures work) {
   executor.parallel_for(count, std::move(work));

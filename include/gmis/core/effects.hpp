@@ -6,8 +6,9 @@
 
 namespace gmis {
 
-/// The properties of a scene that determine which kinds of paths it has. A technique that a missing property makes useless
-/// may be left out. A property that is set without need costs time; a property that is wrongly missing loses light.
+/// The properties of a scene that determine which kinds of paths it has. A technique that a missing property makes
+/// useless may be left out. A property that is set without need costs time; a property that is wrongly missing loses
+/// light.
 ///
 /// Roughness is α of GGX, or an approximation of it: √(2 / (n + 2)) for a lobe like cosⁿ.
 struct Effects {

@@ -1,8 +1,8 @@
 #pragma once
 
 /// \file
-/// Intended IEEE 754 arithmetic: divisions by ±0 that are meant to give ±infinity. They use the function below, so that the
-/// sanitizer's check of division by zero stays on everywhere else.
+/// Intended IEEE 754 arithmetic: divisions by ±0 that are meant to give ±infinity. They use the function below, so that
+/// the sanitizer's check of division by zero stays on everywhere else.
 
 #if defined(__clang__) || defined(__GNUC__)
 #define GMIS_INTENDED_IEEE_DIVISION __attribute__((no_sanitize("float-divide-by-zero")))

@@ -12,9 +12,9 @@
 
 namespace gmis {
 
-/// The quantity that a BSDF transports: `radiance` for a subpath that starts at the camera, `importance` for a subpath that
-/// starts at a light. The two modes differ in refraction (radiance scales with the square of the index, flux does not) and
-/// under shading normals [Veach 1997, ch. 5].
+/// The quantity that a BSDF transports: `radiance` for a subpath that starts at the camera, `importance` for a subpath
+/// that starts at a light. The two modes differ in refraction (radiance scales with the square of the index, flux does
+/// not) and under shading normals [Veach 1997, ch. 5].
 enum class TransportMode { radiance, importance };
 
 /// The points `origin` + t · `direction` with 0 < t < `t_max`.
@@ -31,13 +31,13 @@ struct SurfacePoint {
   Vec3<T> position;
   Vec3<T> geometric_normal;  ///< unit, on the surface's own side: not turned towards the ray
   Vec3<T> shading_normal;    ///< unit, in the hemisphere of the geometric normal
-  /// Offset along the normal that is sure to clear the surface: a bound on the error of `position`, including the rounding
-  /// of the offset itself. A scene that keeps rays off surfaces in another way leaves it 0.
+  /// Offset along the normal that is sure to clear the surface: a bound on the error of `position`, including the
+  /// rounding of the offset itself. A scene that keeps rays off surfaces in another way leaves it 0.
   T position_error{};
 };
 
-/// The ray that leaves `from` along `direction` (unit). Its origin is moved off the surface by `position_error`, to the side
-/// that `direction` points to.
+/// The ray that leaves `from` along `direction` (unit). Its origin is moved off the surface by `position_error`, to the
+/// side that `direction` points to.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> leave(const SurfacePoint<T>& from, const Vec3<T>& direction,
                                   T t_max = std::numeric_limits<T>::infinity()) noexcept {
@@ -48,7 +48,8 @@ template <std::floating_point T>
 /// The ray that tests whether `to` can be seen from `from`. Both ends are moved off their surfaces towards each other.
 /// `direction` is the unit vector from `from` to `to`. When one of the points lies on no surface, the ray starts at the
 /// other one: the start is sure to be on the right side of all surfaces near it, whereas the rounding of the direction
-/// moves the far end. Points nearer to each other than their offsets give an empty ray (`t_max` = 0): they see each other.
+/// moves the far end. Points nearer to each other than their offsets give an empty ray (`t_max` = 0): they see each
+/// other.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> segment(const SurfacePoint<T>& from, const SurfacePoint<T>& to, const Vec3<T>& direction) {
   if (from.position_error == T(0) && to.position_error > T(0)) [[unlikely]]
@@ -68,7 +69,8 @@ template <std::floating_point T>
 }
 
 /// A BSDF for one pair of directions. `value` is f [1/sr] *without* the cosine and without delta lobes. `pdf` holds the
-/// densities per steradian with which `sample` makes non-delta directions, including the probability of choosing a lobe.
+/// densities per steradian with which `sample` makes non-delta directions, including the probability of choosing a
+/// lobe.
 template <Spectrum S>
 struct BsdfValue {
   S value{ScalarOf<S>(0)};
@@ -76,8 +78,8 @@ struct BsdfValue {
 };
 
 /// A direction drawn at a surface. `weight` = f |cos| / pdf, with the cosine of the shading normal. For a delta lobe
-/// (`is_delta`), `pdf` holds the selection probabilities of this lobe, forward and reverse, and `weight` is the reflectance
-/// or transmittance of the lobe divided by the forward selection probability.
+/// (`is_delta`), `pdf` holds the selection probabilities of this lobe, forward and reverse, and `weight` is the
+/// reflectance or transmittance of the lobe divided by the forward selection probability.
 template <Spectrum S>
 struct ScatterSample {
   Vec3<ScalarOf<S>> to_next;
@@ -112,9 +114,9 @@ struct EmissionDensity {
   T first{};
 };
 
-/// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance · |cos| / (origin · first)
-/// for an area light, intensity / first for a point light, irradiance / first for a directional light, radiance / (origin ·
-/// first) for an environment.
+/// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance · |cos| / (origin ·
+/// first) for an area light, intensity / first for a point light, irradiance / first for a directional light, radiance
+/// / (origin · first) for an environment.
 template <Spectrum S>
 struct EmissionSample {
   SurfacePoint<ScalarOf<S>> origin;
@@ -123,9 +125,9 @@ struct EmissionSample {
   EmissionDensity<ScalarOf<S>> density;
 };
 
-/// A sample of the light that arrives at a given point, the receiver. `weight` = incident radiance / (density per steradian
-/// at the receiver); for a delta light it is the incident irradiance on a plane perpendicular to the direction. The BSDF and
-/// the cosine of the receiver are not included.
+/// A sample of the light that arrives at a given point, the receiver. `weight` = incident radiance / (density per
+/// steradian at the receiver); for a delta light it is the incident irradiance on a plane perpendicular to the
+/// direction. The BSDF and the cosine of the receiver are not included.
 template <Spectrum S>
 struct NextEventSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the light; for an infinite light only the normals (zero) are read
@@ -135,8 +137,8 @@ struct NextEventSample {
   EmissionDensity<ScalarOf<S>> density;  ///< density of emission from `origin` towards the receiver
 };
 
-/// The radiance that a light emits at one of its points along one direction, and the density of that emission; both 0 where
-/// it emits nothing.
+/// The radiance that a light emits at one of its points along one direction, and the density of that emission; both 0
+/// where it emits nothing.
 template <Spectrum S>
 struct Emitted {
   S radiance{ScalarOf<S>(0)};
@@ -151,8 +153,8 @@ struct LightChoice {
 };
 
 /// A camera ray through one pixel. `weight` is the factor on the incident radiance (1 for an ideal pinhole, whose pixel
-/// value is the mean radiance over the pixel). `density` is the density of the rays of this pixel: per steradian, or per
-/// area perpendicular to the ray for a camera with parallel rays.
+/// value is the mean radiance over the pixel). `density` is the density of the rays of this pixel: per steradian, or
+/// per area perpendicular to the ray for a camera with parallel rays.
 template <Spectrum S>
 struct CameraSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the lens
@@ -161,8 +163,8 @@ struct CameraSample {
   ScalarOf<S> density;
 };
 
-/// The projection of a point: the pixel that sees it, the point of the lens, and the density of that pixel's camera rays
-/// along this direction. `weight` and `density` are those of `CameraSample`.
+/// The projection of a point: the pixel that sees it, the point of the lens, and the density of that pixel's camera
+/// rays along this direction. `weight` and `density` are those of `CameraSample`.
 template <Spectrum S>
 struct CameraProjection {
   glm::ivec2 pixel;

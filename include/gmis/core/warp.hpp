@@ -43,8 +43,8 @@ template <std::floating_point T>
   return {root * (T(1) - u.y), root * u.y};
 }
 
-/// Uniform direction in the cone cos θ ≥ 1 − `one_minus_cos`, density 1/(2π · one_minus_cos) per steradian. The argument is
-/// 1 − cos θ_max, because the cosine of a narrow cone rounds to 1.
+/// Uniform direction in the cone cos θ ≥ 1 − `one_minus_cos`, density 1/(2π · one_minus_cos) per steradian. The
+/// argument is 1 − cos θ_max, because the cosine of a narrow cone rounds to 1.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_cone(const Vec2<T>& u, T one_minus_cos) noexcept {
   const T drop = u.x * one_minus_cos;  // 1 − cos θ

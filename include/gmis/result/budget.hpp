@@ -21,17 +21,19 @@ struct RunState {
   double relative_error = 0.0;  ///< estimated √relMSE; 0 while it is unknown
 };
 
-/// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An unset limit has no effect.
+/// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An unset limit has no
+/// effect.
 struct Budget {
-  /// Minimum number of iterations before an error estimate may end a run; estimates from fewer iterations are too uncertain.
+  /// Minimum number of iterations before an error estimate may end a run; estimates from fewer iterations are too
+  /// uncertain.
   static constexpr std::uint32_t fewest_iterations_for_error = 8;
 
   std::optional<std::uint32_t> iterations;
   std::optional<double> seconds;
   std::optional<double> relative_error;
 
-  /// The reason to stop after the iterations so far (at least one), or nothing to go on. The run ends at the whole iteration
-  /// nearest to the time limit: one more iteration begins only when half of a mean iteration still fits.
+  /// The reason to stop after the iterations so far (at least one), or nothing to go on. The run ends at the whole
+  /// iteration nearest to the time limit: one more iteration begins only when half of a mean iteration still fits.
   [[nodiscard]] std::optional<StopReason> reason_to_stop(const RunState& state) const noexcept {
     if (iterations && state.iterations >= *iterations) return StopReason::iterations;
     if (relative_error && state.iterations >= fewest_iterations_for_error && state.relative_error <= *relative_error)

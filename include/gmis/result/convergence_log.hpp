@@ -23,12 +23,12 @@ struct ConvergencePoint {
   std::optional<double> reference_error;  ///< √relMSE against a reference
 };
 
-/// Error over time during a run. The iterations of the points grow geometrically, so that a long run leaves a short log and
-/// every decade has about the same number of points.
+/// Error over time during a run. The iterations of the points grow geometrically, so that a long run leaves a short log
+/// and every decade has about the same number of points.
 class ConvergenceLog {
  public:
-  /// True when a point is due after this iteration. Points are due after iterations 1 to 8; after that, each is a quarter
-  /// later than the last one, rounded down.
+  /// True when a point is due after this iteration. Points are due after iterations 1 to 8; after that, each is a
+  /// quarter later than the last one, rounded down.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   void add(ConvergencePoint point) {

@@ -13,8 +13,8 @@ namespace gmis {
 
 /// Mean and variance over independent iterations, for every pixel and channel.
 ///
-/// Means are updated in double by Welford's recurrence, which does not drift: a constant stream of 1e9 samples keeps its
-/// value to the last bits. Pixels are stored by rows from the upper left.
+/// Means are updated in double by Welford's recurrence, which does not drift: a constant stream of 1e9 samples keeps
+/// its value to the last bits. Pixels are stored by rows from the upper left.
 template <Spectrum S>
 class Film {
  public:
@@ -25,7 +25,8 @@ class Film {
       : resolution_(resolution),
         moments_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count) {}
 
-  /// Adds the frame of one iteration, which must be independent of all other iterations. `frame` has one value per pixel.
+  /// Adds the frame of one iteration, which must be independent of all other iterations. `frame` has one value per
+  /// pixel.
   void add_iteration(std::span<const S> frame) {
     ++iterations_;
     const double weight = 1.0 / static_cast<double>(iterations_);

@@ -15,12 +15,13 @@ struct MergingBias {
 
 /// Estimates the bias of merging from renderings with two radii.
 ///
-/// `value` is the film with radius r. `difference` is the film of (frame with radius `ratio` · r) − (frame with radius r).
-/// Both frames of an iteration use the same random numbers, so that most of the noise cancels. `ratio` must be above 1.
+/// `value` is the film with radius r. `difference` is the film of (frame with radius `ratio` · r) − (frame with radius
+/// r). Both frames of an iteration use the same random numbers, so that most of the noise cancels. `ratio` must be
+/// above 1.
 ///
-/// The bias of a density estimate over a disk is proportional to the square of the radius [Hachisuka et al. 2010, eq. 6]. The
-/// expected difference is therefore (ratio² − 1) times the bias at r. The squared difference contains the variance of the
-/// mean, which is measured and subtracted.
+/// The bias of a density estimate over a disk is proportional to the square of the radius
+/// [Hachisuka et al. 2010, eq. 6]. The expected difference is therefore (ratio² − 1) times the bias at r. The squared
+/// difference contains the variance of the mean, which is measured and subtracted.
 template <Spectrum S>
 [[nodiscard]] MergingBias merging_bias(const Film<S>& difference, const Film<S>& value, double ratio) {
   double square = 0.0, noise = 0.0, variance = 0.0;

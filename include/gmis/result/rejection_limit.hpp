@@ -16,8 +16,8 @@ struct RejectionLimit {
     return static_cast<double>(counters.rejected()) > allowed(counters);
   }
 
-  /// True when a running render exceeds the limit by more than five standard deviations of a Poisson count. The run can then
-  /// be stopped. A run near the limit is judged at its end by `is_exceeded`.
+  /// True when a running render exceeds the limit by more than five standard deviations of a Poisson count. The run can
+  /// then be stopped. A run near the limit is judged at its end by `is_exceeded`.
   [[nodiscard]] bool is_surely_exceeded(const Counters& counters) const noexcept {
     const auto rejected = static_cast<double>(counters.rejected());
     return rejected - 5.0 * std::sqrt(rejected) > allowed(counters);

@@ -14,12 +14,12 @@ namespace gmis::scene {
 
 enum class Projection : std::uint8_t { perspective, orthographic };
 
-/// Position and view of a camera, in double precision. Camera space has x to the right of the picture, y up and z forward.
-/// `world_from_camera` may mirror and stretch along these axes, but not shear.
+/// Position and view of a camera, in double precision. Camera space has x to the right of the picture, y up and z
+/// forward. `world_from_camera` may mirror and stretch along these axes, but not shear.
 struct CameraDescription {
   glm::dmat4 world_from_camera{1};
-  /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1 in perspective, on every plane z = const in an
-  /// orthographic projection.
+  /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1 in perspective, on every plane z = const
+  /// in an orthographic projection.
   std::array<double, 4> window{-1, 1, -1, 1};
   glm::ivec2 resolution{512, 512};
   Projection projection = Projection::perspective;
@@ -27,7 +27,8 @@ struct CameraDescription {
   double focal_distance = 1;  ///< in camera space: points on the plane z = `focal_distance` are sharp
 };
 
-/// A pinhole camera at `eye` that looks at `target`. `field_of_view` is in degrees across the shorter side of the picture.
+/// A pinhole camera at `eye` that looks at `target`. `field_of_view` is in degrees across the shorter side of the
+/// picture.
 [[nodiscard]] inline CameraDescription look_at(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up,
                                                double field_of_view, glm::ivec2 resolution) {
   const glm::dvec3 forward = glm::normalize(target - eye);
@@ -44,15 +45,15 @@ struct CameraDescription {
   return result;
 }
 
-/// A camera with a pinhole, a thin lens or parallel rays. The value of a pixel is the mean radiance over the square of the
-/// pixel and over the lens. Models `gmis::Camera`.
+/// A camera with a pinhole, a thin lens or parallel rays. The value of a pixel is the mean radiance over the square of
+/// the pixel and over the lens. Models `gmis::Camera`.
 ///
-/// The point on the lens is uniform in every technique. All densities are conditional on this point, because its own density
-/// is the same for every technique and cancels. Light subpaths never hit the lens: camera subpaths and splats make all
-/// paths.
+/// The point on the lens is uniform in every technique. All densities are conditional on this point, because its own
+/// density is the same for every technique and cancels. Light subpaths never hit the lens: camera subpaths and splats
+/// make all paths.
 ///
-/// The radiance is that in the medium in which the camera stands. Refraction scales radiance by the square of the relative
-/// index along the path, so the camera applies no further factor.
+/// The radiance is that in the medium in which the camera stands. Refraction scales radiance by the square of the
+/// relative index along the path, so the camera applies no further factor.
 template <std::floating_point T = float>
 class Camera {
  public:
@@ -118,8 +119,8 @@ class Camera {
   /// The pinhole, the centre of the lens, or the point (0, 0) of an orthographic window.
   [[nodiscard]] const Vec3<T>& position() const noexcept { return position_; }
 
-  /// A ray through `pixel`, uniform over the pixel's square and the lens. Its density per steradian is 1 / (A cos³ θ), with A
-  /// the area of a pixel on the plane at distance 1; with parallel rays it is 1 / A per area. Never fails.
+  /// A ray through `pixel`, uniform over the pixel's square and the lens. Its density per steradian is 1 / (A cos³ θ),
+  /// with A the area of a pixel on the plane at distance 1; with parallel rays it is 1 / A per area. Never fails.
   [[nodiscard]] std::optional<CameraSample<Spectrum>> sample_ray(glm::ivec2 pixel, const Vec2<T>& uv_pixel,
                                                                  const Vec2<T>& uv_lens) const noexcept {
     const Vec3<T> place = corner_ + right_step_ * (static_cast<T>(pixel.x) + uv_pixel.x) +
@@ -135,8 +136,8 @@ class Camera {
                                   inverse_pixel_area_ * length2 * length};
   }
 
-  /// The pixel that sees `point` through the lens point of `uv_lens`; nothing when `point` is behind the camera or outside
-  /// the picture. Density as in `sample_ray`.
+  /// The pixel that sees `point` through the lens point of `uv_lens`; nothing when `point` is behind the camera or
+  /// outside the picture. Density as in `sample_ray`.
   [[nodiscard]] std::optional<CameraProjection<Spectrum>> project(const Vec3<T>& point,
                                                                   const Vec2<T>& uv_lens) const noexcept {
     const Vec3<T> lens = lens_point(uv_lens);

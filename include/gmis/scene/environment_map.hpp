@@ -14,8 +14,8 @@
 
 namespace gmis::scene {
 
-/// The map from the pixels of an image to directions of the sky. In the frame of the sky z is up; the first row is the top
-/// of the image.
+/// The map from the pixels of an image to directions of the sky. In the frame of the sky z is up; the first row is the
+/// top of the image.
 enum class SkyMapping : std::uint8_t {
   equal_area,         ///< an octahedron unfolded to a square, with z in the middle, as in pbrt-v4 [Clarberg 2008]
   latitude_longitude  ///< the column grows with the angle from x towards y, the row with the angle from z
@@ -28,8 +28,8 @@ struct EnvironmentImage {
   SkyMapping mapping = SkyMapping::equal_area;
 };
 
-/// Equal-area map from the unit square to unit directions: a uniform point becomes a uniform direction, density 1/(4π) per
-/// steradian [Clarberg 2008].
+/// Equal-area map from the unit square to unit directions: a uniform point becomes a uniform direction, density 1/(4π)
+/// per steradian [Clarberg 2008].
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_octahedral_sphere(const Vec2<T>& u) noexcept {
   const T x = T(2) * u.x - T(1), y = T(2) * u.y - T(1);
@@ -54,8 +54,8 @@ template <std::floating_point T>
   return {(std::copysign(u, w.x) + T(1)) / T(2), (std::copysign(v, w.y) + T(1)) / T(2)};
 }
 
-/// A sky of pixels, sampled in proportion to the radiance (mean of the channels). Within a pixel the direction is uniform
-/// over solid angle, so the density is exact everywhere, also at the poles.
+/// A sky of pixels, sampled in proportion to the radiance (mean of the channels). Within a pixel the direction is
+/// uniform over solid angle, so the density is exact everywhere, also at the poles.
 template <std::floating_point T = float>
 class EnvironmentMap {
  public:
@@ -65,8 +65,8 @@ class EnvironmentMap {
     T density;  ///< per steradian
   };
 
-  /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be perpendicular; either
-  /// handedness is allowed. Throws `std::invalid_argument` when the image or the transform is invalid.
+  /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be perpendicular;
+  /// either handedness is allowed. Throws `std::invalid_argument` when the image or the transform is invalid.
   EnvironmentMap(const EnvironmentImage& image, const glm::dmat3& world_from_sky)
       : resolution_(image.resolution), mapping_(image.mapping) {
     if (resolution_.x < 1 || resolution_.y < 1 || resolution_.x > largest_side || resolution_.y > largest_side ||

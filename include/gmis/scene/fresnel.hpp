@@ -11,8 +11,8 @@ struct DielectricFresnel {
   T cos_transmitted;  ///< cosine of the refracted direction, ≥ 0; 0 under total internal reflection
 };
 
-/// Exact Fresnel equations of a dielectric. `eta` is the index of refraction beyond the surface divided by the index on the
-/// incident side; `cos_incident` ≥ 0. With `eta` = 1 nothing is reflected at any angle.
+/// Exact Fresnel equations of a dielectric. `eta` is the index of refraction beyond the surface divided by the index on
+/// the incident side; `cos_incident` ≥ 0. With `eta` = 1 nothing is reflected at any angle.
 template <std::floating_point T>
 [[nodiscard]] inline DielectricFresnel<T> fresnel_dielectric(T cos_incident, T eta) noexcept {
   if (eta == T(1)) return {T(0), cos_incident};
@@ -26,8 +26,8 @@ template <std::floating_point T>
   return {(parallel * parallel + perpendicular * perpendicular) / T(2), cos_t};
 }
 
-/// Reflectance of a conductor of index eta + i k for unpolarised light from vacuum, with `cos_incident` ≥ 0; exact Fresnel
-/// equations.
+/// Reflectance of a conductor of index eta + i k for unpolarised light from vacuum, with `cos_incident` ≥ 0; exact
+/// Fresnel equations.
 template <std::floating_point T>
 [[nodiscard]] inline T fresnel_conductor(T cos_incident, T eta, T k) noexcept {
   const T cos_i = std::clamp(cos_incident, T(0), T(1));
@@ -54,8 +54,8 @@ template <std::floating_point T>
           fresnel_conductor(cos_incident, eta.z, k.z)};
 }
 
-/// The share of diffuse light that a smooth dielectric reflects: ∫ 2 F(cos θ) cos θ d(cos θ) over [0, 1], by the midpoint
-/// rule.
+/// The share of diffuse light that a smooth dielectric reflects: ∫ 2 F(cos θ) cos θ d(cos θ) over [0, 1], by the
+/// midpoint rule.
 [[nodiscard]] inline double fresnel_diffuse_reflectance(double eta) noexcept {
   constexpr int steps = 4096;
   double sum = 0;

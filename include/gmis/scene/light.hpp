@@ -13,16 +13,16 @@ namespace gmis::scene {
 
 /// A light source, made by one of the functions below. Models `gmis::Light`. Colours are linear RGB.
 ///
-/// An area light emits constant radiance on the side of its geometric normal, or on both sides. The light subpaths of an
-/// infinite light start on a disk as wide as the bounding ball of the scene, which `enclose` sets.
+/// An area light emits constant radiance on the side of its geometric normal, or on both sides. The light subpaths of
+/// an infinite light start on a disk as wide as the bounding ball of the scene, which `enclose` sets.
 template <std::floating_point T = float>
 class Light {
  public:
   using Spectrum = Vec3<T>;
   using Point = SurfacePoint<T>;
 
-  /// A triangle of a mesh. `radiance` is per steradian and projected area; `normal` has unit length. Sample points keep a
-  /// distance from the `sharp` edges (edge_margin.hpp).
+  /// A triangle of a mesh. `radiance` is per steradian and projected area; `normal` has unit length. Sample points keep
+  /// a distance from the `sharp` edges (edge_margin.hpp).
   [[nodiscard]] static Light triangle(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c, const Vec3<T>& normal,
                                       T position_error, const Spectrum& radiance, bool two_sided,
                                       SharpEdges sharp = 0) noexcept {
@@ -127,8 +127,8 @@ class Light {
   [[nodiscard]] T selection_probability() const noexcept { return selection_probability_; }
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 
-  /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light there or coincides with
-  /// `from`.
+  /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light there or coincides
+  /// with `from`.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_next_event(const Point& from,
                                                                            const Vec2<T>& uv) const noexcept {
     switch (kind_) {
@@ -200,8 +200,8 @@ class Light {
     return std::nullopt;
   }
 
-  /// Radiance from `origin` along `direction` and the densities of `sample_emission` there; 0 for a delta light and on a
-  /// side that does not emit.
+  /// Radiance from `origin` along `direction` and the densities of `sample_emission` there; 0 for a delta light and on
+  /// a side that does not emit.
   [[nodiscard]] Emitted<Spectrum> emitted(const Point& origin, const Vec3<T>& direction) const noexcept {
     switch (kind_) {
       case Kind::triangle:
@@ -278,8 +278,8 @@ class Light {
                                      density, area_density(cosine)};
   }
 
-  /// 1 − cos of the half angle of the sphere seen from `from`; −1 inside or on the sphere, within the error of positions. A
-  /// point on the inner side may be rounded outwards and must still count as inside.
+  /// 1 − cos of the half angle of the sphere seen from `from`; −1 inside or on the sphere, within the error of
+  /// positions. A point on the inner side may be rounded outwards and must still count as inside.
   [[nodiscard]] T cone_drop(const Vec3<T>& from) const noexcept {
     const Vec3<T> offset = origin_ - from;
     const T distance_squared = glm::dot(offset, offset);
@@ -288,7 +288,8 @@ class Light {
     return sin2 / (T(1) + std::sqrt(T(1) - sin2));
   }
 
-  /// Seen from outside, the sample is uniform over the solid angle of the sphere; from inside, it is uniform over the area.
+  /// Seen from outside, the sample is uniform over the solid angle of the sphere; from inside, it is uniform over the
+  /// area.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_sphere(const Point& from,
                                                                        const Vec2<T>& uv) const noexcept {
     const T drop = cone_drop(from.position);

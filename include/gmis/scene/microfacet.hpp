@@ -27,8 +27,8 @@ struct Ggx {
     return a2 / (pi<T> * d * d);
   }
 
-  /// D(h) per steradian, for a unit half vector and a unit axis. It stays accurate on a nearly smooth surface, where the
-  /// cosine rounds to 1.
+  /// D(h) per steradian, for a unit half vector and a unit axis. It stays accurate on a nearly smooth surface, where
+  /// the cosine rounds to 1.
   [[nodiscard]] T distribution(const Vec3<T>& half, const Vec3<T>& axis) const noexcept {
     const Vec3<T> across = glm::cross(half, axis);
     const T a2 = alpha * alpha;
@@ -50,8 +50,8 @@ struct Ggx {
                                                  : visibility(lambda_prev) * visibility(lambda_next);
   }
 
-  /// A half vector that is visible from `prev` (local frame, prev.z > 0). Its density is D(h) G1(prev) max(0, prev · h) /
-  /// prev.z per steradian [Heitz 2018].
+  /// A half vector that is visible from `prev` (local frame, prev.z > 0). Its density is D(h) G1(prev) max(0, prev · h)
+  /// / prev.z per steradian [Heitz 2018].
   [[nodiscard]] Vec3<T> sample_visible(const Vec3<T>& prev, const Vec2<T>& uv) const noexcept {
     const Vec3<T> stretched = glm::normalize(Vec3<T>(alpha * prev.x, alpha * prev.y, prev.z));
     const Frame<T> frame = Frame<T>::around(stretched);

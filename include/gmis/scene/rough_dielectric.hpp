@@ -35,8 +35,8 @@ struct RoughDielectric {
             fresnel_dielectric(length / T(2), eta).reflectance};
   }
 
-  /// The refracting lobe, for directions on different sides. `prev` and `next` are their cosines > 0 with the normal of their
-  /// side. All values are 0 when no facet refracts one direction into the other.
+  /// The refracting lobe, for directions on different sides. `prev` and `next` are their cosines > 0 with the normal of
+  /// their side. All values are 0 when no facet refracts one direction into the other.
   [[nodiscard]] Lobe transmission(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
     const Vec3<T> sum = to_prev + to_next * eta;
     const T length_squared = glm::dot(sum, sum);
@@ -65,8 +65,8 @@ struct RoughDielectric {
   [[nodiscard]] DielectricFresnel<T> fresnel_at(const Vec3<T>& to_prev, const Vec3<T>& half) const noexcept {
     return fresnel_dielectric(glm::dot(half, to_prev), eta);
   }
-  /// The refracted unit direction at a facet with the normal `half`. `cos_transmitted` is that of `fresnel_at`; the facet
-  /// must not reflect totally.
+  /// The refracted unit direction at a facet with the normal `half`. `cos_transmitted` is that of `fresnel_at`; the
+  /// facet must not reflect totally.
   [[nodiscard]] Vec3<T> refracted(const Vec3<T>& to_prev, const Vec3<T>& half, T cos_transmitted) const noexcept {
     return glm::normalize(half * (glm::dot(half, to_prev) / eta - cos_transmitted) - to_prev * (T(1) / eta));
   }

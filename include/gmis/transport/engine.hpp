@@ -34,15 +34,15 @@ struct PhaseSeconds {
   }
 };
 
-/// The engine behind all integrators. An iteration traces the light trees, builds the grid of light vertices and traces one
-/// camera subpath per pixel. `RenderSettings::counts` select the techniques; the engine skips all work that none of them
-/// needs.
+/// The engine behind all integrators. An iteration traces the light trees, builds the grid of light vertices and traces
+/// one camera subpath per pixel. `RenderSettings::counts` select the techniques; the engine skips all work that none of
+/// them needs.
 ///
-/// Work is divided into chunks of fixed size, which are merged in their order. The same seed therefore gives the same bits
-/// for any number of threads. The pixels of a crop have the same bits as in the whole picture.
+/// Work is divided into chunks of fixed size, which are merged in their order. The same seed therefore gives the same
+/// bits for any number of threads. The pixels of a crop have the same bits as in the whole picture.
 ///
-/// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings. No other member throws,
-/// except when an allocation fails.
+/// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings. No other member
+/// throws, except when an allocation fails.
 template <Scene Sc, class Method_ = BothSides, class Source = Philox>
 class Engine {
  public:
@@ -64,20 +64,20 @@ class Engine {
   template <Executor E>
   void iterate(E& executor);
 
-  /// Continues the run of another engine after its iteration `iteration`: random numbers are not reused, and the merging
-  /// radius goes on shrinking. Call it before the first iteration.
+  /// Continues the run of another engine after its iteration `iteration`: random numbers are not reused, and the
+  /// merging radius goes on shrinking. Call it before the first iteration.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
-  /// Prepares the engine to replay paths of `iteration` (output/replay.hpp): traces the light trees of that iteration. The
-  /// engine must not have rendered anything. The same iteration may be prepared again, but no other one.
+  /// Prepares the engine to replay paths of `iteration` (output/replay.hpp): traces the light trees of that iteration.
+  /// The engine must not have rendered anything. The same iteration may be prepared again, but no other one.
   template <Executor E>
   void prepare_replay(E& executor, std::uint32_t iteration) {
     iteration_ = iteration - 1;
     begin_iteration(executor);
   }
 
-  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on; initially they are not.
-  /// They serve for images of single techniques or path classes.
+  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on; initially they are
+  /// not. They serve for images of single techniques or path classes.
   void keep_contributions(bool keep) noexcept {
     for_each_output([keep](Output& output) { output.keep_contributions(keep); });
   }
@@ -111,16 +111,16 @@ class Engine {
   [[nodiscard]] const PhaseSeconds& seconds() const noexcept { return seconds_; }
   /// The counts of every iteration.
   [[nodiscard]] const SampleCounts& counts() const noexcept { return settings_.counts; }
-  /// V̄ / n_L: expected number of stored vertices per light tree. It is measured before the first iteration when weights
-  /// depend on it; otherwise it is 0.
+  /// V̄ / n_L: expected number of stored vertices per light tree. It is measured before the first iteration when
+  /// weights depend on it; otherwise it is 0.
   [[nodiscard]] double vertices_per_tree() const noexcept { return vertices_per_tree_; }
   /// The rendered part of the frame.
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
   /// n_L: number of light trees per iteration; 0 when no technique needs them.
   [[nodiscard]] std::size_t light_tree_count() const noexcept { return light_tree_count_; }
 
-  /// Merging radius of an iteration (from 1) in scene units: r_i = r_1 i^((α−1)/2) [Hachisuka, Jensen 2009, as Georgiev 2012
-  /// eq. 13]; 0 when merging is off.
+  /// Merging radius of an iteration (from 1) in scene units: r_i = r_1 i^((α−1)/2)
+  /// [Hachisuka, Jensen 2009, as Georgiev 2012 eq. 13]; 0 when merging is off.
   [[nodiscard]] double merge_radius(std::uint32_t iteration) const noexcept {
     return first_radius_ * std::pow(static_cast<double>(iteration), 0.5 * (settings_.alpha - 1.0));
   }
@@ -161,8 +161,8 @@ class Engine {
     }
   }
 
-  /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing to the
-  /// picture: weights must not depend on the samples that they weight.
+  /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing
+  /// to the picture: weights must not depend on the samples that they weight.
   template <Executor E>
   void measure_light_trees(E& executor);
   template <Executor E>

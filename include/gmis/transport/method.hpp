@@ -23,8 +23,8 @@ struct CameraSideWeights {
   using Recursion = CameraWeightRecursion<T, Heuristic>;
 };
 
-/// The parts of an engine that are fixed at compile time. The techniques are not among them: `SampleCounts` select them at
-/// run time.
+/// The parts of an engine that are fixed at compile time. The techniques are not among them: `SampleCounts` select them
+/// at run time.
 ///
 /// - `Weights`: the recursion that forms the weights.
 /// - `Split<T>`: a `SplitPolicy`.

@@ -21,12 +21,12 @@ struct Choice {
   double pilot_cost = 0.0;                ///< cost of all pilot iterations; unit: `OperationCosts`
 };
 
-/// Selects the engine for the settings of a run, at run time: `CameraSide` when no light subpath is traced, `SplitTrees`
-/// when `RenderSettings::light_split` asks for it, `BothSides` otherwise.
+/// Selects the engine for the settings of a run, at run time: `CameraSide` when no light subpath is traced,
+/// `SplitTrees` when `RenderSettings::light_split` asks for it, `BothSides` otherwise.
 ///
 /// With several candidates for the counts, the run begins with a pilot, whose iterations are part of the picture, and
-/// continues with the best candidate. The choice is made once, from the pilot alone: the counts of a later iteration do not
-/// depend on samples of that iteration.
+/// continues with the best candidate. The choice is made once, from the pilot alone: the counts of a later iteration do
+/// not depend on samples of that iteration.
 template <Scene Sc, class Source = Philox>
 class RenderEngine {
  public:
@@ -37,8 +37,8 @@ class RenderEngine {
       : RenderEngine(scene, settings, {}, 0, crop) {}
 
   /// Chooses among `candidates` for a run of `expected_iterations`. The pilot renders with the techniques of
-  /// `settings.counts`; every technique of the candidates must be on there, and so must connections and splats. With one
-  /// candidate the run uses its counts, without a pilot; with none it uses `settings.counts`.
+  /// `settings.counts`; every technique of the candidates must be on there, and so must connections and splats. With
+  /// one candidate the run uses its counts, without a pilot; with none it uses `settings.counts`.
   RenderEngine(const Sc& scene, const RenderSettings& settings, std::vector<SampleCounts> candidates,
                std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
       : scene_(scene), settings_(settings), crop_(crop) {
@@ -91,7 +91,8 @@ class RenderEngine {
   [[nodiscard]] std::size_t photon_bytes() const {
     return visit([](const auto& engine) { return engine.photon_bytes(); });
   }
-  /// Merging radius r_1 of the current engine in scene units; 0 when merging is off. During a pilot it is the pilot's radius.
+  /// Merging radius r_1 of the current engine in scene units; 0 when merging is off. During a pilot it is the pilot's
+  /// radius.
   [[nodiscard]] double first_radius() const {
     return visit([](const auto& engine) { return engine.first_radius(); });
   }
@@ -111,7 +112,8 @@ class RenderEngine {
         },
         engine_);
   }
-  /// Calls `visit_one(const Contribution<S>&)` for every kept contribution of the latest iteration; never during a pilot.
+  /// Calls `visit_one(const Contribution<S>&)` for every kept contribution of the latest iteration; never during a
+  /// pilot.
   template <class Visit>
   void for_each_contribution(Visit&& visit_one) const {
     std::visit(

@@ -6,13 +6,13 @@
 
 namespace gmis {
 
-/// A value of `SampleCounts::connections`: each camera vertex is connected with all vertices of one light tree, the one that
-/// its pixel is paired with, instead of vertices drawn from the cache of all trees.
+/// A value of `SampleCounts::connections`: each camera vertex is connected with all vertices of one light tree, the one
+/// that its pixel is paired with, instead of vertices drawn from the cache of all trees.
 inline constexpr int paired_connections = -1;
 
 /// The sample allocation of a run: the number of samples of each technique. An integrator is a set of such counts. A
-/// technique with the count 0 is off: nothing is traced or stored for it, it takes no part in any weight, and its counters
-/// stay 0.
+/// technique with the count 0 is off: nothing is traced or stored for it, it takes no part in any weight, and its
+/// counters stay 0.
 struct SampleCounts {
   double light_paths = 1.0;  ///< light trees per pixel
   int connections = 1;       ///< light vertices drawn per camera vertex, or `paired_connections`

@@ -21,8 +21,8 @@ struct CountChoices {
   std::vector<int> camera_children{1, 2, 4};
 };
 
-/// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in every
-/// candidate. Combinations with equal effect occur once.
+/// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in
+/// every candidate. Combinations with equal effect occur once.
 [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const SampleCounts& all = {},
                                                               const CountChoices& choices = {}) {
   std::vector<SampleCounts> candidates;
@@ -42,8 +42,8 @@ struct CountChoices {
   return candidates;
 }
 
-/// Mean over the iterations of a run of the merging disk's area relative to the first one: r_i²/r_1² = i^(α−1). 1 for a run
-/// without iterations.
+/// Mean over the iterations of a run of the merging disk's area relative to the first one: r_i²/r_1² = i^(α−1). 1 for a
+/// run without iterations.
 [[nodiscard]] inline double mean_disk(double alpha, std::uint32_t iterations) {
   constexpr std::uint32_t summed = 64;
   double sum = 0.0;
@@ -55,7 +55,8 @@ struct CountChoices {
   return iterations > 0 ? sum / static_cast<double>(iterations) : 1.0;
 }
 
-/// For each technique, its count under `candidate` divided by its count under `made`. All counts of `made` must be above 0.
+/// For each technique, its count under `candidate` divided by its count under `made`. All counts of `made` must be
+/// above 0.
 template <std::floating_point T>
 [[nodiscard]] constexpr PerTechnique<T> count_factors(const SampleCounts& candidate,
                                                       const SampleCounts& made) noexcept {
@@ -90,7 +91,8 @@ struct CameraWork {
   return candidate.light_paths / made.light_paths * cost;
 }
 
-/// Predicted cost of the camera subpaths under `candidate`, from their counted `work` under `made`. Unit: `OperationCosts`.
+/// Predicted cost of the camera subpaths under `candidate`, from their counted `work` under `made`. Unit:
+/// `OperationCosts`.
 [[nodiscard]] inline double predicted_camera_cost(const SampleCounts& candidate, const SampleCounts& made,
                                                   const CameraWork& work, const OperationCosts& costs = {}) noexcept {
   const double light = candidate.light_paths / made.light_paths;
@@ -121,20 +123,20 @@ struct Forecast {
   [[nodiscard]] double work(double iterations) const noexcept { return (variance + iterations * squared_bias) * cost; }
 };
 
-/// Smallest relative gain in `work` for which a candidate that splits camera subpaths is chosen over one that does not. A
-/// smaller gain is within the error of its forecast.
+/// Smallest relative gain in `work` for which a candidate that splits camera subpaths is chosen over one that does not.
+/// A smaller gain is within the error of its forecast.
 inline constexpr double least_gain_of_splitting = 0.05;
 
-/// Smallest relative gain in `work` for which a candidate without merging is chosen over one that merges. A plan has merging
-/// only where other techniques rarely find some paths. A pilot seldom sees these paths, so its forecasts without merging
-/// are too optimistic.
+/// Smallest relative gain in `work` for which a candidate without merging is chosen over one that merges. A plan has
+/// merging only where other techniques rarely find some paths. A pilot seldom sees these paths, so its forecasts
+/// without merging are too optimistic.
 inline constexpr double least_gain_of_not_merging = 0.13;
 
 /// Share of the light that a candidate may miss and still count as complete; it covers rounding only.
 inline constexpr double negligible_share = 1e-6;
 
-/// Index of the forecast with the least work among those that miss no light. When all of them miss light, the index of the
-/// first one with the smallest missing share. `forecasts` must not be empty.
+/// Index of the forecast with the least work among those that miss no light. When all of them miss light, the index of
+/// the first one with the smallest missing share. `forecasts` must not be empty.
 [[nodiscard]] inline std::size_t best_of(const std::vector<Forecast>& forecasts, double iterations) {
   const auto misses = [](const Forecast& f) { return f.missing_share > negligible_share; };
   const auto work_of = [&](const Forecast& f) {

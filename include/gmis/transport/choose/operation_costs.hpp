@@ -4,9 +4,9 @@
 
 namespace gmis {
 
-/// Costs of operations relative to a closest-hit ray. They were fitted to the times of all integrators on five scenes of the
-/// built-in scene type (two balls in a box to some hundred triangles). A choice that uses these constants instead of
-/// measured times is the same on every machine.
+/// Costs of operations relative to a closest-hit ray. They were fitted to the times of all integrators on five scenes
+/// of the built-in scene type (two balls in a box to some hundred triangles). A choice that uses these constants
+/// instead of measured times is the same on every machine.
 struct OperationCosts {
   double ray = 1.0;            ///< one closest hit, with the vertex made from it
   double shadow_ray = 1.1;     ///< one visibility query, with its contribution
@@ -14,7 +14,8 @@ struct OperationCosts {
   double merge_query = 0.6;    ///< one search in the grid
   double merge = 2.0;          ///< one light vertex merged
   double photon_stored = 0.5;  ///< one light vertex stored and sorted into the grid
-  /// Factor on the cost of each further child of a split camera vertex: its rays are less coherent than those of one child.
+  /// Factor on the cost of each further child of a split camera vertex: its rays are less coherent than those of one
+  /// child.
   double further_child = 1.25;
 };
 

@@ -17,19 +17,19 @@
 
 /// \file
 /// Forecasts the efficiency of many sample allocations from one set of samples. A pilot renders with all techniques and
-/// keeps, for every contribution, the density of its path by each technique. Re-weighting the contributions then gives the
-/// result of any other counts [Grittmann et al. 2022, efficiency-aware MIS].
+/// keeps, for every contribution, the density of its path by each technique. Re-weighting the contributions then gives
+/// the result of any other counts [Grittmann et al. 2022, efficiency-aware MIS].
 ///
-/// In one iteration the value of a pixel is A + B: its camera subpath makes A, and the splats of independent light trees
-/// make B. With D(x) the expected sample density of all techniques together,
+/// In one iteration the value of a pixel is A + B: its camera subpath makes A, and the splats of independent light
+/// trees make B. With D(x) the expected sample density of all techniques together,
 ///     Var(A + B) = ∫ f²/D + E[Σ_{i≠j} A_i A_j] − E[A]² + 2 Cov(A, B).
-/// The sum runs over pairs of contributions of one camera subpath. A and B are correlated when a light vertex is both merged
-/// and connected with the camera. Samples of one technique estimate the integral for all techniques, including those that
-/// rarely find the path. The pilot therefore predicts the fireflies of a caustic before one occurs.
+/// The sum runs over pairs of contributions of one camera subpath. A and B are correlated when a light vertex is both
+/// merged and connected with the camera. Samples of one technique estimate the integral for all techniques, including
+/// those that rarely find the path. The pilot therefore predicts the fireflies of a caustic before one occurs.
 ///
-/// With c children of the first non-specular camera vertex in place of one, the part of A beyond this vertex is a mean of c
-/// independent values. The variance falls by (1 − 1/c) W, where W is the variance of one child given the subpath before it.
-/// The pilot traces two children in some pixels to estimate W.
+/// With c children of the first non-specular camera vertex in place of one, the part of A beyond this vertex is a mean
+/// of c independent values. The variance falls by (1 − 1/c) W, where W is the variance of one child given the subpath
+/// before it. The pilot traces two children in some pixels to estimate W.
 
 namespace gmis {
 
@@ -48,9 +48,9 @@ class RenderPilot {
   using S = typename Sc::Spectrum;
   using EngineType = Engine<Sc, Method<SeparateWeights, PilotSplit, PilotOutput>, Source>;
 
-  /// The candidates may use the techniques that are on in `settings.counts`; connections and splats must be on there. The
-  /// pilot merges with a constant radius whose disk has the mean area of a run of `expected_iterations`. The scene must
-  /// outlive the pilot.
+  /// The candidates may use the techniques that are on in `settings.counts`; connections and splats must be on there.
+  /// The pilot merges with a constant radius whose disk has the mean area of a run of `expected_iterations`. The scene
+  /// must outlive the pilot.
   RenderPilot(const Sc& scene, const RenderSettings& settings, std::vector<SampleCounts> candidates,
               std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
       : candidates_(std::move(candidates)),
@@ -79,8 +79,8 @@ class RenderPilot {
   [[nodiscard]] const EngineType& engine() const noexcept { return engine_; }
   [[nodiscard]] std::uint32_t iterations() const noexcept { return engine_.iteration(); }
 
-  /// Sets the picture to whose squared values variance and bias are relative: mean over channels, rows from the upper left.
-  /// Without it they are relative to the pilot's own picture.
+  /// Sets the picture to whose squared values variance and bias are relative: mean over channels, rows from the upper
+  /// left. Without it they are relative to the pilot's own picture.
   void compare_with(std::vector<double> picture) { picture_ = std::move(picture); }
 
   /// Renders one more iteration; `engine().frame()` is its picture.
@@ -94,8 +94,8 @@ class RenderPilot {
   /// True when at least one pixel was analysed. Otherwise nothing is known about any candidate.
   [[nodiscard]] bool has_seen_pixels() const noexcept { return pixels_taken_ > 0.0; }
 
-  /// One forecast per candidate, in the order of the candidates. Variance and bias use complete pairs of iterations. Without
-  /// an analysed pixel all predicted values are 0.
+  /// One forecast per candidate, in the order of the candidates. Variance and bias use complete pairs of iterations.
+  /// Without an analysed pixel all predicted values are 0.
   [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
     std::vector<Forecast> all(candidates_.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
@@ -207,10 +207,10 @@ class RenderPilot {
     for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
   }
 
-  /// Adds a pair of independent iterations. The product of two independent estimates has the square of their mean as its
-  /// mean. The value that an error is relative to must be independent of the error, too: a firefly would otherwise brighten
-  /// its pixel and look small relative to it. Each iteration is therefore compared with the picture of the other iteration
-  /// and of all pairs before.
+  /// Adds a pair of independent iterations. The product of two independent estimates has the square of their mean as
+  /// its mean. The value that an error is relative to must be independent of the error, too: a firefly would otherwise
+  /// brighten its pixel and look small relative to it. Each iteration is therefore compared with the picture of the
+  /// other iteration and of all pairs before.
   void take_in(const Analysis& a, const Analysis& b) {
     const std::size_t n = shape_.count;
     std::vector<double> values, scales_a, scales_b, least;
@@ -277,8 +277,8 @@ class RenderPilot {
   }
 
   /// The threshold that the largest 0.1 % of `values` exceed. `values` has one entry per pixel, the
-  /// least second moment of all candidates. Pixels above the threshold hold fireflies that every candidate has; they would
-  /// otherwise dominate all forecasts.
+  /// least second moment of all candidates. Pixels above the threshold hold fireflies that every candidate has; they
+  /// would otherwise dominate all forecasts.
   [[nodiscard]] static double kept_below(std::vector<double> values) {
     if (values.empty()) return 0.0;
     const std::size_t kept = values.size() - values.size() / 1000;
@@ -294,8 +294,8 @@ class RenderPilot {
     return std::max(0.0, biases_[c].sum - standard_errors * std::sqrt(biases_[c].squares)) / pixels_taken_;
   }
 
-  /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and all
-  /// pairs before over a square of 5 × 5 pixels.
+  /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and
+  /// all pairs before over a square of 5 × 5 pixels.
   [[nodiscard]] double value_of(std::uint32_t pixel, const Analysis& iteration) const {
     if (!picture_.empty()) return picture_[pixel];
     const PixelBounds& crop = shape_.grid.crop();

@@ -56,8 +56,8 @@ class PilotGrid {
   glm::ivec2 tiles_{0, 0};
 };
 
-/// Gives the first non-specular camera vertex two children in a quarter of the pixels, to measure the variance of one child,
-/// and one child in all other pixels. Models `SplitPolicy`.
+/// Gives the first non-specular camera vertex two children in a quarter of the pixels, to measure the variance of one
+/// child, and one child in all other pixels. Models `SplitPolicy`.
 template <std::floating_point T>
 class PilotSplit {
  public:
@@ -88,8 +88,8 @@ class PilotSplit {
   }
 };
 
-/// The candidates of a pilot, stored in lanes for a vectorised loop. Camera children are not among the counts here; their
-/// effect is computed from the sums afterwards (pilot.hpp).
+/// The candidates of a pilot, stored in lanes for a vectorised loop. Camera children are not among the counts here;
+/// their effect is computed from the sums afterwards (pilot.hpp).
 struct PilotCandidates {
   static constexpr std::size_t lanes = 8;
   using Lanes = std::array<float, lanes>;
@@ -181,7 +181,8 @@ class PilotOutput {
     part_ = before;
   }
 
-  /// Ends the techniques of a camera vertex. Scales the pairs of connections made there to each candidate's number of draws.
+  /// Ends the techniques of a camera vertex. Scales the pairs of connections made there to each candidate's number of
+  /// draws.
   void end_vertex() {
     if (!has_connections_) return;
     has_connections_ = false;
@@ -281,8 +282,8 @@ class PilotOutput {
     Lanes second_moment{}, beyond{}, child_squares{}, missing{}, connect{}, connect_squares{};
   };
 
-  /// One contribution, ready to be re-weighted for any candidate. `camera_beyond` is the density of the path by emitter hits
-  /// and next events beyond the first non-specular camera vertex, divided by the density of its own technique.
+  /// One contribution, ready to be re-weighted for any candidate. `camera_beyond` is the density of the path by emitter
+  /// hits and next events beyond the first non-specular camera vertex, divided by the density of its own technique.
   class Reweighted {
    public:
     Reweighted(float value, const TechniqueDensities<float>& densities, float camera_beyond) noexcept
@@ -320,8 +321,8 @@ class PilotOutput {
     return result;
   }
 
-  /// `camera_beyond` of a contribution. For direct light, next event works at the first non-specular vertex itself, so only
-  /// the emitter hit of a child lies beyond that vertex.
+  /// `camera_beyond` of a contribution. For direct light, next event works at the first non-specular vertex itself, so
+  /// only the emitter hit of a child lies beyond that vertex.
   [[nodiscard]] float camera_beyond(const TechniqueId& id, const TechniqueDensities<float>& densities) const noexcept {
     const bool is_child = part_ != before;
     bool is_direct = false;

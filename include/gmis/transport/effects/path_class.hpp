@@ -11,8 +11,8 @@
 
 /// \file
 /// Path classes in Heckbert's notation [Heckbert 1990]: L is the light, E the eye, and each vertex between them has one
-/// event. D scatters at a surface with a diffuse part, G scatters at a surface without one, S is a delta event. The class
-/// of a path depends on the path alone, not on the technique that made it.
+/// event. D scatters at a surface with a diffuse part, G scatters at a surface without one, S is a delta event. The
+/// class of a path depends on the path alone, not on the technique that made it.
 ///
 /// | name | its events, from the light | what it shows |
 /// | --- | --- | --- |
@@ -24,9 +24,9 @@
 /// | LDS+DE, LDS+DS+E | S between two D | indirect light by mirrors and glass |
 /// | LS+DS+DE, LS+DS+DS+E | both | light from caustics by mirrors and glass |
 ///
-/// S+ before E means seen in a mirror or through glass. Where a name has S+ between two D, the path may have any number of
-/// S and D there, in any order, with at least one S. A name with G in place of D (LGE, LS+GG+E) stands for the paths in
-/// which at least one D is a G.
+/// S+ before E means seen in a mirror or through glass. Where a name has S+ between two D, the path may have any number
+/// of S and D there, in any order, with at least one S. A name with G in place of D (LGE, LS+GG+E) stands for the paths
+/// in which at least one D is a G.
 
 namespace gmis {
 
@@ -145,8 +145,8 @@ class PathClassSet {
   std::uint32_t bits_ = 0;
 };
 
-/// Summary of the events of a subpath, from its start on the light or the camera: one byte. A vertex stores the summary of
-/// the events before that vertex.
+/// Summary of the events of a subpath, from its start on the light or the camera: one byte. A vertex stores the summary
+/// of the events before that vertex.
 class HalfPath {
  public:
   constexpr HalfPath() = default;
@@ -164,8 +164,8 @@ class HalfPath {
     return HalfPath((bits_ & ~(count_mask | ends_specular)) | count | between | glossy);
   }
 
-  /// The class of the path that two subpaths form when an edge joins their far ends. At a merged vertex, which both subpaths
-  /// have, exactly one of the two summaries must include its event.
+  /// The class of the path that two subpaths form when an edge joins their far ends. At a merged vertex, which both
+  /// subpaths have, exactly one of the two summaries must include its event.
   [[nodiscard]] friend constexpr PathClass class_of(HalfPath light, HalfPath camera) noexcept {
     const bool light_scatters = light.scatterings() > 0, camera_scatters = camera.scatterings() > 0;
     const int count = static_cast<int>(light.scatterings() + camera.scatterings());

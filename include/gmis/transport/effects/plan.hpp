@@ -26,8 +26,8 @@ namespace gmis {
   });
 }
 
-/// True when the technique makes at least some paths with these properties. `is_delta`: paths from delta lights, which no
-/// ray can hit; else paths from all other lights.
+/// True when the technique makes at least some paths with these properties. `is_delta`: paths from delta lights, which
+/// no ray can hit; else paths from all other lights.
 [[nodiscard]] constexpr bool makes_some(Technique technique, const PathFeatures& f, bool is_delta) noexcept {
   switch (technique) {
     case Technique::emitter_hit:
@@ -65,7 +65,8 @@ struct PlanFacts {
   }
 };
 
-/// The reason why a technique is off or on. When several rules leave a technique out, the first in this order is reported.
+/// The reason why a technique is off or on. When several rules leave a technique out, the first in this order is
+/// reported.
 enum class PlanRule : std::uint8_t {
   no_light,           ///< off: the scene has no light
   no_scattering,      ///< off: every surface is specular or black
@@ -98,8 +99,8 @@ constexpr bool makes_nothing(Technique technique, const PlanFacts& facts) {
   return classes_made_by(technique, facts.classes, facts.effects).is_empty();
 }
 
-/// Next event makes every path that scatters once and whose light does not pass a mirror or glass first. Emitter hits make
-/// every path that does not scatter. When no other paths are rendered, these two techniques suffice.
+/// Next event makes every path that scatters once and whose light does not pass a mirror or glass first. Emitter hits
+/// make every path that does not scatter. When no other paths are rendered, these two techniques suffice.
 constexpr bool direct_light_only(Technique technique, const PlanFacts& facts) {
   if (technique == Technique::emitter_hit || technique == Technique::next_event) return false;
   return facts.all_classes(
@@ -109,8 +110,8 @@ constexpr bool direct_light_only(Technique technique, const PlanFacts& facts) {
 /// GGX roughness α below which a lobe counts as narrow: connections at such a lobe have a high variance.
 inline constexpr double narrow_lobe = 0.25;
 
-/// Next event makes a path whose light end is not specular; splats make a path whose camera end is not specular. Merging is
-/// needed for paths with both ends specular. It also helps paths between narrow lobes.
+/// Next event makes a path whose light end is not specular; splats make a path whose camera end is not specular.
+/// Merging is needed for paths with both ends specular. It also helps paths between narrow lobes.
 constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
   if (technique != Technique::merge) return false;
   if (facts.effects.glossy && facts.effects.least_roughness < narrow_lobe) return false;
@@ -212,7 +213,8 @@ namespace detail {
          });
 }
 
-/// The plan for a scene with these effects, for paths of at most `max_depth` edges. Only classes in `wanted` are rendered.
+/// The plan for a scene with these effects, for paths of at most `max_depth` edges. Only classes in `wanted` are
+/// rendered.
 [[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth,
                                       PathClassSet wanted = PathClassSet::all()) noexcept {
   Plan plan{effects, classes_of(effects, max_depth), {}, {}};

@@ -44,8 +44,8 @@ class FilmOutput {
     pixel_ = pixel;
     pixel_sum_ = S(ScalarOf<S>(0));
   }
-  /// Sum of the weighted contributions to the pixel since `begin_pixel`, without splats. A sum that overflows is counted as
-  /// a non-finite rejection and replaced by 0.
+  /// Sum of the weighted contributions to the pixel since `begin_pixel`, without splats. A sum that overflows is
+  /// counted as a non-finite rejection and replaced by 0.
   [[nodiscard]] const S& take_pixel() {
     if (!is_finite(pixel_sum_)) [[unlikely]] {
       reject(RejectionCause::non_finite, {});
@@ -54,8 +54,8 @@ class FilmOutput {
     return pixel_sum_;
   }
 
-  /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths` counts
-  /// them.
+  /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths`
+  /// counts them.
   void begin_trees(std::uint32_t first) noexcept {
     kind_ = PathKind::light;
     first_tree_ = first;
@@ -64,8 +64,8 @@ class FilmOutput {
   [[nodiscard]] const std::vector<Splat>& splats() const noexcept { return splats_; }
   [[nodiscard]] const std::vector<Contribution<S>>& records() const noexcept { return records_; }
 
-  /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or negative product is counted
-  /// and left out.
+  /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or negative product is
+  /// counted and left out.
   void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;

@@ -14,8 +14,8 @@
 
 namespace gmis {
 
-/// One contribution to one pixel, in the unit of radiance. `value` excludes the MIS weight `weight`; `pixel` is the index
-/// of the pixel in the frame.
+/// One contribution to one pixel, in the unit of radiance. `value` excludes the MIS weight `weight`; `pixel` is the
+/// index of the pixel in the frame.
 template <Spectrum S>
 struct Contribution {
   std::uint32_t pixel;
@@ -29,8 +29,8 @@ struct Contribution {
 /// - `counters()`: the counters of the work, by reference; walks and techniques increment them.
 /// - `add(id, value, weight)`: adds a contribution to the pixel whose camera subpath is being traced.
 /// - `add_splat(pixel, id, value, weight)`: adds a contribution to any pixel.
-/// - `reject(cause, technique)`: reports that a sample or contribution of the current path is left out. `technique` is empty
-///   when the subpath itself ends.
+/// - `reject(cause, technique)`: reports that a sample or contribution of the current path is left out. `technique` is
+///   empty when the subpath itself ends.
 template <class O, class S, class Weight>
 concept PathOutput = Spectrum<S> && requires(O& output, std::uint32_t pixel, TechniqueId id, const S& value,
                                              const Weight& weight, const std::optional<TechniqueId>& technique) {

@@ -10,8 +10,8 @@
 #include "gmis/transport/techniques/technique.hpp"
 
 /// \file
-/// Names the paths that had contributions left out, so that each can be traced again alone (replay.hpp). The code here runs
-/// only when something is rejected.
+/// Names the paths that had contributions left out, so that each can be traced again alone (replay.hpp). The code here
+/// runs only when something is rejected.
 
 namespace gmis {
 

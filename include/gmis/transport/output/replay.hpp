@@ -13,9 +13,9 @@
 #include "gmis/transport/weights/weight_recursion.hpp"
 
 /// \file
-/// Traces one path of a run again, alone, with the same random numbers and light trees. Every value equals that of the run,
-/// bit by bit. The walks and techniques are those of the engine, compiled a second time for an output that records every
-/// vertex.
+/// Traces one path of a run again, alone, with the same random numbers and light trees. Every value equals that of the
+/// run, bit by bit. The walks and techniques are those of the engine, compiled a second time for an output that records
+/// every vertex.
 
 namespace gmis {
 
@@ -105,8 +105,8 @@ class ReplayOutput {
     path_.vertices.push_back(seen);
   }
 
-  /// Moves on to the next vertex of a light tree before the techniques work there. Vertices are used in the order in which
-  /// they were recorded.
+  /// Moves on to the next vertex of a light tree before the techniques work there. Vertices are used in the order in
+  /// which they were recorded.
   void on_use(const typename Context::StoredVertex&) { ++at_; }
 
   /// Names the light vertex at the other end of the contribution that is added next.
@@ -186,8 +186,8 @@ class ReplayOutput {
 
 /// Traces one path of the iteration that `engine` is prepared for (`Engine::prepare_replay`): the camera subpath of the
 /// pixel with index `number`, which must lie in the crop, or the light tree `number`, which must be below
-/// `light_tree_count`. A light tree whose first ray leaves the scene has its start as the only vertex; a tree without an
-/// emission sample has no vertex.
+/// `light_tree_count`. A light tree whose first ray leaves the scene has its start as the only vertex; a tree without
+/// an emission sample has no vertex.
 template <class Engine>
 [[nodiscard]] ReplayedPath<typename Engine::S> replay(const Engine& engine, PathKind kind, std::uint32_t number) {
   using Context = typename Engine::Context;

@@ -9,8 +9,9 @@
 
 namespace gmis {
 
-/// The light vertices of one iteration, in the order of their trees. Each chunk holds consecutive trees and is written by
-/// one thread at a time; different chunks may be written concurrently. Memory is reused from one iteration to the next.
+/// The light vertices of one iteration, in the order of their trees. Each chunk holds consecutive trees and is written
+/// by one thread at a time; different chunks may be written concurrently. Memory is reused from one iteration to the
+/// next.
 template <class Vertex>
 class LightVertexCache {
  public:
@@ -58,8 +59,8 @@ class LightVertexCache {
     return {chunk.vertices_.data() + begin, chunk.tree_ends_[local] - begin};
   }
 
-  /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t` when no tree holds it.
-  /// Takes time proportional to the number of chunks.
+  /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t` when no tree holds
+  /// it. Takes time proportional to the number of chunks.
   [[nodiscard]] std::size_t tree_of(const Vertex& vertex) const noexcept {
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
       const auto& [vertices, ends] = chunks_[i];

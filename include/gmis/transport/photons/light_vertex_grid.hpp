@@ -36,7 +36,8 @@ class LightVertexGrid {
     // Extend the reach beyond the radius by the rounding error of a cell coordinate or a distance.
     reach_ = radius + T(8) * std::numeric_limits<T>::epsilon() *
                           (radius + largest_extent + std::max({farthest.x, farthest.y, farthest.z}));
-    // Cells of four times the reach keep the number of cells per query small. The lower bounds keep every coordinate in int32.
+    // Cells of four times the reach keep the number of cells per query small. The lower bounds keep every coordinate in
+    // int32.
     const T cell = std::max({cells_per_reach * reach_, largest_extent * T(0x1p-20), std::numeric_limits<T>::min()});
     inverse_cell_ = T(1) / cell;
 

@@ -6,10 +6,10 @@
 
 namespace gmis {
 
-/// Technique s, t ≥ 2: connects a camera vertex with vertices of light trees. It takes either m vertices drawn uniformly
-/// from the cache of all trees, so that the work does not grow with the trees, or all vertices of the one tree that the
-/// pixel is paired with (`paired_connections`). Call it for non-specular camera vertices; the cache holds non-specular
-/// vertices only.
+/// Technique s, t ≥ 2: connects a camera vertex with vertices of light trees. It takes either m vertices drawn
+/// uniformly from the cache of all trees, so that the work does not grow with the trees, or all vertices of the one
+/// tree that the pixel is paired with (`paired_connections`). Call it for non-specular camera vertices; the cache holds
+/// non-specular vertices only.
 struct Connect {
   /// Makes the connections of one camera vertex and adds their contributions to `output`. Pairs that would exceed
   /// `max_depth`, have f = 0 at either end or do not see each other add nothing.

@@ -7,8 +7,8 @@ namespace gmis {
 
 /// Technique s = 0: a camera subpath meets a light, either a surface that emits or an infinite light.
 struct EmitterHit {
-  /// Adds the radiance that the surface at `vertex` emits along `to_prev`; nothing when it emits none. `from` is the vertex
-  /// before `vertex`.
+  /// Adds the radiance that the surface at `vertex` emits along `to_prev`; nothing when it emits none. `from` is the
+  /// vertex before `vertex`.
   template <class Context, class Vertex, class Point, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, const Point& from, Output& output) {
     if (vertex.hit.light == nullptr) return;

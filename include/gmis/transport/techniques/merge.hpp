@@ -9,8 +9,8 @@ namespace gmis {
 /// merging radius. It is a density estimate with the constant kernel 1/(n_L π r²); it is biased when the light or the
 /// surface varies over the disk.
 struct Merge {
-  /// Merges one non-specular camera vertex with the stored light vertices near it and adds the contributions to `output`.
-  /// Pairs that would exceed `max_depth` or have f = 0 add nothing.
+  /// Merges one non-specular camera vertex with the stored light vertices near it and adds the contributions to
+  /// `output`. Pairs that would exceed `max_depth` or have f = 0 add nothing.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, Output& output) {
     using S = typename Vertex::S;
@@ -33,8 +33,8 @@ struct Merge {
         correction *= geometric > T(0) ? std::abs(glm::dot(point.shading_normal, light.to_prev)) / geometric : T(0);
       }
       const S value = vertex.throughput * bsdf.value * light.throughput * correction;
-      // Merged at x_i: the density at x_i per steradian back to x_{i−1}, by the camera subpath, and back to x_{i+1}, by the
-      // light subpath  [Georgiev TR 37–39; docs/weights.md].
+      // Merged at x_i: the density at x_i per steradian back to x_{i−1}, by the camera subpath, and back to x_{i+1}, by
+      // the light subpath [Georgiev TR 37–39; docs/weights.md].
       const auto weight =
           context.recursion.merge(light.weights, vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
                                   vertex.is_next_to_camera(), vertex.children.reverse * bsdf.pdf.reverse.value);

@@ -6,11 +6,12 @@
 
 namespace gmis {
 
-/// Technique s = 1, next-event estimation: samples a point on a light for the camera vertex (a direction, for an infinite
-/// light) and connects the two.
+/// Technique s = 1, next-event estimation: samples a point on a light for the camera vertex (a direction, for an
+/// infinite light) and connects the two.
 struct NextEvent {
   /// Takes one sample for a non-specular camera vertex and adds its contribution to `output`. Always draws three random
-  /// numbers. A sample that is visible but whose density is zero or not finite is rejected as `RejectionCause::zero_pdf`.
+  /// numbers. A sample that is visible but whose density is zero or not finite is rejected as
+  /// `RejectionCause::zero_pdf`.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, UniformSource auto& source,
                                Output& output) {

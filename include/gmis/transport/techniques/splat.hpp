@@ -8,8 +8,8 @@ namespace gmis {
 
 /// Technique t = 1: connects a light vertex with the camera and adds to the pixel that sees it.
 struct Splat {
-  /// Connects one non-specular light vertex with a point of the lens and adds the contribution to `output`. A vertex that no
-  /// pixel of the crop sees, or that the camera cannot see, adds nothing. Always draws two random numbers.
+  /// Connects one non-specular light vertex with a point of the lens and adds the contribution to `output`. A vertex
+  /// that no pixel of the crop sees, or that the camera cannot see, adds nothing. Always draws two random numbers.
   template <class Context, class Stored, class Output>
   static void at_light_vertex(const Context& context, const Stored& light, UniformSource auto& source, Output& output) {
     using S = typename Stored::S;
@@ -27,8 +27,8 @@ struct Splat {
     if (is_black(bsdf.value)) return;
     const auto link = Link<T>::between(light.point.position, seen->origin.position);
     const T falloff = camera.has_parallel_rays() ? T(1) : T(1) / link.distance_squared;
-    // The pixel's value is the mean radiance over its camera rays, so its response to flux is the density of those rays,
-    // here per area perpendicular to the ray at the light vertex.
+    // The pixel's value is the mean radiance over its camera rays, so its response to flux is the density of those
+    // rays, here per area perpendicular to the ray at the light vertex.
     const T response = seen->density * falloff;
     const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
     const S value =

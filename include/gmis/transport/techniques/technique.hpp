@@ -15,8 +15,8 @@ inline constexpr std::size_t technique_count = 5;
 inline constexpr std::array<Technique, technique_count> all_techniques{
     Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat, Technique::merge};
 
-/// The technique that made a path of `s` light and `t` camera vertices. A merged vertex counts on both sides. `path_class`
-/// is known only when `RenderSettings::path_classes` is set.
+/// The technique that made a path of `s` light and `t` camera vertices. A merged vertex counts on both sides.
+/// `path_class` is known only when `RenderSettings::path_classes` is set.
 struct TechniqueId {
   Technique technique;
   std::int16_t s;
@@ -24,8 +24,8 @@ struct TechniqueId {
   PathClass path_class = PathClass::unclassified;
 };
 
-/// The counts that weights use: κ, the expected number of samples of a technique at one place of a path, and μ of merging.
-/// A technique that is off has the count 0 and then takes no part in any weight.
+/// The counts that weights use: κ, the expected number of samples of a technique at one place of a path, and μ of
+/// merging. A technique that is off has the count 0 and then takes no part in any weight.
 template <std::floating_point T>
 struct TechniqueCounts {
   T emitter_hit{};  ///< 1: a camera subpath hits a light

@@ -16,16 +16,16 @@
 namespace gmis {
 
 namespace detail {
-/// Keys of random numbers reserved for each child of a split camera vertex. A vertex uses two keys, one for the techniques
-/// and one for scattering, so a subpath of the greatest depth, 256, fits: 2 · 256 < 1024.
+/// Keys of random numbers reserved for each child of a split camera vertex. A vertex uses two keys, one for the
+/// techniques and one for scattering, so a subpath of the greatest depth, 256, fits: 2 · 256 < 1024.
 inline constexpr std::uint32_t camera_numbers_per_child = 1024;
 }  // namespace detail
 
 /// Traces the camera subpath of one pixel and applies every technique with a positive count at its vertices. The split
 /// policy may give the first non-specular vertex several children; the subpath is then a tree.
 ///
-/// Contributions go to `output`, in the unit of the scene's radiance. A sample whose density is zero or not finite ends its
-/// subpath and is counted as `RejectionCause::zero_pdf`.
+/// Contributions go to `output`, in the unit of the scene's radiance. A sample whose density is zero or not finite ends
+/// its subpath and is counted as `RejectionCause::zero_pdf`.
 template <class Context, class Output>
 class CameraSubpath {
  public:
@@ -141,9 +141,9 @@ class CameraSubpath {
     if constexpr (observes_children<Output>) output_.end_children();
   }
 
-  /// Forms the partial weights of the vertex from its density per area, b_j = ψ |cos θ_j| / d² (parallel camera rays: the
-  /// density per area perpendicular to the ray, times |cos θ_j|). Returns false and rejects the sample when b_j is zero or
-  /// not finite.
+  /// Forms the partial weights of the vertex from its density per area, b_j = ψ |cos θ_j| / d² (parallel camera rays:
+  /// the density per area perpendicular to the ray, times |cos θ_j|). Returns false and rejects the sample when b_j is
+  /// zero or not finite.
   [[nodiscard]] bool arrive(const Edge& edge, Vertex& vertex) {
     const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
     const T distance_squared = glm::dot(offset, offset);
@@ -161,8 +161,8 @@ class CameraSubpath {
     return true;
   }
 
-  /// Adds the light of infinite lights. The vertex at infinity keeps its density per steradian; g at the near end of the
-  /// edge is |cos|, without a distance.
+  /// Adds the light of infinite lights. The vertex at infinity keeps its density per steradian; g at the near end of
+  /// the edge is |cos|, without a distance.
   void escape(const Edge& edge) {
     if constexpr (observes_paths<Output>) output_.on_escape(edge.step, edge.throughput, edge.depth);
     if (context_.counts.emitter_hits) {

@@ -23,8 +23,8 @@ template <Bsdf B>
     return bsdf.is_purely_delta() ? 0 : 1;
 }
 
-/// The N non-delta lobes of a BSDF at one vertex as the proposals of a MIS round. A sample is a unit direction `to_next`;
-/// its density is per steradian, without the cosine. `sample` returns nothing when the lobe fails.
+/// The N non-delta lobes of a BSDF at one vertex as the proposals of a MIS round. A sample is a unit direction
+/// `to_next`; its density is per steradian, without the cosine. `sample` returns nothing when the lobe fails.
 template <BsdfWithLobes B>
 class LobeProposals {
  public:
@@ -49,8 +49,8 @@ class LobeProposals {
 };
 
 /// Draws one round of N samples over the N lobes of `bsdf` and calls `visit(to_next, denominator)` for each. The
-/// denominator is φ_n, per steradian [Elvira W1–W5]. When a single lobe does not cover the support of f, R3 or N3 replaces
-/// the requested scheme, because R1, R2, N1 and N2 would lose energy.
+/// denominator is φ_n, per steradian [Elvira W1–W5]. When a single lobe does not cover the support of f, R3 or N3
+/// replaces the requested scheme, because R1, R2, N1 and N2 would lose energy.
 template <BsdfWithLobes B, std::floating_point T, UniformSource Source, class Visit>
 RoundCounts sample_lobes(Scheme scheme, const B& bsdf, const Vec3<T>& to_prev, TransportMode mode, Source& source,
                          Visit&& visit) {
@@ -62,9 +62,9 @@ RoundCounts sample_lobes(Scheme scheme, const B& bsdf, const Vec3<T>& to_prev, T
   });
 }
 
-/// Draws the first `drawn` of `planned` children of a vertex, independently of each other, from the mixture of all lobes
-/// (delta lobes included). Calls `visit(step)` for each child that survives Russian roulette and has a direction. The
-/// weight of each step is divided by `planned`.
+/// Draws the first `drawn` of `planned` children of a vertex, independently of each other, from the mixture of all
+/// lobes (delta lobes included). Calls `visit(step)` for each child that survives Russian roulette and has a direction.
+/// The weight of each step is divided by `planned`.
 template <Bsdf B, UniformSource Source, class Visit>
 void draw_independent_children(const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
   using T = ScalarOf<typename B::Spectrum>;
@@ -79,8 +79,8 @@ void draw_independent_children(const ScatteringVertex<B>& at, int planned, int d
 /// Draws the first `drawn` of `planned` children of a vertex. Calls `visit(step)` for each child that survives Russian
 /// roulette and has a non-zero weight; the weight of each step is divided by `planned`. Returns `drawn`.
 ///
-/// With N > 1 non-delta lobes, no delta lobe and `planned` a multiple of N, the children come in rounds of one sample per
-/// lobe, combined by `scheme`. Otherwise they are drawn independently from the mixture of all lobes.
+/// With N > 1 non-delta lobes, no delta lobe and `planned` a multiple of N, the children come in rounds of one sample
+/// per lobe, combined by `scheme`. Otherwise they are drawn independently from the mixture of all lobes.
 template <Bsdf B, UniformSource Source, class Visit>
 int draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
   if constexpr (BsdfWithLobes<B>) {

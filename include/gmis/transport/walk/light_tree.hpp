@@ -11,9 +11,9 @@
 
 namespace gmis {
 
-/// Traces the tree of light subpaths that starts at one emission, breadth first. Each vertex is stored and connected with
-/// the camera in the order in which it is made, as far as the counts of the context ask for it. The split policy decides
-/// how many children a vertex has; without splitting, the tree is one path.
+/// Traces the tree of light subpaths that starts at one emission, breadth first. Each vertex is stored and connected
+/// with the camera in the order in which it is made, as far as the counts of the context ask for it. The split policy
+/// decides how many children a vertex has; without splitting, the tree is one path.
 template <class Context, class Output>
 class LightTree {
  public:
@@ -26,8 +26,8 @@ class LightTree {
 
   LightTree(const Context& context, Output& output) : context_(context), output_(output) {}
 
-  /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none. When the policy splits
-  /// light trees, `expanded(bsdf, drawn)` is called after the children of each vertex are drawn.
+  /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none. When the policy
+  /// splits light trees, `expanded(bsdf, drawn)` is called after the children of each vertex are drawn.
   template <UniformSource Source, class Expanded>
   void trace(Source source, Chunk* stored, Expanded&& expanded) {
     if (context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
@@ -130,8 +130,8 @@ class LightTree {
     return vertex;
   }
 
-  /// Traces one step. Returns the next vertex, or nothing when the ray leaves the scene, the path class is not wanted or
-  /// the density is unusable.
+  /// Traces one step. Returns the next vertex, or nothing when the ray leaves the scene, the path class is not wanted
+  /// or the density is unusable.
   [[nodiscard]] std::optional<Vertex> arrive(const Vertex& from, const Step<S>& step) {
     const HalfPath path = context_.filter.after_event(from.path, from.bsdf, step.is_delta);
     if (!context_.filter.keeps_light(path)) return std::nullopt;

@@ -9,9 +9,10 @@
 
 namespace gmis {
 
-/// The cosine factor of f at `point`: |n_s · to_next| for radiance. For importance it includes the correction that keeps
-/// the two kinds of transport adjoint when shading and geometric normal differ,
-/// |n_g · to_next| |n_s · to_prev| / |n_g · to_prev| [Veach 1997, eq. 5.19]; 0 when `to_prev` is parallel to the surface.
+/// The cosine factor of f at `point`: |n_s · to_next| for radiance. For importance it includes the correction that
+/// keeps the two kinds of transport adjoint when shading and geometric normal differ:
+/// |n_g · to_next| |n_s · to_prev| / |n_g · to_prev| [Veach 1997, eq. 5.19]. It is 0 when `to_prev` is parallel to the
+/// surface.
 template <std::floating_point T>
 [[nodiscard]] inline T scattering_cosine(const SurfacePoint<T>& point, const Vec3<T>& to_prev, const Vec3<T>& to_next,
                                          TransportMode mode) noexcept {
@@ -32,10 +33,11 @@ template <Bsdf B>
 
 /// A step of a subpath.
 ///
-/// `weight` is the factor on the throughput: f |cos| divided by the actual density, continuation probability and number of
-/// siblings. `forward` and `reverse` are the nominal densities that path weights use: nominal number of children × density
-/// per steradian, without the cosine. For a delta event they are nominal children × selection probability × |cos| × index²
-/// (each with the values of its side); their ratio is the ratio of the two delta functions (docs/weights.md).
+/// `weight` is the factor on the throughput: f |cos| divided by the actual density, continuation probability and number
+/// of siblings. `forward` and `reverse` are the nominal densities that path weights use: nominal number of children ×
+/// density per steradian, without the cosine. For a delta event they are nominal children × selection probability ×
+/// |cos| × index² (each with the values of its side); their ratio is the ratio of the two delta functions
+/// (docs/weights.md).
 template <Spectrum S>
 struct Step {
   Vec3<ScalarOf<S>> to_next;
@@ -45,8 +47,8 @@ struct Step {
   bool is_delta;
 };
 
-/// The nominal numbers of children c at one vertex, continuation probability included: of the subpath that made the vertex
-/// (`forward`) and of a subpath that comes from the other end of the path (`reverse`).
+/// The nominal numbers of children c at one vertex, continuation probability included: of the subpath that made the
+/// vertex (`forward`) and of a subpath that comes from the other end of the path (`reverse`).
 template <std::floating_point T>
 struct NominalChildren {
   T forward, reverse;
@@ -66,8 +68,8 @@ struct ScatteringVertex {
   NominalChildren<T> delta_children;
 };
 
-/// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the subpath is terminated or
-/// the BSDF makes no sample.
+/// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the subpath is
+/// terminated or the BSDF makes no sample.
 template <Bsdf B>
 [[nodiscard]] inline std::optional<Step<typename B::Spectrum>> scatter(const ScatteringVertex<B>& at,
                                                                        UniformSource auto& source) {
@@ -90,7 +92,8 @@ template <Bsdf B>
   if (!sample->is_delta)
     return Step<typename B::Spectrum>{sample->to_next, weight, at.children.forward * forward,
                                       at.children.reverse * reverse, false};
-  // The two delta functions: selection probability · |cos| · index², here relative to the index on the side of `to_prev`.
+  // The two delta functions: selection probability · |cos| · index², here relative to the index on the side of
+  // `to_prev`.
   const T cos_prev = std::abs(glm::dot(point.shading_normal, at.to_prev));
   return Step<typename B::Spectrum>{sample->to_next, weight,
                                     at.delta_children.forward * forward * cos_next * square(sample->eta),

@@ -10,24 +10,24 @@
 
 /// \file
 /// How many children a vertex has. Two numbers are kept apart: the number of children that are drawn, and the *nominal*
-/// number c that enters the weights. The nominal number is a function of the vertex alone, because a subpath from the other
-/// end of the path knows nothing else about the vertex.
+/// number c that enters the weights. The nominal number is a function of the vertex alone, because a subpath from the
+/// other end of the path knows nothing else about the vertex.
 
 namespace gmis {
 
 /// Decides how an engine splits subpaths.
 ///
 /// - `P(settings)`: constructs the policy.
-/// - `P::splits_light`: whether light trees branch. A policy that splits light trees also has the members `Tally`, `freeze`,
-///   `budget`, `stops_at` and `expand` of `QueueSplit`.
-/// - `nominal_children(bsdf)`: c of a light subpath at a vertex, without the continuation probability; constant while weights
-///   are formed.
-/// - `camera_children(pixel)`: the number of children drawn at the first non-specular vertex of a camera subpath. `pixel` is
-///   the index of its pixel in the frame.
+/// - `P::splits_light`: whether light trees branch. A policy that splits light trees also has the members `Tally`,
+///   `freeze`, `budget`, `stops_at` and `expand` of `QueueSplit`.
+/// - `nominal_children(bsdf)`: c of a light subpath at a vertex, without the continuation probability; constant while
+///   weights are formed.
+/// - `camera_children(pixel)`: the number of children drawn at the first non-specular vertex of a camera subpath.
+///   `pixel` is the index of its pixel in the frame.
 /// - `nominal_camera_children()`: c of a camera subpath at its first non-specular vertex, without the continuation
 ///   probability.
-/// - `expand_camera(at, children, source, visit)`: draws `children` children of `at` and calls `visit(step)` for each child
-///   that goes on.
+/// - `expand_camera(at, children, source, visit)`: draws `children` children of `at` and calls `visit(step)` for each
+///   child that goes on.
 template <class P, class B>
 concept SplitPolicy = Bsdf<B> &&
     requires(const P& policy, const B& bsdf, const ScatteringVertex<B>& at, Philox& source) {
@@ -42,8 +42,8 @@ concept SplitPolicy = Bsdf<B> &&
 /// Splits camera subpaths only. Light trees are paths; the first non-specular vertex of a camera subpath has
 /// `SampleCounts::camera_children` children, drawn independently of each other.
 ///
-/// The weights are those of a subpath without splitting (c = 1). Any weights that add up to 1 are unbiased; with c = 1 a
-/// pilot can forecast the variance of every number of children from two children (choose/pilot.hpp).
+/// The weights are those of a subpath without splitting (c = 1). Any weights that add up to 1 are unbiased; with c = 1
+/// a pilot can forecast the variance of every number of children from two children (choose/pilot.hpp).
 template <std::floating_point T>
 class PathSplit {
  public:
@@ -68,16 +68,16 @@ class PathSplit {
   int camera_children_ = 1;
 };
 
-/// Splits every non-specular vertex of a light tree into M = kN children, for N lobes and k rounds, while the tree's budget
-/// of samples lasts [Liu, Algorithm 1]. Vertices wait in a first-in, first-out queue.
+/// Splits every non-specular vertex of a light tree into M = kN children, for N lobes and k rounds, while the tree's
+/// budget of samples lasts [Liu, Algorithm 1]. Vertices wait in a first-in, first-out queue.
 ///
 /// `LightSplit::paper` is the rule as printed: the queue is dropped at the end of the budget, which loses energy.
-/// `LightSplit::budgeted` drops nothing: when the rest of the budget is too small for a full split, one child is drawn from
-/// the mixture of all lobes. The decision precedes the draw, so it is unbiased.
+/// `LightSplit::budgeted` drops nothing: when the rest of the budget is too small for a full split, one child is drawn
+/// from the mixture of all lobes. The decision precedes the draw, so it is unbiased.
 ///
 /// The nominal number of children is the mean number drawn at vertices of one kind (`split_kind`). It is measured over
-/// separate light trees, which contribute nothing to the picture. Camera subpaths split at their first non-specular vertex
-/// into `SampleCounts::camera_children` children.
+/// separate light trees, which contribute nothing to the picture. Camera subpaths split at their first non-specular
+/// vertex into `SampleCounts::camera_children` children.
 template <std::floating_point T>
 class QueueSplit {
  public:
@@ -136,8 +136,8 @@ class QueueSplit {
   /// True when a tree with this many samples left drops its queue.
   [[nodiscard]] bool stops_at(int remaining) const noexcept { return drops_queue_ && remaining <= 0; }
 
-  /// Draws the children of a light vertex and calls `visit(step)` for each child that goes on. Returns the number of samples
-  /// drawn, which the budget pays for even where a child does not go on.
+  /// Draws the children of a light vertex and calls `visit(step)` for each child that goes on. Returns the number of
+  /// samples drawn, which the budget pays for even where a child does not go on.
   template <Bsdf B, UniformSource Source, class Visit>
   int expand(const ScatteringVertex<B>& at, int remaining, Source& source, Visit&& visit) const {
     const int planned = std::max(1, rounds_ * split_kind(at.bsdf));

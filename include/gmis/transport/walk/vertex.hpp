@@ -54,8 +54,8 @@ struct Link {
     const T distance_squared = glm::dot(offset, offset);
     return {offset * ieee_divide(T(1), std::sqrt(distance_squared)), distance_squared};
   }
-  /// g at `point` = |cos θ| / d²: the factor from a density per steradian at the other end to a density per area at `point`,
-  /// with the geometric normal.
+  /// g at `point` = |cos θ| / d²: the factor from a density per steradian at the other end to a density per area at
+  /// `point`, with the geometric normal.
   [[nodiscard]] T to_area(const SurfacePoint<T>& point) const noexcept {
     return solid_angle_per_area(glm::dot(point.geometric_normal, direction), distance_squared);
   }

@@ -5,9 +5,9 @@
 #include "gmis/transport/techniques/technique.hpp"
 
 /// \file
-/// The weights of a whole path by brute force: the expected sample density of every technique that can make the path, as a
-/// product over all vertices. It is the oracle for weight_recursion.hpp, and it helps to debug a renderer. `T` is meant to
-/// be long double (up to about 12 vertices with extreme densities) or a type with an unbounded exponent.
+/// The weights of a whole path by brute force: the expected sample density of every technique that can make the path,
+/// as a product over all vertices. It is the oracle for weight_recursion.hpp, and it helps to debug a renderer. `T` is
+/// meant to be long double (up to about 12 vertices with extreme densities) or a type with an unbounded exponent.
 
 namespace gmis {
 
@@ -22,8 +22,8 @@ struct PathDensities {
   bool light_can_be_hit = true;  ///< false for a delta light
 };
 
-/// One way to make a path: a connection with `s` light vertices (0: emitter hit, 1: next event, k: splat), or merging at
-/// x_s.
+/// One way to make a path: a connection with `s` light vertices (0: emitter hit, 1: next event, k: splat), or merging
+/// at x_s.
 struct TechniqueIndex {
   bool is_merge = false;
   int s = 0;
@@ -35,8 +35,8 @@ struct TechniqueDensity {
   T density{};
 };
 
-/// The expected sample density κ_s U(s) of every technique, in the order s = 0 … k, then μ b_i U(i+1) of merging at x_1 …
-/// x_{k−1}. A technique that cannot make the path has the density 0. U(s) = Π_{i<s} a_i Π_{i≥s} b_i.
+/// The expected sample density κ_s U(s) of every technique, in the order s = 0 … k, then μ b_i U(i+1) of merging at x_1
+/// … x_{k−1}. A technique that cannot make the path has the density 0. U(s) = Π_{i<s} a_i Π_{i≥s} b_i.
 template <class T, class Counts>
 [[nodiscard]] std::vector<TechniqueDensity<T>> technique_densities(const PathDensities<T>& path, const Counts& counts) {
   const int k = static_cast<int>(path.from_light.size());

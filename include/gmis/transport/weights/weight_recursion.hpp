@@ -40,8 +40,8 @@ struct PowerRatio {
   }
 };
 
-/// The two partial sums that a vertex carries about the path behind it. Every weight of a technique that ends at the vertex
-/// follows from them. `Shared` is a plain number on the camera side and a sum over techniques on the light side.
+/// The two partial sums that a vertex carries about the path behind it. Every weight of a technique that ends at the
+/// vertex follows from them. `Shared` is a plain number on the camera side and a sum over techniques on the light side.
 template <class Shared, class Sum>
 struct PartialSums {
   Shared shared;  ///< κ_i / a_i, or 0 when the edge behind cannot be a connection (a delta event at either end)
@@ -69,8 +69,8 @@ struct WholeSum {
   }
 };
 
-/// Forms partial sums and weights from densities and counts. `Heuristic` is applied to every density and count. `Sums` is
-/// `WholeSum`, or `SeparateSums`, which keeps one sum per technique (weights_by_technique.hpp).
+/// Forms partial sums and weights from densities and counts. `Heuristic` is applied to every density and count. `Sums`
+/// is `WholeSum`, or `SeparateSums`, which keeps one sum per technique (weights_by_technique.hpp).
 ///
 /// All densities are nominal, positive and finite, except where 0 is named.
 template <std::floating_point T, class Heuristic = BalanceRatio, class Sums = WholeSum<T>>
@@ -93,24 +93,25 @@ class WeightRecursion {
   // ---- light side -------------------------------------------------------------------------------------------------
 
   /// Partial sums at x_1: shared = (e_0/a_0) / a_1, chain = g_0 / (a_0 a_1)   [Georgiev TR 31–33].
-  /// `origin` is a_0 and `next_event` is e_0: the densities of x_0 by emission and by next event, in one measure, both with
-  /// the probability of choosing the light. `first` is a_1; `to_origin` is g_0 (0 for a light that no ray can hit).
+  /// `origin` is a_0 and `next_event` is e_0: the densities of x_0 by emission and by next event, in one measure, both
+  /// with the probability of choosing the light. `first` is a_1; `to_origin` is g_0 (0 for a light that no ray can
+  /// hit).
   [[nodiscard]] constexpr LightPartial first_light_vertex(T origin, T next_event, T first, T to_origin) const noexcept {
     const Number inverse = Number(T(1)) / (h(origin) * h(first));
     return {next_event_ * h(next_event) * inverse, emitter_hit_ * h(to_origin) * inverse};
   }
 
   /// Partial sums at x_{i+1} of a light subpath: shared = ρ / a_{i+1}, chain = g_i (L_i / b_i) / a_{i+1}
-  /// [Georgiev TR 34–36; Liu, w_{i,VC}, corrected]. `reverse` is the density per steradian at x_i of going back to x_{i−1},
-  /// `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}.
+  /// [Georgiev TR 34–36; Liu, w_{i,VC}, corrected]. `reverse` is the density per steradian at x_i of going back to
+  /// x_{i−1}, `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}.
   [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, bool is_delta, T reverse, T to_area,
                                                     T density) const noexcept {
     return extend(at, is_delta, reverse, to_area, density, connect_);
   }
 
   // ---- camera side ------------------------------------------------------------------------------------------------
-  // A camera vertex keeps shared = 1 / b_j without the count. The count is that of a splat, a next event or a connection;
-  // which one is known only where `shared` is used.
+  // A camera vertex keeps shared = 1 / b_j without the count. The count is that of a splat, a next event or a
+  // connection; which one is known only where `shared` is used.
 
   /// Partial sums at x_{k−1}, the first vertex after the camera: shared = 1 / b_{k−1}, chain = 0 (no technique has a
   /// light subpath that hits the lens)   [Georgiev TR 31–33]. `density` is b_{k−1}.
@@ -118,9 +119,9 @@ class WeightRecursion {
     return {Number(T(1)) / h(density), Sum()};
   }
 
-  /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain = g_j (C_j / a_j) / b_{j−1},
-  /// with C_j the mirror image of L_j   [Georgiev TR 34–36]. Arguments as in `extend_light`; `is_next_to_camera`: x_j is
-  /// x_{k−1}.
+  /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain = g_j (C_j / a_j) /
+  /// b_{j−1}, with C_j the mirror image of L_j [Georgiev TR 34–36]. Arguments as in `extend_light`;
+  /// `is_next_to_camera`: x_j is x_{k−1}.
   [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera, bool is_delta,
                                                       T reverse, T to_area, T density) const noexcept {
     return extend(counted(at, is_next_to_camera), is_delta, reverse, to_area, density, Number(T(1)));
@@ -133,16 +134,16 @@ class WeightRecursion {
 
   /// s = 0: κ_0 / (κ_0 + κ_1 e_0 shared_0 + a_0 `first` chain_0), with κ_0 and κ_1 1 or 0   [Georgiev TR 37, 42, 43].
   /// `at` is the camera vertex on the light, with k ≥ 2; `origin` is a_0 and `next_event` is e_0, as in
-  /// `first_light_vertex`. `first` is the density of the emitted direction, so that a_1 = `first` · g_1, with the g_1 that
-  /// `extend_camera` had as `to_area`.
+  /// `first_light_vertex`. `first` is the density of the emitted direction, so that a_1 = `first` · g_1, with the g_1
+  /// that `extend_camera` had as `to_area`.
   [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T origin, T next_event, T first) const noexcept {
     const Sum others = next_event_ * h(next_event) * at.shared + h(origin) * h(first) * at.chain;
     return Sums::weight(emitter_hit_, others);
   }
 
   /// s = 1: κ_1 e_0 / (κ_1 e_0 + κ_0 b_0 + a_0 C_1), with C_1 = a_1 (μ + shared_1 + `reverse` · chain_1)
-  /// [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera subpath makes x_0 (0 for a light that no ray
-  /// can hit); `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
+  /// [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera subpath makes x_0 (0 for a light that no
+  /// ray can hit); `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
   [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
                                             T hit, T first, T reverse) const noexcept {
     const Sum others = emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_next_to_camera), reverse);
@@ -151,8 +152,8 @@ class WeightRecursion {
 
   /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ + shared_i + r_i chain_i) and C_i its mirror image
   /// [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected]. `camera_density` is b_{s−1} of the light vertex and
-  /// `light_density` is a_s of the camera vertex, each made from the other end. The reverse densities r are per steradian,
-  /// each back along its own subpath.
+  /// `light_density` is a_s of the camera vertex, each made from the other end. The reverse densities r are per
+  /// steradian, each back along its own subpath.
   [[nodiscard]] constexpr Weight connect(const LightPartial& light, T light_reverse, T camera_density,
                                          const CameraPartial& camera, bool is_next_to_camera, T camera_reverse,
                                          T light_density) const noexcept {
@@ -160,15 +161,15 @@ class WeightRecursion {
                                       h(light_density) * side(counted(camera, is_next_to_camera), camera_reverse));
   }
 
-  /// t = 1: n_L / (n_L + L_{k−1})   [Georgiev TR 37, 46, 47]. `camera_density` is b_{k−1} of the light vertex, made by a
+  /// t = 1: n_L / (n_L + L_{k−1}) [Georgiev TR 37, 46, 47]. `camera_density` is b_{k−1} of the light vertex, made by a
   /// camera ray; `light_reverse` is the density per steradian there of going back to x_{k−2}.
   [[nodiscard]] constexpr Weight splat(const LightPartial& light, T light_reverse, T camera_density) const noexcept {
     return Sums::weight(splat_, h(camera_density) * side(light, light_reverse));
   }
 
-  /// Merging at x_i, which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light side and of the camera side)
-  /// [Georgiev TR 37–39; Liu, w_{i,VM}, corrected]. The reverse densities r are per steradian, each back along its own
-  /// subpath.
+  /// Merging at x_i, which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light side and of the camera
+  /// side) [Georgiev TR 37–39; Liu, w_{i,VM}, corrected]. The reverse densities r are per steradian, each back along
+  /// its own subpath.
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
                                        bool is_next_to_camera, T camera_reverse) const noexcept {
     const LightPartial camera_counted = counted(camera, is_next_to_camera);
@@ -185,7 +186,8 @@ class WeightRecursion {
     return {(is_next_to_camera ? splat_ : connect_) * camera.shared, camera.chain};
   }
 
-  /// L_i / b_i = μ + shared_i + r_i chain_i, at a vertex where the path goes on by a non-delta event; C_i / a_i likewise.
+  /// L_i / b_i = μ + shared_i + r_i chain_i, at a vertex where the path goes on by a non-delta event; C_i / a_i
+  /// likewise.
   [[nodiscard]] constexpr Sum side(const LightPartial& at, T reverse) const noexcept {
     return merge_ + at.shared + h(reverse) * at.chain;
   }
@@ -195,7 +197,8 @@ class WeightRecursion {
   [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, bool is_delta, T reverse, T to_area,
                                                           T density, const Shared& count) const noexcept {
     const Number inverse = Number(T(1)) / h(density);
-    // A delta event at x_i: x_i cannot merge and neither of its edges can be a connection, so μ and both `shared` are 0.
+    // A delta event at x_i: x_i cannot merge and neither of its edges can be a connection, so μ and both `shared` are
+    // 0.
     if (is_delta) return {Shared(), h(to_area) * h(reverse) * at.chain * inverse};
     return {count * inverse, h(to_area) * side(at, reverse) * inverse};
   }

@@ -8,8 +8,8 @@
 
 /// \file
 /// Weights of one path under many sample allocations. The sum of all densities of a path is linear in the counts of the
-/// techniques. The recursion therefore runs on vectors with one sum per technique (connections at all vertices together,
-/// merges at all vertices together); the weight under any other counts follows from these sums. An
+/// techniques. The recursion therefore runs on vectors with one sum per technique (connections at all vertices
+/// together, merges at all vertices together); the weight under any other counts follows from these sums. An
 /// alternative is to correct the weights afterwards [Grittmann et al. 2022].
 
 namespace gmis {
