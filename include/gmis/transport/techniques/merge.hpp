@@ -9,8 +9,8 @@ namespace gmis {
 /// merging radius. It is a density estimate with the constant kernel 1/(n_L π r²); it is biased when the light or the
 /// surface varies over the disk.
 struct Merge {
-  /// Merges one non-specular camera vertex with the stored light vertices near it and adds the contributions to
-  /// `output`. Pairs that would exceed `max_depth` or have f = 0 add nothing.
+  /// Merges one non-specular camera vertex with the stored light vertices within the merging radius and adds the
+  /// contributions to `output`. Pairs that would exceed `max_depth` or have f = 0 add nothing.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, Output& output) {
     using S = typename Vertex::S;

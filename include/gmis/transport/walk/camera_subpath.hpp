@@ -141,9 +141,9 @@ class CameraSubpath {
     if constexpr (observes_children<Output>) output_.end_children();
   }
 
-  /// Forms the partial weights of the vertex from its density per area, b_j = ψ |cos θ_j| / d² (parallel camera rays:
-  /// the density per area perpendicular to the ray, times |cos θ_j|). Returns false and rejects the sample when b_j is
-  /// zero or not finite.
+  /// Forms the partial weights of the vertex from its density per area, b_j = c ψ |cos θ_j| / d². With parallel camera
+  /// rays, b_{k−1} is the density per area perpendicular to the ray, times |cos θ_{k−1}|. Returns false and rejects the
+  /// sample when b_j is zero or not finite.
   [[nodiscard]] bool arrive(const Edge& edge, Vertex& vertex) {
     const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
     const T distance_squared = glm::dot(offset, offset);
@@ -161,8 +161,8 @@ class CameraSubpath {
     return true;
   }
 
-  /// Adds the light of infinite lights. The vertex at infinity keeps its density per steradian; g at the near end of
-  /// the edge is |cos|, without a distance.
+  /// Adds the radiance of infinite lights to an escaped subpath. The vertex at infinity keeps its density per
+  /// steradian; g at the near end of the edge is |cos|, without a distance.
   void escape(const Edge& edge) {
     if constexpr (observes_paths<Output>) output_.on_escape(edge.step, edge.throughput, edge.depth);
     if (context_.counts.emitter_hits) {

@@ -11,9 +11,9 @@
 
 namespace gmis {
 
-/// Traces the tree of light subpaths that starts at one emission, breadth first. Each vertex is stored and connected
-/// with the camera in the order in which it is made, as far as the counts of the context ask for it. The split policy
-/// decides how many children a vertex has; without splitting, the tree is one path.
+/// Traces the tree of light subpaths that starts at one emission, breadth first. When the counts of the context ask for
+/// it, non-specular vertices are stored and connected with the camera, in the order in which they are made. The split
+/// policy decides how many children a vertex has; without splitting, the tree is one path.
 template <class Context, class Output>
 class LightTree {
  public:

@@ -72,7 +72,8 @@ struct WholeSum {
 /// Forms partial sums and weights from densities and counts. `Heuristic` is applied to every density and count. `Sums`
 /// is `WholeSum`, or `SeparateSums`, which keeps one sum per technique (weights_by_technique.hpp).
 ///
-/// All densities are nominal, positive and finite, except where 0 is named.
+/// All densities are nominal, positive and finite, except where 0 is named. Below, n_0 and n_1 are the counts of
+/// emitter hits and next events (1 or 0), so κ_0 = n_0 and κ_1 = n_1 e_0 / a_0; C_i is the mirror image of L_i.
 template <std::floating_point T, class Heuristic = BalanceRatio, class Sums = WholeSum<T>>
 class WeightRecursion {
  public:
@@ -92,7 +93,7 @@ class WeightRecursion {
 
   // ---- light side -------------------------------------------------------------------------------------------------
 
-  /// Partial sums at x_1: shared = (e_0/a_0) / a_1, chain = g_0 / (a_0 a_1)   [Georgiev TR 31–33].
+  /// Partial sums at x_1: shared = n_1 e_0 / (a_0 a_1), chain = n_0 g_0 / (a_0 a_1) [Georgiev TR 31–33].
   /// `origin` is a_0 and `next_event` is e_0: the densities of x_0 by emission and by next event, in one measure, both
   /// with the probability of choosing the light. `first` is a_1; `to_origin` is g_0 (0 for a light that no ray can
   /// hit).
@@ -114,14 +115,13 @@ class WeightRecursion {
   // connection; which one is known only where `shared` is used.
 
   /// Partial sums at x_{k−1}, the first vertex after the camera: shared = 1 / b_{k−1}, chain = 0 (no technique has a
-  /// light subpath that hits the lens)   [Georgiev TR 31–33]. `density` is b_{k−1}.
+  /// light subpath that hits the lens) [Georgiev TR 31–33]. `density` is b_{k−1}.
   [[nodiscard]] constexpr CameraPartial first_camera_vertex(T density) const noexcept {
     return {Number(T(1)) / h(density), Sum()};
   }
 
   /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain = g_j (C_j / a_j) /
-  /// b_{j−1}, with C_j the mirror image of L_j [Georgiev TR 34–36]. Arguments as in `extend_light`;
-  /// `is_next_to_camera`: x_j is x_{k−1}.
+  /// b_{j−1} [Georgiev TR 34–36]. Arguments as in `extend_light`; `is_next_to_camera`: x_j is x_{k−1}.
   [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera, bool is_delta,
                                                       T reverse, T to_area, T density) const noexcept {
     return extend(counted(at, is_next_to_camera), is_delta, reverse, to_area, density, Number(T(1)));
@@ -132,7 +132,7 @@ class WeightRecursion {
   /// k = 1, light seen directly: only an emitter hit makes it, so the weight is 1 (0 when emitter hits are off).
   [[nodiscard]] constexpr Weight seen_directly() const noexcept { return Sums::weight(emitter_hit_, Sum()); }
 
-  /// s = 0: κ_0 / (κ_0 + κ_1 e_0 shared_0 + a_0 `first` chain_0), with κ_0 and κ_1 1 or 0   [Georgiev TR 37, 42, 43].
+  /// s = 0: n_0 / (n_0 + n_1 e_0 shared_0 + a_0 · `first` · chain_0) [Georgiev TR 37, 42, 43].
   /// `at` is the camera vertex on the light, with k ≥ 2; `origin` is a_0 and `next_event` is e_0, as in
   /// `first_light_vertex`. `first` is the density of the emitted direction, so that a_1 = `first` · g_1, with the g_1
   /// that `extend_camera` had as `to_area`.
@@ -141,7 +141,7 @@ class WeightRecursion {
     return Sums::weight(emitter_hit_, others);
   }
 
-  /// s = 1: κ_1 e_0 / (κ_1 e_0 + κ_0 b_0 + a_0 C_1), with C_1 = a_1 (μ + shared_1 + `reverse` · chain_1)
+  /// s = 1: n_1 e_0 / (n_1 e_0 + n_0 b_0 + a_0 C_1), with C_1 = a_1 (μ + shared_1 + `reverse` · chain_1)
   /// [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera subpath makes x_0 (0 for a light that no
   /// ray can hit); `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
   [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
@@ -150,8 +150,8 @@ class WeightRecursion {
     return Sums::weight(next_event_ * h(next_event), others);
   }
 
-  /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ + shared_i + r_i chain_i) and C_i its mirror image
-  /// [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected]. `camera_density` is b_{s−1} of the light vertex and
+  /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ + shared_i + r_i chain_i), C_i = a_i (μ + shared_i + r_i
+  /// chain_i) [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected]. `camera_density` is b_{s−1} of the light vertex and
   /// `light_density` is a_s of the camera vertex, each made from the other end. The reverse densities r are per
   /// steradian, each back along its own subpath.
   [[nodiscard]] constexpr Weight connect(const LightPartial& light, T light_reverse, T camera_density,
@@ -192,13 +192,12 @@ class WeightRecursion {
     return merge_ + at.shared + h(reverse) * at.chain;
   }
 
-  /// Partial sums at the next vertex, which has the density `density`   [Georgiev TR 34–36; at a delta event 53–55].
+  /// Partial sums at the next vertex, which has the density `density` [Georgiev TR 34–36; at a delta event 53–55].
   template <class Shared>
   [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, bool is_delta, T reverse, T to_area,
                                                           T density, const Shared& count) const noexcept {
     const Number inverse = Number(T(1)) / h(density);
-    // A delta event at x_i: x_i cannot merge and neither of its edges can be a connection, so μ and both `shared` are
-    // 0.
+    // A delta event at x_i: no merging at x_i and no connection over either of its edges, so μ and `shared` drop out.
     if (is_delta) return {Shared(), h(to_area) * h(reverse) * at.chain * inverse};
     return {count * inverse, h(to_area) * side(at, reverse) * inverse};
   }
