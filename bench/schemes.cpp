@@ -49,7 +49,7 @@ template <Selection selection, Weighting weighting>
                                                       Workspace& workspace, std::uint64_t& unusable) {
   double sum = 0.0;
   const auto counts = gmis::sample_round<selection, weighting>(
-      set, gmis::EqualShares{}, source, workspace,
+      set, gmis::EqualAllocation{}, source, workspace,
       [&](double x, double denominator, std::size_t) { sum += f(x) / denominator; });
   unusable += counts.zero_density + counts.non_finite_density;
   return sum / static_cast<double>(set.size());

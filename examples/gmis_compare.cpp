@@ -11,6 +11,7 @@
 #include "support/report/html_report.hpp"
 #include "support/report/plot.hpp"
 #include "support/report/tables.hpp"
+#include "support/whole_file.hpp"
 
 namespace {
 

@@ -12,6 +12,7 @@
 #include "support/report/comparison.hpp"
 #include "support/report/html_report.hpp"
 #include "support/report/tables.hpp"
+#include "support/whole_file.hpp"
 
 namespace {
 

@@ -1,9 +1,7 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
-#include <cmath>
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <new>
@@ -14,6 +12,7 @@
 #include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
 #include "support/session.hpp"
+#include "support/whole_file.hpp"
 
 namespace {
 
@@ -33,6 +32,9 @@ void check_outputs(const Options& options) {
   for (const auto& output : options.outputs) require_folder(output, "--out");
   require_folder(options.statistics_file, "--stats");
   require_folder(options.log_file, "--log");
+  for (const auto& output : options.outputs) require_writable(output);
+  if (!options.statistics_file.empty()) require_writable(options.statistics_file);
+  if (!options.log_file.empty()) require_writable(options.log_file);
   if (options.techniques_folder.empty()) return;
   std::error_code error;
   std::filesystem::create_directories(options.techniques_folder, error);
@@ -49,18 +51,8 @@ std::filesystem::path default_output(const BuiltScene& scene, bool is_quiet) {
     file.replace_extension(".pfm");
     if (!is_quiet) std::fprintf(stderr, "gmis-render: %s; writing %s\n", error.what(), file.c_str());
   }
+  require_writable(file);
   return file;
-}
-
-void print_prediction(const RenderResult& result, bool is_merging) {
-  if (!result.prediction) return;
-  const auto& [law, seconds] = *result.prediction;
-  if (std::isfinite(seconds))
-    std::printf("half that error: after about %.3g s (error ~ seconds^%.2f, %s)%s\n", seconds, law.slope,
-                law.is_fitted ? "fitted to this run" : "too short a run to fit",
-                is_merging ? "; merging's bias comes on top" : "");
-  else
-    std::printf("half that error: not in sight, it does not fall (error ~ seconds^%.2f)\n", law.slope);
 }
 
 /// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
@@ -86,27 +78,28 @@ class WriteFailures {
   std::string first_;
 };
 
-/// A line in the file for every point, as it is made.
+/// A line in the file for every point, as it is made; the file is whole at every moment.
 std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem::path& file, WriteFailures& failures) {
-  const auto stream = std::make_shared<std::ofstream>(file);
-  const auto write_line = [stream, file](const std::string& line) {
-    *stream << line << std::endl;
-    if (!*stream) throw OutputError(file.string() + ": this file cannot be written");
-  };
-  write_line(gmis::convergence_csv_header());
-  return [write_line, &failures](const gmis::ConvergencePoint& point) {
-    failures.attempt([&] { write_line(gmis::convergence_csv_row(point)); });
+  const auto text = std::make_shared<std::string>(gmis::convergence_csv_header() + "\n");
+  write_whole(*text, file);
+  return [text, file, &failures](const gmis::ConvergencePoint& point) {
+    *text += gmis::convergence_csv_row(point) + "\n";
+    failures.attempt([&] { write_whole(*text, file); });
   };
 }
 
-void print_summary(const RenderResult& result, const std::vector<std::filesystem::path>& written, bool is_merging,
-                   const std::optional<gmis::ImageError>& error) {
+void print_summary(const RenderResult& result, const RenderRequest& request, const gmis::Plan& plan,
+                   const std::vector<std::filesystem::path>& written, const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
               result.stopped_by.c_str(), result.estimate.mean);
-  if (result.iterations > 1) std::printf(", relative error %.4f", result.estimate.relative_error);
-  if (result.interval) std::printf(" (95 %%: %.4f to %.4f)", result.interval->lower, result.interval->upper);
+  if (result.error && result.error->relative_error > 0) {
+    std::printf(", relative error %.4f", result.error->relative_error);
+    if (result.error->is_calibrated())
+      std::printf(" (95 %%: %.4f to %.4f)", result.error->interval.lower, result.error->interval.upper);
+  }
   std::printf("\n");
-  print_prediction(result, is_merging);
+  std::fputs(caution_of(result, request, plan).c_str(), stdout);
+  std::fputs(text_of(result.prices).c_str(), stdout);
   if (error)
     std::printf("against the reference: relMSE %.4g (%.4g without the worst 0.1 %% of the pixels), RMSE %.4g\n",
                 error->relmse, error->relmse_trimmed, error->rmse);
@@ -137,10 +130,7 @@ void print_distrust(const RenderResult& result, double largest_share) {
 }
 
 void write_statistics(const RenderResult& result, const RunFacts& facts) {
-  const std::filesystem::path& path = facts.options->statistics_file;
-  std::ofstream file(path);
-  file << statistics_json(result, facts) << std::flush;
-  if (!file) throw OutputError(path.string() + ": this file cannot be written");
+  write_whole(statistics_json(result, facts), facts.options->statistics_file);
 }
 
 int print_replay(const RenderRequest& request, const PathChoice& choice, const BuiltScene& scene, int threads) {
@@ -189,11 +179,19 @@ int run(Options options) {
                  "gmis-render: --effects keeps no path that this scene has (--explain names them): the picture will be "
                  "black\n");
 
+  // No iteration would ever find anything, so that --error alone would never end the run.
+  if (plan.classes.is_empty() && !request.budget.iterations && !request.budget.seconds) request.budget.iterations = 1;
+
   WriteFailures failures;
   request.interrupted = &interrupt_flag();
   request.reference = reference ? &*reference : nullptr;
-  request.intervals = !options.log_file.empty() || !options.statistics_file.empty();
+  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty();
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
+  request.seconds_between_pictures = options.write_every;
+  request.on_picture = [&](const Image& image) {
+    WriteFailures on_the_way;  // what counts is the last picture
+    for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output); });
+  };
   ProgressBar bar(request, !options.quiet);
   if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);
@@ -218,8 +216,7 @@ int run(Options options) {
     failures.attempt([&] { write_techniques(result, options.techniques_folder); });
   if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });
   if (!options.statistics_file.empty()) failures.attempt([&] { write_statistics(result, facts); });
-  if (!options.quiet)
-    print_summary(result, written, result.counts.has(gmis::Technique::merge), facts.error);
+  if (!options.quiet) print_summary(result, request, plan, written, facts.error);
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

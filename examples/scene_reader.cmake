@@ -50,8 +50,10 @@ add_library(gmis_scene_reader STATIC
   ${support}/pbrt/reader.cpp
   ${support}/pbrt/shapes.cpp
   ${support}/pbrt/transform.cpp
+  ${support}/ply_layout.cpp
   ${support}/ply_mesh.cpp
-  ${support}/scene_description.cpp)
+  ${support}/scene_description.cpp
+  ${support}/whole_file.cpp)
 target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(gmis_scene_reader PUBLIC gmis::gmis PRIVATE gmis_warnings)
 target_compile_options(gmis_scene_reader PRIVATE $<$<CONFIG:Debug>:-O0>)  # much to compile, little to run

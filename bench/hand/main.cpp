@@ -8,16 +8,13 @@
 #include <string_view>
 
 #include "gmis/scene/scene_builder.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
-#include "hand/path_tracer.hpp"
+#include "hand/sums.hpp"
 
 namespace {
 
 using namespace gmis::scene;
 
 constexpr int size = 64;
-constexpr int max_depth = 8;
 
 void add_quad(SceneBuilder<float>& builder, const glm::dvec3& corner, const glm::dvec3& a, const glm::dvec3& b,
               std::size_t material, const std::optional<AreaEmission>& emission = {}) {
@@ -63,25 +60,7 @@ int main(int argc, char** argv) {
   }
   const auto scene = scene_named(argv[2]);
   const auto iterations = static_cast<std::uint32_t>(std::atoi(argv[3]));
-  double sum = 0;
-  const auto add = [&](const auto& frame) {
-    for (const gmis::Vec3<float>& value : frame) sum += static_cast<double>(gmis::mean_channel(value));
-  };
-  if (std::string_view(argv[1]) == "hand") {
-    const hand::PathTracer tracer{scene, 1, max_depth};
-    for (std::uint32_t i = 1; i <= iterations; ++i) add(tracer.iterate(i));
-  } else {
-    gmis::RenderSettings settings;
-    settings.seed = 1;
-    settings.max_depth = max_depth;
-    settings.counts = gmis::integrators::pt;
-    gmis::PathTracer<BvhScene<float>> engine(scene, settings);
-    gmis::SerialExecutor executor;
-    for (std::uint32_t i = 1; i <= iterations; ++i) {
-      engine.iterate(executor);
-      add(engine.frame());
-    }
-  }
-  std::printf("%.9g\n", sum);
+  const bool is_by_hand = std::string_view(argv[1]) == "hand";
+  std::printf("%.9g\n", is_by_hand ? hand::sum_by_hand(scene, iterations) : hand::sum_by_engine(scene, iterations));
   return 0;
 }

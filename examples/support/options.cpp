@@ -124,6 +124,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->allow_extra_args(false);
   app.add_option("--stats", options.statistics_file, "Write what was done and how long it took, as JSON");
   app.add_option("--log", options.log_file, "Write how the error fell with time, as CSV, while it does");
+  app.add_option("--write-every", options.write_every,
+                 "Keep the picture on disk current: write it after so many seconds again (30)");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");
@@ -276,6 +278,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     options.relative_error = raw.relative_error;
   }
   if (!(options.max_rejected >= 0)) throw InputError("--max-rejected must be a number from 0 on");
+  if (!(options.write_every >= 0)) throw InputError("--write-every must be a number of seconds from 0 on");
   if (given("--replay")) options.replay = path_choice_of(raw.replay);
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
   if (!options.list_scenes && options.scene.empty())

@@ -35,9 +35,9 @@ struct Options {
   int max_depth = 16;
   double radius = 0.003;  ///< as a fraction of half the scene's diagonal
   double alpha = 2.0 / 3.0;
-  std::optional<double> light_paths;       ///< 1 where nothing chooses
-  std::optional<int> connections;          ///< as `SampleCounts` has it; unset: a pilot chooses
-  int camera_split = 1;                    ///< children of the first non-specular camera vertex
+  std::optional<double> light_paths;  ///< 1 where nothing chooses
+  std::optional<int> connections;     ///< as `SampleCounts` has it; unset: a pilot chooses
+  int camera_split = 1;               ///< children of the first non-specular camera vertex
   std::uint64_t seed = 0;
   int threads = 0;  ///< 0: all cores
   std::optional<std::uint32_t> iterations;
@@ -48,13 +48,14 @@ struct Options {
   bool list_rejected = false;        ///< print the paths that were
   std::optional<PathChoice> replay;  ///< instead of rendering
   std::filesystem::path techniques_folder;
-  std::string effects;  ///< as given; empty: all
+  std::string effects;                       ///< as given; empty: all
   std::optional<PathClassSet> path_classes;  ///< those that --effects leaves
-  bool class_images = false;  ///< --aov classes
+  bool class_images = false;                 ///< --aov classes
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;
   std::filesystem::path log_file;
+  double write_every = 30;  ///< seconds between pictures on disk while the run goes on
   std::filesystem::path reference_file;
   bool explain = false;
   bool quiet = false;

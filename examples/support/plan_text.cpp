@@ -1,9 +1,9 @@
 #include "support/plan_text.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iomanip>
 #include <sstream>
-
 
 namespace gmis::tools {
 
@@ -64,8 +64,7 @@ PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts) {
         continue;
       bool is_made = false;
       for (const TechniquePlan& technique : plan.techniques)
-        is_made = is_made ||
-                  (counts.has(technique.technique) && makes_some(technique.technique, f, is_delta));
+        is_made = is_made || (counts.has(technique.technique) && makes_some(technique.technique, f, is_delta));
       if (!is_made) return true;
     }
     return false;
@@ -148,6 +147,109 @@ std::string explain_choice(const Choice& choice, const Counters& work) {
   };
   for (const Forecast& other : others)
     if (is_plain(other) && !(other.counts == chosen.counts)) line(other);
+  return text.str();
+}
+
+namespace {
+
+/// Why a picture may stay as it is, if the plan knows.
+std::string reason_for_nothing(const RenderRequest& request, const Plan& plan) {
+  if (plan.occurring.is_empty()) return "; in this scene no path leads from a light to the camera";
+  if (plan.classes.is_empty()) return "; --effects keeps no path that this scene has";
+  const PathClassSet lacking = lacking_classes(plan, request.settings.counts);
+  if (!lacking.is_empty()) return "; these techniques do not make " + text_of(lacking);
+  return {};
+}
+
+/// What made most of a pixel, where images of techniques or of classes are there to tell; empty otherwise.
+std::string maker_of(const RenderResult& result, std::size_t pixel) {
+  const auto brightness = [&](const Image& image) {
+    return image.rgb[3 * pixel] + image.rgb[3 * pixel + 1] + image.rgb[3 * pixel + 2];
+  };
+  std::string name;
+  float most = 0;
+  for (const TechniqueImage& technique : result.techniques)
+    if (brightness(technique.weighted) > most) {
+      most = brightness(technique.weighted);
+      name = std::string(words_of(technique.id.technique)) + " (s = " + std::to_string(technique.id.s) +
+             ", t = " + std::to_string(technique.id.t) + ")";
+    }
+  if (!name.empty()) return name;
+  for (const ClassImage& one : result.classes.classes)
+    if (brightness(one.image) > most) {
+      most = brightness(one.image);
+      name = "paths " + std::string(gmis::name_of(one.path_class));
+    }
+  return name;
+}
+
+}  // namespace
+
+std::string caution_of(const RenderResult& result, const RenderRequest& request, const Plan& plan) {
+  if (!result.error) return {};
+  const ErrorEstimate& error = *result.error;
+  if (error.doubt == ErrorDoubt::nothing_found)
+    return "caution     nothing has been found yet: no pixel differs between iterations" +
+           reason_for_nothing(request, plan) + "\n";
+  if (error.doubt != ErrorDoubt::rare_events && error.doubt != ErrorDoubt::few_pixels) return {};
+  std::ostringstream text;
+  text << std::setprecision(2) << "caution     ";
+  if (const double share = error.share_of_worst(); share > ErrorCalibration{}.largest_share_of_worst) {
+    const auto width = static_cast<std::size_t>(result.image.width);
+    text << 100 * share << " % of the squared error is in the pixels";
+    for (const PixelShare& one : error.worst)
+      if (one.share > 0) text << ' ' << one.pixel % width << ',' << one.pixel / width;
+    if (const std::string maker = maker_of(result, error.worst[0].pixel); !maker.empty())
+      text << " (the first mostly by " << maker << ")";
+    text << "; ";
+  }
+  text << "rare, bright samples rule the error: it has no interval, and --error does not end the run\n";
+  return text.str();
+}
+
+std::string duration_text(double seconds) {
+  if (!std::isfinite(seconds)) return "never";
+  struct Unit {
+    double seconds;
+    const char* name;
+  };
+  constexpr Unit units[] = {{31557600, "years"}, {86400, "days"}, {3600, "h"}, {60, "min"}, {1, "s"}, {1e-3, "ms"}};
+  const Unit* unit = units;
+  // "94 s" says more than "1.6 min".
+  while (unit->seconds > 1e-3 && seconds < (unit->seconds > 1 ? 1.65 : 1.0) * unit->seconds) ++unit;
+  const double value = seconds / unit->seconds;
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(value < 9.95 ? 1 : 0) << value << ' ' << unit->name;
+  return text.str();
+}
+
+std::string text_of(const std::optional<PriceTable>& prices) {
+  if (!prices) return {};
+  std::ostringstream text;
+  const auto whole = [](double value) {
+    std::ostringstream number;
+    number << std::fixed << std::setprecision(0) << value;
+    return number.str();
+  };
+  const auto line = [&](const auto& error, const auto& iterations, const auto& cpu, const auto& wall,
+                        const char* what) {
+    text << std::left << std::setw(12) << error << std::right << std::setw(12) << iterations << std::setw(12) << cpu
+         << std::setw(12) << wall << "  " << what << '\n';
+  };
+  line("error", "iterations", "processor", "wall", "");
+  for (std::size_t i = 0; i < prices->prices.size(); ++i) {
+    const Price& price = prices->prices[i];
+    std::ostringstream error;
+    if (i + 1 < prices->prices.size())
+      error << 100 * price.error << " %";
+    else
+      error << "half of this";
+    if (!std::isfinite(price.iterations))
+      line(error.str(), "-", "-", "-", "not in sight: the error does not fall");
+    else
+      line(error.str(), whole(price.iterations), duration_text(price.cpu_seconds), duration_text(price.wall_seconds),
+           price.is_reached ? "reached" : "predicted");
+  }
   return text.str();
 }
 

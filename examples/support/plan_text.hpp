@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "gmis/result/price.hpp"
 #include "gmis/transport/effects/plan.hpp"
 #include "support/render.hpp"
 
@@ -28,5 +30,12 @@ namespace gmis::tools {
 [[nodiscard]] std::string text_of(const SampleCounts& counts);
 /// Lines of --explain after the run: what a pilot chose, and what the nearest others would have cost.
 [[nodiscard]] std::string explain_choice(const Choice& choice, const Counters& work);
+
+/// A line on what may be wrong with the error of a result; empty where nothing is.
+[[nodiscard]] std::string caution_of(const RenderResult& result, const RenderRequest& request, const Plan& plan);
+/// "18 min", with two digits.
+[[nodiscard]] std::string duration_text(double seconds);
+/// A line for every price: error, iterations, processor time, wall time, whether reached.
+[[nodiscard]] std::string text_of(const std::optional<PriceTable>& prices);
 
 }  // namespace gmis::tools

@@ -1,12 +1,10 @@
 #include "support/ply_mesh.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
-#include <set>
-#include <sstream>
 #include <string>
+
+#include "support/ply_layout.hpp"
 
 #if GMIS_HAS_ASSIMP
 #include <assimp/mesh.h>
@@ -24,48 +22,6 @@ bool can_read_ply() {
 }
 
 namespace {
-
-/// True for `TYPE NAME` or `list TYPE TYPE NAME` with types that PLY has; the name goes to `name`.
-bool is_property(std::istringstream& words, std::string& name) {
-  constexpr std::array types{"char", "uchar", "short", "ushort", "int",   "uint",   "float",   "double",
-                             "int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"};
-  const auto is_type = [&](const std::string& word) {
-    return std::find(types.begin(), types.end(), word) != types.end();
-  };
-  std::string word, rest;
-  words >> word;
-  if (word == "list" && !(words >> word && is_type(word) && words >> word)) return false;
-  return is_type(word) && words >> name && !(words >> rest);
-}
-
-/// What assimp needs to be sure of before it reads: it loops for ever over a header that does not end, believes any
-/// count of elements, and writes past the end of what it has for an element or a property that comes twice. True when
-/// the header is whole, says everything once, and the file is long enough for what it promises.
-bool has_sound_header(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  std::ifstream stream(file, std::ios::binary);
-  constexpr int most_lines = 1000;
-  std::string line;
-  if (error || !std::getline(stream, line) || !line.starts_with("ply")) return false;
-  std::set<std::string> elements, properties;
-  for (int i = 0; i < most_lines && std::getline(stream, line); ++i) {
-    std::istringstream words(line);
-    std::string first, name;
-    std::uintmax_t count = 0;
-    words >> first;
-    if (first == "end_header") return true;
-    if (first == "element") {
-      if (!(words >> name >> count) || count > size || !elements.insert(name).second) return false;
-      properties.clear();
-    } else if (first == "property") {
-      if (elements.empty() || !is_property(words, name) || !properties.insert(name).second) return false;
-    } else if (first != "format" && first != "comment" && first != "obj_info") {
-      return false;
-    }
-  }
-  return false;
-}
 
 /// False when a face refers to a vertex that there is none of.
 bool append(const aiMesh& from, MeshDescription& to) {
@@ -92,7 +48,7 @@ bool append(const aiMesh& from, MeshDescription& to) {
 MeshDescription read_ply(const std::filesystem::path& file, const SourcePosition& where) {
   if (!std::filesystem::is_regular_file(file))
     throw InputError(where, "the mesh " + in_quotes(file.string()) + " cannot be read: check its name");
-  if (!has_sound_header(file))
+  if (!is_whole_ply(file))
     throw InputError(where, "the mesh " + in_quotes(file.string()) + " is no PLY file, or is not whole");
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), 0);

@@ -35,8 +35,12 @@ void ProgressBar::show(const Progress& progress) {
   const double fraction = fraction_done(progress);
   std::string bar(width, '.');
   std::fill_n(bar.begin(), static_cast<std::size_t>(fraction * width), '#');
-  std::fprintf(stderr, "\r[%s] %3.0f %%  %u iterations  %.1f s  error %.3f ", bar.c_str(), 100 * fraction,
-               progress.iterations, progress.seconds, progress.relative_error);
+  std::fprintf(stderr, "\r[%s] %3.0f %%  %u iterations  %.1f s  ", bar.c_str(), 100 * fraction, progress.iterations,
+               progress.seconds);
+  if (progress.relative_error > 0)
+    std::fprintf(stderr, "error %.3f ", progress.relative_error);
+  else
+    std::fputs("error -     ", stderr);  // not known yet
   std::fflush(stderr);
 }
 

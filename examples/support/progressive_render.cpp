@@ -1,11 +1,12 @@
 #include "support/progressive_render.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
 
-#include "gmis/result/error_fit.hpp"
 #include "gmis/result/image_error.hpp"
+#include "gmis/result/price.hpp"
 
 namespace gmis::tools {
 
@@ -37,15 +38,11 @@ Image image_of(const Film<SceneSpectrum>& film) {
   return image;
 }
 
-/// From the estimated errors; those of the first iterations say little about themselves.
-std::optional<Prediction> predict(const ConvergenceLog& log, double error) {
-  std::vector<ErrorAtTime> course;
-  for (const ConvergencePoint& point : log.points())
-    if (point.estimated_error && point.iteration >= Budget::fewest_iterations_for_error)
-      course.push_back({point.wall_seconds, *point.estimated_error});
-  const std::optional<PowerLaw> law = fit_power_law(course);
-  if (!law) return {};
-  return Prediction{*law, law->seconds_to_reach(error / 2)};
+/// Of the usual errors, and of half the error that there is.
+std::optional<PriceTable> prices_of(const ConvergenceLog& log, double error) {
+  std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
+  errors.push_back(error / 2);
+  return price_table(log.points(), errors);
 }
 
 }  // namespace
@@ -60,7 +57,7 @@ ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderReques
   const Timer timer(progress_.seconds, cpu_seconds_);
   engine_ = start(scene, request);
   if (request.halves) halves_.assign(2, Film<Spectrum>(film_.resolution()));
-  if (request.intervals) batches_.emplace(film_.pixel_count());
+  if (request.intervals || request.budget.relative_error) batches_.emplace(film_.resolution());
 }
 
 bool ProgressiveRender::advance(ThreadedExecutor& executor) {
@@ -77,6 +74,7 @@ bool ProgressiveRender::advance(ThreadedExecutor& executor) {
   const RejectionLog rejected = engine_->rejections();
   rejected_paths_.assign(rejected.paths().begin(), rejected.paths().end());
   phases_ = engine_->seconds();
+  look_at_error();
   if (log_.is_due(progress_.iterations)) add_to_log();
   return true;
 }
@@ -113,8 +111,21 @@ void ProgressiveRender::take_frame() {
   if (request_.class_images)
     engine_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { classes_.add(contribution); });
   ++progress_.iterations;
-  if (request_.budget.relative_error || request_.on_iteration)
-    progress_.relative_error = progress_.iterations > 1 ? estimate_of(film_).relative_error : 0;
+}
+
+void ProgressiveRender::look_at_error() {
+  double ignored = 0;
+  const Timer timer(progress_.seconds, ignored);  // looking at the picture is no part of making it
+  progress_.is_calibrated = false;                // a run ends by the figure that it then prints, not by an older one
+  const bool is_due = request_.budget.relative_error && progress_.iterations >= next_look_;
+  if (!batches_ || !(is_due || log_.is_due(progress_.iterations))) return;
+  // Eight times in each doubling: an estimate takes about as long as adding ten iterations to a film.
+  next_look_ = progress_.iterations + std::max(1U, progress_.iterations / 8);
+  latest_error_ = estimate_error(*batches_);
+  looked_at_ = progress_.iterations;
+  if (!latest_error_) return;
+  progress_.relative_error = latest_error_->relative_error;
+  progress_.is_calibrated = latest_error_->is_calibrated();
 }
 
 std::optional<StopReason> ProgressiveRender::reason_to_stop() const {
@@ -127,9 +138,9 @@ Image ProgressiveRender::image() const {
   return image_of(film_);
 }
 
-std::optional<Interval> ProgressiveRender::interval() const {
+std::optional<ErrorEstimate> ProgressiveRender::error() const {
   if (!batches_) return {};
-  return estimate_error(*batches_, film_.iterations());
+  return looked_at_ == progress_.iterations ? latest_error_ : estimate_error(*batches_);
 }
 
 ConvergencePoint ProgressiveRender::point() const {
@@ -137,8 +148,10 @@ ConvergencePoint ProgressiveRender::point() const {
   point.cpu_seconds = cpu_seconds_;
   point.wall_seconds = progress_.seconds;
   point.iteration = progress_.iterations;
-  if (progress_.iterations > 1) point.estimated_error = estimate_of(film_).relative_error;
-  point.interval = interval();
+  if (const auto estimate = error()) {
+    point.estimated_error = estimate->relative_error;
+    if (estimate->is_calibrated()) point.interval = estimate->interval;
+  }
   if (request_.reference != nullptr) {
     const Image shown = image();
     point.reference_error = std::sqrt(
@@ -161,8 +174,8 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
   if (request_.techniques) result.techniques = techniques_.means(progress_.iterations);
   if (request_.class_images) result.classes = classes_.result(progress_.iterations, counters_, light_work_);
   result.estimate = estimate_of(film_);
-  result.interval = interval();
-  result.prediction = predict(log_, result.estimate.relative_error);
+  result.error = error();
+  if (result.error) result.prices = prices_of(log_, result.error->relative_error);
   result.counters = counters_;
   result.rejected_paths = rejected_paths_;
   result.counts = engine_->counts();

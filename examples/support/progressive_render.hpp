@@ -6,6 +6,7 @@
 
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/convergence_log.hpp"
+#include "gmis/result/error_estimate.hpp"
 #include "gmis/result/film.hpp"
 #include "support/class_sums.hpp"
 #include "support/render.hpp"
@@ -35,8 +36,8 @@ class ProgressiveRender {
   /// What the latest iteration alone gives inside the crop.
   [[nodiscard]] std::span<const Spectrum> frame() const { return frame_; }
   [[nodiscard]] Image image() const;
-  /// The interval is there when the request is for intervals and enough has been done.
-  [[nodiscard]] std::optional<Interval> interval() const;
+  /// There when the request is for intervals or for an error, from the second iteration on.
+  [[nodiscard]] std::optional<ErrorEstimate> error() const;
   /// What is known now, for a log.
   [[nodiscard]] ConvergencePoint point() const;
   [[nodiscard]] const ConvergenceLog& log() const { return log_; }
@@ -44,6 +45,7 @@ class ProgressiveRender {
 
  private:
   void take_frame();
+  void look_at_error();
   void add_to_log();
 
   const RenderRequest& request_;
@@ -58,6 +60,8 @@ class ProgressiveRender {
   std::span<const Spectrum> frame_;
   std::vector<Spectrum> part_;
   Progress progress_;
+  std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `looked_at_`
+  std::uint32_t looked_at_ = 0, next_look_ = 2;
   ConvergenceLog log_;
   Counters counters_, light_work_;
   std::vector<RejectedPath> rejected_paths_;

@@ -15,6 +15,7 @@ RenderResult render(const BuiltScene& scene, const RenderRequest& request, Threa
   executor.stop_when(nullptr);
   ProgressiveRender rendering(scene, request);
   std::optional<StopReason> reason;
+  double last_picture = 0;
   while (!reason) {
     if (!rendering.advance(executor)) {
       reason = StopReason::interrupt;
@@ -22,6 +23,11 @@ RenderResult render(const BuiltScene& scene, const RenderRequest& request, Threa
     }
     if (request.on_iteration) request.on_iteration(rendering.progress());
     reason = rendering.reason_to_stop();
+    const double seconds = rendering.progress().seconds;
+    if (!reason && request.on_picture && seconds - last_picture >= request.seconds_between_pictures) {
+      last_picture = seconds;
+      request.on_picture(rendering.image());
+    }
     executor.stop_when(request.interrupted);  // there is something to show from now on
   }
   executor.stop_when(nullptr);

@@ -11,8 +11,9 @@
 #include "gmis/result/budget.hpp"
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/counters.hpp"
-#include "gmis/result/error_fit.hpp"
+#include "gmis/result/error_estimate.hpp"
 #include "gmis/result/film.hpp"
+#include "gmis/result/price.hpp"
 #include "gmis/result/rejection_limit.hpp"
 #include "support/build_scene.hpp"
 #include "support/executor.hpp"
@@ -24,12 +25,6 @@ namespace gmis::tools {
 
 /// How far a rendering is; seconds are wall time.
 using Progress = RunState;
-
-/// What a run's own log says about how it would go on.
-struct Prediction {
-  PowerLaw law;                      ///< of the estimated error over wall time
-  double seconds_to_half_error = 0;  ///< from the beginning; infinite when the error does not fall
-};
 
 struct RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
@@ -45,10 +40,14 @@ struct RenderRequest {
   bool halves = false;
   bool techniques = false;
   bool class_images = false;         ///< with `settings.path_classes`
-  bool intervals = false;            ///< keeps batches, for the interval of the error
+  bool intervals = false;            ///< keeps batches, for the error and its interval
   const Image* reference = nullptr;  ///< of the crop's size, for the log
   std::function<void(const Progress&)> on_iteration;
   std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the log
+  /// While the run goes on, with the picture so far, whenever so many seconds have passed since it began or since the last
+  /// time; with 0 after every iteration.
+  std::function<void(const Image&)> on_picture;
+  double seconds_between_pictures = 30;
 };
 
 /// The part of the image that one technique makes.
@@ -77,8 +76,8 @@ struct RenderResult {
   std::vector<TechniqueImage> techniques;
   PathClassResult classes;
   ImageEstimate estimate;
-  std::optional<Interval> interval;      ///< of the relative error
-  std::optional<Prediction> prediction;  ///< when the log knows enough
+  std::optional<ErrorEstimate> error;  ///< when asked for, from the second iteration on
+  std::optional<PriceTable> prices;    ///< of the usual errors, then of half the last one, when the log knows enough
   Counters counters;
   std::vector<RejectedPath> rejected_paths;  ///< the first of them
   SampleCounts counts;                       ///< that the last iteration was made with

@@ -75,8 +75,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
 
 std::string plan_of(const RenderRequest& request, const SampleCounts& counts) {
   std::string plan;
-  for (const Technique technique : {Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat,
-                                    Technique::merge}) {
+  for (const Technique technique :
+       {Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat, Technique::merge}) {
     if (!counts.has(technique)) continue;
     if (!plan.empty()) plan += ", ";
     plan += words_of(technique);
@@ -197,6 +197,8 @@ const std::atomic<bool>& interrupt_flag() {
   static_assert(std::atomic<bool>::is_always_lock_free);
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  // A terminal that is closed ends the run, unless nohup said that it must not.
+  if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
   return interrupted;
 }
 

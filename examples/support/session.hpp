@@ -50,7 +50,7 @@ void write_classes(const RenderResult& result, const std::filesystem::path& fold
 /// and all of them side by side: `pyramid.png` and `pyramid_unweighted.png`.
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder);
 
-/// Set by Ctrl-C from now on; a second Ctrl-C ends the program at once.
+/// Set from now on by Ctrl-C, SIGTERM and SIGHUP; a second one ends the program at once.
 [[nodiscard]] const std::atomic<bool>& interrupt_flag();
 
 }  // namespace gmis::tools

@@ -128,6 +128,50 @@ Json choice_json(const Choice& choice, const Counters& work) {
   return json;
 }
 
+/// The pixels that make most of the error by their column and row in the image.
+Json error_json(const std::optional<ErrorEstimate>& error, int width) {
+  const bool is_calibrated = error && error->is_calibrated();
+  Json json{{"relative_error", error ? Json(error->relative_error) : Json(nullptr)},
+            {"relative_error_trimmed", error ? Json(error->relative_error_trimmed) : Json(nullptr)},
+            {"is_calibrated", is_calibrated},
+            {"doubt", error ? Json(gmis::name_of(error->doubt)) : Json(nullptr)},
+            {"interval", nullptr},
+            {"worst_pixels", Json::array()}};
+  if (is_calibrated) json["interval"] = {error->interval.lower, error->interval.upper};
+  if (error)
+    for (const PixelShare& one : error->worst)
+      if (one.share > 0) {
+        const int pixel = static_cast<int>(one.pixel);
+        json["worst_pixels"].push_back({{"x", pixel % width}, {"y", pixel / width}, {"share", one.share}});
+      }
+  return json;
+}
+
+Json number_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json prediction_json(const std::optional<PriceTable>& table) {
+  if (!table) return nullptr;
+  return {{"slope", table->law.slope},
+          {"is_fitted", table->law.is_fitted},
+          {"seconds_to_half_error", number_or_null(table->prices.back().wall_seconds)}};
+}
+
+Json prices_json(const std::optional<PriceTable>& table) {
+  Json json = Json::array();
+  if (!table) return json;
+  for (std::size_t i = 0; i + 1 < table->prices.size(); ++i) {  // the last is that of half the error
+    const Price& price = table->prices[i];
+    json.push_back({{"error", price.error},
+                    {"iterations", number_or_null(price.iterations)},
+                    {"cpu_seconds", number_or_null(price.cpu_seconds)},
+                    {"wall_seconds", number_or_null(price.wall_seconds)},
+                    {"is_reached", price.is_reached}});
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
@@ -176,16 +220,9 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   // One iteration says nothing about its own variance.
   const bool has_variance = result.iterations > 1;
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
-  json["estimate"]["relative_error"] = has_variance ? Json(result.estimate.relative_error) : Json(nullptr);
-  json["estimate"]["interval"] = result.interval ? Json{result.interval->lower, result.interval->upper} : Json(nullptr);
-  if (result.prediction) {
-    const double seconds = result.prediction->seconds_to_half_error;
-    json["prediction"] = {{"slope", result.prediction->law.slope},
-                          {"is_fitted", result.prediction->law.is_fitted},
-                          {"seconds_to_half_error", std::isfinite(seconds) ? Json(seconds) : Json(nullptr)}};
-  } else {
-    json["prediction"] = nullptr;
-  }
+  json["estimate"].update(error_json(result.error, result.image.width));
+  json["prediction"] = prediction_json(result.prices);
+  json["prices"] = prices_json(result.prices);
   json["memory"] = {{"peak_bytes", peak_memory_bytes()}, {"photon_bytes", result.photon_bytes}};
   if (facts.error)
     json["error"] = {

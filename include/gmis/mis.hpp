@@ -4,6 +4,7 @@
 /// Multiple importance sampling: proposals, the fifteen pairs of selection and weighting, estimates, heuristics. The exact
 /// variances are not here but in gmis/mis/diagnostics.hpp.
 
+#include "gmis/mis/arguments.hpp"
 #include "gmis/mis/coverage.hpp"
 #include "gmis/mis/estimate.hpp"
 #include "gmis/mis/heuristic.hpp"
@@ -12,5 +13,5 @@
 #include "gmis/mis/proposal.hpp"
 #include "gmis/mis/proposal_set.hpp"
 #include "gmis/mis/round.hpp"
+#include "gmis/mis/sample_allocation.hpp"
 #include "gmis/mis/scheme.hpp"
-#include "gmis/mis/shares.hpp"

@@ -12,4 +12,5 @@
 #include "gmis/result/film.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
+#include "gmis/result/price.hpp"
 #include "gmis/result/rejection_limit.hpp"

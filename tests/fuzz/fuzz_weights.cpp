@@ -89,7 +89,7 @@ void check_densities(fuzz::Input& input) {
   gmis::Philox source(1);
   std::size_t visited = 0;
   const auto counted = gmis::sample_round<gmis::Scheme::N3>(
-      Given{in}, gmis::EqualShares{}, source, workspace, [&](int, float phi, std::size_t) {
+      Given{in}, gmis::EqualAllocation{}, source, workspace, [&](int, float phi, std::size_t) {
         ++visited;
         fuzz::require(phi > 0.0F && std::isfinite(phi), "what is visited has a usable density");
         if (are_moderate)

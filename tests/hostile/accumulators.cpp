@@ -28,7 +28,7 @@ struct Stream {
 
 void check(const Stream& stream, std::uint64_t count, double variance_bound, bool is_reported) {
   gmis::Film<float> film({1, 1});
-  gmis::BatchMeans<float> batches(1);
+  gmis::BatchMeans<float> batches({1, 1});
   gmis::Moments<double> moments;
   for (std::uint64_t i = 0; i < count; ++i) {
     const float value = stream.at(i);

@@ -244,7 +244,7 @@ void check_plane(int side) {
   const auto scene = scene_of<float>(plane, 1);
   std::printf("%zu triangles in one plane: %.1f MB\n", plane.triangles.size(),
               static_cast<double>(scene.statistics().bvh_bytes) / 1e6);
-  // A packet of four triangles takes 144 bytes in float and a node of four children 112: packets at least a quarter full.
+  // Some 70 bytes a triangle where packets are full: these are at least a quarter full.
   CHECK(scene.statistics().bvh_bytes < 256 * plane.triangles.size());
   CHECK(scene.statistics().triangle_count == plane.triangles.size());
   Philox source(gmis_test::seed(314));

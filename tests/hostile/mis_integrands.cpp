@@ -251,7 +251,7 @@ TEST_CASE("hostile: faulty densities by logarithms, and under a heuristic", "[ho
     CHECK(estimate.mean == Approx(1.0 - static_cast<double>(above) / static_cast<double>(estimate.samples)));
   };
   const std::vector<std::uint32_t> twice{2, 2};
-  const gmis::Shares<double> shares(twice);
+  const gmis::SampleAllocation<double> allocation(twice);
   for (const double fault : {-infinity, nan, infinity}) {
     CAPTURE(fault);
     const bool is_zero = fault == -infinity;
@@ -266,9 +266,9 @@ TEST_CASE("hostile: faulty densities by logarithms, and under a heuristic", "[ho
     }
     gmis::Philox source(gmis_test::seed(3)), same_source(gmis_test::seed(3)), once_more(gmis_test::seed(3));
     above = 0;
-    static_cast<void>(gmis::estimate_weighted(gmis::Power{}, count_above, sound, 50, same_source, shares));
-    check(gmis::estimate_weighted(gmis::Power{}, f, densities, 50, source, shares), is_zero);
-    check(gmis::estimate_weighted(gmis::Power{}, f, logarithms, 50, once_more, shares), is_zero);
+    static_cast<void>(gmis::estimate_weighted(gmis::Power{}, count_above, sound, 50, same_source, allocation));
+    check(gmis::estimate_weighted(gmis::Power{}, f, densities, 50, source, allocation), is_zero);
+    check(gmis::estimate_weighted(gmis::Power{}, f, logarithms, 50, once_more, allocation), is_zero);
 
     const auto coverage = gmis::check_coverage(f, densities, std::array{0.25, 0.75});
     CHECK(coverage.uncovered == (is_zero ? 1U : 0U));

@@ -89,7 +89,7 @@ void check_round(const Set& set, gmis::Selection selection, gmis::Weighting weig
   points.clear();
   denominators.clear();
   dispatch(selection, weighting, [&](auto s, auto w) {
-    gmis::sample_round<decltype(s)::value, decltype(w)::value>(set, gmis::EqualShares{}, source, workspace,
+    gmis::sample_round<decltype(s)::value, decltype(w)::value>(set, gmis::EqualAllocation{}, source, workspace,
                                                                [&](std::uint32_t x, auto phi, std::size_t index) {
                                                                  drawn.push_back(index);
                                                                  points.push_back(x);

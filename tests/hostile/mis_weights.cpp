@@ -43,7 +43,7 @@ double worst_error(const std::vector<P>& proposals, const std::vector<Wide>& exa
       std::vector<Wide> denominators;
       dispatch(selection, weighting, [&](auto s, auto w) {
         const auto counts = gmis::sample_round<decltype(s)::value, decltype(w)::value>(
-            set, gmis::EqualShares{}, source, workspace, [&](int, auto phi, std::size_t index) {
+            set, gmis::EqualAllocation{}, source, workspace, [&](int, auto phi, std::size_t index) {
               drawn.push_back(index);
               denominators.push_back(read(phi));
             });
@@ -138,7 +138,7 @@ TEST_CASE("hostile: ten million rounds are summed to the last digit", "[hostile]
   constexpr std::uint64_t rounds = 10'000'000;
   for (std::uint64_t round = 0; round < rounds; ++round)
     accumulator.add_round(f, 1, [&](auto&& visit) {
-      return gmis::sample_round<Scheme::N1>(set, gmis::EqualShares{}, source, workspace, visit);
+      return gmis::sample_round<Scheme::N1>(set, gmis::EqualAllocation{}, source, workspace, visit);
     });
   const Wide expected = (10.0L * 1e9L + (static_cast<Wide>(rounds) - 10.0L) * static_cast<Wide>(0.1)) / rounds;
   CHECK(static_cast<double>(std::abs(static_cast<Wide>(accumulator.result().mean) / expected - 1.0L)) < 1e-13);

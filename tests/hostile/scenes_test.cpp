@@ -9,7 +9,7 @@
 #include "gmis/core/statistics.hpp"
 #include "hostile/scenes_table.hpp"
 #include "support/catch.hpp"
-#include "support/frame_source.hpp"
+#include "support/choices.hpp"
 #include "support/render.hpp"
 #include "support/seed.hpp"
 
@@ -35,16 +35,20 @@ BuiltScene built(const std::function<void(Builder&)>& make) {
 RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, int max_depth, double radius,
                           std::uint64_t seed) {
   RenderRequest request;
-  request.integrator = integrator;
+  Options options;
+  request.integrator = options.integrator = integrator;
+  request.expected_iterations = 64;
   request.settings.seed = gmis_test::seed(seed);
   request.settings.max_depth = max_depth;
   request.settings.radius = radius * std::max(scene.half_diagonal(), 1e-30);
-  if (integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm) request.settings.light_paths = 4;
+  if (integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm) options.light_paths = 4;
   // The ways of gmis to split, one after the other.
   if (integrator == IntegratorChoice::gmis) {
-    if (seed % 3 == 1) request.settings.camera_children = 3;
-    if (seed % 3 == 2) request.split = SplitChoice::adaptive;
+    if (seed % 3 == 1) options.camera_split = 3;
+    if (seed % 3 == 2) options.split = SplitChoice::adaptive;
   }
+  request.split = options.split;
+  set_counts(request, options, scene);
   return request;
 }
 

@@ -49,7 +49,7 @@ std::vector<Exact> exact_scores(const Problem& problem, CostModel costs) {
                                                                             : 64.0;
     scores.push_back({variance * cost(evaluations), variance});
   }
-  for (const std::size_t size : {2U, 3U, 4U, 6U}) {
+  for (const std::size_t size : {2U, 3U, 4U}) {  // groups of 6 of 8 are groups of 4
     const gmis::Groups<> groups(8, size);
     double squares = 0.0;
     for (std::size_t g = 0; g < groups.size(); ++g)

@@ -109,7 +109,7 @@ TEST_CASE("the multi-sample form is unbiased under every heuristic, with partial
     for (const auto& counts : {std::array<std::uint32_t, 3>{1, 1, 1}, std::array<std::uint32_t, 3>{1, 3, 2}}) {
       gmis::Philox source(gmis_test::seed(55));
       const auto estimate =
-          gmis::estimate_weighted(heuristic, f, proposals, 20000, source, gmis::Shares<double>(counts));
+          gmis::estimate_weighted(heuristic, f, proposals, 20000, source, gmis::SampleAllocation<double>(counts));
       CAPTURE(estimate.mean, estimate.standard_error.value());
       CHECK(test::normal_p_value((estimate.mean - 1.0) / estimate.standard_error.value()) > level);
       CHECK(estimate.standard_error.value() < 0.01);
@@ -128,10 +128,10 @@ TEST_CASE("the multi-sample form is unbiased under every heuristic, with partial
 TEST_CASE("the balance heuristic is N3", "[mis]") {
   const std::array<test::Normal, 3> proposals{{{-1.0, 1.0}, {0.0, 2.0}, {2.0, 0.7}}};
   const auto f = [](double x) { return std::exp(-x * x); };
-  const gmis::Shares<double> shares(std::array<std::uint32_t, 3>{2, 1, 3});
+  const gmis::SampleAllocation<double> allocation(std::array<std::uint32_t, 3>{2, 1, 3});
   gmis::Philox source(gmis_test::seed(5)), same_source(gmis_test::seed(5));
-  const auto balance = gmis::estimate_weighted(gmis::Balance{}, f, proposals, 100, source, shares);
-  const auto n3 = gmis::estimate<gmis::Scheme::N3>(f, proposals, 100, same_source, shares);
+  const auto balance = gmis::estimate_weighted(gmis::Balance{}, f, proposals, 100, source, allocation);
+  const auto n3 = gmis::estimate<gmis::Scheme::N3>(f, proposals, 100, same_source, allocation);
   CHECK(balance.mean == Approx(n3.mean).epsilon(1e-12));
   CHECK(balance.variance.value() == Approx(n3.variance.value()).epsilon(1e-10));
   CHECK(balance.density_evaluations == n3.density_evaluations);

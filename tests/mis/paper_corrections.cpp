@@ -144,7 +144,7 @@ TEST_CASE("the MIS estimator divides by p_i(x_{i,k}), not by one p", "[mis][pape
   // And the library's multi-sample form is the one with p_i.
   gmis::Philox source(gmis_test::seed(6));
   const auto estimate = gmis::estimate_weighted(gmis::Balance{}, integrand, bumps, 20000, source,
-                                                gmis::Shares<double>(std::array<std::uint32_t, 2>{1, 1}));
+                                                gmis::SampleAllocation<double>(std::array<std::uint32_t, 2>{1, 1}));
   CHECK(test::normal_p_value((estimate.mean - integral) / estimate.standard_error.value()) > 1e-4);
 }
 

@@ -105,7 +105,7 @@ TEST_CASE("density evaluations per round", "[mis]") {
         std::set<std::size_t> distinct;
         const auto counts = gmis::dispatch(selection, weighting, [&](auto s, auto w) {
           return gmis::sample_round<decltype(s)::value, decltype(w)::value>(
-              set, gmis::EqualShares{}, source, workspace,
+              set, gmis::EqualAllocation{}, source, workspace,
               [&](double, double, std::size_t index) { distinct.insert(index); });
         });
         std::size_t expected = 0;

@@ -102,7 +102,7 @@ TEST_CASE("4096 proposals with a workspace of the caller's", "[mis]") {
     double sum = 0.0;
     double by_hand = 0.0;
     const auto counts = gmis::dispatch(scheme, [&](auto fixed) {
-      return gmis::sample_round<decltype(fixed)::value>(set, gmis::EqualShares{}, source, workspace,
+      return gmis::sample_round<decltype(fixed)::value>(set, gmis::EqualAllocation{}, source, workspace,
                                                         [&](double x, double denominator, std::size_t) {
                                                           sum += cosine(x) / denominator;
                                                           by_hand += cosine(x) / proposals[0].pdf(x);

@@ -49,14 +49,14 @@ class Lobes {
   static constexpr std::size_t capacity = 4;  // at most so many proposals
 
   explicit Lobes(std::span<const float> rates) : size_(rates.size()) {
-    for (std::size_t k = 0; k < size_; ++k) rates_[k] = rates[k];
+    for (std::size_t i = 0; i < size_; ++i) rates_[i] = rates[i];
   }
   std::size_t size() const { return size_; }
-  double sample(std::size_t k, gmis::UniformSource auto& source) const {
-    return Exponential{static_cast<double>(rates_[k])}.sample(source);
+  double sample(std::size_t i, gmis::UniformSource auto& source) const {
+    return Exponential{static_cast<double>(rates_[i])}.sample(source);
   }
   void pdfs(double x, std::span<float> out) const {
-    for (std::size_t k = 0; k < size_; ++k) out[k] = rates_[k] * std::exp(-rates_[k] * static_cast<float>(x));
+    for (std::size_t i = 0; i < size_; ++i) out[i] = rates_[i] * std::exp(-rates_[i] * static_cast<float>(x));
   }
 
  private:
@@ -79,21 +79,20 @@ auto estimate_with_pair(gmis::Selection selection, gmis::Weighting weighting) {
   return gmis::estimate(selection, weighting, f, proposals, 10'000, source);
 }
 
-auto estimate_with_shares() {
+auto estimate_with_allocation() {
   const std::vector<Exponential> proposals{{0.5}, {1.0}, {2.0}};
-  const std::array<double, 3> weights{0.6, 0.3, 0.1};
-  const gmis::Shares<double> shares(std::span<const double>(weights), 10);  // n = 6, 3, 1
+  const gmis::SampleAllocation allocation({0.6, 0.3, 0.1}, 10);  // 6, 3 and 1 samples
   gmis::Philox source(42);
   const auto f = [](double x) { return x * std::exp(-x); };
-  return gmis::estimate<gmis::Scheme::N3>(f, proposals, 10'000, source, shares);
+  return gmis::estimate<gmis::Scheme::N3>(f, proposals, 10'000, source, allocation);
 }
 
 auto estimate_with_power_heuristic() {
   const std::vector<Exponential> proposals{{0.5}, {1.0}, {2.0}};
-  const gmis::Shares<double> shares(std::array<std::uint32_t, 3>{6, 3, 1});
+  const gmis::SampleAllocation allocation({6, 3, 1});
   gmis::Philox source(42);
   const auto f = [](double x) { return x * std::exp(-x); };
-  return gmis::estimate_weighted(gmis::Power{2.0}, f, proposals, 10'000, source, shares);
+  return gmis::estimate_weighted(gmis::Power{2.0}, f, proposals, 10'000, source, allocation);
 }
 
 double own_loop() {
@@ -113,7 +112,7 @@ double own_loop_of_any_size(const std::vector<Exponential>& proposals, std::uint
   double sum = 0.0;
   for (std::uint64_t round = 0; round < rounds; ++round)
     gmis::sample_round<gmis::Scheme::R2>(
-        set, gmis::EqualShares{}, source, workspace,
+        set, gmis::EqualAllocation{}, source, workspace,
         [&](double x, double denominator, std::size_t) { sum += x * std::exp(-x) / denominator; });
   return sum / static_cast<double>(rounds * proposals.size());
 }
@@ -166,9 +165,9 @@ TEST_CASE("the guide's code does what the guide says", "[mis][docs]") {
   for (const auto& candidate : choice.candidates)
     CHECK(choice.chosen().variance_times_cost() <= candidate.variance_times_cost());
 
-  const auto shared = estimate_with_shares();
-  CHECK(shared.samples == 100'000);
-  CHECK(test::normal_p_value((shared.mean - 1.0) / shared.standard_error.value()) > 1e-4);
+  const auto allocated = estimate_with_allocation();
+  CHECK(allocated.samples == 100'000);
+  CHECK(test::normal_p_value((allocated.mean - 1.0) / allocated.standard_error.value()) > 1e-4);
   const auto power = estimate_with_power_heuristic();
   CHECK(test::normal_p_value((power.mean - 1.0) / power.standard_error.value()) > 1e-4);
   const auto pair = estimate_with_pair(gmis::Selection::S2, gmis::Weighting::W4);

@@ -159,7 +159,7 @@ TEST_CASE("partial sums of several threads can be merged", "[mis]") {
   gmis::Philox source(gmis_test::seed(1)), same_source(gmis_test::seed(1));
   for (int round = 0; round < 1000; ++round)
     (round < 300 ? first : second).add_round(f, 2, [&](auto&& visit) {
-      return gmis::sample_round<Scheme::R3>(set, gmis::EqualShares{}, source, workspace, visit);
+      return gmis::sample_round<Scheme::R3>(set, gmis::EqualAllocation{}, source, workspace, visit);
     });
   first.merge(second);
   const auto merged = first.result();

@@ -9,9 +9,9 @@
 
 #include "gmis/transport/choose/pilot.hpp"
 #include "render/block_statistics.hpp"
-#include "support/choices.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
+#include "support/choices.hpp"
 #include "support/measured_variance.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/seed.hpp"
@@ -124,9 +124,9 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
   RenderRequest request = request_for(*scene);
   request.settings.alpha = 1.0;
   const std::vector<SampleCounts> some{{1.0, 1, true, true},     {0.0, 0, false, false},    {0.25, 0, true, false},
-                                    {0.5, 1, true, false},    {1.0, 4, true, false},     {0.25, 0, true, true},
-                                    {2.0, 2, true, true},     {0.0, 0, false, false, 2}, {0.0, 0, false, false, 4},
-                                    {0.5, 2, true, false, 2}, {1.0, 1, true, true, 4}};
+                                       {0.5, 1, true, false},    {1.0, 4, true, false},     {0.25, 0, true, true},
+                                       {2.0, 2, true, true},     {0.0, 0, false, false, 2}, {0.0, 0, false, false, 4},
+                                       {0.5, 2, true, false, 2}, {1.0, 1, true, true, 4}};
   request.settings.counts = {};  // all techniques
   const gmis::RenderSettings settings = request.settings;
   constexpr std::size_t batches = 10;

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "gmis/transport/effects/class_costs.hpp"
+#include "gmis/transport/output/replay.hpp"
 #include "program.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
-#include "gmis/transport/output/replay.hpp"
 #include "support/image/formats.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/render.hpp"
@@ -191,8 +191,7 @@ TEST_CASE("Every contribution is of the class that a walk along its path finds")
     }
   };
   for (const Path& tree : trees) check(tree);
-  for (std::uint32_t pixel = 0; pixel < pixels; ++pixel)
-    check(gmis::replay(replayed, gmis::PathKind::camera, pixel));
+  for (std::uint32_t pixel = 0; pixel < pixels; ++pixel) check(gmis::replay(replayed, gmis::PathKind::camera, pixel));
   CHECK(differences == 0);
   CAPTURE(counts[0], counts[1], counts[2], counts[3], counts[4]);
   for (const int count : counts) CHECK(count > 20);
@@ -336,9 +335,8 @@ TEST_CASE("Costs of classes are all the costs there are, by what contributions r
 
 TEST_CASE("What --aov does not do: exit code 2 and one line") {
   const ScratchFolder folder;
-  for (const auto& [arguments, part] :
-       std::map<std::string, std::string>{{"cornell --aov depth", "use classes"},
-                                          {"cornell --aov albedo --integrator lt", "use classes"}}) {
+  for (const auto& [arguments, part] : std::map<std::string, std::string>{
+           {"cornell --aov depth", "use classes"}, {"cornell --aov albedo --integrator lt", "use classes"}}) {
     CAPTURE(arguments);
     const Outcome outcome = run(folder, arguments);
     CHECK(outcome.exit_code == 2);

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
 #include "support/seed.hpp"
+#include "support/plan_text.hpp"
 #include "support/technique_sheet.hpp"
 
 using namespace program;
@@ -17,6 +20,8 @@ using Json = nlohmann::json;
 namespace {
 
 const std::string small = "cornell --size 8x8 --iterations 2 --threads 1 ";
+/// A scene without fireflies, whose errors have an interval soon.
+const std::string quiet_scene = "'" GMIS_SCENE_FOLDER "/../../bench/scenes/open_sky.pbrt'";
 
 Json statistics(const ScratchFolder& folder, const std::string& arguments) {
   const Outcome outcome = run(folder, arguments + " --out a.pfm --stats s.json");
@@ -114,16 +119,6 @@ TEST_CASE("A bad scene: exit code 2 and one line with file and line") {
 
 TEST_CASE("What cannot be written keeps nothing else from being written: exit code 1 and one line") {
   const ScratchFolder folder;
-  fs::create_directory(folder.path / "a.pfm");
-  const Outcome outcome = run(folder, small + "--out a.pfm --out b.pfm --stats s.json --log l.csv");
-  CHECK(outcome.exit_code == 1);
-  CHECK(line_count(outcome.err) == 1);
-  CHECK(outcome.err.find("a.pfm: this file cannot be written") != std::string::npos);
-  CHECK(outcome.out.find("wrote a.pfm") == std::string::npos);
-  CHECK(outcome.out.find("wrote b.pfm") != std::string::npos);
-  CHECK(gmis::tools::read_image(folder / "b.pfm").width == 8);
-  CHECK(Json::parse(text_of(folder / "s.json"))["iterations"] == 2);
-
   // No file may be longer than 512 bytes (in some shells 1024): the log is, in the middle of the run, and the picture is not.
   // What counts coverage must not try to write here.
   const Outcome cut = run(folder, "cornell --size 2x2 --iterations 400 --threads 1 --quiet --out c.pfm --log long.csv",
@@ -132,6 +127,56 @@ TEST_CASE("What cannot be written keeps nothing else from being written: exit co
   CHECK(line_count(cut.err) == 1);
   CHECK(cut.err.find("long.csv: this file cannot be written") != std::string::npos);
   CHECK(gmis::tools::read_image(folder / "c.pfm").width == 2);
+  const std::string log = text_of(folder / "long.csv");  // as far as it came, in whole lines
+  CHECK(log.starts_with("cpu_seconds,"));
+  CHECK(log.ends_with("\n"));
+
+  // A picture that is too large leaves the old one as it was, and what fits is written.
+  fs::remove(folder / "long.csv");
+  const std::string old = text_of(folder / "c.pfm");
+  const Outcome full = run(folder, "cornell --size 32x32 --iterations 2 --threads 1 --out c.pfm --log short.csv",
+                           "export GCOV_PREFIX=. GCOV_ERROR_FILE=/dev/null && trap '' XFSZ && ulimit -f 1");
+  CHECK(full.exit_code == 1);
+  CHECK(full.err.find("c.pfm: this file cannot be written") != std::string::npos);
+  CHECK(full.out.find("wrote c.pfm") == std::string::npos);
+  CHECK(text_of(folder / "c.pfm") == old);
+  CHECK(line_count(text_of(folder / "short.csv")) == 3);
+  for (const auto& entry : fs::directory_iterator(folder.path))
+    CHECK(entry.path().string().find(".part") == std::string::npos);
+}
+
+TEST_CASE("What cannot be written is said before the work: exit code 2 and one line") {
+  const ScratchFolder folder;
+  fs::create_directory(folder.path / "a.pfm");
+  fs::create_directory(folder.path / "s.json");
+  for (const char* outputs : {"--out a.pfm --out b.pfm", "--out b.pfm --stats s.json", "--out b.pfm --log s.json"}) {
+    CAPTURE(outputs);
+    const Outcome outcome = run(folder, "cornell --size 8x8 --iterations 100000000 " + std::string(outputs));
+    CHECK(outcome.exit_code == 2);
+    CHECK(line_count(outcome.err) == 1);
+    CHECK(outcome.err.find("this file cannot be written") != std::string::npos);
+    CHECK_FALSE(fs::exists(folder / "b.pfm"));
+  }
+}
+
+TEST_CASE("A run that found nothing is not finished by --error") {
+  const ScratchFolder folder;
+  // Light that is seen directly and nothing else: every iteration is the same.
+  const Outcome constant =
+      run(folder,
+          "cornell --integrator pt --effects emission-only --size 32x32 --crop 0,0,2,2 --iterations 40 --error 0.5 "
+          "--out a.pfm --stats s.json");
+  CHECK(constant.exit_code == 0);
+  CHECK(constant.out.find("nothing has been found yet") != std::string::npos);
+  const Json json = Json::parse(text_of(folder / "s.json"));
+  CHECK(json["stopped_by"] == "iterations");
+  CHECK(json["estimate"]["is_calibrated"] == false);
+  CHECK(json["estimate"]["doubt"] == "nothing_found");
+  CHECK(json["estimate"]["relative_error"] == 0);
+  CHECK(json["prices"].empty());
+  // Where the plan knows that nothing will ever be found, --error alone does not wait for it.
+  const Outcome black = run(folder, "cornell --size 2x2 --effects caustics-only --error 0.5 --out a.pfm");
+  CHECK(black.exit_code == 0);
 }
 
 TEST_CASE("Effects that a scene does not have: a black picture, and a line that says so") {
@@ -416,18 +461,25 @@ TEST_CASE("Stopping rules: the first one met") {
   const Json timed = statistics(folder, "cornell --size 8x8 --time 0.3 --iterations 100000000 --threads 1");
   CHECK(timed["stopped_by"] == "time");
   CHECK(timed["iterations"].get<int>() >= 1);
-  const Json exact = statistics(folder, "cornell --size 8x8 --error 0.5 --iterations 100000 --threads 1");
+  const Json exact = statistics(folder, quiet_scene + " --integrator bpt --size 24x24 --error 0.15 --iterations 4000");
   CHECK(exact["stopped_by"] == "error");
-  CHECK(exact["estimate"]["relative_error"].get<double>() <= 0.5);
+  CHECK(exact["estimate"]["relative_error"].get<double>() <= 0.15);
+  CHECK(exact["estimate"]["is_calibrated"] == true);
+  // The value printed, logged, stopped on and in the middle of the interval is one.
+  const double error = exact["estimate"]["relative_error"].get<double>();
+  CHECK(std::sqrt(exact["estimate"]["interval"][0].get<double>() * exact["estimate"]["interval"][1].get<double>()) ==
+        Approx(error).epsilon(1e-9));
   CHECK(exact["iterations"].get<int>() >= 8);
   CHECK(statistics(folder, "cornell --size 4x4 --threads 1")["iterations"] == 64);
 }
 
 TEST_CASE("The log has a line per point, with and without a reference, and the last one is what the statistics say") {
   const ScratchFolder folder;
-  const Json plain = statistics(folder, "cornell --size 8x8 --iterations 41 --log l.csv --seed " + std::to_string(gmis_test::seed(3)));
+  const Json plain =
+      statistics(folder, quiet_scene + " --integrator bpt --size 24x24 --iterations 41 --log l.csv --seed " +
+                             std::to_string(gmis_test::seed(3)));
   const std::string log = text_of(folder / "l.csv");
-  CHECK(line_count(log) == 1 + 16);  // 1 to 8, 10 12 15 18 22 27 33, and the end
+  CHECK(line_count(log) == 1 + 18);  // 1 to 8, 10 12 14 16 20 24 28 32 40, and the end
   CHECK(log.starts_with("cpu_seconds,wall_seconds,iteration,estimated_error,"));
   CHECK(log.ends_with(",\n"));  // nothing to compare with
   const auto interval = plain["estimate"]["interval"];
@@ -438,7 +490,8 @@ TEST_CASE("The log has a line per point, with and without a reference, and the l
   CHECK(plain["prediction"]["slope"].get<double>() < -0.2);
 
   fs::rename(folder / "a.pfm", folder / "reference.pfm");
-  const Json compared = statistics(folder, "cornell --size 8x8 --iterations 9 --log l.csv --reference reference.pfm");
+  const Json compared = statistics(
+      folder, quiet_scene + " --integrator bpt --size 24x24 --iterations 9 --log l.csv --reference reference.pfm");
   const std::string text = text_of(folder / "l.csv");
   CHECK(line_count(text) == 1 + 9);
   const std::string last = text.substr(text.rfind(',') + 1);
@@ -498,6 +551,52 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   CHECK(quiet.err.empty());
 }
 
+TEST_CASE("A caution names the pixels that rule the error, and what made the first of them") {
+  using namespace gmis::tools;
+  RenderResult result;
+  result.image = Image(10, 5);
+  result.error.emplace();
+  result.error->doubt = gmis::ErrorDoubt::few_pixels;
+  result.error->worst = {{{23, 0.5}, {7, 0.25}}};
+  const RenderRequest request;
+  const gmis::Plan plan{};
+  std::string caution = caution_of(result, request, plan);
+  CHECK(caution.find("75 % of the squared error is in the pixels 3,2 7,0; ") != std::string::npos);
+  TechniqueImage splat, connect;
+  splat.id = {gmis::Technique::splat, 2, 1};
+  connect.id = {gmis::Technique::connect, 2, 2};
+  splat.weighted = connect.weighted = Image(10, 5);
+  splat.weighted.rgb[3 * 23 + 1] = 9;
+  connect.weighted.rgb[3 * 23] = 1;
+  connect.weighted.rgb[3 * 7] = 50;
+  result.techniques = {connect, splat};
+  caution = caution_of(result, request, plan);
+  CHECK(caution.find("(the first mostly by splats (s = 2, t = 1))") != std::string::npos);
+  result.error->doubt = gmis::ErrorDoubt::none;
+  CHECK(caution_of(result, request, plan).empty());
+  result.error->doubt = gmis::ErrorDoubt::nothing_found;
+  CHECK(caution_of(result, request, plan).find("nothing has been found yet") != std::string::npos);
+}
+
+TEST_CASE("Prices in words") {
+  using namespace gmis::tools;
+  CHECK(duration_text(0.0421) == "42 ms");
+  CHECK(duration_text(1.52) == "1.5 s");
+  CHECK(duration_text(94) == "94 s");
+  CHECK(duration_text(18 * 60 + 20) == "18 min");
+  CHECK(duration_text(3.2 * 3600) == "3.2 h");
+  CHECK(duration_text(std::numeric_limits<double>::infinity()) == "never");
+  gmis::PriceTable table;
+  table.prices = {{0.05, 96, 12, 6, true},
+                  {0.005, std::numeric_limits<double>::infinity(), 0, 0, false},
+                  {0.02, 640, 80, 40, false}};
+  const std::string text = text_of(std::optional(table));
+  CHECK(text.find("5 %                   96        12 s       6.0 s  reached") != std::string::npos);
+  CHECK(text.find("not in sight") != std::string::npos);
+  CHECK(text.find("half of this         640        80 s        40 s  predicted") != std::string::npos);
+  CHECK(text_of(std::optional<gmis::PriceTable>()).empty());
+}
+
 TEST_CASE("Without --out the film's file name is used") {
   const ScratchFolder folder;
   std::ofstream(folder / "named.pbrt") << "Film \"rgb\" \"string filename\" \"mine.pfm\"\nWorldBegin\n"
@@ -510,9 +609,35 @@ TEST_CASE("Without --out the film's file name is used") {
   CHECK(fs::exists(folder / "odd.pfm"));
 }
 
+TEST_CASE("The picture on disk is current while the run goes on") {
+  const ScratchFolder folder;
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    if (chdir(folder.path.c_str()) != 0) _exit(99);
+    execl(GMIS_RENDER_PROGRAM, "gmis-render", "cornell", "--size", "16x16", "--iterations", "100000000", "--quiet",
+          "--write-every", "0", "--out", "c.pfm", static_cast<char*>(nullptr));
+    _exit(98);
+  }
+  // Whenever it is looked at, it is whole; and it changes.
+  std::string first, latest;
+  for (int i = 0; i < 600 && (first.empty() || first == latest); ++i) {
+    usleep(100'000);
+    if (!fs::exists(folder / "c.pfm")) continue;
+    CHECK(gmis::tools::read_image(folder / "c.pfm").width == 16);
+    latest = text_of(folder / "c.pfm");
+    if (first.empty()) first = latest;
+  }
+  CHECK(first != latest);
+  REQUIRE(kill(child, SIGKILL) == 0);
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(gmis::tools::read_image(folder / "c.pfm").width == 16);
+}
+
 TEST_CASE("Ctrl-C writes what there is") {
   const ScratchFolder folder;
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const pid_t child = fork();
     REQUIRE(child >= 0);
     if (child == 0) {

@@ -50,7 +50,8 @@ std::string replay(const ScratchFolder& folder, const std::string& arguments, co
 
 TEST_CASE("Past the limit the run ends early with exit code 1, says why, and keeps a clean image") {
   const ScratchFolder folder;
-  const std::string common = too_bright + "--connections 1 --iterations 1000 --list-rejected --quiet --out a.pfm --stats s.json";
+  const std::string common =
+      too_bright + "--connections 1 --iterations 1000 --list-rejected --quiet --out a.pfm --stats s.json";
   const Outcome one = run(folder, common + " --threads 1");
   const Json json = Json::parse(text_of(folder / "s.json"));
   CHECK(one.exit_code == 1);
@@ -187,13 +188,15 @@ TEST_CASE("A path that there is not: exit code 2 and one line") {
                                          {"1:8,0", "no such pixel"},
                                          {"1:light:64", "no light tree 64: an iteration has 64"}}) {
     CAPTURE(c.path);
-    const Outcome outcome = run(folder, "cornell --size 8x8 --integrator gmis --connections 1 --replay " + std::string(c.path));
+    const Outcome outcome =
+        run(folder, "cornell --size 8x8 --integrator gmis --connections 1 --replay " + std::string(c.path));
     CHECK(outcome.exit_code == 2);
     CHECK(line_count(outcome.err) == 1);
     CHECK(outcome.err.find(c.part) != std::string::npos);
     CHECK(outcome.out.empty());
   }
-  const Outcome cropped = run(folder, "cornell --size 8x8 --integrator gmis --connections 1 --crop 2,2,4,4 --replay 1:1,3");
+  const Outcome cropped =
+      run(folder, "cornell --size 8x8 --integrator gmis --connections 1 --crop 2,2,4,4 --replay 1:1,3");
   CHECK(cropped.exit_code == 2);
   CHECK(cropped.err.find("2,2 to 3,3") != std::string::npos);
 }

@@ -1,3 +1,8 @@
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -7,6 +12,7 @@
 
 #include "support/catch.hpp"
 #include "support/pbrt/reader.hpp"
+#include "support/ply_layout.hpp"
 #include "support/ply_mesh.hpp"
 #include "support/seed.hpp"
 
@@ -63,11 +69,14 @@ TEST_CASE("Errors of syntax name the line") {
   check({
       {"", "t.pbrt:1: ", "WorldBegin"},
       {"WorldBegin", "t.pbrt:1: ", "no shape"},
-      {"\n\n42", "t.pbrt:3: ", "\"42\""},
+      {"\n\n42", "t.pbrt:3: ", "no pbrt-v4 scene"},
+      {"Sampler \"a\"\n\n42", "t.pbrt:3: ", "\"42\""},
       {"\n\x01\x02\x7f", "t.pbrt:2: ", "pbrt-v4"},
       {"\"Film\"", "t.pbrt:1: ", "directive"},
       {"Film", "t.pbrt:1: ", "the file ends after Film"},
       {"Film rgb", "t.pbrt:1: ", "quotation marks"},
+      {"WorldBegin\nReverseOrientatio", "t.pbrt:2: ", "cut off"},
+      {"WorldBegin\nMediumThing \"a\" [ 1 2", "t.pbrt:2: ", "cut off"},
       {"Film \"rgb\"\n\"integer xresolution\" [ 1", "t.pbrt:2: ", "the file ends inside"},
       {"Film \"rgb\"\n\"integer xresolution", "t.pbrt:2: ", "not closed"},
       {"Film \"rgb\" \"xresolution\" 5", "t.pbrt:1: ", "no parameter"},
@@ -101,7 +110,7 @@ TEST_CASE("Errors of structure name the line") {
       {"WorldBegin\nNamedMaterial \"a\"", "t.pbrt:2: ", "not defined"},
       {"CoordSysTransform \"a\"", "t.pbrt:1: ", "not defined"},
       {"Include \"no such file\"", "t.pbrt:1: ", "cannot be read"},
-      {"Include \".\"", "t.pbrt:1: ", "cannot be read"},
+      {"Include \".\"", "t.pbrt:1: ", "no regular file"},
       {"TransformBegin WorldBegin", "t.pbrt:1: ", "inside a block"},
   });
 }
@@ -256,6 +265,120 @@ TEST_CASE("A PLY file cut short or with bytes changed gives an error or a mesh, 
     broken[random() % data] = static_cast<char>(random() % 256U);
     (void)is_read(broken);
   }
+}
+
+TEST_CASE("An unknown directive is only a warning while its statement is whole") {
+  Diagnostics diagnostics;
+  const std::string whole = "WorldBegin\n" + triangle + "MediumThing \"a\" [ 1 2 ]";
+  CHECK_NOTHROW(read_pbrt_text(whole, "t.pbrt", ".", diagnostics));
+  CHECK_THROWS_AS(read_pbrt_text(whole.substr(0, whole.size() - 1), "t.pbrt", ".", diagnostics), InputError);
+}
+
+TEST_CASE("What is no scene is refused without a word of it") {
+  const ScratchFolder folder;
+  const std::string secrets[] = {"root:s3cret:1:2:::\n", "machine s3cret login s3cret\n", "\"s3cret\n",
+                                 "s3cret 1e999\n",       "# a comment\n\n[s3cret]\n",     "Film:s3cret\n",
+                                 "1e999999s3cret\n"};
+  for (const std::string& secret : secrets) {
+    CAPTURE(secret);
+    std::ofstream(folder.path / "key", std::ios::binary) << secret;
+    for (const std::string& directive : {std::string("Include"), std::string("Import")}) {
+      Diagnostics diagnostics;
+      std::string message;
+      try {
+        (void)read_pbrt_text("WorldBegin\n" + triangle + directive + " \"key\"\n", "t.pbrt", folder.path, diagnostics);
+      } catch (const InputError& error) {
+        message = error.what();
+      }
+      CHECK(message.find("no pbrt-v4 scene") != std::string::npos);
+      CHECK(message.find("s3cret") == std::string::npos);
+      for (const Diagnostic& diagnostic : diagnostics.all())
+        CHECK(diagnostic.to_string().find("s3cret") == std::string::npos);
+    }
+  }
+  // Directives of pbrt-v4 that this reader passes over may come first all the same, and so may nothing at all.
+  for (const char* start :
+       {"Option \"bool disablepixeljitter\" true\n", "MakeNamedMedium \"fog\"\n", "", "# nothing\n"}) {
+    std::ofstream(folder.path / "part", std::ios::binary) << start;
+    Diagnostics diagnostics;
+    CHECK_NOTHROW(read_pbrt_text("WorldBegin\n" + triangle + "Include \"part\"\n", "t.pbrt", folder.path, diagnostics));
+  }
+}
+
+TEST_CASE("Files that are no regular files are refused, and never waited for") {
+  const ScratchFolder folder;
+  const std::string pipe = (folder.path / "pipe.pfm").string();
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  const auto error_in_world = [&](const std::string& statement) {
+    Diagnostics diagnostics;
+    try {
+      (void)read_pbrt_text("WorldBegin\n" + triangle + statement, "t.pbrt", folder.path, diagnostics);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  for (const char* name : {"pipe.pfm", "/dev/zero"}) {
+    CAPTURE(name);
+    const std::string file = "\"" + std::string(name) + "\"";
+    CHECK(error_in_world("Include " + file).find("no regular file") != std::string::npos);
+    CHECK(error_in_world("Import " + file).find("no regular file") != std::string::npos);
+    if (can_read_ply()) CHECK(!error_in_world("Shape \"plymesh\" \"string filename\" " + file).empty());
+  }
+  CHECK(error_in_world("LightSource \"infinite\" \"string filename\" \"pipe.pfm\"").find("no regular file") !=
+        std::string::npos);
+  Diagnostics diagnostics;
+  CHECK_THROWS_AS(read_pbrt_scene("/dev/zero", diagnostics), InputError);
+}
+
+TEST_CASE("PLY files whose lists or counts lie about their length are refused") {
+  const ScratchFolder folder;
+  const auto is_whole = [&](const std::string& content) {
+    std::ofstream(folder.path / "a.ply", std::ios::binary) << content;
+    return is_whole_ply(folder.path / "a.ply");
+  };
+  const auto text_with = [](const std::string& faces, int count) {
+    return "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\n"
+           "property float z\nelement face " +
+           std::to_string(count) +
+           "\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n2 2 0\n0 2 0\n" + faces;
+  };
+  CHECK(is_whole(text_with("4 0 1 2 3\n", 1)));
+  CHECK(is_whole(text_with("3 0 1 2\r\n\r\n 3 0 2 3 \r\n", 2)));
+  CHECK_FALSE(is_whole(text_with("3 0 1 2\n", 2)));           // one face too few
+  CHECK_FALSE(is_whole(text_with("4 0 1 2\n3 0 1 2\n", 2)));  // a list that takes from the next one
+  CHECK_FALSE(is_whole(text_with("3 0 1 2 3\n", 1)));
+  CHECK_FALSE(is_whole(text_with("4294967295 0 1 2\n", 1)));
+  CHECK_FALSE(is_whole(text_with("-3 0 1 2\n", 1)));
+
+  const auto number = [](auto value, bool is_big) {
+    std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+    if (is_big == (std::endian::native == std::endian::little)) std::reverse(bytes.begin(), bytes.end());
+    return bytes;
+  };
+  for (const bool is_big : {false, true}) {
+    const auto binary_with = [&](std::int32_t length, int entries) {
+      std::string content = std::string("ply\nformat ") + (is_big ? "binary_big_endian" : "binary_little_endian") +
+                            " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                            "element face 1\nproperty uchar flags\nproperty list int int vertex_indices\nend_header\n";
+      for (int i = 0; i < 9; ++i) content += number(static_cast<float>(i % 4), is_big);
+      content += 'f' + number(length, is_big);
+      for (int i = 0; i < entries; ++i) content += number(i, is_big);
+      return content;
+    };
+    CHECK(is_whole(binary_with(3, 3)));
+    CHECK_FALSE(is_whole(binary_with(4, 3)));
+    CHECK_FALSE(is_whole(binary_with(0x7fffffff, 3)));
+    CHECK_FALSE(is_whole(binary_with(-1, 3)));
+    const std::string whole = binary_with(3, 3);
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+      CAPTURE(is_big, length);
+      CHECK_FALSE(is_whole(whole.substr(0, length)));
+    }
+  }
+  if (!can_read_ply()) return;
+  std::ofstream(folder.path / "a.ply", std::ios::binary) << text_with("4 0 1 2\n3 0 1 2\n", 2);
+  CHECK_THROWS_AS(read_ply(folder.path / "a.ply", {}), InputError);
 }
 
 TEST_CASE("Deep nesting is bounded") {

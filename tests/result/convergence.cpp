@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -26,12 +27,13 @@ TEST_CASE("A log has few points, of all decades alike") {
   std::vector<std::uint64_t> first;
   for (const auto& point : log.points())
     if (point.iteration <= 20) first.push_back(point.iteration);
-  CHECK(first == std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 18});
-  CHECK(log.points().size() < 60);
+  CHECK(first == std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20});
+  CHECK(log.points().size() == 62);  // 8, and 54 in the 13.6 doublings that follow
   for (std::size_t i = 1; i < log.points().size(); ++i) {
     const auto before = log.points()[i - 1].iteration, after = log.points()[i].iteration;
     CHECK(after > before);
     CHECK(static_cast<double>(after) <= std::max(1.25 * static_cast<double>(before), static_cast<double>(before + 1)));
+    if (after >= 8) CHECK(after % (std::bit_floor(after) / 4) == 0);
   }
 }
 
@@ -49,10 +51,12 @@ TEST_CASE("The first limit met ends a run") {
   using gmis::Budget;
   using gmis::StopReason;
   const Budget all{100, 10.0, 0.05};
-  CHECK_FALSE(all.reason_to_stop({10, 1.0, 0.5}).has_value());
+  CHECK_FALSE(all.reason_to_stop({10, 1.0, 0.5, true}).has_value());
   CHECK(all.reason_to_stop({100, 1.0, 0.5}) == StopReason::iterations);
-  CHECK(all.reason_to_stop({10, 1.0, 0.05}) == StopReason::error);
-  CHECK_FALSE(all.reason_to_stop({7, 1.0, 0.01}).has_value());  // too few to know the error
+  CHECK(all.reason_to_stop({10, 1.0, 0.05, true}) == StopReason::error);
+  CHECK_FALSE(all.reason_to_stop({10, 1.0, 0.05, false}).has_value());  // what is in doubt ends nothing, such as …
+  CHECK_FALSE(all.reason_to_stop({10, 1.0, 0.0, false}).has_value());   // … an error of 0 where nothing was found
+  CHECK_FALSE(all.reason_to_stop({7, 1.0, 0.01, true}).has_value());    // too few to know the error
   CHECK(all.reason_to_stop({10, 10.0, 0.5}) == StopReason::time);
   // Iterations of a second each: at 9.4 the tenth would end nearer to the limit than the ninth did; at 9.5 it would not.
   CHECK_FALSE(all.reason_to_stop({9, 9.0, 0.5}).has_value());

@@ -577,4 +577,59 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
   }
 }
 
+/// What a unit of its area emits, by quadrature over the directions of both sides: radiance · |cos|, midpoints in the cosine.
+template <std::floating_point T>
+double emitted_per_area(const scene::Light<T>& light) {
+  const SurfacePoint<T> origin{Vec3<T>(0), Vec3<T>(0, 0, 1), Vec3<T>(0, 0, 1), T(0)};
+  constexpr int steps = 2000;
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double cosine = 2 * (i + 0.5) / steps - 1;
+    const Vec3<T> direction(Vec3<double>(std::sqrt(1 - cosine * cosine), 0, cosine));
+    const double radiance = static_cast<double>(mean_channel(light.emitted(origin, direction).radiance));
+    sum += radiance * std::abs(cosine) * 2 * pi<double> * 2 / steps;
+  }
+  return sum;
+}
+
+TEMPLATE_TEST_CASE("the power of an area light is what leaves its area on the sides that emit", "[light]", float,
+                   double) {
+  using T = TestType;
+  Philox source(gmis_test::seed(59));
+  for (const bool two_sided : {false, true}) {
+    const Vec3<double> a = random_in_cube(source), b = a + Vec3<double>(1, 0.2, 0) + random_in_cube(source) * 0.2,
+                       c = a + Vec3<double>(0.1, 1, 0.3) + random_in_cube(source) * 0.2;
+    const auto triangle = triangle_light<T>(a, b, c, two_sided);
+    const double triangle_area = glm::length(glm::cross(b - a, c - a)) / 2;
+    const double radius = random_magnitude(source, -1, 1);
+    const auto sphere = scene::Light<T>::sphere(Vec3<T>(a), T(radius), false, T(0), Vec3<T>(1, 2, 6), two_sided);
+    CAPTURE(two_sided);
+    // The midpoints are exact for a radiance that depends on the side alone. Corners, edges and their product are
+    // rounded in T; the edges are about as long as the corners are far away, and at an angle of 45° or more.
+    const double rounding = 32 * static_cast<double>(std::numeric_limits<T>::epsilon()) + 1e-9;
+    CHECK(triangle.power() == Approx(emitted_per_area(triangle) * triangle_area).epsilon(rounding));
+    CHECK(sphere.power() == Approx(emitted_per_area(sphere) * 4 * pi<double> * radius * radius).epsilon(rounding));
+  }
+}
+
+TEST_CASE("a light that emits on both sides is chosen twice as often as one of its size that emits on one", "[light]") {
+  SceneBuilder<> builder;
+  const auto material = builder.add_material(make_diffuse({.5, .5, .5}));
+  Mesh mesh;
+  mesh.positions = {{0, 0, 2}, {1, 0, 2}, {0, 1, 2}};
+  mesh.triangles = {{0, 1, 2}};
+  builder.add_mesh(mesh.shape(), material, AreaEmission{{3, 3, 3}, false});
+  builder.add_mesh(mesh.shape(), material, AreaEmission{{3, 3, 3}, true});
+  builder.add_sphere({0, 0, 5}, 1, material, AreaEmission{{1, 1, 1}, false});
+  builder.add_sphere({4, 0, 5}, 1, material, AreaEmission{{1, 1, 1}, true});
+  builder.set_camera(camera_at({0, 0, 0}));
+  const auto scene = builder.build();
+  REQUIRE(scene.lights().size() == 4);
+  const auto chance = [&](std::size_t i) { return scene.selection_probability(scene.lights()[i]); };
+  // Chances are multiples of 2^−24 for each column of the table.
+  CHECK(chance(1) == Approx(2 * chance(0)).epsilon(1e-5));
+  CHECK(chance(3) == Approx(2 * chance(2)).epsilon(1e-5));
+  CHECK(chance(2) == Approx(chance(0) * (4 * pi<double>) / (3 * 0.5)).epsilon(1e-5));
+}
+
 }  // namespace

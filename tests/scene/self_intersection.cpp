@@ -190,7 +190,7 @@ TEMPLATE_TEST_CASE("two points that face each other see each other", "[offset]",
   Philox source(gmis_test::seed(34));
   int pairs = 0;
   CHECK(false_shadows<TestType>(0.02, source, pairs) == 0);
-  CHECK(pairs > 1000);
+  CHECK(pairs > 500);  // so that it says something: there are about a thousand
 }
 
 TEMPLATE_TEST_CASE("a point far away is seen, whatever the angle", "[offset]", float, double) {

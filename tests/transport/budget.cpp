@@ -2,10 +2,10 @@
 #include <cmath>
 
 #include "gmis/core/statistics.hpp"
-#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/ways.hpp"
 
 // Algorithm 1 of the paper stops a light tree at its budget and drops what waits in the queue. That loses energy.
 

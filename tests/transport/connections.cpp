@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "transport/ways.hpp"
 #include "gmis/transport/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/ways.hpp"
 
 // Connections from the cache of all trees, the paired form, and camera subpaths that split: all make the furnace's light,
 // (1 − a^D)/(1 − a). Each figure lies within 4.5 standard errors (a false alarm in 7e-6 each, 1e-4 in all 15) of the truth

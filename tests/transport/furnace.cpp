@@ -3,10 +3,10 @@
 
 #include "gmis/core/statistics.hpp"
 #include "gmis/result/film.hpp"
-#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/ways.hpp"
 
 // The uniform furnace has a closed form at every depth, for every integrator, scalar and way of splitting.
 // Each case compares the image mean, an average over iterations, with it, by Student's t: a false alarm of all cases together

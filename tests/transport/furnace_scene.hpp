@@ -17,6 +17,9 @@ class FurnaceScene {
  public:
   using Spectrum = T;  // one channel
 
+  /// Where the camera is, if nothing else is said: not in the middle, so that pixels differ.
+  static constexpr gmis::Vec3<T> usual_eye{T(0.2), T(0.1), T(0)};
+
   /// Lambert's f, offered as two proposals of very different shape: cosine-weighted and uniform over the hemisphere.
   class Bsdf {
    public:
@@ -117,7 +120,7 @@ class FurnaceScene {
   class Camera {
    public:
     using Spectrum = T;
-    Camera(int size, const gmis::Vec3<T>& eye) : size_(size), eye_(eye) {}
+    explicit Camera(int size, const gmis::Vec3<T>& eye = usual_eye) : size_(size), eye_(eye) {}
     [[nodiscard]] glm::ivec2 resolution() const { return {size_, size_}; }
     [[nodiscard]] bool has_parallel_rays() const { return false; }
     [[nodiscard]] std::optional<gmis::CameraSample<T>> sample_ray(glm::ivec2 pixel, const gmis::Vec2<T>& uv,
@@ -149,7 +152,7 @@ class FurnaceScene {
     gmis::Vec3<T> eye_;
   };
 
-  FurnaceScene(T albedo, T radiance, int size, int lobes = 1, const gmis::Vec3<T>& eye = {T(0.2), T(0.1), T(0)})
+  FurnaceScene(T albedo, T radiance, int size, int lobes = 1, const gmis::Vec3<T>& eye = usual_eye)
       : albedo_(albedo), lobes_(lobes), light_(radiance), camera_(size, eye) {}
 
   [[nodiscard]] std::optional<gmis::Hit<T, Bsdf, Light>> intersect(const gmis::Ray<T>& ray) const {

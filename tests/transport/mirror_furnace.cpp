@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "gmis/scene.hpp"
-#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/ways.hpp"
 
 // A furnace without symmetry: a closed box whose walls emit 1 and reflect the share a; in it a mirror ball that does the same
 // and a ball of clear glass, which in uniform light cannot be seen. Radiance is 1/(1 − a) everywhere but in the glass, in
@@ -118,7 +118,6 @@ TEST_CASE("light that only connections, splats and merges make is right in a fur
     off(render<ConnectSplat>(1.0, 0.0, 600, false), 0.0);
   }
   SECTION("connect, splat and merge") {
-    off(render<ConnectSplatMerge>(1.0, 0.1, 600, false),
-        0.003);
+    off(render<ConnectSplatMerge>(1.0, 0.1, 600, false), 0.003);
   }
 }

@@ -96,8 +96,9 @@ struct Forecasts {
   }
 };
 
-void check_forecasts(const Scene& scene, gmis::RenderSettings settings, const std::vector<gmis::SampleCounts>& candidates,
-                     const std::vector<Measured>& measured, int pilot_iterations) {
+void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
+                     const std::vector<gmis::SampleCounts>& candidates, const std::vector<Measured>& measured,
+                     int pilot_iterations) {
   gmis::OperationCosts costs;
   costs.further_child = 1.0;  // the operations are what is compared
   std::vector<Forecasts> forecasts(candidates.size());

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/discrete_world.hpp"
 #include "transport/path_oracle.hpp"
+#include "transport/ways.hpp"
 
 // The engine's own paths, each contribution against brute force: its weight against the densities of all techniques that can
 // make that path, its value against the light the path carries over the density of the technique that made it. Nothing is
@@ -184,7 +184,8 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
   engine.keep_contributions(true);
   gmis::SerialExecutor executor;
   engine.iterate(executor);
-  const bool uses_cache = I::has(gmis::Technique::connect) && render_settings.counts.connections != gmis::paired_connections;
+  const bool uses_cache =
+      I::has(gmis::Technique::connect) && render_settings.counts.connections != gmis::paired_connections;
   if (uses_cache) {
     bool is_found = false;
     engine.for_each_contribution([&](const auto& record) {
@@ -196,7 +197,8 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
     });
     const double vertices_per_tree = static_cast<double>(engine.counters().photons_stored) / static_cast<double>(trees);
     CHECK(static_cast<double>(counts.connect) * vertices_per_tree ==
-          Approx(static_cast<double>(render_settings.counts.connections)).epsilon(0.2));  // 102 trees of some 1 ± 1 vertices
+          Approx(static_cast<double>(render_settings.counts.connections))
+              .epsilon(0.2));  // 102 trees of some 1 ± 1 vertices
   }
   std::optional<KnownPaths<typename I::Heuristic>> known;
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "gmis/result/rejection_limit.hpp"
-#include "transport/ways.hpp"
 #include "gmis/transport/output/replay.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/provoking_scene.hpp"
+#include "transport/ways.hpp"
 
 // Surfaces and lights of somebody's own that do wrong. The oracle is the same scene without the wrong, whose contributions say
 // by their second channel how often they met what would be wrong.

@@ -4,10 +4,10 @@
 #include <cstring>
 #include <vector>
 
-#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/ways.hpp"
 
 namespace {
 

@@ -74,7 +74,8 @@ TEST_CASE("A plan's techniques are those of the counts, and no others") {
 TEST_CASE("A technique without light trees is off") {
   gmis::SampleCounts counts = gmis::integrators::vcm;
   counts.light_paths = 0.0;
-  for (const Technique technique : {Technique::connect, Technique::splat, Technique::merge}) CHECK_FALSE(counts.has(technique));
+  for (const Technique technique : {Technique::connect, Technique::splat, Technique::merge})
+    CHECK_FALSE(counts.has(technique));
   CHECK_FALSE(counts.traces_light());
 }
 
@@ -102,7 +103,8 @@ TEST_CASE("What is off is not done: its counters are 0") {
     CHECK((made.photons_stored > 0) == counts.stores_light_vertices());
     CHECK((made.grids_built > 0) == counts.has(Technique::merge));
     CHECK((made.light_subpaths > 0) == counts.traces_light());
-    CHECK((made.shadow_rays > 0) == (counts.next_events || counts.has(Technique::connect) || counts.has(Technique::splat)));
+    CHECK((made.shadow_rays > 0) ==
+          (counts.next_events || counts.has(Technique::connect) || counts.has(Technique::splat)));
   }
 }
 
@@ -132,7 +134,8 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
   CHECK(refused([](Settings& s) { s.radius = 0.0, s.counts.merges = false; }).empty());
   CHECK(refused([](Settings& s) { s.radius.reset(); }).empty());
   CHECK(refused([](Settings& s) { s.max_depth = 257; }).find("max_depth") != std::string::npos);
-  CHECK(refused([](Settings& s) { s.counts.light_paths = 4294967296.0 / 144; }).find("light_paths") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.counts.light_paths = 4294967296.0 / 144; }).find("light_paths") !=
+        std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.light_paths = -1.0; }).find("light_paths") != std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.connections = -2; }).find("connections") != std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.camera_children = 16383; }).find("camera_children") != std::string::npos);

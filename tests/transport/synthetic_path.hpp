@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "gmis/transport/weights/weight_recursion.hpp"
 #include "gmis/transport/weights/path_densities.hpp"
+#include "gmis/transport/weights/weight_recursion.hpp"
 
 namespace gmis_test {
 

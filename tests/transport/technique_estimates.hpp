@@ -5,9 +5,9 @@
 #include <cstddef>
 
 #include "gmis/core/statistics.hpp"
-#include "transport/ways.hpp"
 #include "support/catch.hpp"
 #include "transport/shifted_lattice.hpp"
+#include "transport/ways.hpp"
 
 namespace gmis_test {
 

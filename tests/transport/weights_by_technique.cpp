@@ -119,7 +119,9 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, part by pa
                               .mean_children = 1.25};
   const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 1.5};
   const gmis::SampleCounts made{1.0, 2, true, true};
-  const auto light = [&](const gmis::SampleCounts& c) { return gmis::predicted_light_cost(c, made, light_work, costs); };
+  const auto light = [&](const gmis::SampleCounts& c) {
+    return gmis::predicted_light_cost(c, made, light_work, costs);
+  };
   const auto camera = [&](const gmis::SampleCounts& c) { return gmis::predicted_camera_cost(c, made, work, costs); };
   CHECK(light({0.0, 0, false, false}) == 0);
   CHECK(light(made) == 1000 + 0.5 * 500 + 4.0 * 800);
@@ -174,5 +176,6 @@ TEST_CASE("Every candidate has its place, and none on the light side when nothin
   few.connections = {2};
   few.merges = {true};
   few.camera_children = {1, 4};
-  CHECK(gmis::all_candidates({}, few) == std::vector<gmis::SampleCounts>{{1.0, 2, true, true, 1}, {1.0, 2, true, true, 4}});
+  CHECK(gmis::all_candidates({}, few) ==
+        std::vector<gmis::SampleCounts>{{1.0, 2, true, true, 1}, {1.0, 2, true, true, 4}});
 }

@@ -6,6 +6,7 @@
 
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
+#include "support/whole_file.hpp"
 
 namespace gmis::tools {
 namespace {
@@ -66,17 +67,24 @@ void require_writable_format(const std::filesystem::path& file) {
 }
 
 void write_image(const Image& image, const std::filesystem::path& file) {
-  switch (format_of(file)) {
-    case Format::exr:
-      return write_exr(image, file);
-    case Format::pfm:
-      return write_pfm(image, file);
-    case Format::png:
-      return write_png(image, file);
-  }
+  const Format format = format_of(file);
+  write_whole(file, [&](const std::filesystem::path& part) {
+    switch (format) {
+      case Format::exr:
+        return write_exr(image, part);
+      case Format::pfm:
+        return write_pfm(image, part);
+      case Format::png:
+        return write_png(image, part);
+    }
+  });
 }
 
 Image read_image(const std::filesystem::path& file) {
+  // A pipe or a device might never end.
+  std::error_code error;
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
+    throw InputError(file.string() + ": this is no regular file: name an image");
   switch (format_of(file, true)) {
     case Format::exr:
       return read_exr(file);

@@ -32,7 +32,8 @@ struct Image {
 [[nodiscard]] std::string image_hash(const Image& image);
 
 /// Picks the format by the ending of the name. These throw `InputError` when it is not known or not in this build or
-/// when the file cannot be read, and `OutputError` when it cannot be written.
+/// when the file cannot be read or is no regular file, and `OutputError` when it cannot be written. A file that is
+/// there already stays as it is until the new one is whole.
 void write_image(const Image& image, const std::filesystem::path& file);
 [[nodiscard]] Image read_image(const std::filesystem::path& file);
 /// Throws what `write_image` would throw because of the ending: to be called before the work.

@@ -46,6 +46,11 @@ Image read_pfm(const std::filesystem::path& file) {
       scale == 0 || !std::isfinite(scale))
     throw InputError(file.string() + ": this is no PFM file");
   const std::size_t channels = kind == "PF" ? 3 : 1;
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (!error &&
+      size < channels * sizeof(float) * static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(height))
+    throw InputError(file.string() + ": this PFM file ends too early");
   Image image(width, height);
   const bool must_swap = (scale < 0) != native_is_little;
   const std::size_t row_size = channels * static_cast<std::size_t>(width);

@@ -43,6 +43,13 @@ bool parse_number(std::string_view text, const SourcePosition& where, double& va
 Lexer::Lexer(std::string text, const std::string& file_name)
     : text_(std::move(text)), file_(std::make_shared<const std::string>(file_name)) {
   if (text_.starts_with("\xEF\xBB\xBF")) position_ = 3;  // the mark that some editors put before UTF-8
+  skip_space_and_comments();
+}
+
+std::string_view Lexer::first_word() const {
+  std::size_t end = position_;
+  while (end < text_.size() && !ends_word(text_[end])) ++end;
+  return std::string_view(text_).substr(position_, end - position_);
 }
 
 const Token& Lexer::peek() {

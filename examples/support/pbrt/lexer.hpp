@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -24,12 +25,17 @@ class Lexer {
   [[nodiscard]] const Token& peek();
   Token next();
 
+  /// The word that stands first, without reading it; empty when something else stands there. To be asked before the first
+  /// token is read, like `is_at_end` and `here`.
+  [[nodiscard]] std::string_view first_word() const;
+  [[nodiscard]] bool is_at_end() const { return position_ >= text_.size(); }
+  [[nodiscard]] SourcePosition here() const { return {file_, line_}; }
+
  private:
   [[nodiscard]] Token read();
   [[nodiscard]] Token read_string();
   [[nodiscard]] Token read_word_or_number();
   void skip_space_and_comments();
-  [[nodiscard]] SourcePosition here() const { return {file_, line_}; }
 
   std::string text_;
   std::shared_ptr<const std::string> file_;

@@ -57,12 +57,13 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
 
 void Parser::parse_file(const std::filesystem::path& file) {
   std::error_code error;
-  const bool is_folder = std::filesystem::is_directory(file, error);
-  std::ifstream stream(file, std::ios::binary);
-  if (is_folder || !stream) {
-    const std::string message = "the file " + in_quotes(file.string()) + " cannot be read: check its name";
-    if (lexer_ == nullptr) throw InputError(file.string() + ": this file cannot be read: check its name");
-    throw InputError(directive_.where, message);
+  const bool is_special = std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error);
+  std::ifstream stream;
+  if (!is_special) stream.open(file, std::ios::binary);  // a pipe or a device might never end
+  if (!stream.is_open()) {
+    const std::string reason = is_special ? " is no regular file: name a scene" : " cannot be read: check its name";
+    if (lexer_ == nullptr) throw InputError(file.string() + ": this file" + reason);
+    throw InputError(directive_.where, "the file " + in_quotes(file.string()) + reason);
   }
   parse_text({std::istreambuf_iterator<char>(stream), {}}, file.string());
 }
@@ -76,10 +77,20 @@ void Parser::parse_nested(Lexer& lexer) {
   constexpr int deepest = 32;
   if (++include_depth_ > deepest)
     throw InputError(directive_.where, "files include each other more than 32 deep: does one include itself?");
+  require_scene(lexer);
   Lexer* const outer = std::exchange(lexer_, &lexer);
   for (Token token = lexer.next(); token.kind != Token::Kind::end; token = lexer.next()) parse_directive(token);
   lexer_ = outer;
   --include_depth_;
+}
+
+void Parser::require_scene(const Lexer& lexer) {
+  const std::string_view word = lexer.first_word();
+  if (lexer.is_at_end() || directives().contains(std::string(word))) return;
+  for (const char* other : {"ActiveTransform", "MakeNamedMedium", "MediumInterface", "Option", "TransformTimes"})
+    if (word == other) return;
+  throw InputError(lexer.here(),
+                   "this is no pbrt-v4 scene: it does not begin with a directive like Film or WorldBegin");
 }
 
 void Parser::parse_directive(const Token& word) {
@@ -105,9 +116,15 @@ void Parser::skip_unknown(const Token& word) {
     throw InputError(word.where,
                      "found " + in_quotes(word.text) + ", which no scene file holds: is this a pbrt-v4 scene?");
   diagnostics_.warning(word.where, "the directive " + in_quotes(word.text) + " is not understood and is ignored");
-  for (bool in_brackets = false;;) {
+  bool in_brackets = false;
+  for (bool is_first = true;; is_first = false) {
     const Token& token = lexer_->peek();
-    if (token.kind == Token::Kind::end) return;
+    if (token.kind == Token::Kind::end) {
+      if (is_first || in_brackets)
+        throw InputError(token.where,
+                         "the file ends after " + in_quotes(word.text) + ", which is no directive: is it cut off?");
+      return;
+    }
     const bool is_value = token.kind != Token::Kind::word || token.text == "true" || token.text == "false";
     if (!is_value && !in_brackets) return;
     if (token.kind == Token::Kind::open_bracket) in_brackets = true;

@@ -49,6 +49,8 @@ class Parser {
   [[nodiscard]] Parameter parse_parameter();
   void parse_value(Parameter& parameter);
   void parse_nested(Lexer& lexer);
+  /// Throws, without a word of the file, when it begins with no directive: what is no scene may be somebody's secret.
+  static void require_scene(const Lexer& lexer);
   [[nodiscard]] std::filesystem::path resolve(const std::string& file) const;
   [[nodiscard]] std::string named_directive(const std::string& kind) const;
   void ignored_with_note();

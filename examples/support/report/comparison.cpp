@@ -6,6 +6,7 @@
 #include <memory>
 #include <thread>
 
+#include "gmis/result/image_error.hpp"
 #include "support/diagnostics.hpp"
 #include "support/image/image.hpp"
 #include "support/progressive_render.hpp"
@@ -13,6 +14,7 @@
 #include "support/report/html_report.hpp"
 #include "support/report/tables.hpp"
 #include "support/scene_files.hpp"
+#include "support/whole_file.hpp"
 
 namespace gmis::tools {
 
@@ -33,7 +35,9 @@ RenderRequest render_request(const ComparisonRequest& request, const BuiltScene&
   options.iterations.reset();
   options.seconds.reset();
   options.relative_error.reset();
-  return request_of(options, scene);
+  RenderRequest result = request_of(options, scene);
+  result.intervals = true;
+  return result;
 }
 
 std::string file_name_of(const std::string& name) {
@@ -80,10 +84,10 @@ std::optional<Reference> make_reference(const ComparisonRequest& request, const 
     if (!rendering.advance(executor)) return {};
   }
   reference.image = rendering.image();
-  reference.error = estimate_of(rendering.film()).relative_error;
-  reference.origin = what + "; its own relative error is " + percentage(*reference.error);
+  if (const auto error = rendering.error()) reference.error = error->relative_error;
+  reference.origin = what + "; its own relative error is " + percentage(reference.error.value_or(0));
   write_image(reference.image, image_file);
-  write_whole(std::to_string(*reference.error) + "\n", error_file);
+  write_whole(std::to_string(reference.error.value_or(0)) + "\n", error_file);
   return reference;
 }
 
@@ -94,7 +98,7 @@ Image estimated_pixel_error(const Film<SceneSpectrum>& film) {
     for (int c = 0; c < 3; ++c) {
       const double value = film.mean(pixel, c);
       error.rgb[3 * pixel + static_cast<std::size_t>(c)] =
-          static_cast<float>(std::sqrt(film.variance_of_mean(pixel, c) / (value * value + 0.01)));
+          static_cast<float>(std::sqrt(film.variance_of_mean(pixel, c) / (value * value + relative_error_floor)));
     }
   return error;
 }

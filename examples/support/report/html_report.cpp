@@ -172,15 +172,4 @@ std::string html_of(const Comparison& comparison, const std::filesystem::path& f
   return html.str();
 }
 
-void write_whole(const std::string& text, const std::filesystem::path& file) {
-  std::filesystem::path part = file;
-  part += ".part";
-  {
-    std::ofstream stream(part, std::ios::binary);
-    stream << text << std::flush;
-    if (!stream) throw OutputError(part.string() + ": this file cannot be written");
-  }
-  std::filesystem::rename(part, file);
-}
-
 }  // namespace gmis::tools

@@ -11,7 +11,4 @@ namespace gmis::tools {
 /// there are no curves in it, without libpng no images; the page says so.
 [[nodiscard]] std::string html_of(const Comparison& comparison, const std::filesystem::path& folder);
 
-/// Writes `text` to a file of this name that is there as a whole or not at all.
-void write_whole(const std::string& text, const std::filesystem::path& file);
-
 }  // namespace gmis::tools

@@ -6,8 +6,10 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/statistics.hpp"
@@ -150,22 +152,39 @@ template <std::floating_point T, class Sample, class Pdf>
   return detail::judge(std::move(counts), std::move(integrals), outside, settings);
 }
 
-/// A proposal for numbers (`sample(source)` and `pdf(x)`, as `gmis::Proposal` asks) against its density on
-/// [lower, upper], which must hold all that is to be counted; samples beyond it count as failed.
+namespace detail {
+template <class P, class X>
+concept StatesLogarithm = requires(const P& proposal, const X& x) {
+  proposal.log_pdf(x);
+};
+template <class P, class X>
+[[nodiscard]] double density_of_proposal(const P& proposal, const X& x) {
+  if constexpr (StatesLogarithm<P, X>)
+    return std::exp(static_cast<double>(proposal.log_pdf(x)));
+  else
+    return static_cast<double>(proposal.pdf(x));
+}
+}  // namespace detail
+
+/// A proposal for numbers (`sample(source)` and `pdf(x)` or `log_pdf(x)`, as `gmis::Proposal` asks) against its density on
+/// [lower, upper], which must hold all that is to be counted; samples beyond it count as failed. Throws
+/// std::invalid_argument unless lower < upper are finite and there are samples and bins.
 template <class P, UniformSource Source>
 [[nodiscard]] DensityCheck check_proposal(const P& proposal, double lower, double upper, Source& source,
                                           const CheckSettings& settings = {}) {
+  require_argument(lower < upper && std::isfinite(upper - lower), "the interval must be finite, with lower < upper");
+  require_argument(settings.samples > 0 && settings.bins > 0, "the check needs at least one sample and one bin");
   std::vector<double> counts(settings.bins), integrals(settings.bins);
   const double width = (upper - lower) / static_cast<double>(settings.bins);
   std::size_t outside = 0;
   const auto count = [&](auto x) {
-    const double density = static_cast<double>(proposal.pdf(x));
+    const double density = detail::density_of_proposal(proposal, x);
     if (!(density > 0 && density <= std::numeric_limits<double>::max())) ++outside;
     const double place = (static_cast<double>(x) - lower) / width;
     if (place >= 0 && static_cast<double>(x) <= upper)
       ++counts[std::min(static_cast<std::size_t>(place), settings.bins - 1)];
   };
-  using Value = decltype(proposal.sample(source));
+  using Value = std::remove_cvref_t<decltype(proposal.sample(source))>;
   for (std::size_t i = 0; i < settings.samples; ++i) {
     const Value x = proposal.sample(source);
     if constexpr (std::floating_point<Value>) {
@@ -176,9 +195,9 @@ template <class P, UniformSource Source>
   }
   const auto pdf_at = [&](double x) {
     if constexpr (std::floating_point<Value>)
-      return static_cast<double>(proposal.pdf(static_cast<Value>(x)));
+      return detail::density_of_proposal(proposal, static_cast<Value>(x));
     else
-      return static_cast<double>(proposal.pdf(static_cast<typename Value::value_type>(x)));
+      return detail::density_of_proposal(proposal, static_cast<typename Value::value_type>(x));
   };
   for (std::size_t bin = 0; bin < settings.bins; ++bin)
     integrals[bin] = detail::integrate_rectangle(

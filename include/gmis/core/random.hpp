@@ -5,32 +5,66 @@
 #include <concepts>
 #include <cstdint>
 #include <limits>
-#include <random>
+#include <type_traits>
 
 namespace gmis {
 
-/// What the library draws from: any `std::uniform_random_bit_generator` of 32 or 64 full bits
-/// (`std::mt19937`, `std::mt19937_64`, the `Philox` below, a wrapper of one's own).
+/// What the library draws from: every `std::uniform_random_bit_generator`, so every engine of <random> (also
+/// `std::default_random_engine`, `std::minstd_rand`, `std::ranlux48`, `std::random_device`), the `Philox` below, or a class of
+/// one's own. One whose words have 32 or 64 full bits (`Philox`, `std::mt19937`, `std::mt19937_64`) is used as it is; the bits
+/// of any other are put together, and the words that would make them uneven are drawn again.
 template <class S>
-concept UniformSource = std::uniform_random_bit_generator<S> &&(S::min() == 0) &&
-                        (S::max() == std::numeric_limits<std::uint32_t>::max() ||
-                         S::max() == std::numeric_limits<std::uint64_t>::max());
+concept UniformSource = std::invocable<S&> && std::unsigned_integral<std::invoke_result_t<S&>> && requires {
+  { S::min() } -> std::same_as<std::invoke_result_t<S&>>;
+  { S::max() } -> std::same_as<std::invoke_result_t<S&>>;
+  requires std::bool_constant<(S::min() < S::max())>::value;
+};
+
+/// True when a word of the source is 64 uniform bits.
+template <UniformSource S>
+inline constexpr bool has_64_bit_words = S::min() == 0 && S::max() == std::numeric_limits<std::uint64_t>::max();
+
+/// 32 uniform bits. From a source of 32 full bits, its next word.
+template <UniformSource S>
+[[nodiscard]] constexpr std::uint32_t uniform_word(S& source) {
+  constexpr std::uint64_t last = static_cast<std::uint64_t>(S::max()) - static_cast<std::uint64_t>(S::min());
+  const auto next = [&source]() -> std::uint64_t { return static_cast<std::uint64_t>(source() - S::min()); };
+  if constexpr (last == std::numeric_limits<std::uint32_t>::max()) {
+    return static_cast<std::uint32_t>(next());
+  } else if constexpr (last == std::numeric_limits<std::uint64_t>::max()) {
+    return static_cast<std::uint32_t>(next() >> 32U);
+  } else {
+    // Each word gives 16, 8, 4, 2 or 1 bits, or all 32: as many as it has. They number equal parts of its range.
+    constexpr unsigned bits = [] {
+      unsigned count = 32;
+      while (last < (std::uint64_t{1} << count) - 1) count /= 2;
+      return count;
+    }();
+    constexpr std::uint64_t size = (last + 1) >> bits;
+    std::uint32_t word = 0;
+    for (unsigned have = 0; have < 32; have += bits) {
+      std::uint64_t part = next() / size;
+      while ((part >> bits) != 0) part = next() / size;
+      word = bits == 32 ? static_cast<std::uint32_t>(part) : (word << (bits % 32)) | static_cast<std::uint32_t>(part);
+    }
+    return word;
+  }
+}
 
 /// One number uniform on [0, 1), never 1, on the grid of 2^-24 (float) or 2^-53 (double, long double).
 template <std::floating_point T, UniformSource S>
 [[nodiscard]] constexpr T uniform(S& source) {
-  constexpr bool has_64_bits = S::max() == std::numeric_limits<std::uint64_t>::max();
   if constexpr (std::same_as<T, float>) {
-    if constexpr (has_64_bits)
+    if constexpr (has_64_bit_words<S>)
       return static_cast<float>(static_cast<std::uint64_t>(source()) >> 40) * 0x1p-24F;
     else
-      return static_cast<float>(static_cast<std::uint32_t>(source()) >> 8) * 0x1p-24F;
+      return static_cast<float>(uniform_word(source) >> 8) * 0x1p-24F;
   } else {
-    if constexpr (has_64_bits) {
+    if constexpr (has_64_bit_words<S>) {
       return static_cast<T>(static_cast<std::uint64_t>(source()) >> 11) * T(0x1p-53);
     } else {
-      const std::uint64_t high = static_cast<std::uint32_t>(source()) >> 5;
-      const std::uint64_t low = static_cast<std::uint32_t>(source()) >> 6;
+      const std::uint64_t high = uniform_word(source) >> 5;
+      const std::uint64_t low = uniform_word(source) >> 6;
       return static_cast<T>((high << 26U) | low) * T(0x1p-53);
     }
   }
@@ -41,11 +75,11 @@ template <std::floating_point T, UniformSource S>
 template <UniformSource S>
 [[nodiscard]] constexpr std::uint32_t uniform_index(S& source, std::uint32_t count) {
   std::uint64_t word = 0;
-  if constexpr (S::max() == std::numeric_limits<std::uint64_t>::max()) {
+  if constexpr (has_64_bit_words<S>) {
     word = static_cast<std::uint64_t>(source());
   } else {
-    word = static_cast<std::uint64_t>(static_cast<std::uint32_t>(source())) << 32U;
-    word |= static_cast<std::uint32_t>(source());
+    word = static_cast<std::uint64_t>(uniform_word(source)) << 32U;
+    word |= uniform_word(source);
   }
   // floor(word · count / 2^64) from two 32-bit halves, without a 128-bit type.
   const std::uint64_t high = (word >> 32U) * count;
@@ -71,6 +105,9 @@ template <UniformSource S>
 /// The default uniform source: counter-based, so that a number is a pure function of where it is used and not of what
 /// was drawn before. It is keyed by (seed, iteration, path) and laid out by vertex: `at_vertex(v)` starts the numbers
 /// of vertex `v`, whatever its siblings used. A `std::uniform_random_bit_generator` of 32-bit words.
+///
+/// Outside a renderer (seed, iteration, path) number streams: sources that differ in any of the three draw from disjoint
+/// parts of one sequence, 2^34 words each (then they repeat), so `Philox(seed, 0, i)` is the source of the i-th of several threads or blocks.
 class Philox {
  public:
   using result_type = std::uint32_t;

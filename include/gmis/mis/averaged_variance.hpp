@@ -4,10 +4,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
+#include <limits>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/exact_variance.hpp"
 #include "gmis/mis/moments.hpp"
@@ -23,13 +24,14 @@ struct AveragedVariance {
 
 /// The variance of one round under R2 or N2 for any N: quadrature given the indices, averaged over `draws` ≥ 2 random
 /// draws of them. Costs N (R2: 2N) passes over the nodes a draw. Throws std::invalid_argument for the other schemes, whose
-/// `exact_variance` is cheap for every N, and when the proposals lack full support.
+/// `exact_variance` is cheap for every N, for fewer than two draws, and when the proposals lack full support. Infinite, and so
+/// is its interval, where a variance given the indices is.
 template <UniformSource Source>
 [[nodiscard]] AveragedVariance averaged_variance(Scheme scheme, const TabulatedProblem& problem, std::uint64_t draws,
                                                  Source& source) {
-  if (scheme != Scheme::R2 && scheme != Scheme::N2)
-    throw std::invalid_argument("only R2 and N2 need averaging: use exact_variance");
-  if (!problem.has_full_support()) throw std::invalid_argument("averaged_variance needs full support");
+  require_argument(scheme == Scheme::R2 || scheme == Scheme::N2, "only R2 and N2 need averaging: use exact_variance");
+  require_argument(draws >= 2, "averaged_variance needs at least two draws");
+  require_argument(problem.has_full_support(), "averaged_variance needs full support");
   const std::size_t n = problem.proposal_count();
   const double count = static_cast<double>(n);
   const double integral = problem.integral();
@@ -42,11 +44,11 @@ template <UniformSource Source>
     if (scheme == Scheme::R2) {
       std::fill(multiplicity.begin(), multiplicity.end(), 0.0);
       for (std::size_t i = 0; i < n; ++i) multiplicity[uniform_index(source, static_cast<std::uint32_t>(n))] += 1.0;
-      for (std::size_t k = 0; k < n; ++k)
-        if (multiplicity[k] > 0.0) problem.add_density(k, multiplicity[k], sum.data(), sum.data());
+      for (std::size_t i = 0; i < n; ++i)
+        if (multiplicity[i] > 0.0) problem.add_density(i, multiplicity[i], sum.data(), sum.data());
       problem.divide(count, sum.data(), divided.data());
       moments.add(
-          detail::conditional_variance(problem, divided.data(), count, [&](auto k) { return multiplicity[k]; }));
+          detail::conditional_variance(problem, divided.data(), count, [&](auto i) { return multiplicity[i]; }));
     } else {
       // One order of drawing holds one subset of every size: its first 1, 2, … N from the far end.
       double second_moment = 0.0;
@@ -58,9 +60,11 @@ template <UniformSource Source>
         problem.divide(static_cast<double>(size), sum.data(), divided.data());
         second_moment += problem.squared_over(divided.data()) / count;
       }
-      moments.add((second_moment - integral * integral) / count);
+      moments.add(detail::variance_from(second_moment / count, integral * integral / count));
     }
   }
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  if (!std::isfinite(moments.mean())) return {infinity, infinity};
   constexpr double two_sided_99 = 2.5758293035489004;
   return {moments.mean(), two_sided_99 * std::sqrt(moments.variance() / static_cast<double>(draws))};
 }

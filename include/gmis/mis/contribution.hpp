@@ -54,6 +54,19 @@ struct SpectrumTraits<LogValue<T>> {
   static constexpr const LogValue<T>& channel(const LogValue<T>& value, int) noexcept { return value; }
 };
 
+/// True when every channel of f is a finite number. (x − x is 0 for a finite x and NaN otherwise: one sum tests all.)
+template <class F>
+[[nodiscard]] inline bool has_finite_channels(const F& f) noexcept {
+  typename SpectrumTraits<F>::Scalar sum(0);
+  for (int c = 0; c < SpectrumTraits<F>::channel_count; ++c)
+    sum += SpectrumTraits<F>::channel(f, c) - SpectrumTraits<F>::channel(f, c);
+  return sum == 0;
+}
+template <std::floating_point T>
+[[nodiscard]] inline bool has_finite_channels(const LogValue<T>& value) noexcept {
+  return is_finite(value);
+}
+
 /// True when every channel of f is zero.
 template <class F>
 [[nodiscard]] inline bool is_zero_integrand(const F& f) noexcept {

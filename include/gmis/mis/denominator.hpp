@@ -16,29 +16,16 @@ struct OwnAndDenominator {
 
 /// φ_n at the point of `densities`, for sample n of the round, made by proposal `index`. Reads `workspace` as
 /// `IndexSelector` left it.
-template <Scheme scheme, Selection selection, class Set, class ShareType, class WorkspaceType>
-[[nodiscard, gnu::always_inline]] inline OwnAndDenominator<Set> denominator_of(DensitiesAt<Set>& densities,
-                                                                               const Set& set, const ShareType& shares,
-                                                                               const WorkspaceType& workspace,
-                                                                               std::size_t index, std::size_t n,
-                                                                               std::size_t sample_count) {
+template <Scheme scheme, Selection selection, class Set, class AllocationType, class WorkspaceType>
+[[nodiscard, gnu::always_inline]] inline OwnAndDenominator<Set> denominator_of(
+    DensitiesAt<Set>& densities, const Set& set, const AllocationType& allocation, const WorkspaceType& workspace,
+    std::size_t index, std::size_t n, std::size_t sample_count) {
   using T = typename Set::Density;
   MixtureSum<T, is_log_set<Set>> mixture;
   T own(0);
-  // Adds proposal k, `times` over. Kept, so that the density of the proposal that made the sample can be looked up
+  // Adds proposal i, `times` over. Kept, so that the density of the proposal that made the sample can be looked up
   // after: that is cheaper than to ask of each whether it is the one.
-  const auto add = [&](std::size_t k, auto... times) { mixture.add(densities.keep(k), times...); };
-  const auto add_all = [&](std::size_t count) {
-    if constexpr (capacity_of<Set> <= 8) {  // unrolled
-      for (std::size_t k = 0; k < count; ++k) add(k);
-      own = densities.kept(index);
-    } else {  // with nothing kept, so that densities can be evaluated side by side
-      for (std::size_t k = 0; k < index; ++k) mixture.add(densities.uncounted(k));
-      own = densities.uncounted(index);
-      mixture.add(own);
-      for (std::size_t k = index + 1; k < count; ++k) mixture.add(densities.uncounted(k));
-    }
-  };
+  const auto add = [&](std::size_t i, auto... times) { mixture.add(densities.keep(i), times...); };
 
   if constexpr (scheme == Scheme::R1 || scheme == Scheme::N1) {  // q_j
     own = densities[index];
@@ -47,15 +34,15 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
   } else if constexpr (scheme == Scheme::R3 || scheme == Scheme::N3) {  // ψ
     densities.expect_all();
     T normaliser(1);
-    if constexpr (ShareType::is_equal) {
-      add_all(set.size());
-      densities.count(set.size());
+    if constexpr (AllocationType::is_equal) {
+      mixture.template add_all<capacity_of<Set>>(densities.keep_all(), set.size());
+      own = densities.kept(index);
       normaliser = as_factor<T>(set.size());
     } else {
-      for (std::size_t k = 0; k < set.size(); ++k) {
-        const T coefficient = selection == Selection::S1 ? shares.weight(k) : static_cast<T>(shares.count(k));
+      for (std::size_t i = 0; i < set.size(); ++i) {
+        const T coefficient = selection == Selection::S1 ? allocation.weight(i) : static_cast<T>(allocation.count(i));
         if (coefficient > T(0)) {
-          add(k, coefficient);
+          add(i, coefficient);
           densities.count(1);
         }
       }
@@ -64,23 +51,23 @@ template <Scheme scheme, Selection selection, class Set, class ShareType, class 
     }
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(normaliser)};
   } else if constexpr (scheme == Scheme::R2) {  // what this round drew, each distinct index evaluated once
-    for (std::size_t k = 0; k < set.size(); ++k)
-      if (workspace.multiplicity[k] > T(0)) {
-        add(k, workspace.multiplicity[k]);
+    for (std::size_t i = 0; i < set.size(); ++i)
+      if (workspace.multiplicity[i] > T(0)) {
+        add(i, workspace.multiplicity[i]);
         densities.count(1);
       }
     own = densities.kept(index);
     return {DensitiesAt<Set>::as_denominator(own), mixture.over(as_factor<T>(sample_count))};
   } else {  // N2: what could still be drawn, this sample included; summed afresh, since a difference would cancel
-    if constexpr (ShareType::is_equal) {
+    if constexpr (AllocationType::is_equal) {
       for (std::size_t m = sample_count; --m > n;) mixture.add(densities.uncounted(workspace.order[m]));
       own = densities.uncounted(index);  // which is order[n]
       mixture.add(own);
       densities.count(sample_count - n);
     } else {
-      for (std::size_t k = 0; k < set.size(); ++k)
-        if (workspace.multiplicity[k] > T(0)) {
-          add(k, workspace.multiplicity[k]);
+      for (std::size_t i = 0; i < set.size(); ++i)
+        if (workspace.multiplicity[i] > T(0)) {
+          add(i, workspace.multiplicity[i]);
           densities.count(1);
         }
       own = densities.kept(index);

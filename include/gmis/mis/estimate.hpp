@@ -8,8 +8,11 @@
 #include <optional>
 #include <type_traits>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
+#include "gmis/mis/arguments.hpp"
 #include "gmis/mis/contribution.hpp"
+#include "gmis/mis/integrand.hpp"
 #include "gmis/mis/moments.hpp"
 #include "gmis/mis/round.hpp"
 
@@ -42,20 +45,6 @@ struct Estimate {
   Rejected rejected{};
 };
 
-/// A type that `estimate` can add up: a number, a GLM vector, any type with SpectrumTraits, or a LogValue.
-template <class F>
-concept Summable = requires(const F& f, int i) {
-  typename SpectrumTraits<F>::Scalar;
-  SpectrumTraits<F>::channel(f, i);
-  { is_finite(f) } -> std::convertible_to<bool>;
-};
-
-/// An integrand for a set of proposals.
-template <class F, class Set>
-concept IntegrandFor = requires(F& f, const typename Set::Value& x) {
-  requires Summable<std::remove_cvref_t<decltype(f(x))>>;
-};
-
 /// Sums the rounds of one estimate: the state between `estimate`'s rounds, for a loop of one's own. Partial ones from
 /// several threads can be merged.
 template <Summable F>
@@ -68,20 +57,33 @@ class EstimateAccumulator {
   using Mean = typename Rebound<std::conditional_t<channel_count == 1, A, F>, A>::Type;
 
   /// Runs one round with `run_round(visit)`, which is to call `visit(x, denominator, index)` and to return RoundCounts.
+  /// Throws std::invalid_argument for a round of no samples.
   template <class Integrand, class RunRound>
   void add_round(Integrand& f, std::size_t sample_count, RunRound&& run_round) {
-    std::array<A, static_cast<std::size_t>(channel_count)> sum{};
-    const RoundCounts counts = run_round([&](const auto& x, auto denominator, std::size_t) {
-      ++integrand_evaluations_;
-      const F value = f(x);
-      if (!is_finite(value)) [[unlikely]] {
-        ++rejected_.non_finite_integrand;
-        return;
-      }
-      add_contribution(value, denominator, sum);
-    });
-    for (std::size_t c = 0; c < sum.size(); ++c) moments_[c].add(sum[c] / static_cast<A>(sample_count));
-    samples_ += sample_count;
+    require_argument(sample_count > 0, "a round of no samples: its mean is not a number");
+    add_rounds(f, sample_count, 1, [&](RoundCounts& counts, auto&& visit) { counts = run_round(visit); });
+  }
+
+  /// Runs `rounds` of them with `run_round(counts, visit)`, which adds what happened to `counts`. What is counted is added up
+  /// over all rounds first: in the loop there is nothing but the samples and the two sums over rounds.
+  template <class Integrand, class RunRound>
+  void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds, RunRound&& run_round) {
+    const A samples_of_round = as_factor<A>(sample_count);
+    RoundCounts counts;
+    for (std::uint64_t round = 0; round < rounds; ++round) {
+      std::array<A, static_cast<std::size_t>(channel_count)> sum{};
+      run_round(counts, [&](const auto& x, auto denominator, std::size_t) {
+        ++integrand_evaluations_;
+        const F value = value_of(f, x);
+        if (!has_finite_channels(value)) [[unlikely]] {
+          ++rejected_.non_finite_integrand;
+          return;
+        }
+        add_contribution(value, denominator, sum);
+      });
+      for (std::size_t c = 0; c < sum.size(); ++c) moments_[c].add(sum[c] / samples_of_round);
+    }
+    samples_ += rounds * sample_count;
     density_evaluations_ += counts.density_evaluations;
     failed_samples_ += counts.failed_samples;
     rejected_.zero_density += counts.zero_density;
@@ -154,58 +156,120 @@ class EstimateAccumulator {
   Rejected rejected_;
 };
 
+/// Throws std::invalid_argument for no rounds, and for a negative number that was converted.
+constexpr void require_rounds(std::uint64_t rounds) {
+  require_argument(rounds > 0 && rounds <= std::uint64_t{1} << 62U, "the number of rounds must be at least 1");
+}
+
+/// Adds `rounds` ≥ 1 rounds to `accumulator`: what `estimate` does, for one of several threads or blocks. Give each its own
+/// accumulator and source, and merge the accumulators in a fixed order: the sum then depends on no schedule.
+template <Selection selection, Weighting weighting, class F, class Integrand, class P, class Source,
+          class AllocationType = EqualAllocation>
+void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& proposals, std::uint64_t rounds,
+                Source&& source, const AllocationType& allocation = {}) {
+  if constexpr (detail::explain_arguments<Integrand, P, Source>()) {
+    const auto& set = as_proposal_set<std::remove_reference_t<Source>>(proposals);
+    using Set = std::remove_cvref_t<decltype(set)>;
+    static_assert(std::same_as<F, SummandOf<Integrand, typename Set::Value>>,
+                  "the accumulator is for another type than the integrand returns: use gmis::AccumulatorFor");
+    require_rounds(rounds);
+    allocation.require_fits(set.size(), selection);
+    // An unequal allocation can ask for more samples than there are proposals.
+    constexpr std::size_t capacity = AllocationType::is_equal ? capacity_of<Set> : dynamic_capacity;
+    Workspace<typename Set::Density, capacity> workspace;
+    const std::size_t sample_count = allocation.sample_count(set.size());
+    workspace.prepare(set.size(), sample_count);
+    accumulator.add_rounds(f, sample_count, rounds, [&](RoundCounts& counts, auto&& visit) {
+      sample_checked_round<selection, weighting>(set, allocation, source, workspace, counts, visit);
+    });
+  }
+}
+/// The same for a scheme, run as its cheapest pair.
+template <Scheme scheme, class F, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
+void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& proposals, std::uint64_t rounds,
+                Source&& source, const AllocationType& allocation = {}) {
+  constexpr SelectionAndWeighting pair = cheapest_pair(scheme);
+  add_rounds<pair.selection, pair.weighting>(accumulator, f, proposals, rounds, source, allocation);
+}
+
+/// What sums f over samples of `P` drawn from a `Source`.
+template <class Integrand, class P, class Source = Philox>
+using AccumulatorFor = EstimateAccumulator<SummandOf<
+    Integrand, typename std::remove_cvref_t<decltype(as_proposal_set<Source>(std::declval<const P&>()))>::Value>>;
+
+namespace detail {
+template <Fault fault, class Integrand, class P, class Source>
+struct EstimateFrom {
+  using Type = Explained<fault, Estimate<double>>;
+};
+template <class Integrand, class P, class Source>
+struct EstimateFrom<Fault::none, Integrand, P, Source> {
+  using Type = Estimate<typename AccumulatorFor<Integrand, P, Source>::Mean>;
+};
+}  // namespace detail
+
+/// What an estimate of f with samples of `P` drawn from a `Source` returns: an `Estimate` of a number or a spectrum.
+template <class Integrand, class P, class Source>
+using EstimateOf = typename detail::EstimateFrom<detail::fault_of_arguments<Integrand, P, Source>(), Integrand, P,
+                                                 std::remove_reference_t<Source>>::Type;
+
 /// Estimates ∫ f with `rounds` ≥ 1 independent rounds of samples from `proposals`, chosen and weighted as the pair says.
 ///
-/// `f(x)` is a number or a spectrum. `shares` says how the samples of a round are divided among the proposals
-/// (`EqualShares{}`: one each). The estimate is unbiased when every point with f ≠ 0 is covered as the scheme needs
+/// `f(x)` is a number or a spectrum. `allocation` says how the samples of a round are divided among the proposals
+/// (`EqualAllocation{}`: one each). The estimate is unbiased when every point with f ≠ 0 is covered as the scheme needs
 /// it; see `needs_full_support` and `check_coverage`. A non-finite value of f is counted, not summed. Allocates once,
 /// before the first round, and only when N is not known at compile time.
-template <Selection selection, Weighting weighting, class Integrand, Proposals P, UniformSource Source,
-          class ShareType = EqualShares>
-[[nodiscard]] auto estimate(Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
-                            const ShareType& shares = {}) {
-  const auto& set = as_proposal_set(proposals);
-  using Set = std::remove_cvref_t<decltype(set)>;
-  static_assert(IntegrandFor<std::remove_reference_t<Integrand>, Set>,
-                "the integrand must accept a sample and return a number, a LogValue or a type with SpectrumTraits");
-  using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
-  // Unequal shares can ask for more samples than there are proposals.
-  constexpr std::size_t capacity = ShareType::is_equal ? capacity_of<Set> : dynamic_capacity;
-  Workspace<typename Set::Density, capacity> workspace;
-  const std::size_t sample_count = shares.sample_count(set.size());
-
-  EstimateAccumulator<F> accumulator;
-  for (std::uint64_t round = 0; round < rounds; ++round)
-    accumulator.add_round(f, sample_count, [&](auto&& visit) {
-      return sample_round<selection, weighting>(set, shares, source, workspace, visit);
-    });
-  return accumulator.result();
+///
+/// Throws std::invalid_argument, before the first round, for an empty set, no rounds, an allocation for another number of
+/// proposals, and one that leaves a proposal of positive weight without a sample where the selection is not random.
+template <Selection selection, Weighting weighting, class Integrand, class P, class Source,
+          class AllocationType = EqualAllocation>
+[[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Integrand&& f, const P& proposals, std::uint64_t rounds,
+                                                        Source&& source, const AllocationType& allocation = {}) {
+  if constexpr (detail::fault_of_arguments<Integrand, P, Source>() == detail::Fault::none) {
+    AccumulatorFor<Integrand, P, std::remove_reference_t<Source>> accumulator;
+    add_rounds<selection, weighting>(accumulator, f, proposals, rounds, source, allocation);
+    return accumulator.result();
+  } else {
+    return {};
+  }
 }
 
 /// The same for a scheme, run as its cheapest pair.
-template <Scheme scheme, class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
-[[nodiscard]] auto estimate(Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
-                            const ShareType& shares = {}) {
+template <Scheme scheme, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
+[[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Integrand&& f, const P& proposals, std::uint64_t rounds,
+                                                        Source&& source, const AllocationType& allocation = {}) {
   constexpr SelectionAndWeighting pair = cheapest_pair(scheme);
-  return estimate<pair.selection, pair.weighting>(f, proposals, rounds, source, shares);
+  if constexpr (detail::fault_of_arguments<Integrand, P, Source>() == detail::Fault::none)
+    return estimate<pair.selection, pair.weighting>(f, proposals, rounds, source, allocation);
+  else
+    return {};
 }
 
 /// The same for a scheme that is chosen at run time.
-template <class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
-[[nodiscard]] auto estimate(Scheme scheme, Integrand&& f, const P& proposals, std::uint64_t rounds, Source& source,
-                            const ShareType& shares = {}) {
-  return dispatch(scheme,
-                  [&](auto fixed) { return estimate<decltype(fixed)::value>(f, proposals, rounds, source, shares); });
+template <class Integrand, class P, class Source, class AllocationType = EqualAllocation>
+[[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Scheme scheme, Integrand&& f, const P& proposals,
+                                                        std::uint64_t rounds, Source&& source,
+                                                        const AllocationType& allocation = {}) {
+  if constexpr (detail::fault_of_arguments<Integrand, P, Source>() == detail::Fault::none)
+    return dispatch(
+        scheme, [&](auto fixed) { return estimate<decltype(fixed)::value>(f, proposals, rounds, source, allocation); });
+  else
+    return {};
 }
 
 /// The same for a pair that is chosen at run time.
-template <class Integrand, Proposals P, UniformSource Source, class ShareType = EqualShares>
-[[nodiscard]] auto estimate(Selection selection, Weighting weighting, Integrand&& f, const P& proposals,
-                            std::uint64_t rounds, Source& source, const ShareType& shares = {}) {
-  return dispatch(selection, weighting, [&](auto fixed_selection, auto fixed_weighting) {
-    return estimate<decltype(fixed_selection)::value, decltype(fixed_weighting)::value>(f, proposals, rounds, source,
-                                                                                        shares);
-  });
+template <class Integrand, class P, class Source, class AllocationType = EqualAllocation>
+[[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Selection selection, Weighting weighting, Integrand&& f,
+                                                        const P& proposals, std::uint64_t rounds, Source&& source,
+                                                        const AllocationType& allocation = {}) {
+  if constexpr (detail::fault_of_arguments<Integrand, P, Source>() == detail::Fault::none)
+    return dispatch(selection, weighting, [&](auto fixed_selection, auto fixed_weighting) {
+      return estimate<decltype(fixed_selection)::value, decltype(fixed_weighting)::value>(f, proposals, rounds, source,
+                                                                                          allocation);
+    });
+  else
+    return {};
 }
 
 }  // namespace gmis

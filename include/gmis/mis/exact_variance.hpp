@@ -4,9 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
+#include <limits>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/mis/groups.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/mis/tabulated_problem.hpp"
@@ -21,24 +22,33 @@ inline constexpr std::size_t max_exact_n2 = 16;
 /// Mean and variance of the estimate of one round.
 struct ExactMoments {
   double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
-  double variance;  ///< about that mean
+  double variance;  ///< about that mean; +infinity where it leaves the range of double, never NaN
+
+  [[nodiscard]] bool has_finite_variance() const noexcept { return std::isfinite(variance); }
 };
 
 namespace detail {
 
-/// Mean and variance of a round whose indices are given, φ being the same for all its samples: `count_of(k)` samples of
-/// proposal k, n in all. `divided` is what `TabulatedProblem::divide` wrote for φ.
+/// `first` − `second`, a second moment less what is no noise. Where ∫ f²/φ leaves the range of double (φ so small that it
+/// underflows, f not zero) the first is infinite, or the second the NaN that comes of it, and the variance is infinite.
+[[nodiscard]] inline double variance_from(double first, double second) noexcept {
+  const double difference = first - second;
+  return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
+}
+
+/// Mean and variance of a round whose indices are given, φ being the same for all its samples: `count_of(i)` samples of
+/// proposal i, n in all. `divided` is what `TabulatedProblem::divide` wrote for φ.
 template <class CountOf>
 [[nodiscard]] double conditional_variance(const TabulatedProblem& problem, const double* divided, double n,
                                           CountOf count_of) {
   double squared_means = 0.0;
-  for (std::size_t k = 0; k < problem.proposal_count(); ++k) {
-    const double count = count_of(k);
+  for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
+    const double count = count_of(i);
     if (count == 0.0) continue;
-    const double mean = problem.mean_under(k, divided);
+    const double mean = problem.mean_under(i, divided);
     squared_means += count * mean * mean;
   }
-  return problem.squared_over(divided) / n - squared_means / (n * n);
+  return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
 }
 
 /// Sums over all multisets of N indices, proposal by proposal; the densities of a common beginning are added up once.
@@ -53,26 +63,26 @@ class MultisetSum {
     visit(0, n_, 1.0);
   }
   [[nodiscard]] ExactMoments moments() const noexcept {
-    return {mean_, conditional_ + (squared_mean_ - mean_ * mean_)};
+    return {mean_, variance_from(conditional_ + (squared_mean_ - mean_ * mean_), 0.0)};
   }
 
  private:
   // `probability`: of the counts chosen so far, times the number of orders of what remains, over N^N.
-  void visit(std::size_t k, std::size_t remaining, double probability) {
-    const double* const base = partial_.data() + k * problem_.node_count();
-    double* const sum = partial_.data() + (k + 1) * problem_.node_count();
-    const bool is_last = k + 1 == n_;
+  void visit(std::size_t i, std::size_t remaining, double probability) {
+    const double* const base = partial_.data() + i * problem_.node_count();
+    double* const sum = partial_.data() + (i + 1) * problem_.node_count();
+    const bool is_last = i + 1 == n_;
     double ways = 1.0;  // binomial(remaining, count) / N^count
     for (std::size_t count = 0; count <= remaining; ++count) {
       if (count > 0)
         ways *= static_cast<double>(remaining - count + 1) / static_cast<double>(count) / static_cast<double>(n_);
       if (is_last && count != remaining) continue;
-      counts_[k] = static_cast<double>(count);
-      problem_.add_density(k, counts_[k], base, sum);
+      counts_[i] = static_cast<double>(count);
+      problem_.add_density(i, counts_[i], base, sum);
       if (is_last)
         add(sum, probability * ways);
       else
-        visit(k + 1, remaining - count, probability * ways);
+        visit(i + 1, remaining - count, probability * ways);
     }
   }
   void add(const double* density_sum, double probability) {
@@ -80,7 +90,7 @@ class MultisetSum {
     problem_.divide(n, density_sum, divided_.data());
     const double mean = problem_.covered_integral(density_sum);
     conditional_ +=
-        probability * conditional_variance(problem_, divided_.data(), n, [&](auto k) { return counts_[k]; });
+        probability * conditional_variance(problem_, divided_.data(), n, [&](auto i) { return counts_[i]; });
     mean_ += probability * mean;
     squared_mean_ += probability * mean * mean;
   }
@@ -112,15 +122,15 @@ class SubsetSum {
 
  private:
   // Level `size` of the partial sums holds the densities of the `size` proposals included so far.
-  void visit(std::size_t k, std::size_t size) {
-    if (k == n_) {
+  void visit(std::size_t i, std::size_t size) {
+    if (i == n_) {
       if (size > 0) add(size);
       return;
     }
-    visit(k + 1, size);
+    visit(i + 1, size);
     const double* const base = partial_.data() + size * problem_.node_count();
-    problem_.add_density(k, 1.0, base, partial_.data() + (size + 1) * problem_.node_count());
-    visit(k + 1, size + 1);
+    problem_.add_density(i, 1.0, base, partial_.data() + (size + 1) * problem_.node_count());
+    visit(i + 1, size + 1);
   }
   void add(std::size_t size) {
     const double n = static_cast<double>(n_);
@@ -145,14 +155,14 @@ class SubsetSum {
 [[nodiscard]] inline std::vector<double> mixture(const TabulatedProblem& problem) {
   std::vector<double> psi(problem.node_count());
   const double n = static_cast<double>(problem.proposal_count());
-  for (std::size_t k = 0; k < problem.proposal_count(); ++k) problem.add_density(k, 1.0 / n, psi.data(), psi.data());
+  for (std::size_t i = 0; i < problem.proposal_count(); ++i) problem.add_density(i, 1.0 / n, psi.data(), psi.data());
   return psi;
 }
 
 }  // namespace detail
 
-/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), in equal shares; for
-/// counts n_k with S2 or S3, repeat proposal k in the problem n_k times. Holds for partial support too, except that the
+/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), one sample of each; for
+/// counts n_i with S2 or S3, repeat proposal i in the problem n_i times. Holds for partial support too, except that the
 /// variance of N2 needs full support (its draws are correlated otherwise).
 ///
 /// Throws std::invalid_argument for R2 with N > max_exact_r2, N2 with N > max_exact_n2, and N2 with partial support.
@@ -162,30 +172,30 @@ class SubsetSum {
   switch (scheme) {
     case Scheme::R1:
     case Scheme::N1: {
-      // (1/N²) Σ_k ∫ f²/q_k, less what the indices make no noise in: I²/N at random, (1/N²) Σ_k I_k² one by one.
+      // (1/N²) Σ_i ∫ f²/q_i, less what the indices make no noise in: I²/N at random, (1/N²) Σ_i I_i² one by one.
       double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
-      for (std::size_t k = 0; k < problem.proposal_count(); ++k) {
-        problem.divide(1.0, problem.densities(k), divided.data());
-        const double covered = problem.covered_integral(problem.densities(k));
+      for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
+        problem.divide(1.0, problem.densities(i), divided.data());
+        const double covered = problem.covered_integral(problem.densities(i));
         second_moment += problem.squared_over(divided.data()) / n;
         mean += covered / n;
         squared_means += covered * covered / n;
       }
-      return {mean, (second_moment - (scheme == Scheme::R1 ? mean * mean : squared_means)) / n};
+      return {mean, detail::variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
     }
     case Scheme::R2: {
-      if (problem.proposal_count() > max_exact_r2)
-        throw std::invalid_argument("too many proposals for an exact R2: use averaged_variance");
+      require_argument(problem.proposal_count() <= max_exact_r2,
+                       "too many proposals for an exact R2: use averaged_variance");
       return detail::MultisetSum(problem).moments();
     }
     case Scheme::N2: {
-      if (problem.proposal_count() > max_exact_n2)
-        throw std::invalid_argument("too many proposals for an exact N2: use averaged_variance");
-      if (!problem.has_full_support()) throw std::invalid_argument("the exact variance of N2 needs full support");
+      require_argument(problem.proposal_count() <= max_exact_n2,
+                       "too many proposals for an exact N2: use averaged_variance");
+      require_argument(problem.has_full_support(), "the exact variance of N2 needs full support");
       // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is subtracted.
       // The printed form leaves out a part of the noise, see docs/paper-corrections.md [Elvira, corrected].
       const detail::SubsetSum sum(problem);
-      return {sum.mean(), (sum.second_moment() - sum.mean() * sum.mean()) / n};
+      return {sum.mean(), detail::variance_from(sum.second_moment() / n, sum.mean() * sum.mean() / n)};
     }
     case Scheme::R3:
     case Scheme::N3:
@@ -194,7 +204,8 @@ class SubsetSum {
   const std::vector<double> psi = detail::mixture(problem);
   problem.divide(1.0, psi.data(), divided.data());
   const double mean = problem.covered_integral(psi.data());
-  if (scheme == Scheme::R3) return {mean, (problem.squared_over(divided.data()) - mean * mean) / n};
+  if (scheme == Scheme::R3)
+    return {mean, detail::variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
   return {mean, detail::conditional_variance(problem, divided.data(), n, [](auto) { return 1.0; })};
 }
 
@@ -202,7 +213,7 @@ class SubsetSum {
 /// Throws std::invalid_argument as `exact_moments` does for its N.
 [[nodiscard]] inline double exact_mean(Scheme scheme, const TabulatedProblem& problem) {
   if (scheme != Scheme::N2) return exact_moments(scheme, problem).mean;
-  if (problem.proposal_count() > max_exact_n2) throw std::invalid_argument("too many proposals for an exact N2");
+  require_argument(problem.proposal_count() <= max_exact_n2, "too many proposals for an exact N2");
   return detail::SubsetSum(problem).mean();
 }
 
@@ -214,19 +225,21 @@ class SubsetSum {
 /// True when the mixture of every group covers f, as the partial deterministic mixture needs it.
 template <std::size_t Capacity>
 [[nodiscard]] bool has_full_support(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  groups.require_fits(problem.proposal_count());
   std::vector<double> sum(problem.node_count());
   for (std::size_t group = 0; group < groups.size(); ++group) {
     std::fill(sum.begin(), sum.end(), 0.0);
-    for (const std::uint32_t k : groups.members(group)) problem.add_density(k, 1.0, sum.data(), sum.data());
+    for (const std::uint32_t i : groups.members(group)) problem.add_density(i, 1.0, sum.data(), sum.data());
     if (!problem.covers(sum.data())) return false;
   }
   return true;
 }
 
 /// Mean and variance of one round of the partial deterministic mixture:
-/// (1/N²) Σ_g (P_g ∫ f²/ψ_g − Σ_{k in g} (∫ f q_k/ψ_g)²). Holds for partial support too.
+/// (1/N²) Σ_g (P_g ∫ f²/ψ_g − Σ_{i in g} (∫ f q_i/ψ_g)²). Holds for partial support too.
 template <std::size_t Capacity>
 [[nodiscard]] ExactMoments exact_moments(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  groups.require_fits(problem.proposal_count());
   const double n = static_cast<double>(problem.proposal_count());
   std::vector<double> sum(problem.node_count()), divided(problem.node_count()), is_member(problem.proposal_count());
   ExactMoments moments{0.0, 0.0};
@@ -234,15 +247,15 @@ template <std::size_t Capacity>
     const double size = static_cast<double>(groups.members(group).size());
     std::fill(sum.begin(), sum.end(), 0.0);
     std::fill(is_member.begin(), is_member.end(), 0.0);
-    for (const std::uint32_t k : groups.members(group)) {
-      problem.add_density(k, 1.0, sum.data(), sum.data());
-      is_member[k] = 1.0;
+    for (const std::uint32_t i : groups.members(group)) {
+      problem.add_density(i, 1.0, sum.data(), sum.data());
+      is_member[i] = 1.0;
     }
     problem.divide(size, sum.data(), divided.data());
     const double share = size / n;
     moments.mean += share * problem.covered_integral(sum.data());
-    moments.variance += share * share * detail::conditional_variance(problem, divided.data(), size, [&](std::size_t k) {
-                          return is_member[k];
+    moments.variance += share * share * detail::conditional_variance(problem, divided.data(), size, [&](std::size_t i) {
+                          return is_member[i];
                         });
   }
   return moments;

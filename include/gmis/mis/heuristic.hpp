@@ -9,6 +9,8 @@
 #include <span>
 #include <utility>
 
+#include "gmis/core/argument_error.hpp"
+
 /// \file
 /// Weighting heuristics of the multi-sample form [Veach 1997, section 9.2], with counts: technique i makes n_i samples of
 /// density p_i, so its expected sample density is d_i = n_i p_i. A heuristic turns all d_i at one point into weights that
@@ -59,14 +61,33 @@ concept Heuristic = requires(const H& heuristic, double r) {
   { heuristic.unnormalised(r) } -> std::same_as<double>;
 };
 
+/// Throws std::invalid_argument for a heuristic that gives the largest density no weight, or one negative or NaN (a cutoff
+/// above 1, a power that is not a number).
+template <Heuristic H>
+void require_heuristic(const H& heuristic) {
+  const double whole = heuristic.unnormalised(1.0), half = heuristic.unnormalised(0.5);
+  require_argument(whole > 0.0 && whole <= std::numeric_limits<double>::max() && half >= 0.0 &&
+                       half <= std::numeric_limits<double>::max(),
+                   "the heuristic must be positive at 1 and non-negative below: a cutoff of 0 to 1, a finite power");
+}
+
+namespace detail {
+constexpr void require_same_sizes(std::size_t counts, std::size_t densities, std::size_t weights) {
+  require_argument(counts == densities && weights == densities,
+                   "the numbers of counts, densities and weights differ: give one of each for each technique");
+}
+}  // namespace detail
+
 /// Writes the weights of all techniques at one point to `weights`, which may be the same memory as `densities`.
 ///
 /// `densities[i]` is p_i (not n_i p_i), `counts[i]` is n_i. The weights sum to one, or are all zero when all d_i are zero.
-/// Infinite densities share all weight; a NaN or negative density makes all weights NaN.
+/// Infinite densities share all weight; a NaN or negative density makes all weights NaN. Throws std::invalid_argument when
+/// the three sizes differ.
 template <Heuristic H, std::floating_point T>
 void heuristic_weights(const H& heuristic, std::span<const std::uint32_t> counts, std::span<const T> densities,
-                       std::span<T> weights) noexcept {
+                       std::span<T> weights) {
   const std::size_t n = densities.size();
+  detail::require_same_sizes(counts.size(), n, weights.size());
   T largest(0);
   bool any_infinite = false;
   bool all_valid = true;
@@ -102,7 +123,8 @@ void heuristic_weights(const H& heuristic, std::span<const std::uint32_t> counts
 /// The same from natural logarithms of the densities (−infinity for zero).
 template <Heuristic H, std::floating_point T>
 void heuristic_weights_from_logs(const H& heuristic, std::span<const std::uint32_t> counts,
-                                 std::span<const T> log_densities, std::span<T> weights) noexcept {
+                                 std::span<const T> log_densities, std::span<T> weights) {
+  detail::require_same_sizes(counts.size(), log_densities.size(), weights.size());
   T largest = -std::numeric_limits<T>::infinity();
   for (std::size_t i = 0; i < log_densities.size(); ++i) {
     if (!(log_densities[i] == log_densities[i])) {

@@ -10,29 +10,31 @@
 
 namespace gmis {
 
-/// Draws one round of the multi-sample form: proposal k makes n_k = `shares.count(k)` samples, and a sample of k is
-/// weighted by `heuristic`. Calls `visit(x, denominator, index)` where the denominator is n_k q_k(x) / (n w_k(x)), so that
-/// as for every other round (1/n) Σ f / denominator estimates ∫ f, n = Σ n_k. Samples of weight zero contribute zero and
+/// Draws one round of the multi-sample form: proposal i makes n_i = `allocation.count(i)` samples, and a sample of i is
+/// weighted by `heuristic`. Calls `visit(x, denominator, index)` where the denominator is n_i q_i(x) / (n w_i(x)), so that
+/// as for every other round (1/n) Σ f / denominator estimates ∫ f, n = Σ n_i. Samples of weight zero contribute zero and
 /// are not visited. The denominator of Balance is that of N3.
 ///
-/// Unbiased when every point with f ≠ 0 has a proposal with n_k q_k > 0.
-template <Heuristic H, ProposalSet Set, std::floating_point T, std::size_t ShareCapacity, UniformSource Source,
-          std::size_t Capacity, class Visit>
-RoundCounts sample_weighted_round(const H& heuristic, const Set& set, const Shares<T, ShareCapacity>& shares,
-                                  Source& source, Workspace<typename Set::Density, Capacity>& workspace,
-                                  Visit&& visit) {
+/// Unbiased when every point with f ≠ 0 has a proposal with n_i q_i > 0.
+/// Throws std::invalid_argument when the allocation does not fit the set. The heuristic is not checked: `require_heuristic`
+/// does so, once for all rounds.
+template <Heuristic H, class Set, class AllocationType, UniformSource Source, std::size_t Capacity, class Visit>
+requires ProposalSet<Set, Source> RoundCounts
+sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& allocation, Source& source,
+                      Workspace<typename Set::Density, Capacity>& workspace, Visit&& visit) {
   using D = typename Set::Density;
   const std::size_t proposal_count = set.size();
-  const std::size_t sample_count = shares.sample_count(proposal_count);
+  const std::size_t sample_count = allocation.sample_count(proposal_count);
+  allocation.require_fits(proposal_count, Selection::S3);
   workspace.prepare(proposal_count, proposal_count);
   // Samples come in the order of their proposals, so that `order` is free to hold the counts.
-  for (std::size_t k = 0; k < proposal_count; ++k) workspace.order[k] = shares.count(k);
+  for (std::size_t i = 0; i < proposal_count; ++i) workspace.order[i] = allocation.count(i);
   const std::span<const std::uint32_t> sample_counts(workspace.order.data(), proposal_count);
   const std::span<D> densities(workspace.densities.data(), proposal_count);
 
   RoundCounts counts;
   for (std::size_t n = 0; n < sample_count; ++n) {
-    const std::size_t index = shares.proposal_of_slot(n);
+    const std::size_t index = allocation.proposal_of_slot(n);
     const auto result = set.sample(index, source);
     const typename Set::Value* x = nullptr;
     if constexpr (SampleResult<std::remove_cvref_t<decltype(result)>>::can_fail) {
@@ -47,8 +49,8 @@ RoundCounts sample_weighted_round(const H& heuristic, const Set& set, const Shar
 
     DensitiesAt<Set> at(set, *x, densities.data());
     at.expect_all();
-    for (std::size_t k = 0; k < proposal_count; ++k)
-      densities[k] = sample_counts[k] > 0 ? at[k] : (is_log_set<Set> ? -std::numeric_limits<D>::infinity() : D(0));
+    for (std::size_t i = 0; i < proposal_count; ++i)
+      densities[i] = sample_counts[i] > 0 ? at[i] : (is_log_set<Set> ? -std::numeric_limits<D>::infinity() : D(0));
     counts.density_evaluations += at.evaluations();
     const Denominator<Set> own = DensitiesAt<Set>::as_denominator(densities[index]);
     if (state_of(own) == DensityState::zero) {
@@ -66,34 +68,37 @@ RoundCounts sample_weighted_round(const H& heuristic, const Set& set, const Shar
       continue;
     }
     if (weight == D(0)) continue;
-    const D share = static_cast<D>(sample_counts[index]) / static_cast<D>(sample_count) / weight;
+    const D factor = static_cast<D>(sample_counts[index]) / static_cast<D>(sample_count) / weight;
     if constexpr (is_log_set<Set>)
-      visit(*x, Denominator<Set>{own.log + std::log(share)}, index);
+      visit(*x, Denominator<Set>{own.log + std::log(factor)}, index);
     else
-      visit(*x, own * share, index);
+      visit(*x, own * factor, index);
   }
   return counts;
 }
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form under `heuristic` (Balance, Power, Cutoff, Maximum, or
-/// one of your own). As `estimate`, otherwise.
-template <Heuristic H, class Integrand, Proposals P, UniformSource Source, std::floating_point T,
-          std::size_t ShareCapacity>
-[[nodiscard]] auto estimate_weighted(const H& heuristic, Integrand&& f, const P& proposals, std::uint64_t rounds,
-                                     Source& source, const Shares<T, ShareCapacity>& shares) {
-  const auto& set = as_proposal_set(proposals);
-  using Set = std::remove_cvref_t<decltype(set)>;
-  static_assert(IntegrandFor<std::remove_reference_t<Integrand>, Set>,
-                "the integrand must accept a sample and return a number, a LogValue or a type with SpectrumTraits");
-  using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
-  Workspace<typename Set::Density, dynamic_capacity> workspace;
-
-  EstimateAccumulator<F> accumulator;
-  for (std::uint64_t round = 0; round < rounds; ++round)
-    accumulator.add_round(f, shares.sample_count(set.size()), [&](auto&& visit) {
-      return sample_weighted_round(heuristic, set, shares, source, workspace, visit);
-    });
-  return accumulator.result();
+/// one of your own). As `estimate`, otherwise; also throws std::invalid_argument as `require_heuristic` does.
+template <Heuristic H, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
+[[nodiscard]] EstimateOf<Integrand, P, Source> estimate_weighted(const H& heuristic, Integrand&& f, const P& proposals,
+                                                                 std::uint64_t rounds, Source&& source,
+                                                                 const AllocationType& allocation = {}) {
+  if constexpr (detail::fault_of_arguments<Integrand, P, Source>() == detail::Fault::none) {
+    const auto& set = as_proposal_set<std::remove_reference_t<Source>>(proposals);
+    using Set = std::remove_cvref_t<decltype(set)>;
+    require_rounds(rounds);
+    require_heuristic(heuristic);
+    allocation.require_fits(set.size(), Selection::S3);
+    Workspace<typename Set::Density, dynamic_capacity> workspace;
+    EstimateAccumulator<SummandOf<Integrand, typename Set::Value>> accumulator;
+    for (std::uint64_t round = 0; round < rounds; ++round)
+      accumulator.add_round(f, allocation.sample_count(set.size()), [&](auto&& visit) {
+        return sample_weighted_round(heuristic, set, allocation, source, workspace, visit);
+      });
+    return accumulator.result();
+  } else {
+    return {};
+  }
 }
 
 }  // namespace gmis

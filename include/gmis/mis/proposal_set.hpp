@@ -5,7 +5,6 @@
 #include <concepts>
 #include <cstddef>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <tuple>
 #include <type_traits>
@@ -21,7 +20,7 @@
 
 namespace gmis {
 
-/// One density of the k-th proposal: `pdf(k, x)` or `log_pdf(k, x)`.
+/// One density of the i-th proposal: `pdf(i, x)` or `log_pdf(i, x)`.
 template <class S>
 concept SetHasPdf = requires(const S& s, const typename S::Value& x) {
   { s.pdf(std::size_t{}, x) } -> std::floating_point;
@@ -43,8 +42,8 @@ concept SetHasLogPdfs = requires(const S& s, const typename S::Value& x, std::sp
 /// What the rounds work on, and what a type of yours can offer in place of a container of proposals:
 /// - `Value`, `Density`: the type of a sample, and the floating-point type of a density;
 /// - `size()`: N; and, if N has a bound known at compile time, `static constexpr std::size_t capacity`;
-/// - `sample(k, source)`: a Value, or an optional one, from proposal k;
-/// - `pdf(k, x)`, or all at once `pdfs(x, out)`, or both; or the same with logarithms: `log_pdf(k, x)`,
+/// - `sample(i, source)`: a Value, or an optional one, from proposal i;
+/// - `pdf(i, x)`, or all at once `pdfs(x, out)`, or both; or the same with logarithms: `log_pdf(i, x)`,
 ///   `log_pdfs(x, out)`.
 template <class S, class Source = Philox>
 concept ProposalSet = requires(const S& s, Source& source) {
@@ -81,11 +80,11 @@ requires(HasPdf<P, X> && !HasLogPdf<P, X>) struct DensityOf<P, X> {
   using Type = std::remove_cvref_t<decltype(std::declval<const P&>().pdf(std::declval<const X&>()))>;
 };
 
-/// `Count` proposals of one type side by side in memory, by reference.
-template <AnyProposal P, std::size_t Count = dynamic_capacity>
+/// `Count` proposals of one type side by side in memory, by reference; a sample is an X.
+template <class P, std::size_t Count = dynamic_capacity, class X = ValueOf<P>>
 class ProposalSpan {
  public:
-  using Value = ValueOf<P>;
+  using Value = X;
   using Density = typename DensityOf<P, Value>::Type;
   static constexpr std::size_t capacity = Count;
 
@@ -98,16 +97,16 @@ class ProposalSpan {
       return Count;
   }
   template <class Source>
-  [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t k, Source& source) const {
-    return proposals_[k].sample(source);
+  [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t i, Source& source) const {
+    return proposals_[i].sample(source);
   }
-  [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t k, const Value& x) const
+  [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t i, const Value& x) const
       requires(!HasLogPdf<P, Value>) {
-    return proposals_[k].pdf(x);
+    return proposals_[i].pdf(x);
   }
-  [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t k,
+  [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t i,
                                                               const Value& x) const requires HasLogPdf<P, Value> {
-    return proposals_[k].log_pdf(x);
+    return proposals_[i].log_pdf(x);
   }
 
  private:
@@ -115,46 +114,46 @@ class ProposalSpan {
   std::size_t size_;
 };
 
-/// Proposals of different types, by reference. All make the same Value; densities meet in their common type.
-template <AnyProposal... P>
+/// Proposals of different types, by reference. All make the same type X of sample; densities meet in their common type.
+template <class X, class... P>
 class ProposalTuple {
  public:
-  using Value = ValueOf<std::tuple_element_t<0, std::tuple<P...>>>;
-  static_assert((Proposal<P, Value> && ...), "all proposals of a set must make the same type of value");
+  using Value = X;
   using Density = std::common_type_t<typename DensityOf<P, Value>::Type...>;
   static constexpr std::size_t capacity = sizeof...(P);
   static constexpr bool any_log = (HasLogPdf<P, Value> || ...);
 
   explicit constexpr ProposalTuple(const std::tuple<P...>& proposals) noexcept : proposals_(&proposals) {}
+  explicit ProposalTuple(const std::tuple<P...>&&) = delete;  // it would refer to a temporary
 
   [[nodiscard]] constexpr std::size_t size() const noexcept { return sizeof...(P); }
 
   template <class Source>
-  [[nodiscard]] constexpr auto sample(std::size_t k, Source& source) const {
+  [[nodiscard]] constexpr auto sample(std::size_t i, Source& source) const {
     constexpr bool can_fail =
         (SampleResult<decltype(std::declval<const P&>().sample(std::declval<Source&>()))>::can_fail || ...);
     using Result = std::conditional_t<can_fail, std::optional<Value>, Value>;
-    return visit<Result>(k, [&](const auto& proposal) -> Result { return proposal.sample(source); });
+    return visit<Result>(i, [&](const auto& proposal) -> Result { return proposal.sample(source); });
   }
-  [[nodiscard]] constexpr Density pdf(std::size_t k, const Value& x) const requires(!any_log) {
-    return visit<Density>(k, [&](const auto& proposal) { return static_cast<Density>(proposal.pdf(x)); });
+  [[nodiscard]] constexpr Density pdf(std::size_t i, const Value& x) const requires(!any_log) {
+    return visit<Density>(i, [&](const auto& proposal) { return static_cast<Density>(proposal.pdf(x)); });
   }
-  [[nodiscard]] constexpr Density log_pdf(std::size_t k, const Value& x) const requires any_log {
-    return visit<Density>(k, [&](const auto& proposal) { return log_pdf_of(proposal, x); });
+  [[nodiscard]] constexpr Density log_pdf(std::size_t i, const Value& x) const requires any_log {
+    return visit<Density>(i, [&](const auto& proposal) { return log_pdf_of(proposal, x); });
   }
   constexpr void pdfs(const Value& x, std::span<Density> out) const requires(!any_log) {
     std::apply(
         [&](const auto&... proposal) {
-          std::size_t k = 0;
-          ((out[k++] = static_cast<Density>(proposal.pdf(x))), ...);
+          std::size_t i = 0;
+          ((out[i++] = static_cast<Density>(proposal.pdf(x))), ...);
         },
         *proposals_);
   }
   constexpr void log_pdfs(const Value& x, std::span<Density> out) const requires any_log {
     std::apply(
         [&](const auto&... proposal) {
-          std::size_t k = 0;
-          ((out[k++] = log_pdf_of(proposal, x)), ...);
+          std::size_t i = 0;
+          ((out[i++] = log_pdf_of(proposal, x)), ...);
         },
         *proposals_);
   }
@@ -169,40 +168,80 @@ class ProposalTuple {
   }
 
   template <class Result, std::size_t K = 0, class F>
-  [[nodiscard]] constexpr Result visit(std::size_t k, F&& f) const {
+  [[nodiscard]] constexpr Result visit(std::size_t i, F&& f) const {
     if constexpr (K + 1 == sizeof...(P)) {
       return f(std::get<K>(*proposals_));
     } else {
-      return k == K ? f(std::get<K>(*proposals_)) : visit<Result, K + 1>(k, f);
+      return i == K ? f(std::get<K>(*proposals_)) : visit<Result, K + 1>(i, f);
     }
   }
 
   const std::tuple<P...>* proposals_;
 };
 
-/// Sees anything accepted as a set of proposals as a `ProposalSet`. Containers and tuples are referred to, not copied.
-template <AnyProposal P, std::size_t N>
-[[nodiscard]] constexpr auto as_proposal_set(const std::array<P, N>& proposals) noexcept {
-  return ProposalSpan<P, N>(proposals.data(), N);
-}
-template <AnyProposal... P>
-[[nodiscard]] constexpr auto as_proposal_set(const std::tuple<P...>& proposals) noexcept {
-  return ProposalTuple<P...>(proposals);
-}
-template <ProposalSet S>
-[[nodiscard]] constexpr const S& as_proposal_set(const S& proposals) noexcept {
+/// Something whose items lie side by side in memory: what std::span can refer to.
+template <class R>
+concept SideBySide = requires(const R& items) {
+  std::span(items);
+};
+template <class R>
+using ItemOf = typename decltype(std::span(std::declval<const R&>()))::value_type;
+
+/// Tuples whose items are all proposals of one type of value, for this source.
+template <class T, class Source>
+inline constexpr bool is_tuple_of_proposals = false;
+template <class First, class... P, class Source>
+requires AnyProposal<First, Source>
+inline constexpr bool is_tuple_of_proposals<std::tuple<First, P...>, Source> =
+    (Proposal<P, ValueOf<First, Source>, Source> && ...);
+
+namespace detail {
+template <class Source, ProposalSet<Source> S>
+[[nodiscard]] constexpr const S& see_as_set(const S& proposals) noexcept {
   return proposals;
 }
-template <class R>
-requires(std::ranges::contiguous_range<R>&& AnyProposal<std::ranges::range_value_t<R>>)
-    [[nodiscard]] constexpr auto as_proposal_set(const R& proposals) noexcept {
-  return ProposalSpan<std::ranges::range_value_t<R>>(std::ranges::data(proposals), std::ranges::size(proposals));
+template <class Source, class First, class... P>
+requires is_tuple_of_proposals<std::tuple<First, P...>, Source>
+[[nodiscard]] constexpr auto see_as_set(const std::tuple<First, P...>& proposals) noexcept {
+  return ProposalTuple<ValueOf<First, Source>, First, P...>(proposals);
+}
+template <class Source, class P, std::size_t N>
+requires AnyProposal<P, Source>
+[[nodiscard]] constexpr auto see_as_set(const std::array<P, N>& proposals) noexcept {
+  return ProposalSpan<P, N, ValueOf<P, Source>>(proposals.data(), N);
+}
+template <class Source, SideBySide R>
+requires(!ProposalSet<R, Source> && AnyProposal<ItemOf<R>, Source>)
+    [[nodiscard]] constexpr auto see_as_set(const R& proposals) noexcept {
+  const std::span items(proposals);
+  using P = ItemOf<R>;
+  return ProposalSpan<P, dynamic_capacity, ValueOf<P, Source>>(items.data(), items.size());
+}
+}  // namespace detail
+
+/// std::array, std::vector, std::span or std::tuple of proposals, or a type that meets `ProposalSet`, for this source.
+template <class S, class Source = Philox>
+concept Proposals = requires(const S& s) {
+  detail::see_as_set<Source>(s);
+};
+
+/// Sees anything accepted as a set of proposals as a `ProposalSet` that draws from a `Source`. Containers and tuples are
+/// referred to, not copied: they must outlive the set, so that temporaries are refused.
+template <class Source = Philox, Proposals<Source> S>
+[[nodiscard]] constexpr decltype(auto) as_proposal_set(const S& proposals) noexcept {
+  return detail::see_as_set<Source>(proposals);
 }
 
-/// std::array, std::vector, std::span or std::tuple of proposals, or a type that meets `ProposalSet`.
-template <class S>
-concept Proposals = requires(const S& s) {
-  as_proposal_set(s);
+/// What owns its proposals and is about to end: not a span, which only refers to them.
+template <class R>
+concept OwningTemporary = !std::is_lvalue_reference_v<R> && !requires {
+  typename std::remove_cvref_t<R>::element_type;
+  requires std::same_as<std::remove_cvref_t<R>,
+                        std::span<typename std::remove_cvref_t<R>::element_type, std::remove_cvref_t<R>::extent>>;
 };
+template <class Source = Philox, OwningTemporary R>
+requires Proposals<R, Source>
+auto as_proposal_set(R&& proposals)
+    -> decltype(detail::see_as_set<Source>(proposals)) = delete;  // it would refer to a temporary: give that a name
 
 }  // namespace gmis

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
+
 namespace gmis {
 
 /// One point of a quadrature rule: ∫ g ≈ Σ weight · g(x).
@@ -14,8 +16,10 @@ struct QuadratureNode {
 };
 
 /// The Gauss–Legendre rule with `count` points on [−1, 1], exact for polynomials of degree 2 count − 1. The nodes are the
-/// roots of the Legendre polynomial, by Newton's method from the asymptotic formula (Abramowitz, Stegun 22.16.6).
+/// roots of the Legendre polynomial, by Newton's method from the asymptotic formula (Abramowitz, Stegun 22.16.6). Throws
+/// std::invalid_argument for no points.
 [[nodiscard]] inline std::vector<QuadratureNode> gauss_legendre(std::size_t count) {
+  require_argument(count > 0, "a quadrature rule of no points: ask for at least one");
   constexpr double pi = 3.14159265358979323846;
   std::vector<QuadratureNode> nodes(count);
   const double n = static_cast<double>(count);
@@ -43,8 +47,15 @@ struct QuadratureNode {
 
 /// A composite Gauss–Legendre rule over the intervals between consecutive `breakpoints` (ascending: the ends of the
 /// domain, and every place where an integrand or a density jumps), each cut into `panels` equal parts of `order` points.
+/// Throws std::invalid_argument for fewer than two breakpoints, for some that are not finite and ascending, for no panels
+/// and for no points.
 [[nodiscard]] inline std::vector<QuadratureNode> composite_gauss_legendre(std::span<const double> breakpoints,
                                                                           std::size_t panels, std::size_t order = 16) {
+  require_argument(breakpoints.size() >= 2, "a quadrature rule needs at least two breakpoints: the ends of the domain");
+  require_argument(panels > 0, "a quadrature rule of no panels: ask for at least one");
+  for (std::size_t i = 0; i < breakpoints.size(); ++i)
+    require_argument(std::isfinite(breakpoints[i]) && (i == 0 || breakpoints[i - 1] < breakpoints[i]),
+                     "breakpoints must be finite and ascending");
   const std::vector<QuadratureNode> reference = gauss_legendre(order);
   std::vector<QuadratureNode> nodes;
   nodes.reserve((breakpoints.size() - 1) * panels * order);

@@ -9,9 +9,9 @@
 #include "gmis/mis/denominator.hpp"
 #include "gmis/mis/mixture.hpp"
 #include "gmis/mis/proposal_set.hpp"
+#include "gmis/mis/sample_allocation.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/mis/selection.hpp"
-#include "gmis/mis/shares.hpp"
 #include "gmis/mis/workspace.hpp"
 
 namespace gmis {
@@ -28,8 +28,7 @@ struct RoundCounts {
 /// Draws one sample of proposal `index` and hands it to `visit(x, denominator, index)` if it can be used, else counts why
 /// not. `weigh(densities)` returns its own density and the denominator; `discard()` is called when both are known, or when
 /// no sample was made. The one place where a sample is judged.
-template <bool divided_by_own, ProposalSet Set, UniformSource Source, class WorkspaceType, class Weigh, class Discard,
-          class Visit>
+template <bool divided_by_own, class Set, class Source, class WorkspaceType, class Weigh, class Discard, class Visit>
 [[gnu::always_inline]] inline void visit_sample(const Set& set, std::size_t index, Source& source,
                                                 WorkspaceType& workspace, RoundCounts& counts, Weigh&& weigh,
                                                 Discard&& discard, Visit& visit) {
@@ -60,57 +59,72 @@ template <bool divided_by_own, ProposalSet Set, UniformSource Source, class Work
   }
 }
 
-/// Draws one round of samples and calls `visit(x, denominator, index)` for each: the sample, the density φ(x) that
-/// the pair of selection and weighting divides it by, and the index of the proposal that made it. With n =
-/// `shares.sample_count(N)` samples in the round, (1/n) Σ f(x) / φ(x) estimates ∫ f.
-///
-/// `denominator` is a `Set::Density`, or a `LogDensity` of it for a set with logarithms. No allocation beyond
-/// `workspace.prepare`, and none at all for a workspace with fixed capacity. Every estimator of the library is made of
-/// this function.
-template <Selection selection, Weighting weighting, ProposalSet Set, class ShareType, UniformSource Source,
-          std::size_t Capacity, class Visit>
-[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
-                                                       Workspace<typename Set::Density, Capacity>& workspace,
-                                                       Visit&& visit) {
+/// `sample_round` without the checks of its arguments, which one that runs many rounds makes once: the allocation fits the
+/// set, and `workspace.prepare(set.size(), n)` was called. Adds what happened to `counts`.
+template <Selection selection, Weighting weighting, class Set, class AllocationType, class Source, std::size_t Capacity,
+          class Visit>
+[[gnu::always_inline]] inline void sample_checked_round(const Set& set, const AllocationType& allocation,
+                                                        Source& source,
+                                                        Workspace<typename Set::Density, Capacity>& workspace,
+                                                        RoundCounts& counts, Visit&& visit) {
   constexpr Scheme scheme = scheme_of(selection, weighting);
   const std::size_t proposal_count = set.size();
-  const std::size_t sample_count = shares.sample_count(proposal_count);
-  workspace.prepare(proposal_count, sample_count);
+  const std::size_t sample_count = allocation.sample_count(proposal_count);
 
-  RoundCounts counts;
-  IndexSelector<selection, scheme, ShareType, Source, Workspace<typename Set::Density, Capacity>> selector(
-      shares, source, workspace, proposal_count, sample_count);
+  IndexSelector<selection, scheme, AllocationType, Source, Workspace<typename Set::Density, Capacity>> selector(
+      allocation, source, workspace, proposal_count, sample_count);
   for (std::size_t n = 0; n < sample_count; ++n) {
     const std::size_t index = selector.next(n);
     visit_sample<scheme == Scheme::R1 || scheme == Scheme::N1>(
         set, index, source, workspace, counts,
         [&](DensitiesAt<Set>& densities) {
-          return denominator_of<scheme, selection>(densities, set, shares, workspace, index, n, sample_count);
+          return denominator_of<scheme, selection>(densities, set, allocation, workspace, index, n, sample_count);
         },
         [&] { selector.discard(n); }, visit);
   }
+}
+
+/// Draws one round of samples and calls `visit(x, denominator, index)` for each: the sample, the density φ(x) that
+/// the pair of selection and weighting divides it by, and the index of the proposal that made it. With n =
+/// `allocation.sample_count(N)` samples in the round, (1/n) Σ f(x) / φ(x) estimates ∫ f.
+///
+/// `denominator` is a `Set::Density`, or a `LogDensity` of it for a set with logarithms. No allocation beyond
+/// `workspace.prepare`, and none at all for a workspace with fixed capacity. Throws std::invalid_argument when the
+/// allocation does not fit the set, or a fixed workspace is too small. Every estimator of the library is made of this
+/// function.
+template <Selection selection, Weighting weighting, class Set, class AllocationType, UniformSource Source,
+          std::size_t Capacity, class Visit>
+requires ProposalSet<Set, Source>
+[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const AllocationType& allocation, Source& source,
+                                                       Workspace<typename Set::Density, Capacity>& workspace,
+                                                       Visit&& visit) {
+  allocation.require_fits(set.size(), selection);
+  workspace.prepare(set.size(), allocation.sample_count(set.size()));
+  RoundCounts counts;
+  sample_checked_round<selection, weighting>(set, allocation, source, workspace, counts, visit);
   return counts;
 }
 
 /// The same for a scheme, run as its cheapest pair.
-template <Scheme scheme, ProposalSet Set, class ShareType, UniformSource Source, std::size_t Capacity, class Visit>
-[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const ShareType& shares, Source& source,
+template <Scheme scheme, class Set, class AllocationType, UniformSource Source, std::size_t Capacity, class Visit>
+requires ProposalSet<Set, Source>
+[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const AllocationType& allocation, Source& source,
                                                        Workspace<typename Set::Density, Capacity>& workspace,
                                                        Visit&& visit) {
   constexpr SelectionAndWeighting pair = cheapest_pair(scheme);
-  return sample_round<pair.selection, pair.weighting>(set, shares, source, workspace, std::forward<Visit>(visit));
+  return sample_round<pair.selection, pair.weighting>(set, allocation, source, workspace, std::forward<Visit>(visit));
 }
 
-/// The same for anything accepted as a set of proposals, in equal shares; the workspace is on the stack when a bound on
+/// The same for anything accepted as a set of proposals, one sample of each; the workspace is on the stack when a bound on
 /// the number of proposals is known at compile time.
-template <Scheme scheme, Proposals P, UniformSource Source, class Visit>
-RoundCounts sample_round(const P& proposals, Source& source, Visit&& visit) {
-  const auto& set = as_proposal_set(proposals);
+template <Scheme scheme, class P, UniformSource Source, class Visit>
+requires Proposals<P, Source> RoundCounts sample_round(const P& proposals, Source& source, Visit&& visit) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   static_assert(capacity_of<Set> != dynamic_capacity,
-                "the number of proposals is not bounded at compile time: pass shares and a Workspace");
+                "the number of proposals is not bounded at compile time: pass an allocation and a Workspace");
   Workspace<typename Set::Density, capacity_of<Set>> workspace;
-  return sample_round<scheme>(set, EqualShares{}, source, workspace, std::forward<Visit>(visit));
+  return sample_round<scheme>(set, EqualAllocation{}, source, workspace, std::forward<Visit>(visit));
 }
 
 }  // namespace gmis

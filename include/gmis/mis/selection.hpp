@@ -11,31 +11,31 @@ namespace gmis {
 
 /// Chooses the proposal of each sample of one round. `workspace.order` holds what a weighting wants to know of it: for
 /// S2 a permutation whose entries from n on are still undrawn, for R2 all indices of the round. For R2
-/// `workspace.multiplicity[k]` counts how often k was drawn; for N2 with unequal shares, how often it can still be.
-template <Selection selection, Scheme scheme, class ShareType, UniformSource Source, class WorkspaceType>
+/// `workspace.multiplicity[i]` counts how often i was drawn; for N2 with unequal allocation, how often it can still be.
+template <Selection selection, Scheme scheme, class AllocationType, UniformSource Source, class WorkspaceType>
 class IndexSelector {
   static constexpr bool draws_all_first = scheme == Scheme::R2;
-  static constexpr bool counts_undrawn = scheme == Scheme::N2 && !ShareType::is_equal;
+  static constexpr bool counts_undrawn = scheme == Scheme::N2 && !AllocationType::is_equal;
   using Count = typename WorkspaceType::Count;
 
  public:
-  [[gnu::always_inline]] IndexSelector(const ShareType& shares, Source& source, WorkspaceType& workspace,
+  [[gnu::always_inline]] IndexSelector(const AllocationType& allocation, Source& source, WorkspaceType& workspace,
                                        std::size_t proposal_count, std::size_t sample_count)
-      : shares_(shares),
+      : allocation_(allocation),
         source_(source),
         workspace_(workspace),
         proposal_count_(proposal_count),
         sample_count_(sample_count) {
     if constexpr (selection == Selection::S2)
       for (std::size_t n = 0; n < sample_count; ++n)
-        workspace_.order[n] = static_cast<std::uint32_t>(shares.proposal_of_slot(n));
+        workspace_.order[n] = static_cast<std::uint32_t>(allocation.proposal_of_slot(n));
     if constexpr (draws_all_first || counts_undrawn)
-      for (std::size_t k = 0; k < proposal_count; ++k) workspace_.multiplicity[k] = Count(0);
+      for (std::size_t i = 0; i < proposal_count; ++i) workspace_.multiplicity[i] = Count(0);
     if constexpr (draws_all_first)
       for (std::size_t n = 0; n < sample_count; ++n) {
-        const std::size_t k = shares.draw(source, proposal_count);
-        workspace_.order[n] = static_cast<std::uint32_t>(k);
-        workspace_.multiplicity[k] += Count(1);
+        const std::size_t i = allocation.draw(source, proposal_count);
+        workspace_.order[n] = static_cast<std::uint32_t>(i);
+        workspace_.multiplicity[i] += Count(1);
       }
     if constexpr (counts_undrawn)
       for (std::size_t n = 0; n < sample_count; ++n) workspace_.multiplicity[workspace_.order[n]] += Count(1);
@@ -44,11 +44,11 @@ class IndexSelector {
   /// The index of sample n; to be called for n = 0, 1, … in order.
   [[nodiscard, gnu::always_inline]] std::size_t next(std::size_t n) {
     if constexpr (selection == Selection::S3) {
-      return shares_.proposal_of_slot(n);
+      return allocation_.proposal_of_slot(n);
     } else if constexpr (draws_all_first) {
       return workspace_.order[n];
     } else if constexpr (selection == Selection::S1) {
-      return shares_.draw(source_, proposal_count_);
+      return allocation_.draw(source_, proposal_count_);
     } else {
       const std::size_t undrawn = sample_count_ - n;
       const std::size_t chosen = undrawn == 1 ? n : n + uniform_index(source_, static_cast<std::uint32_t>(undrawn));
@@ -63,7 +63,7 @@ class IndexSelector {
   }
 
  private:
-  const ShareType& shares_;
+  const AllocationType& allocation_;
   Source& source_;
   WorkspaceType& workspace_;
   std::size_t proposal_count_;

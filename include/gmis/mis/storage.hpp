@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
+
 namespace gmis {
 
 /// The capacity of something whose size is known at run time only.
@@ -13,8 +15,12 @@ inline constexpr std::size_t dynamic_capacity = static_cast<std::size_t>(-1);
 template <class T, std::size_t Capacity>
 class Storage {
  public:
-  /// Must be called before use; `size` ≤ Capacity. (Here it does nothing.)
-  constexpr void prepare(std::size_t) noexcept {}
+  /// Must be called before use. Throws std::invalid_argument when `size` exceeds the capacity.
+  constexpr void prepare(std::size_t size) {
+    require_argument(size <= Capacity,
+                     "more proposals or samples than the fixed capacity holds: raise the capacity of "
+                     "the set, Workspace, SampleAllocation or Groups, or use dynamic_capacity");
+  }
   [[nodiscard]] constexpr T* data() noexcept { return items_.data(); }
   [[nodiscard]] constexpr const T* data() const noexcept { return items_.data(); }
   [[nodiscard]] constexpr T& operator[](std::size_t i) noexcept { return items_[i]; }

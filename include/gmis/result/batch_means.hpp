@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <span>
 #include <vector>
 
@@ -21,11 +22,16 @@ class BatchMeans {
   static constexpr int channel_count = SpectrumTraits<S>::channel_count;
   static constexpr std::size_t capacity = 16;
 
-  explicit BatchMeans(std::size_t pixel_count) : current_(pixel_count * channel_count, 0.0) {}
+  /// Pixels are stored by rows.
+  explicit BatchMeans(glm::ivec2 resolution)
+      : resolution_(resolution),
+        current_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count, 0.0) {
+  }
 
   /// Adds one iteration, as `Film::add_iteration` does.
   void add_iteration(std::span<const S> frame) {
     if (batches_.size() == capacity) join_neighbours();
+    ++iterations_;
     const double weight = 1.0 / static_cast<double>(++current_iterations_);
     std::size_t i = 0;
     for (const S& pixel : frame)
@@ -37,13 +43,19 @@ class BatchMeans {
     current_iterations_ = 0;
   }
 
-  /// Complete batches; what has been added since the last of them is not part of any.
+  [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
+  /// All that were added.
+  [[nodiscard]] std::uint64_t iterations() const noexcept { return iterations_; }
+  /// Complete batches; what has been added since the last of them is not part of any, but `unfinished`.
   [[nodiscard]] std::size_t batch_count() const noexcept { return batches_.size(); }
   [[nodiscard]] std::uint64_t iterations_per_batch() const noexcept { return length_; }
   /// Pixels times channels.
   [[nodiscard]] std::size_t value_count() const noexcept { return current_.size(); }
   /// The mean image of a batch, channel after channel, pixel after pixel.
   [[nodiscard]] std::span<const float> batch(std::size_t index) const noexcept { return batches_[index]; }
+  /// The iterations since the last complete batch, and their mean image.
+  [[nodiscard]] std::uint64_t unfinished_iterations() const noexcept { return current_iterations_; }
+  [[nodiscard]] std::span<const double> unfinished() const noexcept { return current_; }
 
  private:
   void join_neighbours() {
@@ -57,6 +69,8 @@ class BatchMeans {
     length_ *= 2;
   }
 
+  glm::ivec2 resolution_;
+  std::uint64_t iterations_ = 0;
   std::uint64_t length_ = 1;
   std::uint64_t current_iterations_ = 0;
   std::vector<double> current_;

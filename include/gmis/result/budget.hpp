@@ -19,6 +19,7 @@ struct RunState {
   std::uint32_t iterations = 0;
   double seconds = 0.0;
   double relative_error = 0.0;  ///< estimated √relMSE; 0 while it is unknown
+  bool is_calibrated = false;   ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
 };
 
 /// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An unset limit has no
@@ -36,7 +37,8 @@ struct Budget {
   /// iteration nearest to the time limit: one more iteration begins only when half of a mean iteration still fits.
   [[nodiscard]] std::optional<StopReason> reason_to_stop(const RunState& state) const noexcept {
     if (iterations && state.iterations >= *iterations) return StopReason::iterations;
-    if (relative_error && state.iterations >= fewest_iterations_for_error && state.relative_error <= *relative_error)
+    if (relative_error && state.is_calibrated && state.iterations >= fewest_iterations_for_error &&
+        state.relative_error <= *relative_error)
       return StopReason::error;
     const double half_iteration = state.seconds / state.iterations / 2.0;
     if (seconds && state.seconds + half_iteration >= *seconds) return StopReason::time;

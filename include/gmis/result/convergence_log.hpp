@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cstdint>
 #include <optional>
@@ -18,8 +19,8 @@ struct ConvergencePoint {
   double cpu_seconds = 0.0;
   double wall_seconds = 0.0;
   std::uint64_t iteration = 0;
-  std::optional<double> estimated_error;  ///< √(mean of variance / (value² + 0.01)), from all iterations
-  std::optional<Interval> interval;       ///< confidence interval of the true error, from batch means
+  std::optional<double> estimated_error;  ///< `ErrorEstimate::relative_error` of all iterations
+  std::optional<Interval> interval;       ///< interval around `estimated_error`; empty when that is not calibrated
   std::optional<double> reference_error;  ///< √relMSE against a reference
 };
 
@@ -27,12 +28,13 @@ struct ConvergencePoint {
 /// and every decade has about the same number of points.
 class ConvergenceLog {
  public:
-  /// True when a point is due after this iteration. Points are due after iterations 1 to 8; after that, each is a
-  /// quarter later than the last one, rounded down.
+  /// True when a point is due after this iteration. Points are due after iterations 1 to 8, then four times per
+  /// doubling: 10, 12, 14, 16, 20 and so on. From 16 on, all batches of `BatchMeans` are complete at these iterations.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   void add(ConvergencePoint point) {
-    next_ = point.iteration + std::max<std::uint64_t>(1, point.iteration / 4);
+    next_ = point.iteration + std::max<std::uint64_t>(1, std::bit_floor(point.iteration) / 4);
+    next_ -= next_ % std::max<std::uint64_t>(1, std::bit_floor(next_) / 4);
     points_.push_back(std::move(point));
   }
 

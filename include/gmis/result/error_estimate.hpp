@@ -4,12 +4,16 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
 #include "gmis/result/batch_means.hpp"
+#include "gmis/result/image_error.hpp"
+#include "gmis/result/run_parts.hpp"
 
 namespace gmis {
 
@@ -20,74 +24,161 @@ struct Interval {
   double upper = 0.0;
 };
 
-/// The relative error of an image, estimated without a reference from independent batches of its iterations.
-///
-/// The true value is √(mean over pixels and channels of Var / (v² + 0.01)): v is the expected value there and Var the
-/// variance of the mean of `iterations` iterations. It is the expected relMSE against a perfect reference, square-rooted,
-/// so far as the image is unbiased: *the bias of merging is not part of it* (see `merging_bias`).
-///
-/// `value` is the estimate from the batches, the jackknife's correction for the curvature of the ratio included. The
-/// interval is Student's, by the jackknife over batches, of the logarithm: the error is positive and its estimate
-/// skewed. Nothing is returned with fewer than 4 batches, or when all the variance comes from a single batch: then not
-/// even its order of magnitude is known. [Efron, Tibshirani 1993, ch. 11]
-template <Spectrum S>
-[[nodiscard]] std::optional<Interval> estimate_error(const BatchMeans<S>& means, std::uint64_t iterations,
-                                                     double confidence = 0.95) {
-  const std::size_t batches = means.batch_count();
-  const std::size_t values = means.value_count();
-  if (batches < 4 || values == 0 || iterations == 0) return {};
-  const double count = static_cast<double>(batches);
+/// Why no interval stands around an estimated error.
+enum class ErrorDoubt {
+  none,
+  nothing_found,  ///< no value differs between iterations: nothing has been found yet
+  few_batches,    ///< fewer than 8
+  rare_events,    ///< what the error is relative to depends on a few rare, bright samples
+  few_pixels,     ///< a few pixels make much of the error: how many more there are is not known
+};
 
-  // Sums over pixels of (sample variance of a batch mean) / (mean² + 0.01): with all batches, and without each one. In
-  // blocks, so that every inner loop runs along an image.
-  double with_all = 0.0;
-  std::vector<double> without(batches, 0.0);
-  constexpr std::size_t block = 512;
-  std::array<double, block> mean, squares;
-  for (std::size_t begin = 0; begin < values; begin += block) {
-    const std::size_t size = std::min(block, values - begin);
-    mean.fill(0.0);
-    squares.fill(0.0);
-    for (std::size_t b = 0; b < batches; ++b) {
-      const std::span<const float> image = means.batch(b).subspan(begin, size);
-      for (std::size_t i = 0; i < size; ++i) mean[i] += static_cast<double>(image[i]) / count;
-    }
-    for (std::size_t b = 0; b < batches; ++b) {
-      const std::span<const float> image = means.batch(b).subspan(begin, size);
-      for (std::size_t i = 0; i < size; ++i) {
-        const double deviation = static_cast<double>(image[i]) - mean[i];
-        squares[i] += deviation * deviation;
-      }
-    }
-    for (std::size_t i = 0; i < size; ++i) with_all += squares[i] / (count - 1.0) / (mean[i] * mean[i] + 0.01);
-    for (std::size_t b = 0; b < batches; ++b) {
-      const std::span<const float> image = means.batch(b).subspan(begin, size);
-      double sum = 0.0;
-      for (std::size_t i = 0; i < size; ++i) {
-        const double deviation = static_cast<double>(image[i]) - mean[i];
-        const double rest = std::max(0.0, squares[i] - deviation * deviation * (count / (count - 1.0)));
-        const double mean_of_rest = mean[i] - deviation * (1.0 / (count - 1.0));
-        sum += rest / (mean_of_rest * mean_of_rest + 0.01);
-      }
-      without[b] += sum / (count - 2.0);
-    }
+[[nodiscard]] constexpr const char* name_of(ErrorDoubt doubt) noexcept {
+  constexpr const char* names[] = {"none", "nothing_found", "few_batches", "rare_events", "few_pixels"};
+  return names[static_cast<int>(doubt)];
+}
+
+/// A pixel and its share of the squared relative error of the image.
+struct PixelShare {
+  std::size_t pixel = 0;
+  double share = 0.0;
+};
+
+/// The relative error of an image, as its own iterations tell it.
+struct ErrorEstimate {
+  static constexpr std::size_t worst_count = 5;
+
+  double relative_error = 0.0;          ///< estimates √relMSE of this very image against a perfect reference
+  double relative_error_trimmed = 0.0;  ///< the same without `trimmed_pixels`
+  Interval interval;                    ///< around `relative_error`; not to be shown unless the estimate is calibrated
+  ErrorDoubt doubt = ErrorDoubt::few_batches;
+  std::array<PixelShare, worst_count> worst{};  ///< the pixels that make most of the error, the worst first
+
+  [[nodiscard]] constexpr bool is_calibrated() const noexcept { return doubt == ErrorDoubt::none; }
+  [[nodiscard]] constexpr double share_of_worst() const noexcept {
+    double share = 0.0;
+    for (const PixelShare& one : worst) share += one.share;
+    return share;
   }
-  const double smallest = *std::min_element(without.begin(), without.end());
-  constexpr double rounding = 1e-12;
-  if (!(smallest > rounding * with_all) || !std::isfinite(with_all)) return {};
+};
 
-  double mean_log = 0.0, spread = 0.0;
-  for (const double sum : without) mean_log += std::log(sum) / count;
-  for (const double sum : without) spread += (std::log(sum) - mean_log) * (std::log(sum) - mean_log);
-  const double standard_error = std::sqrt(spread * (count - 1.0) / count);
-  const double centre = count * std::log(with_all) - (count - 1.0) * mean_log;
+/// When an interval may be shown; chosen by calibration (docs/accuracy-and-time.md).
+struct ErrorCalibration {
+  std::size_t fewest_batches = 8;
+  /// Of the squared error relative to other batches over that relative to all batches: where rare samples are both the
+  /// error and the value that it is relative to, the two differ.
+  double largest_disagreement = 1.15;
+  double largest_deviation = 0.35;      ///< standard deviation of the squared error, relative
+  double largest_share_of_worst = 0.2;  ///< of `ErrorEstimate::worst` in the squared error
+};
 
-  // From the variance of one batch mean to that of the mean of all iterations, and from squares to the root.
-  const double scale =
-      static_cast<double>(means.iterations_per_batch()) / static_cast<double>(iterations) / static_cast<double>(values);
-  const double reach = student_t_quantile(0.5 + confidence / 2.0, count - 1.0) * standard_error;
-  const auto error_at = [&](double log_sum) { return std::sqrt(scale * std::exp(log_sum)); };
-  return Interval{error_at(centre), error_at(centre - reach), error_at(centre + reach)};
+/// The error of an image from the parts of its run: the batches and what has been added since. Nothing before two parts.
+///
+/// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m the mean of all and
+/// m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased estimate of the variance of m. Each of its terms is
+/// divided by what the *other* parts say of the value there, so that a bright, rare sample is not divided by itself:
+/// by m_-b² + `relative_error_floor`, but where x_b lies five standard deviations off what the others let expect, m_-b has most
+/// likely missed what such samples add, and the mean around the pixel, of the other parts again, takes its place.
+///
+/// The interval is of this image's own squared error. With e_b the true deviations, that error is Σ_bc w_b w_c e_b e_c and
+/// its estimate lacks the products b ≠ c; they have the mean 0 and a variance that the products of different parts, summed
+/// over the image, show. *The bias of merging is not part of any of this* (see `merging_bias`), nor is what no iteration has met.
+template <Spectrum S>
+[[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, double confidence = 0.95,
+                                                          const ErrorCalibration& calibration = {}) {
+  using Parts = detail::RunParts<S>;
+  constexpr std::size_t channels = BatchMeans<S>::channel_count;
+  const Parts parts(means);
+  const std::size_t count = parts.count(), values = means.value_count();
+  if (count < 2 || values == 0) return {};
+
+  std::vector<double> mean(values, 0.0);
+  for (std::size_t b = 0; b < count; ++b)
+    for (std::size_t i = 0; i < values; ++i) mean[i] += parts.share(b) * parts.value(b, i);
+
+  std::vector<double> per_pixel(values / channels, 0.0);
+  std::array<std::array<double, Parts::most>, Parts::most> products{};  // of parts, over the image: the lower triangle
+  double near = 0.0, far = 0.0;  // relative to the mean of all parts, and to that of the others
+  for (std::size_t i = 0; i < values; ++i) {
+    std::array<double, Parts::most> deviations{}, scaled{};
+    double total = 0.0;
+    for (std::size_t b = 0; b < count; ++b) {
+      deviations[b] = parts.value(b, i) - mean[i];
+      total += parts.share(b) * deviations[b] * deviations[b];
+    }
+    constexpr double rounding = 1e-14;  // batches are stored as float
+    if (!(total > rounding * mean[i] * mean[i])) continue;
+    const detail::Extremes extremes(std::span<const double>(deviations).first(means.batch_count()));
+    double squares = 0.0;
+    for (std::size_t b = 0; b < count; ++b) {
+      const double share = parts.share(b), ratio = share / (1.0 - share), deviation = deviations[b];
+      const double square = share * ratio * deviation * deviation;
+      double value = mean[i] - ratio * deviation;  // the mean of the others
+      double inverse = 1.0 / (value * value + relative_error_floor);
+      squares += square;
+      far += square * inverse;
+      // The spread of the others, Σ w_c (x_c − value)², without the one of them that is farthest off: two bright samples must
+      // not hide each other.
+      const double own = ratio * deviation * deviation;
+      const double off = extremes.farthest_from(-ratio * deviation, b);
+      double farthest = parts.share(0) * off * off;
+      if (count > means.batch_count() && b + 1 < count) {
+        const double unfinished = deviations[count - 1] + ratio * deviation;
+        farthest = std::max(farthest, parts.share(count - 1) * unfinished * unfinished);
+      }
+      constexpr double standard_deviations = 5.0;
+      const double expected = count > 3 ? (total - own - farthest) / static_cast<double>(count - 3) : 0.0;
+      if (own > standard_deviations * standard_deviations * expected) {
+        value = detail::neighbourhood_without(parts, std::span<const double>(mean), means.resolution(), i, b);
+        inverse = 1.0 / (value * value + relative_error_floor);
+      }
+      scaled[b] = share * deviation * std::sqrt(inverse);
+      per_pixel[i / channels] += square * inverse;
+    }
+    near += squares / (mean[i] * mean[i] + relative_error_floor);
+    for (std::size_t b = 0; b < count; ++b)
+      for (std::size_t c = 0; c < b; ++c) products[b][c] += scaled[b] * scaled[c];
+  }
+
+  ErrorEstimate estimate;
+  const double sum = std::accumulate(per_pixel.begin(), per_pixel.end(), 0.0);
+  estimate.relative_error = std::sqrt(sum / static_cast<double>(values));
+  estimate.interval = {estimate.relative_error, 0.0, std::numeric_limits<double>::infinity()};
+  if (!(sum > 0.0)) {
+    estimate.doubt = ErrorDoubt::nothing_found;
+    return estimate;
+  }
+  std::vector<std::size_t> order(per_pixel.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const std::size_t shown = std::min(ErrorEstimate::worst_count, order.size());
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(shown), order.end(),
+                    [&](std::size_t a, std::size_t b) { return per_pixel[a] > per_pixel[b]; });
+  for (std::size_t k = 0; k < shown; ++k) estimate.worst[k] = {order[k], per_pixel[order[k]] / sum};
+  estimate.relative_error_trimmed = std::sqrt(trimmed_mean(per_pixel, channels));
+  if (count < std::max<std::size_t>(4, calibration.fewest_batches)) return estimate;
+
+  // The mean of a product is −w_b w_c times the squared error; what it is off is chance. The deviations from a common mean
+  // leave B (B − 3) / 2 of the B (B − 1) / 2 products free.
+  const double parts_count = static_cast<double>(count);
+  double chance = 0.0;
+  for (std::size_t b = 0; b < count; ++b)
+    for (std::size_t c = 0; c < b; ++c) {
+      const double off = products[b][c] + parts.share(b) * parts.share(c) * sum;
+      chance += off * off;
+    }
+  const double deviation = 2.0 * std::sqrt(chance / ((parts_count - 1.0) * (parts_count - 3.0))) * parts_count / sum;
+  const double disagreement = std::max({1.0, far / sum, sum / near, far / near});
+  estimate.doubt =
+      disagreement > calibration.largest_disagreement ? ErrorDoubt::rare_events
+      : deviation > calibration.largest_deviation || estimate.share_of_worst() > calibration.largest_share_of_worst
+          ? ErrorDoubt::few_pixels
+          : ErrorDoubt::none;
+  // From the squared error to its root, as a factor.
+  const double t = student_t_quantile(0.5 + confidence / 2.0, parts_count - 1.0);
+  const double reach = std::exp((t * deviation + std::log(std::max({1.0, far / sum, sum / near}))) / 2.0);
+  estimate.interval.lower = estimate.relative_error / reach;
+  estimate.interval.upper = estimate.relative_error * reach;
+  return estimate;
 }
 
 }  // namespace gmis

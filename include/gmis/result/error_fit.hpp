@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -8,14 +9,16 @@
 
 namespace gmis {
 
-/// One error and the time it took to come down to it.
+/// One error and the time it took to come down to it, in seconds or in iterations: what is fitted to such points speaks in
+/// the same unit.
 struct ErrorAtTime {
   double seconds = 0.0;
   double error = 0.0;
 };
 
 /// error = error_at_one · seconds^slope. The slope is −1/2 for independent iterations of equal variance; it is flatter where
-/// merging shrinks its radius, and where a bias or the noise of the reference is what remains.
+/// merging shrinks its radius, and where a bias or the noise of the reference is what remains. Nothing falls faster for long:
+/// what looks steeper is chance.
 struct PowerLaw {
   double slope = -0.5;
   double error_at_one = 0.0;
@@ -65,7 +68,7 @@ struct PowerLaw {
       xx += x * x;
       xy += x * (std::log(point.error) - y_mean);
     }
-  const double slope = xy / xx;
+  const double slope = std::max(-0.5, xy / xx);
   return PowerLaw{slope, std::exp(y_mean - slope * x_mean), true};
 }
 

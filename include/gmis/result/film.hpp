@@ -69,30 +69,25 @@ class Film {
   std::vector<Moments> moments_;
 };
 
-/// Means over all pixels and channels of a film.
+/// Means over all pixels and channels of a film. They do not include a relative error, because its denominator and its
+/// variance must come from different iterations (`estimate_error`).
 struct ImageEstimate {
-  double mean = 0.0;            ///< mean value
-  double variance = 0.0;        ///< mean variance of the pixel means
-  double relative_error = 0.0;  ///< √(mean of variance / (value² + 0.01))
+  double mean = 0.0;      ///< mean value
+  double variance = 0.0;  ///< mean variance of the pixel means
 };
 
 /// The estimates of a film, which must have at least one pixel.
 template <Spectrum S>
 [[nodiscard]] ImageEstimate estimate_of(const Film<S>& film) {
   ImageEstimate result;
-  double relative = 0.0;
   for (std::size_t p = 0; p < film.pixel_count(); ++p)
     for (int c = 0; c < Film<S>::channel_count; ++c) {
-      const double value = film.mean(p, c);
-      const double variance = film.variance_of_mean(p, c);
-      result.mean += value;
-      result.variance += variance;
-      relative += variance / (value * value + 0.01);
+      result.mean += film.mean(p, c);
+      result.variance += film.variance_of_mean(p, c);
     }
   const double count = static_cast<double>(film.pixel_count()) * Film<S>::channel_count;
   result.mean /= count;
   result.variance /= count;
-  result.relative_error = std::sqrt(relative / count);
   return result;
 }
 

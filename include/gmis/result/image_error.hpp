@@ -11,10 +11,30 @@ namespace gmis {
 /// Added to the squared value that a squared error is divided by, so that dark pixels do not rule.
 inline constexpr double relative_error_floor = 0.01;
 
+/// Of the worst pixels, so many are left out of a trimmed figure: 0.1 %, rounded down.
+[[nodiscard]] constexpr std::size_t trimmed_pixels(std::size_t pixels) noexcept {
+  return pixels / 1000;
+}
+
+/// Mean over pixels and channels without the worst pixels, from the sum over the channels of each pixel. Orders
+/// `per_pixel` anew.
+[[nodiscard]] inline double trimmed_mean(std::span<double> per_pixel, std::size_t channels) {
+  const std::size_t kept = per_pixel.size() - trimmed_pixels(per_pixel.size());
+  if (kept == 0 || channels == 0) return 0.0;
+  // NaN has no place in an order: it counts as the worst.
+  const auto is_better = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a < b; };
+  if (kept < per_pixel.size())
+    std::nth_element(per_pixel.begin(), per_pixel.begin() + static_cast<std::ptrdiff_t>(kept - 1), per_pixel.end(),
+                     is_better);
+  double sum = 0.0;
+  for (const double value : per_pixel.first(kept)) sum += value;
+  return sum / static_cast<double>(kept * channels);
+}
+
 /// How far an image is from a reference.
 struct ImageError {
   double relmse = 0.0;          ///< mean over pixels and channels of (x − ref)² / (ref² + 0.01)
-  double relmse_trimmed = 0.0;  ///< the same without the worst 0.1 % of the pixels (rounded down)
+  double relmse_trimmed = 0.0;  ///< the same without `trimmed_pixels`
   double rmse = 0.0;            ///< √(mean over pixels and channels of (x − ref)²)
 };
 
@@ -34,22 +54,12 @@ template <class T, class U>
       relative[pixel] += difference * difference / (wanted * wanted + relative_error_floor);
     }
 
-  const auto mean_of_first = [&](std::size_t count) {
-    double sum = 0.0;
-    for (std::size_t pixel = 0; pixel < count; ++pixel) sum += relative[pixel];
-    return sum / static_cast<double>(count * channels);
-  };
   ImageError error;
-  error.relmse = mean_of_first(pixels);
-  error.rmse = std::sqrt(squares / static_cast<double>(pixels * channels));
-  const std::size_t kept = pixels - pixels / 1000;
-  error.relmse_trimmed = error.relmse;
-  if (kept == pixels) return error;
-  // NaN has no place in an order: it counts as the worst.
-  const auto is_better = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a < b; };
-  std::nth_element(relative.begin(), relative.begin() + static_cast<std::ptrdiff_t>(kept - 1), relative.end(),
-                   is_better);
-  error.relmse_trimmed = mean_of_first(kept);
+  const double count = static_cast<double>(pixels * channels);
+  for (const double value : relative) error.relmse += value;
+  error.relmse /= count;
+  error.rmse = std::sqrt(squares / count);
+  error.relmse_trimmed = trimmed_mean(relative, channels);
   return error;
 }
 

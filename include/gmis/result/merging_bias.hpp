@@ -4,13 +4,16 @@
 #include <cstddef>
 
 #include "gmis/result/film.hpp"
+#include "gmis/result/image_error.hpp"
 
 namespace gmis {
 
 /// The bias of merging over a whole image, as a relative error.
 struct MergingBias {
-  double relative_bias = 0.0;  ///< √(mean over pixels and channels of bias² / (value² + 0.01)); 0 when noise hides it
-  double standard_error = 0.0;  ///< √(standard error of `relative_bias`²); a bias below about twice this may be noise
+  /// √(mean over pixels and channels of bias² / (value² + `relative_error_floor`)); 0 when noise hides it.
+  double relative_bias = 0.0;
+  /// √(standard error of `relative_bias`²); a bias below about twice this may be noise.
+  double standard_error = 0.0;
 };
 
 /// Estimates the bias of merging from renderings with two radii.
@@ -28,7 +31,7 @@ template <Spectrum S>
   for (std::size_t p = 0; p < difference.pixel_count(); ++p)
     for (int c = 0; c < Film<S>::channel_count; ++c) {
       const double mean = difference.mean(p, c), uncertainty = difference.variance_of_mean(p, c);
-      const double weight = 1.0 / (value.mean(p, c) * value.mean(p, c) + 0.01);
+      const double weight = 1.0 / (value.mean(p, c) * value.mean(p, c) + relative_error_floor);
       square += mean * mean * weight;
       noise += uncertainty * weight;
       // Variance of the square of a normal variable: 4 μ² σ² + 2 σ⁴.

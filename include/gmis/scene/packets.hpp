@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bit>
+#include <type_traits>
 
 #include "gmis/core/interaction.hpp"
 #include "gmis/scene/lanes.hpp"
@@ -23,8 +24,7 @@ struct PreparedRay {
         direction{ray.direction.x, ray.direction.y, ray.direction.z},
         inverse{ieee_divide(T(1), ray.direction.x), ieee_divide(T(1), ray.direction.y),
                 ieee_divide(T(1), ray.direction.z)} {
-    // Also for −0, whose inverse is −∞.
-    for (std::size_t axis = 0; axis < 3; ++axis) near_plane[axis] = 2 * axis + (inverse[axis] < T(0) ? 1U : 0U);
+    for (std::size_t axis = 0; axis < 3; ++axis) near_plane[axis] = 2 * axis + sign_bit(direction[axis]);
     const T x = std::abs(direction[0]), y = std::abs(direction[1]), z = std::abs(direction[2]);
     kz = x > y ? (x > z ? 0U : 2U) : (y > z ? 1U : 2U);
     kx = kz == 2 ? 0U : kz + 1;
@@ -32,6 +32,13 @@ struct PreparedRay {
     shear_z = inverse[kz];
     shear_x = direction[kx] * shear_z;
     shear_y = direction[ky] * shear_z;
+  }
+
+ private:
+  /// 1 also for −0, whose inverse is −∞. In integers: shorter than by `std::signbit`.
+  [[nodiscard]] static std::size_t sign_bit(T x) noexcept {
+    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+    return std::bit_cast<Bits>(x) >> (8 * sizeof(T) - 1);
   }
 };
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
 #include "gmis/scene/material_effects.hpp"
@@ -125,7 +126,11 @@ class SceneBuilder {
   }
 
   /// The builder can go on to be used.
-  [[nodiscard]] BvhScene<T> build() const {
+  [[nodiscard]] BvhScene<T> build() const { return build(SerialExecutor{}); }
+
+  /// The executor's threads share the building of the tree; the scene has the same bits for any number of them.
+  template <Executor E>
+  [[nodiscard]] BvhScene<T> build(E&& executor) const {
     if (!camera_) fail("the scene has no camera");
     const glm::dvec3 origin(camera_->world_from_camera[3]);
     BvhScene<T> scene(Camera<T>(*camera_, origin));
@@ -168,7 +173,7 @@ class SceneBuilder {
       errors.push_back(position_error(triangle, glm::normalize(area_normal(triangle))));
     const std::vector<SharpEdges> sharp = find_sharp_edges<T>(corners, errors);
 
-    BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build();
+    BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build(executor);
     scene.bvh_ = std::move(built.bvh);
     add_lights(scene, corners, sharp, kept, balls, origin, Vec3<T>(center), static_cast<T>(radius));
     fill_slots(scene, built, corners, sharp, kept, balls);

@@ -50,10 +50,6 @@ struct SampleCounts {
   [[nodiscard]] constexpr bool traces_camera() const noexcept {
     return emitter_hits || next_events || stores_light_vertices();
   }
-  /// True when any technique other than emitter hits works at camera vertices.
-  [[nodiscard]] constexpr bool works_at_camera_vertices() const noexcept {
-    return next_events || stores_light_vertices();
-  }
   /// True when connections are drawn from the cache of all trees.
   [[nodiscard]] constexpr bool draws_connections() const noexcept {
     return has(Technique::connect) && connections != paired_connections;

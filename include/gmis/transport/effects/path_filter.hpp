@@ -14,10 +14,9 @@ class PathFilter {
   constexpr explicit PathFilter(const std::optional<PathClassSet>& wanted) noexcept
       : wanted_(wanted.value_or(PathClassSet::all())), classifies_(wanted.has_value()) {}
 
-  /// True when paths of this class are wanted.
-  [[nodiscard]] constexpr bool keeps(PathClass path_class) const noexcept {
-    return !classifies_ || wanted_.contains(path_class);
-  }
+  /// True when the run classifies paths.
+  [[nodiscard]] constexpr bool classifies() const noexcept { return classifies_; }
+
   /// True when a light subpath with these events can still become part of a wanted path.
   [[nodiscard]] constexpr bool keeps_light(HalfPath light) const noexcept {
     return !classifies_ || wanted_.intersects(classes_from_light(light));
@@ -37,9 +36,20 @@ class PathFilter {
   [[nodiscard]] constexpr HalfPath after_event(HalfPath path, const B& bsdf, bool is_delta) const noexcept {
     return classifies_ ? path.then(is_delta ? PathEvent::specular : scattering_event(bsdf)) : path;
   }
-  /// The class of the path that a light and a camera subpath form; `unclassified` when the run does not classify paths.
-  [[nodiscard]] constexpr PathClass join(HalfPath light, HalfPath camera) const noexcept {
-    return classifies_ ? class_of(light, camera) : PathClass::unclassified;
+  /// The class of a path (`unclassified` when the run does not classify paths), and whether paths of this class are
+  /// wanted.
+  struct Joined {
+    PathClass path_class = PathClass::unclassified;
+    bool is_kept = true;
+  };
+  /// The class of the path with the subpaths `light()` and `camera()`. Both are called only when the run classifies
+  /// paths.
+  template <class Light, class Camera>
+  [[nodiscard]] constexpr Joined join(Light&& light, Camera&& camera) const noexcept {
+    if (!classifies_) [[likely]]
+      return {};
+    const PathClass path_class = class_of(light(), camera());
+    return {path_class, wanted_.contains(path_class)};
   }
 
  private:

@@ -66,12 +66,12 @@ class FilmOutput {
 
   /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or negative product is
   /// counted and left out.
-  void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
+  [[gnu::always_inline]] void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
     pixel_sum_ += weighted;
     if (is_recording_) [[unlikely]]
-      records_.push_back({pixel_, id, value, weight});
+      record({pixel_, id, value, weight});
   }
 
   /// Adds `value` × `weight` to any pixel. A non-finite or negative product is counted and left out.
@@ -80,7 +80,7 @@ class FilmOutput {
     if (!accept(id, weighted)) return;
     splats_.push_back({pixel, weighted});
     if (is_recording_) [[unlikely]]
-      records_.push_back({pixel, id, value, weight});
+      record({pixel, id, value, weight});
   }
 
   /// Counts a rejection on the current path. `technique` is empty when the subpath itself ended.
@@ -122,6 +122,7 @@ class FilmOutput {
     }
     return true;
   }
+  [[gnu::cold, gnu::noinline]] void record(const Contribution<S>& contribution) { records_.push_back(contribution); }
   [[nodiscard]] static constexpr ScalarOf<S> channel_sum(const S& s) noexcept {
     ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
     for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);

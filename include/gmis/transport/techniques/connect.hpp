@@ -39,9 +39,10 @@ struct Connect {
     const auto& point = vertex.hit.point;
     const auto link = Link<T>::between(point.position, light.point.position);
     if (!(link.distance_squared > T(0))) return;
-    const PathClass path_class = context.filter.join(context.filter.after_scattering(light.path, light.bsdf),
-                                                     context.filter.after_scattering(vertex.path, vertex.hit.bsdf));
-    if (!context.filter.keeps(path_class)) return;
+    const auto [path_class, is_kept] =
+        context.filter.join([&] { return context.filter.after_scattering(light.path, light.bsdf); },
+                            [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
+    if (!is_kept) return;
     ++output.counters().connections;
 
     const auto camera_bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, link.direction, TransportMode::radiance);

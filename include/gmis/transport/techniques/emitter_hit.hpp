@@ -31,8 +31,8 @@ struct EmitterHit {
   static void add(const Context& context, const L& light, const Point& origin, const Direction& direction,
                   const S& throughput, const Weights& weights, int depth, HalfPath path, const Point& from,
                   Output& output) {
-    const PathClass path_class = context.filter.join({}, path);
-    if (!context.filter.keeps(path_class)) return;
+    const auto [path_class, is_kept] = context.filter.join([] { return HalfPath(); }, [&] { return path; });
+    if (!is_kept) return;
     const auto emitted = light.emitted(origin, direction);
     if (is_black(emitted.radiance)) return;
     const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1), path_class};

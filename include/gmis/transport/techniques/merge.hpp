@@ -20,9 +20,9 @@ struct Merge {
     context.grid.query(point.position, [&](std::uint32_t index) {
       const auto& light = context.cache[index];
       if (light.depth + vertex.depth > context.max_depth) return;
-      const PathClass path_class =
-          context.filter.join(light.path, context.filter.after_scattering(vertex.path, vertex.hit.bsdf));
-      if (!context.filter.keeps(path_class)) return;
+      const auto [path_class, is_kept] = context.filter.join(
+          [&] { return light.path; }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
+      if (!is_kept) return;
       const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, light.to_prev, TransportMode::radiance);
       if (is_black(bsdf.value)) return;
       // The photon density is irradiance with the geometric normal, but f expects irradiance with the shading normal:

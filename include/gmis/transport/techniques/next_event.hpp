@@ -19,8 +19,9 @@ struct NextEvent {
     using T = typename Vertex::T;
     const T u = uniform<T>(source);
     const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
-    const PathClass path_class = context.filter.join({}, context.filter.after_scattering(vertex.path, vertex.hit.bsdf));
-    if (!context.filter.keeps(path_class)) return;
+    const auto [path_class, is_kept] = context.filter.join(
+        [] { return HalfPath(); }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
+    if (!is_kept) return;
     const auto choice = context.scene.sample_light(u);
     if (choice.light == nullptr) return;
     const auto& point = vertex.hit.point;

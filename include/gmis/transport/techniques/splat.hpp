@@ -16,8 +16,9 @@ struct Splat {
     using T = typename Stored::T;
     const auto& camera = context.scene.camera();
     const Vec2<T> uv_lens{uniform<T>(source), uniform<T>(source)};
-    const PathClass path_class = context.filter.join(context.filter.after_scattering(light.path, light.bsdf), {});
-    if (!context.filter.keeps(path_class)) return;
+    const auto [path_class, is_kept] = context.filter.join(
+        [&] { return context.filter.after_scattering(light.path, light.bsdf); }, [] { return HalfPath(); });
+    if (!is_kept) return;
     const auto seen = camera.project(light.point.position, uv_lens);
     if (!seen) return;
     const std::int64_t pixel = context.pixel_index(seen->pixel);

@@ -53,7 +53,10 @@ class CameraSubpath {
     Edge edge{
         sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1, {},
         false};
-    follow(edge, source, 0);
+    if (is_plain()) [[likely]]
+      follow_plain(edge, source);
+    else
+      follow_general(edge, source, 0);
   }
 
  private:
@@ -68,8 +71,26 @@ class CameraSubpath {
     bool has_scattered;            ///< `from` or a vertex before it is non-specular
   };
 
-  /// Traces the subpath from `edge` to its end. Overwrites `edge`.
+  /// `plain`: subpaths that are neither split nor ended at the first non-specular vertex, in a run that does not
+  /// classify paths. Nearly all subpaths are plain. They are compiled separately, so that a vertex skips the tests for
+  /// the rest.
+  enum class Walk { plain, general };
+  [[nodiscard]] bool is_plain() const noexcept {
+    return context_.counts.camera_children == 1 && !context_.filter.classifies() && !observes_children<Output>;
+  }
+
+  /// Inlines everything it calls, because nearly all time is spent here.
   template <UniformSource Source>
+  [[gnu::flatten]] void follow_plain(Edge& edge, Source& source) {
+    follow<Walk::plain>(edge, source, 0);
+  }
+  template <UniformSource Source>
+  [[gnu::noinline]] void follow_general(Edge& edge, Source& source, std::uint32_t first_number) {
+    follow<Walk::general>(edge, source, first_number);
+  }
+
+  /// Traces the subpath from `edge` to its end. Overwrites `edge`.
+  template <Walk walk, UniformSource Source>
   void follow(Edge& edge, Source& source, std::uint32_t first_number) {
     for (;; ++edge.depth) {  // returns at `max_depth` at the latest
       ++output_.counters().rays;
@@ -81,18 +102,20 @@ class CameraSubpath {
       }
       Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
       if (!arrive(edge, vertex)) return;
-      if (context_.counts.emitter_hits) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
+      if (context_.has.emitter_hit) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
       if (edge.depth == context_.max_depth) return;
 
       const auto& bsdf = vertex.hit.bsdf;
       const T survival = survival_probability(bsdf);
       if (survival == T(0)) return;  // the surface absorbs everything
       const bool is_specular = bsdf.is_purely_delta();
-      const bool is_first_non_specular = !is_specular && !edge.has_scattered;
+      const bool is_first_non_specular = walk == Walk::general && !is_specular && !edge.has_scattered;
       const T light_children = context_.light_children(bsdf, survival);
-      vertex.children = {context_.camera_children(survival, is_first_non_specular), light_children};
+      const bool is_plain = walk == Walk::plain;
+      vertex.children = {is_plain ? survival : context_.camera_children(survival, is_first_non_specular),
+                         light_children};
       const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
-      if (!is_specular && context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf)))
+      if (!is_specular && (is_plain || context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf))))
         at_vertex(vertex, source, number);
 
       const ScatteringVertex<typename Sc::Bsdf> scattering{
@@ -102,7 +125,7 @@ class CameraSubpath {
           TransportMode::radiance,
           survival,
           vertex.children,
-          {context_.camera_delta_children(survival, is_first_non_specular), light_children}};
+          {is_plain ? survival : context_.camera_delta_children(survival, is_first_non_specular), light_children}};
       if (is_first_non_specular)
         if (const int children = context_.split.camera_children(number_); children > 1 || observes_children<Output>) {
           branch(edge, vertex, scattering, children, source, number + 1);
@@ -111,21 +134,24 @@ class CameraSubpath {
       source.at_vertex(number + 1);
       const auto next = scatter(scattering, source);
       if (!next) return;
-      if (context_.camera_stops() && !next->is_delta) return;
-      edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
-      if (!context_.filter.keeps_camera(edge.path)) return;
+      if constexpr (walk == Walk::general) {
+        if (context_.camera_stops() && !next->is_delta) return;
+        edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
+        if (!context_.filter.keeps_camera(edge.path)) return;
+        edge.has_scattered = edge.has_scattered || !is_specular;
+      }
       edge.step = *next;
       edge.throughput = edge.throughput * next->weight;
       edge.from = vertex.hit.point;
       edge.weights_behind = vertex.weights;
-      edge.has_scattered = edge.has_scattered || !is_specular;
     }
   }
 
   /// Traces all children of the first non-specular vertex. Each child has random numbers of its own.
   template <UniformSource Source>
-  void branch(const Edge& edge, const Vertex& vertex, const ScatteringVertex<typename Sc::Bsdf>& scattering, int count,
-              Source& source, std::uint32_t number) {
+  [[gnu::noinline]] void branch(const Edge& edge, const Vertex& vertex,
+                                const ScatteringVertex<typename Sc::Bsdf>& scattering, int count, Source& source,
+                                std::uint32_t number) {
     Source children = source;
     children.at_vertex(number);
     std::uint32_t child = 0;
@@ -136,7 +162,7 @@ class CameraSubpath {
       Edge next{vertex.hit.point, step, edge.throughput * step.weight, vertex.weights, edge.depth, path, true};
       ++next.depth;
       if constexpr (observes_children<Output>) output_.begin_child(edge.depth);
-      follow(next, source, detail::camera_numbers_per_child * child);
+      follow_general(next, source, detail::camera_numbers_per_child * child);
     });
     if constexpr (observes_children<Output>) output_.end_children();
   }
@@ -165,7 +191,7 @@ class CameraSubpath {
   /// steradian; g at the near end of the edge is |cos|, without a distance.
   void escape(const Edge& edge) {
     if constexpr (observes_paths<Output>) output_.on_escape(edge.step, edge.throughput, edge.depth);
-    if (context_.counts.emitter_hits) {
+    if (context_.has.emitter_hit) {
       if (is_usable_density(edge.step.forward)) [[likely]]
         EmitterHit::at_escape(context_, -edge.step.to_next, edge.throughput,
                               weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.path, edge.from,
@@ -191,13 +217,11 @@ class CameraSubpath {
   /// Applies the techniques of a non-specular vertex. `number` keys their random numbers.
   template <UniformSource Source>
   void at_vertex(const Vertex& vertex, Source& source, std::uint32_t number) {
-    const SampleCounts& counts = context_.counts;
-    if (!counts.works_at_camera_vertices()) return;
     source.at_vertex(number);
-    if (counts.next_events) NextEvent::at_camera_vertex(context_, vertex, source, output_);
+    if (context_.has.next_event) NextEvent::at_camera_vertex(context_, vertex, source, output_);
     if constexpr (Context::has_light_side) {
-      if (counts.has(Technique::connect)) Connect::at_camera_vertex(context_, vertex, number_, source, output_);
-      if (counts.has(Technique::merge)) Merge::at_camera_vertex(context_, vertex, output_);
+      if (context_.has.connect) Connect::at_camera_vertex(context_, vertex, number_, source, output_);
+      if (context_.has.merge) Merge::at_camera_vertex(context_, vertex, output_);
     }
     if constexpr (observes_children<Output>) output_.end_vertex();
   }

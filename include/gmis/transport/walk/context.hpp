@@ -34,6 +34,9 @@ struct IterationContext {
   const LightVertexGrid<T>& grid;
   const LightVertexCache<StoredVertex>& cache;  ///< vertex i of the cache is point i of the grid
   SampleCounts counts;
+  struct {
+    bool emitter_hit, next_event, connect, splat, merge;
+  } has;               ///< true for each technique with a positive count
   T connection_scale;  ///< V / (m n_L): factor on the throughput of a light vertex drawn from the cache
   PixelBounds crop;
   glm::ivec2 resolution;

@@ -29,7 +29,7 @@ class LightTree {
   /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none. When the policy
   /// splits light trees, `expanded(bsdf, drawn)` is called after the children of each vertex are drawn.
   template <UniformSource Source, class Expanded>
-  void trace(Source source, Chunk* stored, Expanded&& expanded) {
+  [[gnu::flatten]] void trace(Source source, Chunk* stored, Expanded&& expanded) {
     if (context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
     ++output_.counters().light_subpaths;
     source.at_vertex(0);
@@ -75,7 +75,7 @@ class LightTree {
     if (vertex.bsdf.is_purely_delta() || survival_probability(vertex.bsdf) == T(0)) return;
     if (stored != nullptr && context_.filter.keeps_light(context_.filter.after_scattering(vertex.path, vertex.bsdf)))
       stored->add(vertex);
-    if (context_.counts.splats) Splat::at_light_vertex(context_, vertex, source, output_);
+    if (context_.has.splat) Splat::at_light_vertex(context_, vertex, source, output_);
   }
 
   [[nodiscard]] ScatteringVertex<typename Sc::Bsdf> scattering_at(const Vertex& at) const noexcept {

@@ -71,8 +71,8 @@ struct ScatteringVertex {
 /// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the subpath is
 /// terminated or the BSDF makes no sample.
 template <Bsdf B>
-[[nodiscard]] inline std::optional<Step<typename B::Spectrum>> scatter(const ScatteringVertex<B>& at,
-                                                                       UniformSource auto& source) {
+[[nodiscard, gnu::always_inline]] inline std::optional<Step<typename B::Spectrum>> scatter(
+    const ScatteringVertex<B>& at, UniformSource auto& source) {
   using T = ScalarOf<typename B::Spectrum>;
   const T u_survival = uniform<T>(source);
   const T u = uniform<T>(source);

@@ -1,0 +1,146 @@
+"""The error that a run states over the true one of that very run, and how often its interval covers it.
+
+For every scene and number of iterations the same run is made with many seeds. Its true error is the square root of its
+relMSE against a reference of other seeds. The reference has two independent halves a and b, and (x - a) (x - b) takes the
+place of (x - ref)^2: what remains of it in the mean is the run's own error alone, without the reference's. Merging integrators
+are held against their own mean at the same radius, since the error that a run states is without merging's bias; the radius
+shrinks with the iterations, so what bias is left in the comparison counts as error here.
+
+Writes out/calibration/table.md and runs.json, and the table in docs/accuracy-and-time.md when all scenes took part.
+"""
+
+import argparse
+import array
+import concurrent.futures
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+
+OWN = "bench/scenes/{}.pbrt"
+# Name: scene, options of the run, what the reference has instead, whether rare, bright samples rule its error.
+BPT = ["--integrator", "bpt", "--connections", "1"]
+VCM = ["--integrator", "vcm", "--connections", "1"]
+CASES = {
+    "cornell, bpt": ("cornell", BPT, [], False),
+    "paper2, bpt": ("paper2", BPT, [], False),
+    "all_glossy, bpt": (OWN.format("all_glossy"), BPT, [], False),
+    "open_sky, bpt": (OWN.format("open_sky"), BPT, [], False),
+    "one_point_light, bpt": (OWN.format("one_point_light"), BPT, [], False),
+    "slit, bpt": (OWN.format("slit"), BPT, [], False),
+    "mixed, vcm": (OWN.format("mixed"), VCM, [], False),
+    "paper1, vcm": ("paper1", VCM, [], True),
+    "paper1, bpt": ("paper1", BPT, VCM, True),
+    "paper3, bpt": ("paper3", BPT, [], True),
+    "paper4, vcm": ("paper4", VCM, [], True),
+    "caustic_pool, vcm": (OWN.format("caustic_pool"), VCM, [], True),
+    "light_behind_glass, vcm": (OWN.format("light_behind_glass"), VCM, [], True),
+    "mirror_hall, bpt": (OWN.format("mirror_hall"), BPT, [], True),
+    "many_lights, bpt": (OWN.format("many_lights"), BPT, [], True),
+}
+ITERATIONS = (8, 16, 32, 128)
+DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
+BEGIN, END = "<!-- calibration: written by ./run bench calibration -->", "<!-- end of calibration -->"
+
+
+def read_pfm(file):
+    head, rest = file.read_bytes().split(b"\n", 3)[:3], file.read_bytes().split(b"\n", 3)[3]
+    values = array.array("f", rest)
+    if (float(head[2]) < 0) != (sys.byteorder == "little"):
+        values.byteswap()
+    return values
+
+
+def render(options, scene, extra, stem):
+    """The picture and the statistics of a run; taken from the folder when it was made before."""
+    image, stats = stem.with_suffix(".pfm"), stem.with_suffix(".json")
+    if not (image.exists() and stats.exists()):
+        subprocess.run([options.renderer, scene, "--size", options.size, "--max-depth", "8", "--threads", "1", "--quiet",
+                        "--out", str(image), "--stats", str(stats), *extra], check=True, stdin=subprocess.DEVNULL)
+    return read_pfm(image), json.loads(stats.read_text())
+
+
+def true_error(image, a, b):
+    square = 0.0
+    for x, one, other in zip(image, a, b):
+        reference = (one + other) / 2
+        square += (x - one) * (x - other) / (reference * reference + 0.01)
+    return max(square / len(image), 0.0) ** 0.5
+
+
+def percentile(values, share):
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
+
+
+def row_of(name, runs):
+    """The line of the table for all runs of one case."""
+    cells, shown, covered = [], 0, 0
+    for iterations in ITERATIONS:
+        own = [r for r in runs if r["iterations"] == iterations]
+        ratios = [r["stated"] / r["true"] for r in own if r["true"] > 0]
+        cells.append(f"{statistics.median(ratios):.2f} ({percentile(ratios, 0.1):.2f} to {percentile(ratios, 0.9):.2f})")
+        shown += sum(r["interval"] is not None for r in own)
+        covered += sum(r["interval"] is not None and r["interval"][0] <= r["true"] <= r["interval"][1] for r in own)
+    last = statistics.median(r["true"] for r in runs if r["iterations"] == ITERATIONS[-1])
+    return f"| {name} | {100 * last:.1f} % | {' | '.join(cells)} | {shown} of {len(runs)} | {covered} |", shown, covered
+
+
+def measure(options, pool, name):
+    scene, run_options, reference_options, _ = CASES[name]
+    folder = options.out / name.replace(", ", "_")
+    folder.mkdir(parents=True, exist_ok=True)
+    halves = [pool.submit(render, options, scene, [*(reference_options or run_options), "--iterations",
+                                                   str(options.reference_iterations), "--seed", str(1_000_000 + half)],
+                          folder / f"reference_{options.size}_{options.reference_iterations}_{half}") for half in range(2)]
+    jobs = {(seed, iterations): pool.submit(
+        render, options, scene, [*run_options, "--iterations", str(iterations), "--seed", str(seed)],
+        folder / f"run_{options.size}_{iterations}_{seed}") for seed in range(options.seeds) for iterations in ITERATIONS}
+    (a, _), (b, _) = (half.result() for half in halves)
+    runs = []
+    for (seed, iterations), job in jobs.items():
+        image, stats = job.result()
+        estimate = stats["estimate"]
+        runs.append({"seed": seed, "iterations": iterations, "true": true_error(image, a, b),
+                     "stated": estimate["relative_error"], "interval": estimate["interval"]})
+    return runs
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--renderer", required=True)
+    parser.add_argument("--seeds", type=int, default=24)
+    parser.add_argument("--size", default="32x32")
+    parser.add_argument("--reference-iterations", type=int, default=600, help="of each half of a reference")
+    parser.add_argument("--cases", nargs="*", default=list(CASES), choices=list(CASES))
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/calibration"))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    lines = ["| | true error, 128 | stated / true, 8 iterations | 16 | 32 | 128 | intervals shown | that cover |",
+             "| --- | --- | --- | --- | --- | --- | --- | --- |"]
+    all_runs, shown, covered = {}, 0, 0
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for name in options.cases:
+            all_runs[name] = measure(options, pool, name)
+            line, its_shown, its_covered = row_of(name, all_runs[name])
+            lines.append(line)
+            shown, covered = shown + its_shown, covered + its_covered
+            print(line, flush=True)
+    total = sum(len(runs) for runs in all_runs.values())
+    share = f"{100 * covered / shown:.1f} %" if shown else "–"
+    lines.append(f"| all | | | | | | {shown} of {total} | {covered}, {share} |")
+    note = (f"\n{options.size} pixels, {options.seeds} seeds, references of twice {options.reference_iterations} iterations. Medians, with "
+            "the range of eight runs in ten.\n")
+    table = "\n".join(lines) + "\n" + note
+    (options.out / "table.md").write_text(table)
+    (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
+    text = DOCUMENT.read_text()
+    if options.cases == list(CASES) and BEGIN in text:
+        before, rest = text.split(BEGIN, 1)
+        DOCUMENT.write_text(before + BEGIN + "\n" + table + END + rest.split(END, 1)[1])
+    print(lines[-1] + "\n" + note)
+
+
+main()

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <concepts>
+#include <type_traits>
+#include <utility>
+
+#include "gmis/mis/contribution.hpp"
+
+/// \file
+/// What an integrand may return.
+
+namespace gmis {
+
+/// A type that estimates add up: a floating-point number, a GLM vector of them, a LogValue, or a type of one's own with
+/// `SpectrumTraits` (`Scalar`, `channel_count`, `channel(value, i)`), of which nothing else is asked.
+template <class F>
+concept Summable = std::copyable<F> && requires(const F& f, int i) {
+  typename SpectrumTraits<F>::Scalar;
+  requires std::floating_point<typename SpectrumTraits<F>::Scalar>;
+  requires(SpectrumTraits<F>::channel_count >= 1);
+  SpectrumTraits<F>::channel(f, i);
+};
+
+/// What a result of f is added up as: an integer, and a bool, as a double; anything else as it is.
+template <class F>
+using SummedAs = std::conditional_t<std::integral<F>, double, F>;
+
+/// What the values of `Integrand` at an X are added up as.
+template <class Integrand, class X>
+using SummandOf = SummedAs<
+    std::remove_cvref_t<decltype(std::declval<std::remove_reference_t<Integrand>&>()(std::declval<const X&>()))>>;
+
+/// An integrand for samples of type X.
+template <class F, class X>
+concept IntegrandOf = requires {
+  requires Summable<SummandOf<F, X>>;
+};
+
+/// An integrand for a set of proposals.
+template <class F, class Set>
+concept IntegrandFor = IntegrandOf<F, typename Set::Value>;
+
+/// f(x), as it is added up.
+template <class Integrand, class X>
+[[nodiscard, gnu::always_inline]] constexpr SummandOf<Integrand, X> value_of(Integrand& f, const X& x) {
+  return static_cast<SummandOf<Integrand, X>>(f(x));
+}
+
+}  // namespace gmis

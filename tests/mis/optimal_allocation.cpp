@@ -1,0 +1,208 @@
+#include "gmis/mis/optimal_allocation.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "gmis/mis/best_plan.hpp"
+#include "gmis/mis/estimate.hpp"
+#include "mis/method_oracles.hpp"
+#include "support/catch.hpp"
+
+namespace {
+
+const std::vector<four::Problem> problems = four::problems();
+
+/// (∫ f²/ψ − I²) Σ α c in long double.
+double objective(const four::Problem& problem, const std::vector<double>& fractions, const std::vector<double>& costs) {
+  const long double second = test::integral(problem, [&](double x) {
+    long double psi = 0.0L;
+    for (std::size_t k = 0; k < fractions.size(); ++k)
+      psi += static_cast<long double>(fractions[k]) * static_cast<long double>(problem.proposals[k].pdf(x));
+    const long double f = problem.f(x);
+    return psi > 0.0L ? f * f / psi : 0.0L;
+  });
+  long double cost = 0.0L;
+  for (std::size_t k = 0; k < fractions.size(); ++k) cost += static_cast<long double>(fractions[k] * costs[k]);
+  const long double integral = problem.integral;
+  return static_cast<double>((second - integral * integral) * cost);
+}
+
+}  // namespace
+
+TEST_CASE("optimal fractions: no others are better", "[mis]") {
+  std::mt19937_64 engine(gmis_test::seed(51));
+  for (const four::Problem& problem : problems) {
+    const auto table = test::tabulated(problem);
+    const std::size_t n = problem.proposals.size();
+    for (const bool equal : {true, false}) {
+      CAPTURE(problem.name, equal);
+      std::vector<double> costs(n, 1.0);
+      if (!equal)
+        for (std::size_t k = 0; k < n; ++k) costs[k] = 0.5 + static_cast<double>((k * 7) % 4);
+      const auto best = gmis::optimal_fractions(table, costs);
+      double sum = 0.0;
+      for (const double fraction : best) sum += fraction;
+      CHECK(sum == Approx(1.0).epsilon(1e-12));
+      const double least = objective(problem, best, costs);
+      const std::vector<double> uniform(n, 1.0 / static_cast<double>(n));
+      const double scale = objective(problem, uniform, costs);
+      CHECK(least <= scale * (1.0 + 1e-9));
+      // Other points of the simplex, far and near.
+      for (int trial = 0; trial < 60; ++trial) {
+        std::vector<double> other(n);
+        double total = 0.0;
+        const double distance = trial % 3 == 0 ? 1.0 : trial % 3 == 1 ? 0.1 : 0.01;
+        for (std::size_t k = 0; k < n; ++k) {
+          other[k] = best[k] * (1.0 - distance) - distance * std::log(1.0 - gmis::uniform<double>(engine));
+          total += other[k];
+        }
+        for (double& fraction : other) fraction /= total;
+        CHECK(objective(problem, other, costs) >= least * (1.0 - 2e-6) - 1e-10 * scale);
+      }
+    }
+  }
+  // Where f is a mixture of the proposals, its fractions are the answer, and there is no variance left.
+  const auto best = gmis::optimal_fractions(test::tabulated(problems[1]));
+  CHECK(best[0] == Approx(0.2).epsilon(1e-4));
+  CHECK(best[1] == Approx(0.7).epsilon(1e-4));
+  CHECK(best[2] == Approx(0.1).epsilon(1e-4));
+  // A defence is kept, and what is left is the best under it.
+  const auto safe = gmis::optimal_fractions(test::tabulated(problems[2]), {}, 0.1);
+  double sum = 0.0;
+  for (const double fraction : safe) {
+    CHECK(fraction >= 0.1 - 1e-15);
+    sum += fraction;
+  }
+  CHECK(sum == Approx(1.0).epsilon(1e-9));
+  CHECK_THROWS_AS(gmis::optimal_fractions(test::tabulated(problems[2]), {}, 0.5), std::invalid_argument);
+  CHECK_THROWS_AS(gmis::optimal_fractions(test::tabulated(problems[2]), std::vector<double>{1.0}),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(gmis::optimal_fractions(test::tabulated(problems[2]), std::vector<double>{1.0, 0.0, 1.0, 1.0}),
+                  std::invalid_argument);
+}
+
+TEST_CASE("optimal fractions: the condition of Karush, Kuhn and Tucker", "[mis]") {
+  for (const four::Problem& problem : problems) {
+    CAPTURE(problem.name);
+    const auto best = gmis::optimal_fractions(test::tabulated(problem));
+    std::vector<double> gradient;
+    double largest = 0.0;
+    for (std::size_t k = 0; k < best.size(); ++k) {
+      gradient.push_back(static_cast<double>(test::integral(problem, [&](double x) {
+        long double psi = 0.0L;
+        for (std::size_t j = 0; j < best.size(); ++j)
+          psi += static_cast<long double>(best[j]) * static_cast<long double>(problem.proposals[j].pdf(x));
+        const long double ratio = psi > 0.0L ? static_cast<long double>(problem.f(x)) / psi : 0.0L;
+        return ratio * ratio * static_cast<long double>(problem.proposals[k].pdf(x));
+      })));
+      largest = std::max(largest, gradient.back());
+    }
+    for (std::size_t k = 0; k < best.size(); ++k)
+      if (best[k] > 1e-3) CHECK(gradient[k] == Approx(largest).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("optimal counts: no single exchange is better, and small totals are searched whole", "[mis]") {
+  for (const four::Problem& problem : problems) {
+    CAPTURE(problem.name);
+    const auto table = test::tabulated(problem);
+    const std::size_t n = problem.proposals.size();
+    const auto variance = [&](const std::vector<std::uint32_t>& counts) {
+      return static_cast<double>(test::moments_by_definition(problem, counts, [&](std::size_t, double x) {
+                                   return static_cast<long double>(problem.f(x)) /
+                                          test::expected_density(problem, counts, x);
+                                 }).variance);
+    };
+    const auto mean_is_right = [&](const std::vector<std::uint32_t>& counts) {
+      return std::abs(gmis::exact_moments(gmis::SampleCounts(counts), table).mean - problem.integral) < 1e-6;
+    };
+    // All compositions of 6 into N parts, by brute force on the table; the answer must be within 1 % of the best.
+    const auto answer = gmis::optimal_counts(table, 6);
+    double least = 1e300;
+    std::vector<std::uint32_t> counts(n);
+    const auto search = [&](auto&& self, std::size_t k, std::uint32_t left) -> void {
+      if (k + 1 == n) {
+        counts[k] = left;
+        if (mean_is_right(counts))
+          least = std::min(least, gmis::exact_moments(gmis::SampleCounts(counts), table).variance);
+        return;
+      }
+      for (std::uint32_t c = 0; c <= left; ++c) {
+        counts[k] = c;
+        self(self, k + 1, left - c);
+      }
+    };
+    search(search, 0, 6);
+    CHECK(variance(answer) <= 1.01 * least);
+
+    const auto large = gmis::optimal_counts(table, 50);
+    std::uint32_t total = 0;
+    for (const auto count : large) total += count;
+    CHECK(total == 50);
+    const auto fractions = gmis::optimal_fractions(table);
+    std::vector<std::uint32_t> rounded(n);
+    gmis::apportion<double>(fractions, 50, rounded);
+    if (mean_is_right(rounded)) CHECK(variance(large) <= variance(rounded) * (1.0 + 1e-6));
+  }
+  CHECK_THROWS_AS(gmis::optimal_counts(test::tabulated(problems[0]), 0), std::invalid_argument);
+}
+
+TEST_CASE("inverse variances: the rule, and its ends", "[mis]") {
+  for (const four::Problem& problem : problems) {
+    CAPTURE(problem.name);
+    const auto fractions = gmis::inverse_variance_fractions(test::tabulated(problem));
+    std::vector<double> expected(fractions.size());
+    double sum = 0.0;
+    for (std::size_t k = 0; k < fractions.size(); ++k) {
+      std::vector<double> alone(fractions.size());
+      alone[k] = 1.0;
+      const auto q = [&](double x) { return static_cast<long double>(problem.proposals[k].pdf(x)); };
+      const long double missed = test::integral(
+          problem, [&](double x) { return q(x) > 0.0L ? 0.0L : std::abs(static_cast<long double>(problem.f(x))); });
+      if (missed < 1e-9L) expected[k] = 1.0 / objective(problem, alone, std::vector<double>(alone.size(), 1.0));
+      sum += expected[k];
+    }
+    for (std::size_t k = 0; k < fractions.size(); ++k) CHECK(fractions[k] == Approx(expected[k] / sum).margin(1e-6));
+  }
+}
+
+TEST_CASE("best plan: scheme, groups and allocation from one pilot", "[mis]") {
+  gmis::Philox source(gmis_test::seed(52));
+  const gmis::CostModel costs{.per_density = 1.0, .per_sample = 4.0};
+  for (const four::Problem& problem : problems) {
+    CAPTURE(problem.name);
+    const auto table = test::tabulated(problem);
+    const auto exact = gmis::best_plan(table, costs, 12, source);
+    const gmis::Pilot pilot(problem.f, problem.proposals, 200, source);
+    const auto measured = gmis::best_plan(pilot.problem(), costs, 12, source);
+    const auto& chosen = measured.chosen();
+    for (const auto& candidate : exact.candidates)
+      if (candidate.round.is_unbiased)
+        CHECK(exact.chosen().round.variance_times_cost() <= 1.000001 * candidate.round.variance_times_cost());
+    // The pilot's choice, judged by quadrature, is not much worse than the best, and never worse than N3.
+    double judged = 0.0;
+    if (!chosen.counts.empty()) {
+      const auto moments = gmis::exact_moments(gmis::SampleCounts(chosen.counts), table);
+      CHECK(moments.mean == Approx(problem.integral).epsilon(1e-6));
+      judged = moments.variance * chosen.round.cost;
+    } else if (!chosen.fractions.empty()) {
+      judged = gmis::exact_moments_of_mixture(chosen.fractions, 12, table).variance * chosen.round.cost;
+    } else if (chosen.round.group_size > 0) {
+      judged = exact_moments(gmis::Groups<>(problem.proposals.size(), chosen.round.group_size), table).variance *
+               chosen.round.cost;
+    } else {
+      judged = exact_variance(chosen.round.scheme, table) * chosen.round.cost;
+    }
+    const double n3 = exact.candidates[5].round.variance_times_cost();
+    CHECK(judged <= 1.02 * n3);
+    if (problem.f == four::span)
+      CHECK(judged < 0.1 * n3);  // the best is zero
+    else
+      CHECK(judged <= 1.5 * exact.chosen().round.variance_times_cost());
+    if (exact.chosen().counts.empty()) continue;
+    // The counts do what the plan says of them.
+    const gmis::SampleAllocation<double> allocation{std::span<const std::uint32_t>(exact.chosen().counts)};
+    const auto run = gmis::estimate<gmis::Scheme::N3>(problem.f, problem.proposals, 4000, source, allocation);
+    CHECK(std::abs(run.mean - problem.integral) < 6.0 * std::sqrt(exact.chosen().round.variance / 4000.0) + 1e-9);
+  }
+}
