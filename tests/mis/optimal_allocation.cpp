@@ -114,7 +114,7 @@ TEST_CASE("optimal counts: no single exchange is better, and small totals are se
                                  }).variance);
     };
     const auto mean_is_right = [&](const std::vector<std::uint32_t>& counts) {
-      return std::abs(gmis::exact_moments(gmis::SampleCounts(counts), table).mean - problem.integral) < 1e-6;
+      return std::abs(gmis::exact_moments(gmis::CountsByProposal(counts), table).mean - problem.integral) < 1e-6;
     };
     // All compositions of 6 into N parts, by brute force on the table; the answer must be within 1 % of the best.
     const auto answer = gmis::optimal_counts(table, 6);
@@ -124,7 +124,7 @@ TEST_CASE("optimal counts: no single exchange is better, and small totals are se
       if (k + 1 == n) {
         counts[k] = left;
         if (mean_is_right(counts))
-          least = std::min(least, gmis::exact_moments(gmis::SampleCounts(counts), table).variance);
+          least = std::min(least, gmis::exact_moments(gmis::CountsByProposal(counts), table).variance);
         return;
       }
       for (std::uint32_t c = 0; c <= left; ++c) {
@@ -182,7 +182,7 @@ TEST_CASE("best plan: scheme, groups and allocation from one pilot", "[mis]") {
     // The pilot's choice, judged by quadrature, is not much worse than the best, and never worse than N3.
     double judged = 0.0;
     if (!chosen.counts.empty()) {
-      const auto moments = gmis::exact_moments(gmis::SampleCounts(chosen.counts), table);
+      const auto moments = gmis::exact_moments(gmis::CountsByProposal(chosen.counts), table);
       CHECK(moments.mean == Approx(problem.integral).epsilon(1e-6));
       judged = moments.variance * chosen.round.cost;
     } else if (!chosen.fractions.empty()) {

@@ -68,7 +68,7 @@ TEST_CASE("counted variance: N3 with counts and mixtures, as defined", "[mis]") 
       const auto oracle = test::moments_by_definition(problem, counts, [&](std::size_t, double x) {
         return static_cast<long double>(problem.f(x)) / test::expected_density(problem, counts, x);
       });
-      const auto exact = gmis::exact_moments(gmis::SampleCounts(counts), table);
+      const auto exact = gmis::exact_moments(gmis::CountsByProposal(counts), table);
       CHECK(exact.mean == Approx(problem.integral).epsilon(1e-9));
       CHECK(exact.variance == Approx(static_cast<double>(oracle.variance)).epsilon(1e-8));
 
@@ -84,7 +84,7 @@ TEST_CASE("counted variance: N3 with counts and mixtures, as defined", "[mis]") 
       CHECK(mixture.mean == Approx(problem.integral).epsilon(1e-9));
       CHECK(mixture.variance == Approx(static_cast<double>((second - integral * integral) / 5.0L)).epsilon(1e-8));
     }
-    CHECK(gmis::exact_moments(gmis::SampleCounts(problem.one_each()), table).variance ==
+    CHECK(gmis::exact_moments(gmis::CountsByProposal(problem.one_each()), table).variance ==
           Approx(exact_variance(gmis::Scheme::N3, table)).epsilon(1e-9));
   }
 }
@@ -118,7 +118,7 @@ TEST_CASE("control variates: coefficients and variances, as defined", "[mis]") {
 
       // Nothing near the solution is better, except that a multiple of n is free: Σ n_k q_k is n ψ.
       const double least = gmis::exact_moments_controlled(counts, best, table).variance;
-      const double n3 = gmis::exact_moments(gmis::SampleCounts(counts), table).variance;
+      const double n3 = gmis::exact_moments(gmis::CountsByProposal(counts), table).variance;
       CHECK(least <= n3);
       for (std::size_t k = 0; k < best.size(); ++k)
         for (const double step : {-0.03, 0.03}) {
@@ -165,7 +165,7 @@ TEST_CASE("optimal weights: progressive and direct estimates", "[mis]") {
     CAPTURE(problem.name);
     const auto counts = problem.one_each();
     const auto table = test::tabulated(problem);
-    const double n3 = gmis::exact_moments(gmis::SampleCounts(counts), table).variance;
+    const double n3 = gmis::exact_moments(gmis::CountsByProposal(counts), table).variance;
     const double least =
         gmis::exact_moments_controlled(counts, gmis::control_coefficients(counts, table), table).variance;
 

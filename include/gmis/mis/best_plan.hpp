@@ -9,8 +9,8 @@
 
 namespace gmis {
 
-/// A way to draw rounds, with what the pilot says of it: a candidate of `best_scheme` (one sample of each proposal), or
-/// N3 or R3 with a sample allocation.
+/// A way to draw rounds, with what the pilot says of it: a candidate of `best_scheme` (one sample of each proposal), or N3
+/// or R3 with a sample allocation.
 struct PlanCandidate {
   SchemeCandidate round;                ///< scheme, group size, variance, cost of one round
   std::vector<std::uint32_t> counts{};  ///< n_k of N3; empty: one sample of each proposal
@@ -24,8 +24,8 @@ struct PlanChoice {
   [[nodiscard]] const PlanCandidate& chosen() const noexcept { return candidates[best]; }
 };
 
-/// Scheme, group size P and sample allocation from one pilot (or one quadrature rule), by variance × cost. The
-/// allocations have `samples` samples a round; a proposal without samples costs no density evaluations.
+/// Scheme, group size P and sample allocation from one pilot (or one quadrature rule), by variance × cost. The allocations
+/// have `samples` samples a round; a proposal without samples costs no density evaluations.
 template <UniformSource Source>
 [[nodiscard]] PlanChoice best_plan(const TabulatedProblem& problem, const CostModel& costs, std::size_t samples,
                                    Source& source, std::uint64_t averaged_draws = 32) {
@@ -48,7 +48,7 @@ template <UniformSource Source>
     return static_cast<std::size_t>(std::count_if(amounts.begin(), amounts.end(), [](auto a) { return a > 0; }));
   };
   std::vector<std::uint32_t> counts = optimal_counts(problem, samples);
-  const double of_counts = exact_moments(SampleCounts(counts), problem).variance;
+  const double of_counts = exact_moments(CountsByProposal(counts), problem).variance;
   add(Scheme::N3, of_counts, used(counts), counts, {});
   std::vector<double> fractions = optimal_fractions(problem);
   for (double& fraction : fractions)

@@ -15,8 +15,7 @@
 
 /// \file
 /// The densities of the proposals as control variates of a mixture [Owen, Zhou: Safe and effective importance sampling,
-/// 2000]: Σ β_k + (1/n) Σ (f − Σ β_k q_k)/ψ estimates ∫ f for every β, since ∫ q_k = 1. Costs no evaluation more than
-/// N3.
+/// 2000]: Σ β_k + (1/n) Σ (f − Σ β_k q_k)/ψ estimates ∫ f for every β, since ∫ q_k = 1. Costs no evaluation more than N3.
 
 namespace gmis {
 
@@ -73,8 +72,7 @@ template <class Integrand, class Set>
 using ValueOfIntegrand =
     std::remove_cvref_t<decltype(std::declval<Integrand&>()(std::declval<const typename Set::Value&>()))>;
 
-/// True for a set whose `sample` may return nothing. Its densities integrate to less than one, and are no control
-/// variates.
+/// True for a set whose `sample` may return nothing. Its densities integrate to less than one, and are no control variates.
 template <class Set>
 inline constexpr bool set_can_fail = SampleResult<
     std::remove_cvref_t<decltype(std::declval<const Set&>().sample(std::size_t{}, std::declval<Philox&>()))>>::can_fail;
@@ -83,7 +81,7 @@ inline constexpr bool set_can_fail = SampleResult<
 /// channel, channel by channel), from a `ControlFit` of an earlier run or from `control_coefficients`. Unbiased for all
 /// coefficients when ψ > 0 wherever f or a proposal with β_k ≠ 0 is not zero. Proposals must not fail.
 template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_controlled(Integrand&& f, const P& proposals, SampleCounts counts,
+[[nodiscard]] auto estimate_controlled(Integrand&& f, const P& proposals, CountsByProposal counts,
                                        std::span<const double> coefficients, std::uint64_t rounds, Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
@@ -120,7 +118,7 @@ template <class Integrand, Proposals P, UniformSource Source>
 }
 
 /// The best coefficients for a tabulated problem (a quadrature rule, or a pilot): Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ.
-[[nodiscard]] inline std::vector<double> control_coefficients(SampleCounts counts, const TabulatedProblem& problem) {
+[[nodiscard]] inline std::vector<double> control_coefficients(CountsByProposal counts, const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count();
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   std::vector<double> matrix(n * n), right_side(n);
@@ -135,9 +133,9 @@ template <class Integrand, Proposals P, UniformSource Source>
   return solve_semidefinite(matrix, right_side);
 }
 
-/// Mean and variance of one round of `estimate_controlled`: those of N3 with counts for f − Σ β_k q_k, the mean moved
-/// by Σ β_k.
-[[nodiscard]] inline ExactMoments exact_moments_controlled(SampleCounts counts, std::span<const double> coefficients,
+/// Mean and variance of one round of `estimate_controlled`: those of N3 with counts for f − Σ β_k q_k, the mean moved by
+/// Σ β_k.
+[[nodiscard]] inline ExactMoments exact_moments_controlled(CountsByProposal counts, std::span<const double> coefficients,
                                                            const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count();
   const double total = static_cast<double>(checked_total(counts, n));

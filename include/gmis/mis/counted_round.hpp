@@ -12,10 +12,10 @@
 namespace gmis {
 
 /// Sample counts: proposal k makes counts[k] samples a round.
-using SampleCounts = std::span<const std::uint32_t>;
+using CountsByProposal = std::span<const std::uint32_t>;
 
 /// Σ n_k. Throws std::invalid_argument when there is not one count for each proposal, or when all are zero.
-[[nodiscard]] inline std::size_t checked_total(SampleCounts counts, std::size_t proposal_count) {
+[[nodiscard]] inline std::size_t checked_total(CountsByProposal counts, std::size_t proposal_count) {
   if (counts.size() != proposal_count) reject_argument("give one sample count for each proposal");
   std::size_t total = 0;
   for (const std::uint32_t count : counts) total += count;
@@ -32,11 +32,10 @@ using CountedWorkspace = Workspace<typename Set::Density, dynamic_capacity>;
 /// proposals, those without samples included. Relative densities stay in range where densities do not, and
 /// Σ n_k relative[k] = n. (1/n) Σ f(x)/psi estimates ∫ f; unbiased when ψ > 0 wherever f ≠ 0.
 ///
-/// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have passed
-/// `checked_total`. `before_sample(k, i)` is called before sample i of proposal k is drawn: the place to set a source
-/// to its point.
+/// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have passed `checked_total`.
+/// `before_sample(k, i)` is called before sample i of proposal k is drawn: the place to set a source to its point.
 template <ProposalSet Set, UniformSource Source, class Visit, class BeforeSample>
-RoundCounts sample_counted_round(const Set& set, SampleCounts counts, Source& source, CountedWorkspace<Set>& workspace,
+RoundCounts sample_counted_round(const Set& set, CountsByProposal counts, Source& source, CountedWorkspace<Set>& workspace,
                                  Visit&& visit, BeforeSample&& before_sample) {
   using T = typename Set::Density;
   const std::size_t proposal_count = set.size();
@@ -76,7 +75,7 @@ RoundCounts sample_counted_round(const Set& set, SampleCounts counts, Source& so
   return result;
 }
 template <ProposalSet Set, UniformSource Source, class Visit>
-RoundCounts sample_counted_round(const Set& set, SampleCounts counts, Source& source, CountedWorkspace<Set>& workspace,
+RoundCounts sample_counted_round(const Set& set, CountsByProposal counts, Source& source, CountedWorkspace<Set>& workspace,
                                  Visit&& visit) {
   return sample_counted_round(set, counts, source, workspace, visit, [](std::size_t, std::uint32_t) {});
 }

@@ -11,11 +11,11 @@
 
 namespace gmis {
 
-/// Mean and variance of Σ_k Σ_{i ≤ n_k} h_k(x_ki), x_ki ~ q_k independent: Σ n_k E h_k and Σ n_k Var h_k. Every
-/// estimator that gives proposal k a fixed number of samples and weights each by a function of the sample alone is of
-/// this form. `contribution(k, i)` is h_k at node i, asked for only where q_k > 0.
+/// Mean and variance of Σ_k Σ_{i ≤ n_k} h_k(x_ki), x_ki ~ q_k independent: Σ n_k E h_k and Σ n_k Var h_k. Every estimator
+/// that gives proposal k a fixed number of samples and weights each by a function of the sample alone is of this form.
+/// `contribution(k, i)` is h_k at node i, asked for only where q_k > 0.
 template <class Contribution>
-[[nodiscard]] ExactMoments moments_of_contributions(const TabulatedProblem& problem, SampleCounts counts,
+[[nodiscard]] ExactMoments moments_of_contributions(const TabulatedProblem& problem, CountsByProposal counts,
                                                     Contribution contribution) {
   (void)checked_total(counts, problem.proposal_count());
   ExactMoments moments{0.0, 0.0};
@@ -52,7 +52,7 @@ template <class Contribution>
 }
 
 /// α_k = n_k / Σ n_k.
-[[nodiscard]] inline std::vector<double> fractions_of(SampleCounts counts) {
+[[nodiscard]] inline std::vector<double> fractions_of(CountsByProposal counts) {
   const double total = static_cast<double>(checked_total(counts, counts.size()));
   std::vector<double> fractions(counts.begin(), counts.end());
   for (double& fraction : fractions) fraction /= total;
@@ -60,9 +60,8 @@ template <class Contribution>
 }
 
 /// Mean and variance of one round of N3 with counts, (1/n) Σ f/ψ with ψ = Σ n_k q_k/n:
-/// variance (1/n) ∫ f²/ψ − (1/n²) Σ n_k (∫ f q_k/ψ)². Holds for partial support too (the mean is then that of what ψ
-/// covers).
-[[nodiscard]] inline ExactMoments exact_moments(SampleCounts counts, const TabulatedProblem& problem) {
+/// variance (1/n) ∫ f²/ψ − (1/n²) Σ n_k (∫ f q_k/ψ)². Holds for partial support too (the mean is then that of what ψ covers).
+[[nodiscard]] inline ExactMoments exact_moments(CountsByProposal counts, const TabulatedProblem& problem) {
   const double total = static_cast<double>(checked_total(counts, problem.proposal_count()));
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   return moments_of_contributions(problem, counts,

@@ -9,16 +9,15 @@
 
 /// \file
 /// Optimal weights [Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek, Křivánek: Optimal multiple importance sampling,
-/// 2019]. The estimator with weights free to be negative and to depend on f has the least variance with control
-/// variates Σ β_k q_k that solve Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ: their α is this β. Nothing but N3's evaluations is
-/// needed, and the variance is zero where f is a combination of the densities.
+/// 2019]. The estimator with weights free to be negative and to depend on f has the least variance with control variates
+/// Σ β_k q_k that solve Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ: their α is this β. Nothing but N3's evaluations is needed, and the
+/// variance is zero where f is a combination of the densities.
 
 namespace gmis {
 
-/// The weights of all proposals at one point, w_k = β_k q_k/f + (n_k q_k/Σ n q) (1 − Σ β q/f)
-/// [Kondapaneni et al. eq. 17]. They sum to one and may be negative. For study: the estimators below never divide by f.
-/// `value` is f ≠ 0.
-inline void optimal_weights(std::span<const double> coefficients, SampleCounts counts,
+/// The weights of all proposals at one point, w_k = β_k q_k/f + (n_k q_k/Σ n q) (1 − Σ β q/f) [Kondapaneni et al. eq. 17].
+/// They sum to one and may be negative. For study: the estimators below never divide by f. `value` is f ≠ 0.
+inline void optimal_weights(std::span<const double> coefficients, CountsByProposal counts,
                             std::span<const double> densities, double value, std::span<double> out) noexcept {
   double sum = 0.0, control = 0.0;
   for (std::size_t k = 0; k < densities.size(); ++k) {
@@ -33,7 +32,7 @@ inline void optimal_weights(std::span<const double> coefficients, SampleCounts c
 /// doubled. Unbiased where N3 is. The first rounds, until 4 N samples were seen, serve the fit alone: they are in
 /// `samples`, not in `rounds`. `rounds` of the result is at least 1; proposals must not fail.
 template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_optimal_progressive(Integrand&& f, const P& proposals, SampleCounts counts,
+[[nodiscard]] auto estimate_optimal_progressive(Integrand&& f, const P& proposals, CountsByProposal counts,
                                                 std::uint64_t rounds, Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
@@ -82,11 +81,11 @@ template <class Integrand, Proposals P, UniformSource Source>
   return moments.result();
 }
 
-/// The direct estimator: coefficients from all samples, applied to the same samples, which makes the estimate Σ β_k
-/// where every proposal has samples. Its bias is of the order of variance/rounds and vanishes against the standard
-/// error, which is that of the residuals between rounds, corrected for the N coefficients. Proposals must not fail.
+/// The direct estimator: coefficients from all samples, applied to the same samples, which makes the estimate Σ β_k where
+/// every proposal has samples. Its bias is of the order of variance/rounds and vanishes against the standard error,
+/// which is that of the residuals between rounds, corrected for the N coefficients. Proposals must not fail.
 template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_optimal_direct(Integrand&& f, const P& proposals, SampleCounts counts, std::uint64_t rounds,
+[[nodiscard]] auto estimate_optimal_direct(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,
                                            Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;

@@ -12,8 +12,8 @@
 /// \file
 /// Pairwise weights for many proposals [Bitterli: Correlations and reuse for fast and accurate physically based light
 /// transport, 2022]. Each proposal k is weighed against a canonical one c alone: with d = n q and K = N − 1,
-/// w_k = (1/K) d_k/(d_k + d_c/K), and w_c = (1/K) Σ_k (d_c/K)/(d_k + d_c/K). They sum to one where d_c > 0. A sample of
-/// k costs two densities, one of c all N: 2 (n − n_c) + N n_c a round in place of N n.
+/// w_k = (1/K) d_k/(d_k + d_c/K), and w_c = (1/K) Σ_k (d_c/K)/(d_k + d_c/K). They sum to one where d_c > 0. A sample of k costs
+/// two densities, one of c all N: 2 (n − n_c) + N n_c a round in place of N n.
 
 namespace gmis {
 
@@ -21,7 +21,7 @@ namespace gmis {
 struct Pairwise {
   std::size_t canonical = 0;
 
-  void weights(SampleCounts counts, std::span<const double> densities, std::span<double> out) const noexcept {
+  void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     const std::size_t n = out.size();
     const double others = static_cast<double>(n - 1);
     const double of_canonical = counts[canonical] * densities[canonical];
@@ -40,10 +40,10 @@ struct Pairwise {
 };
 
 /// Draws one round with pairwise weights, each proposal k making counts[k] samples, and calls
-/// `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f, n = Σ counts. Unbiased when the canonical
-/// proposal has samples and is positive wherever f ≠ 0. `counts` must have passed `checked_total`.
+/// `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f, n = Σ counts. Unbiased when the canonical proposal
+/// has samples and is positive wherever f ≠ 0. `counts` must have passed `checked_total`.
 template <ProposalSet Set, UniformSource Source, class Visit>
-RoundCounts sample_pairwise_round(const Set& set, SampleCounts counts, std::size_t canonical, Source& source,
+RoundCounts sample_pairwise_round(const Set& set, CountsByProposal counts, std::size_t canonical, Source& source,
                                   CountedWorkspace<Set>& workspace, Visit&& visit) {
   using T = typename Set::Density;
   const std::size_t n = set.size();
@@ -91,7 +91,7 @@ RoundCounts sample_pairwise_round(const Set& set, SampleCounts counts, std::size
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of pairwise weights. As `estimate`, otherwise.
 template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_pairwise(Integrand&& f, const P& proposals, SampleCounts counts, std::size_t canonical,
+[[nodiscard]] auto estimate_pairwise(Integrand&& f, const P& proposals, CountsByProposal counts, std::size_t canonical,
                                      std::uint64_t rounds, Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;

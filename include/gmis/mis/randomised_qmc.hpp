@@ -16,8 +16,8 @@ concept HasStartRound = requires(const Set& set, std::uint64_t round) {
   set.start_round(round);
 };
 
-/// A uniform source made of points: `start_round(round)` draws a new randomisation, `start_sample(stream, index)` moves
-/// to the first coordinate of a point. `ScrambledSobol` is one.
+/// A uniform source made of points: `start_round(round)` draws a new randomisation, `start_sample(stream, index)` moves to
+/// the first coordinate of a point. `ScrambledSobol` is one.
 template <class S>
 concept PointSource = UniformSource<S> && requires(S& source, std::uint64_t number, std::uint32_t index) {
   source.start_round(number);
@@ -25,13 +25,13 @@ concept PointSource = UniformSource<S> && requires(S& source, std::uint64_t numb
 };
 
 /// Estimates ∫ f by randomised quasi-Monte Carlo over N3 with counts: the n_k samples of proposal k are the first n_k
-/// points of its own stream, best a power of two, and a round is a randomisation. Points within a round are dependent,
-/// so the error comes from the spread between rounds: `rounds` ≥ 2, better 8 or more. Unbiased as N3 is, for every n_k.
+/// points of its own stream, best a power of two, and a round is a randomisation. Points within a round are dependent, so
+/// the error comes from the spread between rounds: `rounds` ≥ 2, better 8 or more. Unbiased as N3 is, for every n_k.
 ///
-/// Samplers must be smooth functions of their numbers, always as many of them in one order: inversion serves, rejection
-/// and tables of jumps gain little.
+/// Samplers must be smooth functions of their numbers, always as many of them in one order: inversion serves, rejection and
+/// tables of jumps gain little.
 template <class Integrand, Proposals P, PointSource Points>
-[[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, SampleCounts counts, std::uint64_t rounds,
+[[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,
                                  Points& points) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;

@@ -10,13 +10,12 @@
 namespace gmis {
 
 /// Factors v_k for `ScaledBalance` that make weights variance-aware [Grittmann, Georgiev, Slusallek, Křivánek:
-/// Variance-aware multiple importance sampling, 2019]: v_k = E[y²]/Var[y], y the balance-weighted contribution f/Σ n q
-/// of a sample of proposal k. The balance heuristic minimises the second moments; a proposal whose second moment is
-/// mostly its squared mean makes little noise, and deserves more weight. Factors only change weights: every choice is
-/// unbiased.
+/// Variance-aware multiple importance sampling, 2019]: v_k = E[y²]/Var[y], y the balance-weighted contribution f/Σ n q of a
+/// sample of proposal k. The balance heuristic minimises the second moments; a proposal whose second moment is mostly its
+/// squared mean makes little noise, and deserves more weight. Factors only change weights: every choice is unbiased.
 ///
 /// From a quadrature rule or a pilot. A proposal without variance gets `largest`, one that never contributes 1.
-[[nodiscard]] inline std::vector<double> variance_aware_factors(SampleCounts counts, const TabulatedProblem& problem,
+[[nodiscard]] inline std::vector<double> variance_aware_factors(CountsByProposal counts, const TabulatedProblem& problem,
                                                                 double largest = 1e6) {
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   std::vector<double> factors(counts.size(), 1.0);

@@ -14,12 +14,11 @@
 
 namespace gmis {
 
-/// Weights from all densities at a point and all counts: `weights(counts, densities, out)` fills `out` with numbers
-/// that sum to one wherever some n_k q_k > 0. The densities come relative to the mixture ψ of the counts, so that they
-/// are in range; a heuristic must not depend on a common factor of them. It is called once a sample: it must not
-/// allocate.
+/// Weights from all densities at a point and all counts: `weights(counts, densities, out)` fills `out` with numbers that
+/// sum to one wherever some n_k q_k > 0. The densities come relative to the mixture ψ of the counts, so that they are in
+/// range; a heuristic must not depend on a common factor of them. It is called once a sample: it must not allocate.
 template <class H>
-concept WeightHeuristic = requires(const H& heuristic, SampleCounts counts, std::span<const double> densities,
+concept WeightHeuristic = requires(const H& heuristic, CountsByProposal counts, std::span<const double> densities,
                                    std::span<double> out) {
   heuristic.weights(counts, densities, out);
 };
@@ -29,7 +28,7 @@ template <Heuristic H>
 struct RatioWeights {
   H heuristic;
 
-  void weights(SampleCounts counts, std::span<const double> densities, std::span<double> out) const noexcept {
+  void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     heuristic_weights(heuristic, counts, densities, out);
   }
 };
@@ -39,7 +38,7 @@ struct RatioWeights {
 struct ScaledBalance {
   std::span<const double> factors;
 
-  void weights(SampleCounts counts, std::span<const double> densities, std::span<double> out) const noexcept {
+  void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     double sum = 0.0;
     for (std::size_t k = 0; k < out.size(); ++k) {
       out[k] = factors[k] * (counts[k] * densities[k]);
@@ -50,10 +49,9 @@ struct ScaledBalance {
 };
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form Σ_k (1/n_k) Σ_i w_k f/q_k under `heuristic`. N
-/// evaluations of densities a sample. Unbiased when the weights of the proposals with samples sum to one wherever f ≠
-/// 0.
+/// evaluations of densities a sample. Unbiased when the weights of the proposals with samples sum to one wherever f ≠ 0.
 template <WeightHeuristic H, class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_with_weights(const H& heuristic, Integrand&& f, const P& proposals, SampleCounts counts,
+[[nodiscard]] auto estimate_with_weights(const H& heuristic, Integrand&& f, const P& proposals, CountsByProposal counts,
                                          std::uint64_t rounds, Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
@@ -82,7 +80,7 @@ template <WeightHeuristic H, class Integrand, Proposals P, UniformSource Source>
 
 /// Mean and variance of one round of `estimate_with_weights`. The mean shows whether the weights sum to one.
 template <WeightHeuristic H>
-[[nodiscard]] ExactMoments exact_moments_with_weights(const H& heuristic, SampleCounts counts,
+[[nodiscard]] ExactMoments exact_moments_with_weights(const H& heuristic, CountsByProposal counts,
                                                       const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count(), nodes = problem.node_count();
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
