@@ -2,10 +2,10 @@
 
 namespace gmis {
 
-/// A running sum whose rounding error does not grow with the number of terms: the sum is kept in two `T`, renormalised after
-/// every term, so it is as good as one in twice the precision (error about n ε² Σ|terms|) [Dekker 1971; Knuth's two-sum].
+/// A running sum with about twice the precision of `T`. The sum is stored in two `T`, renormalised after every term;
+/// the error is about n ε² Σ|terms| for n terms [Dekker 1971; Knuth's two-sum].
 ///
-/// `T` is a floating-point type. A sum that was ever infinite or NaN reads as the plain sum does.
+/// `T` is a floating-point type. After an infinite or NaN term, `value` is infinite or NaN like a plain sum.
 template <class T>
 class CompensatedSum {
  public:
@@ -19,7 +19,7 @@ class CompensatedSum {
     const T tail = correction_ + lost;
     sum_ = next + tail;
     correction_ = tail - (sum_ - next);
-    if (sum_ != sum_ && next == next) sum_ = next;  // inf − inf in the correction must not hide an infinite sum
+    if (sum_ != sum_ && next == next) sum_ = next;  // keep an infinite sum: the correction contains inf − inf
     if (correction_ != correction_) correction_ = T(0);
   }
 

@@ -8,19 +8,20 @@
 #include "gmis/core/interaction.hpp"
 
 /// \file
-/// The interface that a renderer supplies. Put `static_assert(gmis::Bsdf<MyBsdf>)` (and so on) beside a type of yours:
-/// the compiler's message then quotes the line that it misses.
+/// The interface that a renderer supplies. Put `static_assert(gmis::Bsdf<MyBsdf>)` (and so on) beside your type: the
+/// compiler's message then quotes the requirement that the type does not meet.
 
 namespace gmis {
 
-/// How a surface scatters at one point. Holds all it needs (copied into the vertices of light subpaths, so keep it
-/// small).
+/// How a surface scatters at one point. The object holds all data that it needs. It is copied into the vertices of
+/// light subpaths, so keep it small.
 ///
-/// - `evaluate(to_prev, to_next, mode)`: f without the cosine and both densities, per steradian; zero for delta lobes.
-/// - `sample(to_prev, u, uv, mode)`: a direction, with `u` free to choose a lobe; nothing when no light goes on.
-/// - `is_purely_delta()`: `evaluate` is zero everywhere: no connecting, no merging here.
-/// - `albedo()`: about the share of light scattered on, a function of the surface point alone: survival in Russian
-/// roulette.
+/// - `evaluate(to_prev, to_next, mode)`: f [1/sr] without the cosine, and both densities per steradian; delta lobes
+///   count as zero.
+/// - `sample(to_prev, u, uv, mode)`: a direction, with `u` free to choose a lobe; nothing when no light is scattered.
+/// - `is_purely_delta()`: `evaluate` is zero everywhere, so that connections and merging are impossible here.
+/// - `albedo()`: approximate share of the light that is scattered, a function of the surface point alone. Its largest
+///   channel is the continuation probability of Russian roulette.
 template <class B>
 concept Bsdf = std::copyable<B> && requires {
   typename B::Spectrum;
@@ -32,15 +33,17 @@ concept Bsdf = std::copyable<B> && requires {
   { bsdf.albedo() } -> std::convertible_to<typename B::Spectrum>;
 };
 
-/// A BSDF that offers its non-delta lobes as proposals of their own, so that several can be drawn from at one vertex.
+/// A BSDF that offers its non-delta lobes as separate proposals, so that one vertex can draw from several lobes.
 ///
-/// - `B::max_lobes`: the most lobes that any point has, known at compile time.
-/// - `lobe_count()`: here; 0 on a purely delta surface.
-/// - `lobe_weight(k)`: α_k, sums to one over the lobes: what `sample` chooses by, given that it chooses no delta lobe; a
-///   fixed share where that depends on the directions (Fresnel), so that only `evaluate` has the densities of `sample`.
-/// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when it goes under the surface.
-/// - `lobe_pdfs(to_prev, to_next, pdfs)`: the density of every lobe at `to_next`, per steradian, all at once.
-/// - `has_delta_lobes()`: `sample` may also choose a delta lobe here; then children are drawn by `sample` alone.
+/// - `B::max_lobes`: the greatest number of lobes of any point, a constant expression.
+/// - `lobe_count()`: the number of non-delta lobes at this point; 0 on a purely delta surface.
+/// - `lobe_weight(k)`: α_k, which sums to one over the lobes. It is the probability with which `sample` chooses lobe k,
+///   given that it chooses no delta lobe. Where that probability depends on the directions (Fresnel), α_k is a fixed
+///   share; the densities of `sample` then come from `evaluate` alone.
+/// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when the direction goes under the
+///   surface.
+/// - `lobe_pdfs(to_prev, to_next, pdfs)`: writes the density of every lobe at `to_next`, per steradian, to `pdfs`.
+/// - `has_delta_lobes()`: `sample` may also choose a delta lobe here. Children are then drawn by `sample` alone.
 /// - `lobes_have_full_support()`: every lobe has a positive density wherever f is not zero.
 template <class B>
 concept BsdfWithLobes = Bsdf<B> &&
@@ -55,16 +58,17 @@ concept BsdfWithLobes = Bsdf<B> &&
   { bsdf.lobes_have_full_support() } -> std::same_as<bool>;
 };
 
-/// A source of light. All densities leave out the probability of choosing this light.
+/// A light source. No density includes the probability of choosing this light.
 ///
-/// - `is_delta()`: no ray can hit it (point, directional).
-/// - `is_infinite()`: it has directions and no position (directional, environment).
-/// - `sample_next_event(from, uv)`: light that arrives at `from`; nothing where none can.
-/// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath.
-/// - `emitted(origin, direction)`: what leaves `origin` along `direction`, and the densities with which emission starts
-///   this way. An infinite light ignores `origin`; its `direction` is the way the light goes, out of the sky.
-/// - `next_event_density(origin, direction, from)`: with which `sample_next_event(from, …)` makes `origin` (for an
-///   infinite light: the direction), in the measure of `EmissionDensity::origin`; 1 for a delta light.
+/// - `is_delta()`: no ray can hit the light (point, spot, directional).
+/// - `is_infinite()`: the light has directions but no position (directional, environment).
+/// - `sample_next_event(from, uv)`: a sample of the light that arrives at `from`; nothing when no light arrives.
+/// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath; nothing when the sample fails.
+/// - `emitted(origin, direction)`: the radiance that leaves `origin` along `direction`, and the densities with which
+///   `sample_emission` makes this start. An infinite light ignores `origin`; `direction` is the one in which its light
+///   propagates, into the scene.
+/// - `next_event_density(origin, direction, from)`: the density with which `sample_next_event(from, …)` makes `origin`
+///   (for an infinite light: the direction), in the measure of `EmissionDensity::origin`; 1 for a delta light.
 template <class L>
 concept Light = requires {
   typename L::Spectrum;
@@ -79,9 +83,12 @@ concept Light = requires {
   { light.next_event_density(point, w, point) } -> std::same_as<ScalarOf<typename L::Spectrum>>;
 };
 
+/// A camera.
+///
 /// - `resolution()`: width and height in pixels.
-/// - `sample_ray(pixel, uv_pixel, uv_lens)`: a ray through that pixel (x to the right, y *down*, from the upper left).
-/// - `project(point, uv_lens)`: the pixel that sees `point`, whatever stands between; nothing when none does.
+/// - `sample_ray(pixel, uv_pixel, uv_lens)`: a ray through a pixel (x to the right, y *down*, from the upper left);
+///   nothing when the sample fails.
+/// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing when no pixel does.
 /// - `has_parallel_rays()`: densities are per area perpendicular to the rays, not per steradian.
 template <class C>
 concept Camera = requires {
@@ -95,16 +102,16 @@ concept Camera = requires {
   { camera.has_parallel_rays() } -> std::same_as<bool>;
 };
 
-/// Everything the engine asks of a scene.
+/// Everything that the engine requires of a scene.
 ///
 /// - `intersect(ray)`: the nearest hit with 0 < t < t_max, or nothing.
-/// - `visible(ray)`: nothing blocks 0 < t < t_max.
-/// - `sample_light(u)`: a light chosen with a probability that does not depend on the receiver; a null light when there
-///   is none.
-/// - `selection_probability(light)`: the same probability.
-/// - `infinite_lights()`: a range of `const Light*`: what rays that leave the scene may hit (delta ones may be left
-///   out).
-/// - `camera()`.
+/// - `visible(ray)`: true when nothing blocks 0 < t < t_max.
+/// - `sample_light(u)`: a light, chosen with a probability that does not depend on the receiver; a null light when the
+///   scene has none.
+/// - `selection_probability(light)`: the probability with which `sample_light` chooses this light.
+/// - `infinite_lights()`: a range of `const Light*` with the infinite lights, which rays that leave the scene hit.
+///   Delta lights may be left out.
+/// - `camera()`: the camera.
 template <class S>
 concept Scene = requires {
   typename S::Spectrum;
@@ -127,22 +134,22 @@ concept Scene = requires {
 };
 
 namespace detail {
-/// Work of the kind that the engine passes: a lambda with captures, which no function pointer can hold.
+/// A lambda with captures, like the work that the engine passes. It does not convert to a function pointer.
 inline auto work_with_captures(std::size_t& sum) {
   return [&sum](std::size_t i) { sum += i; };
 }
 using WorkWithCaptures = decltype(work_with_captures(std::declval<std::size_t&>()));
 }  // namespace detail
 
-/// Runs `work(0) … work(count − 1)`, each exactly once, in any order and possibly at the same time, and returns when
-/// all are done. The engine never starts a thread: whoever calls it passes one of these. `work` is a temporary lambda with
-/// captures.
+/// Runs loops for the engine, which never starts a thread itself. `parallel_for(count, work)` calls `work(i)` once for
+/// each i from 0 to count − 1, in any order and possibly concurrently, and returns when all calls are done. `work` is a
+/// temporary lambda with captures.
 template <class E>
 concept Executor = requires(E& executor, std::size_t count, detail::WorkWithCaptures work) {
   executor.parallel_for(count, std::move(work));
 };
 
-/// Runs everything in order on the calling thread.
+/// An executor that runs all work in order on the calling thread.
 struct SerialExecutor {
   template <class Work>
   void parallel_for(std::size_t count, Work&& work) const {

@@ -28,10 +28,10 @@ class Extended {
   static constexpr T inverse_step = lower * lower;
 
   constexpr Extended() = default;
-  // Implicit on purpose: densities enter the recursion as they are.
+  // Implicit on purpose, so that densities enter the recursion without a conversion.
   constexpr Extended(T value) noexcept : mantissa_(value) {  // NOLINT(google-explicit-constructor)
     normalize();
-    normalize();  // the ends of T's range are two steps away from the middle
+    normalize();  // twice, because the ends of T's range are two steps away from the middle
   }
 
   [[nodiscard]] friend constexpr Extended operator*(Extended a, Extended b) noexcept {
@@ -56,7 +56,7 @@ class Extended {
 
   [[nodiscard]] constexpr bool is_zero() const noexcept { return mantissa_ == T(0); }
 
-  /// Into the range of double, which is wide enough to look at.
+  /// The nearest double, for printing: 0 on underflow, infinity on overflow.
   [[nodiscard]] double to_double() const noexcept {
     return std::ldexp(static_cast<double>(mantissa_), exponent_ * (is_single ? 64 : 512));
   }

@@ -1,8 +1,8 @@
 #pragma once
 
 /// \file
-/// Intended IEEE 754 arithmetic: the places where a division by ±0 is meant to give ±infinity.
-/// They go through these functions so that a sanitizer can stay on everywhere else.
+/// Intended IEEE 754 arithmetic: divisions by ±0 that are meant to give ±infinity. They use the function below, so that
+/// the sanitizer's check of division by zero stays on everywhere else.
 
 #if defined(__clang__) || defined(__GNUC__)
 #define GMIS_INTENDED_IEEE_DIVISION __attribute__((no_sanitize("float-divide-by-zero")))
@@ -12,7 +12,7 @@
 
 namespace gmis {
 
-/// `numerator / denominator` as IEEE 754 defines it, also for a zero denominator (±infinity, or NaN for 0/0).
+/// `numerator / denominator` as IEEE 754 defines it: ±infinity for a zero denominator, NaN for 0/0.
 template <class T>
 GMIS_INTENDED_IEEE_DIVISION constexpr T ieee_divide(T numerator, T denominator) noexcept {
   return numerator / denominator;

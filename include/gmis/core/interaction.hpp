@@ -8,15 +8,16 @@
 /// \file
 /// The plain data that passes between the user's scene and the transport layer. `T` is the scalar (float or double),
 /// `S` the spectrum. Positions and distances are in scene units; directions have unit length, are in the world frame
-/// and point away from the surface: `to_prev` to where the subpath came from, `to_next` to where it goes.
+/// and point away from the surface: `to_prev` to the previous vertex of the subpath, `to_next` to the next one.
 
 namespace gmis {
 
-/// What a subpath carries: `radiance` when it started at the camera, `importance` when it started at a light (the adjoint
-/// quantity, flux). The two differ in refraction (radiance scales with the square of the index, flux does not) and under
-/// shading normals [Veach 1997, ch. 5].
+/// The quantity that a BSDF transports: `radiance` for a subpath that starts at the camera, `importance` for a subpath
+/// that starts at a light. The two modes differ in refraction (radiance scales with the square of the index, flux does
+/// not) and under shading normals [Veach 1997, ch. 5].
 enum class TransportMode { radiance, importance };
 
+/// The points `origin` + t · `direction` with 0 < t < `t_max`.
 template <std::floating_point T>
 struct Ray {
   Vec3<T> origin;
@@ -28,15 +29,15 @@ struct Ray {
 template <std::floating_point T>
 struct SurfacePoint {
   Vec3<T> position;
-  Vec3<T> geometric_normal;  ///< unit, the surface's own side: not turned towards the ray
+  Vec3<T> geometric_normal;  ///< unit, on the surface's own side: not turned towards the ray
   Vec3<T> shading_normal;    ///< unit, in the hemisphere of the geometric normal
-  /// A distance along the normal that is sure to clear the surface: a bound on the error of `position`, with the
-  /// rounding of the offset itself. A scene that keeps its rays off surfaces by other means leaves it 0.
+  /// Offset along the normal that is sure to clear the surface: a bound on the error of `position`, including the
+  /// rounding of the offset itself. A scene that keeps rays off surfaces in another way leaves it 0.
   T position_error{};
 };
 
-/// The ray that leaves `from` along `direction`, its origin moved off the surface by the error bound, to that side of
-/// the surface which the direction points to.
+/// The ray that leaves `from` along `direction` (unit). Its origin is moved off the surface by `position_error`, to the
+/// side that `direction` points to.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> leave(const SurfacePoint<T>& from, const Vec3<T>& direction,
                                   T t_max = std::numeric_limits<T>::infinity()) noexcept {
@@ -44,16 +45,17 @@ template <std::floating_point T>
   return {from.position + from.geometric_normal * side, direction, t_max};
 }
 
-/// The ray to test whether `to` can be seen from `from`: both ends are moved off their surfaces towards each other.
-/// `direction` is the unit vector between the two positions. The ray starts on a surface where there is one: there it is
-/// sure to be on the right side of all surfaces near by, and where it ends the rounding of its direction has taken it some
-/// way off.
+/// The ray that tests whether `to` can be seen from `from`. Both ends are moved off their surfaces towards each other.
+/// `direction` is the unit vector from `from` to `to`. When one of the points lies on no surface, the ray starts at the
+/// other one: the start is sure to be on the right side of all surfaces near it, whereas the rounding of the direction
+/// moves the far end. Points nearer to each other than their offsets give an empty ray (`t_max` = 0): they see each
+/// other.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> segment(const SurfacePoint<T>& from, const SurfacePoint<T>& to, const Vec3<T>& direction) {
   if (from.position_error == T(0) && to.position_error > T(0)) [[unlikely]]
     return segment(to, from, -direction);
   const T from_side = std::copysign(from.position_error, glm::dot(direction, from.geometric_normal));
-  // How far a ray passes from where it should grows with the way it has gone.
+  // The error of a point on a ray grows with its distance from the start.
   const T reach = T(4) * std::numeric_limits<T>::epsilon() * glm::dot(to.position - from.position, direction);
   const T to_error = to.position_error > T(0) ? to.position_error + reach : T(0);
   const T to_side = std::copysign(to_error, -glm::dot(direction, to.geometric_normal));
@@ -61,22 +63,23 @@ template <std::floating_point T>
   const Vec3<T> target = to.position + to.geometric_normal * to_side;
   const Vec3<T> between = target - origin;
   const T length = glm::length(between);
-  // Two points nearer to each other than their offsets see each other.
+  // The offsets passed each other.
   if (!(length > T(0)) || glm::dot(between, direction) <= T(0)) return {origin, direction, T(0)};
   return {origin, between / length, length * (T(1) - T(8) * std::numeric_limits<T>::epsilon())};
 }
 
-/// A BSDF at one pair of directions: `value` is f [1/sr] *without* the cosine, delta lobes left out; the densities are
-/// those with which `sample` makes non-delta directions, the chance of choosing a lobe included.
+/// A BSDF for one pair of directions. `value` is f [1/sr] *without* the cosine and without delta lobes. `pdf` holds the
+/// densities per steradian with which `sample` makes non-delta directions, including the probability of choosing a
+/// lobe.
 template <Spectrum S>
 struct BsdfValue {
   S value{ScalarOf<S>(0)};
   DirectionPdfs<ScalarOf<S>> pdf{};
 };
 
-/// A direction drawn at a surface. `weight` = f |cos| / pdf, the cosine taken with the shading normal. For a delta lobe
-/// (`is_delta`) the two densities hold the selection probabilities of that lobe, forward and reverse, and `weight` is
-/// the lobe's reflectance or transmittance divided by the forward one.
+/// A direction drawn at a surface. `weight` = f |cos| / pdf, with the cosine of the shading normal. For a delta lobe
+/// (`is_delta`), `pdf` holds the selection probabilities of this lobe, forward and reverse, and `weight` is the
+/// reflectance or transmittance of the lobe divided by the forward selection probability.
 template <Spectrum S>
 struct ScatterSample {
   Vec3<ScalarOf<S>> to_next;
@@ -87,7 +90,7 @@ struct ScatterSample {
       ScalarOf<S>(1);  ///< index of refraction on the side of `to_next` over that on the side of `to_prev`
 };
 
-/// What a ray met: where, how it scatters there, and the light that the surface is (null when it emits nothing).
+/// The hit of a ray: the point, the BSDF there, and the light that the surface belongs to (null when it emits nothing).
 template <std::floating_point T, class Bsdf_, class Light_>
 struct Hit {
   using Bsdf = Bsdf_;
@@ -97,7 +100,7 @@ struct Hit {
   const Light* light = nullptr;
 };
 
-/// The densities with which light subpaths start, without the probability of choosing the light.
+/// The densities of the start of a light subpath, without the probability of choosing the light.
 ///
 /// | light | `origin` | `first` |
 /// | --- | --- | --- |
@@ -111,43 +114,47 @@ struct EmissionDensity {
   T first{};
 };
 
-/// The start of a light subpath. `weight` = emitted radiance · |cos| / (origin · first) for an area light, intensity /
-/// first for a point, irradiance / first for a directional light, radiance / (origin · first) for an environment.
+/// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance · |cos| / (origin ·
+/// first) for an area light, intensity / first for a point light, irradiance / first for a directional light, radiance
+/// / (origin · first) for an environment.
 template <Spectrum S>
 struct EmissionSample {
   SurfacePoint<ScalarOf<S>> origin;
-  Vec3<ScalarOf<S>> direction;  ///< the way the light goes
+  Vec3<ScalarOf<S>> direction;  ///< unit, in which the light propagates
   S weight;
   EmissionDensity<ScalarOf<S>> density;
 };
 
-/// Light on its way to a given point. `weight` = incident radiance / (density per steradian at that point), or the
-/// incident irradiance on a plane perpendicular to it for a delta light; the receiver's BSDF and cosine are not in.
+/// A sample of the light that arrives at a given point, the receiver. `weight` = incident radiance / (density per
+/// steradian at the receiver); for a delta light it is the incident irradiance on a plane perpendicular to the
+/// direction. The BSDF and the cosine of the receiver are not included.
 template <Spectrum S>
 struct NextEventSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the light; for an infinite light only the normals (zero) are read
-  Vec3<ScalarOf<S>> to_light;        ///< from the receiver
+  Vec3<ScalarOf<S>> to_light;        ///< unit, from the receiver
   S weight;
-  ScalarOf<S> next_event_density;        ///< of `origin` in the measure of `EmissionDensity::origin`
-  EmissionDensity<ScalarOf<S>> density;  ///< of emission from `origin` towards the receiver
+  ScalarOf<S> next_event_density;        ///< density of `origin`, in the measure of `EmissionDensity::origin`
+  EmissionDensity<ScalarOf<S>> density;  ///< density of emission from `origin` towards the receiver
 };
 
-/// What a light sends from one of its points along one direction.
+/// The radiance that a light emits at one of its points along one direction, and the density of that emission; both 0
+/// where it emits nothing.
 template <Spectrum S>
 struct Emitted {
   S radiance{ScalarOf<S>(0)};
   EmissionDensity<ScalarOf<S>> density{};
 };
 
+/// A light and the probability of choosing it.
 template <std::floating_point T, class Light>
 struct LightChoice {
   const Light* light;
   T selection_probability;
 };
 
-/// A camera ray through one pixel. `weight` multiplies the radiance that comes back (1 for an ideal pinhole whose pixel
-/// value is the mean radiance over the pixel). `density` is that of the ray for this pixel: per steradian, or per area
-/// perpendicular to the ray for a camera with parallel rays.
+/// A camera ray through one pixel. `weight` is the factor on the incident radiance (1 for an ideal pinhole, whose pixel
+/// value is the mean radiance over the pixel). `density` is the density of the rays of this pixel: per steradian, or
+/// per area perpendicular to the ray for a camera with parallel rays.
 template <Spectrum S>
 struct CameraSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the lens
@@ -156,13 +163,13 @@ struct CameraSample {
   ScalarOf<S> density;
 };
 
-/// How a point is seen by the camera: the pixel it falls in, the point of the lens, and the density with which that
-/// pixel's camera rays would take this way (as `CameraSample::density`). `weight` as there.
+/// The projection of a point: the pixel that sees it, the point of the lens, and the density of that pixel's camera
+/// rays along this direction. `weight` and `density` are those of `CameraSample`.
 template <Spectrum S>
 struct CameraProjection {
   glm::ivec2 pixel;
   SurfacePoint<ScalarOf<S>> origin;
-  Vec3<ScalarOf<S>> to_camera;  ///< from the point
+  Vec3<ScalarOf<S>> to_camera;  ///< unit, from the point
   S weight;
   ScalarOf<S> density;
 };

@@ -23,7 +23,7 @@ template <std::floating_point T>
   return x * x;
 }
 
-/// √x, and 0 for an x that rounding made negative.
+/// √x; 0 when rounding made x negative.
 template <std::floating_point T>
 [[nodiscard]] inline T sqrt_or_zero(T x) noexcept {
   return std::sqrt(std::max(x, T(0)));
@@ -44,15 +44,17 @@ struct Frame {
         {T(1) + sign * axis.x * axis.x * a, sign * b, -sign * axis.x}, {b, sign + axis.y * axis.y * a, -axis.y}, axis};
   }
 
+  /// The vector with these coordinates in the frame.
   [[nodiscard]] Vec3<T> to_world(const Vec3<T>& local) const noexcept {
     return tangent * local.x + bitangent * local.y + normal * local.z;
   }
+  /// The coordinates of a vector in the frame.
   [[nodiscard]] Vec3<T> to_local(const Vec3<T>& world) const noexcept {
     return {glm::dot(tangent, world), glm::dot(bitangent, world), glm::dot(normal, world)};
   }
 };
 
-/// Mirror image of `direction` (pointing away from the surface) about the unit `normal`; points away from it too.
+/// Mirror image of `direction` about the unit `normal`. Both directions point away from the surface.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> reflect_about(const Vec3<T>& direction, const Vec3<T>& normal) noexcept {
   return normal * (T(2) * glm::dot(direction, normal)) - direction;

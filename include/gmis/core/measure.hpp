@@ -5,7 +5,7 @@
 #include "gmis/core/math.hpp"
 
 /// \file
-/// Densities with their measure in the type, and the one place where one becomes the other.
+/// Densities with their measure in the type, and the factor between solid angle and area.
 
 namespace gmis {
 
@@ -15,31 +15,32 @@ struct SolidAnglePdf {
   T value{};
 };
 
-/// Probability density per unit area of the surface it is taken on.
+/// Probability density per unit area of a surface.
 template <std::floating_point T>
 struct AreaPdf {
   T value{};
 };
 
-/// Both densities of one scattering event: of `to_next` given `to_prev` (forward), and of `to_prev` given `to_next`
-/// (reverse, what a subpath coming from the other end would use).
+/// Both densities of one scattering event, per steradian without the cosine: `forward` of `to_next` given `to_prev`,
+/// `reverse` of `to_prev` given `to_next` (for a subpath from the other end of the path).
 template <std::floating_point T>
 struct DirectionPdfs {
   SolidAnglePdf<T> forward, reverse;
 };
 
-/// d(solid angle)/d(area) for a point seen at `distance_squared` under `cos_at_point` between its normal and the ray.
+/// d(solid angle)/d(area) = |cos θ| / d² of a point at the squared distance d², with θ between its normal and the ray.
 template <std::floating_point T>
 [[nodiscard]] constexpr T solid_angle_per_area(T cos_at_point, T distance_squared) noexcept {
   return (cos_at_point < T(0) ? -cos_at_point : cos_at_point) / distance_squared;
 }
 
+/// The density per area of a point whose direction has the density `pdf` per steradian.
 template <std::floating_point T>
 [[nodiscard]] constexpr AreaPdf<T> to_area(SolidAnglePdf<T> pdf, T cos_at_point, T distance_squared) noexcept {
   return {pdf.value * solid_angle_per_area(cos_at_point, distance_squared)};
 }
 
-/// A density that a weight can be formed with: positive and finite. Anything else belongs to a sample that should not exist.
+/// True for a density from which a weight can be formed: positive and finite.
 template <std::floating_point T>
 [[nodiscard]] constexpr bool is_usable_density(T density) noexcept {
   return density > T(0) && density <= std::numeric_limits<T>::max();

@@ -7,8 +7,8 @@
 
 namespace gmis {
 
-/// How the library reads a spectrum. Known are one floating-point number and any GLM vector of them (RGB is
-/// `glm::vec3`); for a type of one's own, specialise this with the same three members.
+/// The interface through which the library reads a spectrum. It is specialised for a floating-point number and for GLM
+/// vectors of them (RGB is `glm::vec3`). For another type, specialise it with the same three members.
 template <class S>
 struct SpectrumTraits;
 
@@ -71,6 +71,7 @@ template <Spectrum S>
   return true;
 }
 
+/// True when every channel is finite.
 template <Spectrum S>
 [[nodiscard]] inline bool is_finite(const S& s) noexcept {
   // x − x is 0 for a finite x and NaN otherwise, so one sum tests all channels.

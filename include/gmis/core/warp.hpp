@@ -3,12 +3,12 @@
 #include "gmis/core/math.hpp"
 
 /// \file
-/// Maps of the unit square to directions and discs, each with the density it makes.
-/// Local frames have their axis along +z. Every map is a bijection up to a null set; none can fail.
+/// Maps from the unit square to disks, triangles and unit directions, with the density of the result. Local frames have
+/// their axis along +z. Every map is a bijection up to a null set and never fails.
 
 namespace gmis {
 
-/// Uniform on the unit disk, area density 1/π; keeps neighbours together [Shirley, Chiu 1997].
+/// Uniform point on the unit disk, density 1/π per area; neighbouring points stay neighbours [Shirley, Chiu 1997].
 template <std::floating_point T>
 [[nodiscard]] inline Vec2<T> square_to_disk(const Vec2<T>& u) noexcept {
   const T x = T(2) * u.x - T(1);
@@ -20,14 +20,14 @@ template <std::floating_point T>
   return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
-/// Direction on the upper hemisphere with solid-angle density cos θ / π.
+/// Direction on the upper hemisphere, density cos θ / π per steradian.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_cosine_hemisphere(const Vec2<T>& u) noexcept {
   const Vec2<T> disk = square_to_disk(u);
   return {disk.x, disk.y, sqrt_or_zero(T(1) - disk.x * disk.x - disk.y * disk.y)};
 }
 
-/// Direction on the sphere with solid-angle density 1/(4π).
+/// Uniform direction on the sphere, density 1/(4π) per steradian.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_sphere(const Vec2<T>& u) noexcept {
   const T z = T(1) - T(2) * u.x;
@@ -36,15 +36,15 @@ template <std::floating_point T>
   return {radius * std::cos(angle), radius * std::sin(angle), z};
 }
 
-/// Barycentric coordinates (of the second and third corner) uniform on a triangle.
+/// Barycentric coordinates (of the second and third corner) of a uniform point on a triangle, density 1/area per area.
 template <std::floating_point T>
 [[nodiscard]] inline Vec2<T> square_to_triangle(const Vec2<T>& u) noexcept {
   const T root = std::sqrt(u.x);
   return {root * (T(1) - u.y), root * u.y};
 }
 
-/// Direction in the cone cos θ ≥ 1 − `one_minus_cos`, solid-angle density 1/(2π · one_minus_cos). The cone is given by
-/// 1 − cos θ_max because a narrow one has a cosine that rounds to 1.
+/// Uniform direction in the cone cos θ ≥ 1 − `one_minus_cos`, density 1/(2π · one_minus_cos) per steradian. The
+/// argument is 1 − cos θ_max, because the cosine of a narrow cone rounds to 1.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_cone(const Vec2<T>& u, T one_minus_cos) noexcept {
   const T drop = u.x * one_minus_cos;  // 1 − cos θ

@@ -5,33 +5,36 @@
 
 namespace gmis {
 
-/// What can end a run.
+/// The reason why a run ended.
 enum class StopReason { iterations, time, error, interrupt, rejected };
 
+/// The name of a reason in statistics files.
 [[nodiscard]] constexpr const char* name_of(StopReason reason) noexcept {
   constexpr const char* names[] = {"iterations", "time", "error", "interrupt", "rejected"};
   return names[static_cast<int>(reason)];
 }
 
-/// How far a progressive run is.
+/// Progress of a run.
 struct RunState {
   std::uint32_t iterations = 0;
   double seconds = 0.0;
-  double relative_error = 0.0;  ///< estimated; 0 while it is not known
-  bool is_calibrated = false;   ///< `ErrorEstimate::is_calibrated`: only then may the error end the run
+  double relative_error = 0.0;  ///< estimated √relMSE; 0 while it is unknown
+  bool is_calibrated = false;   ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
 };
 
-/// What a run may cost, or how good it has to be: the first limit met ends it. A limit that is not set does not count.
+/// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An unset limit has no
+/// effect.
 struct Budget {
-  /// An error estimated from fewer iterations is itself too uncertain to stop by.
+  /// Minimum number of iterations before an error estimate may end a run; estimates from fewer iterations are too
+  /// uncertain.
   static constexpr std::uint32_t fewest_iterations_for_error = 8;
 
   std::optional<std::uint32_t> iterations;
   std::optional<double> seconds;
   std::optional<double> relative_error;
 
-  /// Why to stop after the iterations done so far (at least one); nothing to go on. The time is met to the nearest
-  /// whole iteration: one more is begun only if the mean length of those done lets half of it fit.
+  /// The reason to stop after the iterations so far (at least one), or nothing to go on. The run ends at the whole
+  /// iteration nearest to the time limit: one more iteration begins only when half of a mean iteration still fits.
   [[nodiscard]] std::optional<StopReason> reason_to_stop(const RunState& state) const noexcept {
     if (iterations && state.iterations >= *iterations) return StopReason::iterations;
     if (relative_error && state.is_calibrated && state.iterations >= fewest_iterations_for_error &&

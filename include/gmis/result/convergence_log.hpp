@@ -14,22 +14,22 @@
 
 namespace gmis {
 
-/// What is known at one moment of a run.
+/// State of a run at one moment.
 struct ConvergencePoint {
   double cpu_seconds = 0.0;
   double wall_seconds = 0.0;
   std::uint64_t iteration = 0;
   std::optional<double> estimated_error;  ///< `ErrorEstimate::relative_error` of all iterations
-  std::optional<Interval> interval;       ///< around it; nothing where the estimate is not calibrated
+  std::optional<Interval> interval;       ///< interval around `estimated_error`; empty when that is not calibrated
   std::optional<double> reference_error;  ///< √relMSE against a reference
 };
 
-/// The course of a run: how the error fell with time. Points are taken at geometrically growing iterations, so that a
-/// long run leaves a short log and all decades weigh the same.
+/// Error over time during a run. The iterations of the points grow geometrically, so that a long run leaves a short log
+/// and every decade has about the same number of points.
 class ConvergenceLog {
  public:
-  /// Is there to be a point after this iteration? 1 to 8, then four in each doubling: 10, 12, 14, 16, 20 and so on. From
-  /// 16 on all batches of `BatchMeans` are complete there.
+  /// True when a point is due after this iteration. Points are due after iterations 1 to 8, then four times per
+  /// doubling: 10, 12, 14, 16, 20 and so on. From 16 on, all batches of `BatchMeans` are complete at these iterations.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   void add(ConvergencePoint point) {
@@ -45,13 +45,13 @@ class ConvergenceLog {
   std::vector<ConvergencePoint> points_;
 };
 
-/// The first line of a log as comma-separated values, without the end of line.
+/// The header line of a log in comma-separated values, without a line end.
 [[nodiscard]] inline std::string convergence_csv_header() {
   return "cpu_seconds,wall_seconds,iteration,estimated_error,interval_lower,interval_upper,reference_error";
 }
 
-/// The line of one point, without the end of line; what is not known is left empty. Points of numbers are points in
-/// every locale.
+/// The line of one point in comma-separated values, without a line end. An unknown value is an empty field. The decimal
+/// separator is a point in every locale.
 [[nodiscard]] inline std::string convergence_csv_row(const ConvergencePoint& point) {
   const auto text = [](double value) {
     std::array<char, 32> buffer{};

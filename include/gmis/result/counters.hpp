@@ -4,23 +4,23 @@
 
 namespace gmis {
 
-/// What a run did, counted. A technique that is off leaves its counts at exactly 0.
+/// Counted operations of a run. The counters of a technique that is off stay exactly 0.
 struct Counters {
   std::uint64_t camera_paths = 0;
   std::uint64_t light_subpaths = 0;   ///< light trees
   std::uint64_t rays = 0;             ///< closest-hit queries
   std::uint64_t shadow_rays = 0;      ///< visibility queries
-  std::uint64_t connections = 0;      ///< pairs of vertices evaluated, whether or not they saw each other
-  std::uint64_t connection_rays = 0;  ///< visibility queries of connections, among `shadow_rays`
+  std::uint64_t connections = 0;      ///< pairs of vertices evaluated, visible or not
+  std::uint64_t connection_rays = 0;  ///< visibility queries of connections; included in `shadow_rays`
   std::uint64_t splats = 0;           ///< contributions of light vertices to the image
-  std::uint64_t merge_queries = 0;
-  std::uint64_t merges = 0;
-  std::uint64_t photons_stored = 0;
+  std::uint64_t merge_queries = 0;    ///< searches for light vertices around a camera vertex
+  std::uint64_t merges = 0;           ///< pairs of a camera vertex and a light vertex merged
+  std::uint64_t photons_stored = 0;   ///< light vertices stored
   std::uint64_t grids_built = 0;
-  std::uint64_t contributions = 0;  ///< offered to the film, the rejected ones included
+  std::uint64_t contributions = 0;  ///< offered to the film, including the non-finite and negative ones
   std::uint64_t rejected_non_finite = 0;
   std::uint64_t rejected_negative = 0;
-  std::uint64_t rejected_zero_pdf = 0;  ///< samples drawn where their own density is zero or not finite
+  std::uint64_t rejected_zero_pdf = 0;  ///< samples whose own density is zero or not finite
 
   constexpr Counters& operator+=(const Counters& other) noexcept {
     camera_paths += other.camera_paths;
@@ -41,7 +41,7 @@ struct Counters {
     return *this;
   }
 
-  /// What was done since `earlier`.
+  /// Operations since `earlier`.
   [[nodiscard]] constexpr Counters operator-(const Counters& earlier) const noexcept {
     return {camera_paths - earlier.camera_paths,
             light_subpaths - earlier.light_subpaths,
@@ -60,6 +60,7 @@ struct Counters {
             rejected_zero_pdf - earlier.rejected_zero_pdf};
   }
 
+  /// All rejections.
   [[nodiscard]] constexpr std::uint64_t rejected() const noexcept {
     return rejected_non_finite + rejected_negative + rejected_zero_pdf;
   }

@@ -11,11 +11,10 @@
 
 namespace gmis {
 
-/// The image as the mean over independent iterations, with the variance between them, pixel by pixel and channel by
-/// channel.
+/// Mean and variance over independent iterations, for every pixel and channel.
 ///
-/// Means are updated in double by Welford's recurrence, which does not drift: a constant stream of 1e9 samples is
-/// reproduced to the last bits. Pixels are stored by rows from the upper left.
+/// Means are updated in double by Welford's recurrence, which does not drift: a constant stream of 1e9 samples keeps
+/// its value to the last bits. Pixels are stored by rows from the upper left.
 template <Spectrum S>
 class Film {
  public:
@@ -26,7 +25,8 @@ class Film {
       : resolution_(resolution),
         moments_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count) {}
 
-  /// Adds one iteration: an unbiased estimate (but for merging) of every pixel, independent of the others.
+  /// Adds the frame of one iteration, which must be independent of all other iterations. `frame` has one value per
+  /// pixel.
   void add_iteration(std::span<const S> frame) {
     ++iterations_;
     const double weight = 1.0 / static_cast<double>(iterations_);
@@ -47,7 +47,7 @@ class Film {
 
   [[nodiscard]] double mean(std::size_t pixel, int channel) const noexcept { return at(pixel, channel).mean; }
 
-  /// Estimated variance of `mean`: the variance between iterations over their number; 0 until there are two.
+  /// Estimated variance of `mean`: the sample variance of the iterations divided by their number; 0 for fewer than two.
   [[nodiscard]] double variance_of_mean(std::size_t pixel, int channel) const noexcept {
     if (iterations_ < 2) return 0.0;
     const double n = static_cast<double>(iterations_);
@@ -57,7 +57,7 @@ class Film {
  private:
   struct Moments {
     double mean = 0.0;
-    double sum_of_squares = 0.0;  ///< of the deviations from the mean
+    double sum_of_squares = 0.0;  ///< sum of squared deviations from the mean
   };
 
   [[nodiscard]] const Moments& at(std::size_t pixel, int channel) const noexcept {
@@ -69,13 +69,14 @@ class Film {
   std::vector<Moments> moments_;
 };
 
-/// The figures of a film as a whole: mean value, and mean variance of the pixel means. The relative error is not among
-/// them: what it is relative to must come from other iterations than the variance (`estimate_error`).
+/// Means over all pixels and channels of a film. They do not include a relative error, because its denominator and its
+/// variance must come from different iterations (`estimate_error`).
 struct ImageEstimate {
-  double mean = 0.0;
-  double variance = 0.0;
+  double mean = 0.0;      ///< mean value
+  double variance = 0.0;  ///< mean variance of the pixel means
 };
 
+/// The estimates of a film, which must have at least one pixel.
 template <Spectrum S>
 [[nodiscard]] ImageEstimate estimate_of(const Film<S>& film) {
   ImageEstimate result;

@@ -8,17 +8,23 @@
 
 namespace gmis {
 
-/// What merging with a radius above zero adds to an image or takes from it, as a relative error.
+/// The bias of merging over a whole image, as a relative error.
 struct MergingBias {
-  double relative_bias =
-      0.0;  ///< √(mean over pixels and channels of bias² / (value² + `relative_error_floor`)), 0 when noise hides it
-  double standard_error = 0.0;  ///< of the square above, rooted: a bias below about twice this cannot be told from none
+  /// √(mean over pixels and channels of bias² / (value² + `relative_error_floor`)); 0 when noise hides it.
+  double relative_bias = 0.0;
+  /// √(standard error of `relative_bias`²); a bias below about twice this may be noise.
+  double standard_error = 0.0;
 };
 
-/// The bias of merging from two radii. `difference` is a film of (frame with radius `ratio` · r − frame with radius r), iteration
-/// by iteration with the same random numbers, so that most of the noise cancels; `value` is the film with radius r. The bias of
-/// a density estimate over a disk grows with the square of its radius, so the difference is (ratio² − 1) times the bias
-/// at r [Hachisuka et al. 2010, eq. 6]; the noise that the square of the difference contains is subtracted, as measured.
+/// Estimates the bias of merging from renderings with two radii.
+///
+/// `value` is the film with radius r. `difference` is the film of (frame with radius `ratio` · r) − (frame with radius
+/// r). Both frames of an iteration use the same random numbers, so that most of the noise cancels. `ratio` must be
+/// above 1.
+///
+/// The bias of a density estimate over a disk is proportional to the square of the radius
+/// [Hachisuka et al. 2010, eq. 6]. The expected difference is therefore (ratio² − 1) times the bias at r. The squared
+/// difference contains the variance of the mean, which is measured and subtracted.
 template <Spectrum S>
 [[nodiscard]] MergingBias merging_bias(const Film<S>& difference, const Film<S>& value, double ratio) {
   double square = 0.0, noise = 0.0, variance = 0.0;
@@ -28,7 +34,7 @@ template <Spectrum S>
       const double weight = 1.0 / (value.mean(p, c) * value.mean(p, c) + relative_error_floor);
       square += mean * mean * weight;
       noise += uncertainty * weight;
-      // Of the square of a normal number: 4 μ² σ² + 2 σ⁴.
+      // Variance of the square of a normal variable: 4 μ² σ² + 2 σ⁴.
       variance += (4.0 * mean * mean * uncertainty + 2.0 * uncertainty * uncertainty) * weight * weight;
     }
   const double count = static_cast<double>(difference.pixel_count()) * Film<S>::channel_count;

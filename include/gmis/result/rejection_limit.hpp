@@ -6,24 +6,25 @@
 
 namespace gmis {
 
-/// How much may be rejected before a picture cannot be trusted: a few samples lost to rounding are harmless, many mean
-/// that something is wrong with the scene or with the code that describes it.
+/// The greatest share of rejections that a trustworthy picture may have. Rounding causes a few rejections, which are
+/// harmless. More rejections indicate an error in the scene or in the code that describes it.
 struct RejectionLimit {
-  double share = 1e-4;  ///< of the contributions; infinite: any number
+  double share = 1e-4;  ///< rejections allowed per contribution; infinity allows any number
 
+  /// True when a finished run has more rejections than the limit allows.
   [[nodiscard]] bool is_exceeded(const Counters& counters) const noexcept {
     return static_cast<double>(counters.rejected()) > allowed(counters);
   }
 
-  /// Whether it is exceeded by more than chance: five standard deviations of a Poisson count. Then a run need not go on;
-  /// one that is near the limit is decided at its end.
+  /// True when a running render exceeds the limit by more than five standard deviations of a Poisson count. The run can
+  /// then be stopped. A run near the limit is judged at its end by `is_exceeded`.
   [[nodiscard]] bool is_surely_exceeded(const Counters& counters) const noexcept {
     const auto rejected = static_cast<double>(counters.rejected());
     return rejected - 5.0 * std::sqrt(rejected) > allowed(counters);
   }
 
  private:
-  /// With no contribution at all nothing may be rejected, unless everything may.
+  /// Allowed number of rejections; 0 without contributions, unless `share` is infinite.
   [[nodiscard]] double allowed(const Counters& counters) const noexcept {
     return std::isinf(share) ? share : share * static_cast<double>(counters.contributions);
   }

@@ -11,13 +11,13 @@
 
 namespace gmis::scene {
 
-/// Draws an index with probability proportional to a weight, in constant time [Walker 1974, Vose 1991].
+/// Draws an index with a probability proportional to its weight, in constant time [Walker 1974, Vose 1991].
 template <std::floating_point T>
 class AliasTable {
  public:
   AliasTable() = default;
 
-  /// Weights finite and not negative. The table is empty when none is positive.
+  /// All weights must be finite and not negative. The table is empty when no weight is positive.
   explicit AliasTable(std::span<const double> weights) {
     double sum = 0;
     for (const double weight : weights) sum += weight;
@@ -42,14 +42,15 @@ class AliasTable {
         small.push_back(high);
       }
     }
-    // What is left has height 1 but for rounding; an index of weight 0 must not be among it.
+    // The remaining cells have height 1 up to rounding. A cell of weight 0 must never be drawn, so its alias takes it
+    // whole.
     for (const std::size_t i : small)
       if (weights[i] == 0) cells_[i] = {T(0), static_cast<std::uint32_t>(heaviest(weights))};
   }
 
   [[nodiscard]] bool is_empty() const noexcept { return cells_.empty(); }
 
-  /// `u` in [0, 1). The table must not be empty.
+  /// An index drawn with `u` in [0, 1). The table must not be empty.
   [[nodiscard]] std::size_t sample(T u) const noexcept {
     const Place at = place_of(u);
     return at.height < cells_[at.cell].threshold ? at.cell : cells_[at.cell].alias;
@@ -57,9 +58,9 @@ class AliasTable {
 
   struct Choice {
     std::size_t index;
-    T rest;  ///< in [0, 1), as uniform as `u` was and independent of `index`, with as many digits as are left
+    T rest;  ///< uniform in [0, 1) and independent of `index`; has the bits of `u` that the choice did not use
   };
-  /// As `sample`, and what of `u` was not needed.
+  /// The index of `sample(u)`, and a new uniform number made from the unused part of `u`.
   [[nodiscard]] Choice sample_and_reuse(T u) const noexcept {
     constexpr T below_one = T(1) - std::numeric_limits<T>::epsilon() / T(2);
     const Place at = place_of(u);
@@ -70,12 +71,12 @@ class AliasTable {
     return {is_own ? at.cell : cell.alias, std::min(rest, below_one)};
   }
 
-  /// The probabilities with which a `u` that is a multiple of 2^-24 (of 2^-53 in double precision), all as likely, really
-  /// gives the indices. They differ from the weights where the cells are so many that few values fall into each, and an
-  /// estimate that divides by them is unbiased all the same.
+  /// The exact probability of each index when `u` is uniform over the multiples of 2^-24 in [0, 1) (2^-53 in double
+  /// precision). In a table with many cells, few values of `u` fall into each cell, and these probabilities differ from
+  /// the weights. An estimator that divides by them is unbiased.
   [[nodiscard]] std::vector<double> realised_probabilities() const {
     constexpr std::uint64_t steps = std::uint64_t{1} << std::numeric_limits<T>::digits;
-    // The first value for which `is_past` holds; it holds from there on.
+    // Bisection: the first value for which the monotone predicate `is_past` holds.
     const auto first = [](std::uint64_t lower, std::uint64_t upper, auto&& is_past) {
       while (lower < upper) {
         const std::uint64_t middle = lower + (upper - lower) / 2;
@@ -98,7 +99,8 @@ class AliasTable {
     return result;
   }
 
-  /// The probability that the cells give to `index`, to check them by: takes time linear in their number.
+  /// The probability of `index` by the thresholds of all cells, for tests; takes time proportional to the number of
+  /// cells.
   [[nodiscard]] double probability(std::size_t index) const noexcept {
     double sum = 0;
     for (std::size_t i = 0; i < cells_.size(); ++i) {

@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "gmis/core/concepts.hpp"
-#include "gmis/scene/effects.hpp"
 #include "gmis/scene/material.hpp"
+#include "gmis/scene/material_effects.hpp"
 #include "gmis/scene/rough_dielectric.hpp"
 
 namespace gmis::scene {

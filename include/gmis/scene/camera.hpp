@@ -14,19 +14,21 @@ namespace gmis::scene {
 
 enum class Projection : std::uint8_t { perspective, orthographic };
 
-/// Where a camera stands and what it sees, in double precision. Camera space has x to the right of the picture, y up and
-/// z forward; `world_from_camera` may mirror and stretch along these axes but not shear.
+/// Position and view of a camera, in double precision. Camera space has x to the right of the picture, y up and z
+/// forward. `world_from_camera` may mirror and stretch along these axes, but not shear.
 struct CameraDescription {
   glm::dmat4 world_from_camera{1};
-  /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1, or on every plane when orthographic.
+  /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1 in perspective, on every plane z = const
+  /// in an orthographic projection.
   std::array<double, 4> window{-1, 1, -1, 1};
   glm::ivec2 resolution{512, 512};
   Projection projection = Projection::perspective;
-  double lens_radius = 0;     ///< in camera space, of a thin lens; 0 is a pinhole. Perspective only
-  double focal_distance = 1;  ///< in camera space: what is on the plane z = `focal_distance` is sharp
+  double lens_radius = 0;     ///< radius of a thin lens in camera space; 0 is a pinhole; must be 0 when orthographic
+  double focal_distance = 1;  ///< in camera space: points on the plane z = `focal_distance` are sharp
 };
 
-/// Looks from `eye` at `target`; `field_of_view` in degrees across the shorter side of the picture.
+/// A pinhole camera at `eye` that looks at `target`. `field_of_view` is in degrees across the shorter side of the
+/// picture.
 [[nodiscard]] inline CameraDescription look_at(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up,
                                                double field_of_view, glm::ivec2 resolution) {
   const glm::dvec3 forward = glm::normalize(target - eye);
@@ -43,22 +45,22 @@ struct CameraDescription {
   return result;
 }
 
-/// A pinhole, a thin lens or parallel rays; pixels average radiance over their square, and over the lens: meets
-/// `gmis::Camera`.
+/// A camera with a pinhole, a thin lens or parallel rays. The value of a pixel is the mean radiance over the square of
+/// the pixel and over the lens. Models `gmis::Camera`.
 ///
-/// The point of the lens is uniform over it, whoever draws it, and all densities are those given this point: its own
-/// density is the same for every technique and cancels. Light subpaths never meet the lens: that technique makes no
-/// sample (its count is 0), so camera subpaths and splats between them make all paths.
+/// The point on the lens is uniform in every technique. All densities are conditional on this point, because its own
+/// density is the same for every technique and cancels. Light subpaths never hit the lens: camera subpaths and splats
+/// make all paths.
 ///
-/// The value of a pixel is the radiance that is really at the camera, in whatever medium it stands: refraction scales
-/// radiance by the square of the relative index on the way, and nothing is left to be done at the camera.
+/// The radiance is that in the medium in which the camera stands. Refraction scales radiance by the square of the
+/// relative index along the path, so the camera applies no further factor.
 template <std::floating_point T = float>
 class Camera {
  public:
   using Spectrum = Vec3<T>;
 
-  /// `origin`: the point of the world that becomes 0, in double precision. Throws `std::invalid_argument` when the
-  /// description is that of no camera.
+  /// `origin` is the point of the world that becomes 0, in double precision. Throws `std::invalid_argument` when the
+  /// description is invalid.
   Camera(const CameraDescription& from, const glm::dvec3& origin)
       : resolution_(from.resolution), is_orthographic_(from.projection == Projection::orthographic) {
     if (resolution_.x < 1 || resolution_.y < 1) throw std::invalid_argument("a camera needs at least one pixel");
@@ -87,7 +89,7 @@ class Camera {
     if (from.lens_radius > 0 && !(from.focal_distance > 0))
       throw std::invalid_argument("the focal distance must be above 0");
 
-    // On the plane at distance 1, or in the world's own units where rays are parallel.
+    // Window on the plane at distance 1 in perspective; in world units when rays are parallel.
     const double unit = is_orthographic_ ? 1 : stretch[2];
     const double x0 = from.window[0] * stretch[0] / unit, x1 = from.window[1] * stretch[0] / unit;
     const double y0 = from.window[2] * stretch[1] / unit, y1 = from.window[3] * stretch[1] / unit;
@@ -98,7 +100,7 @@ class Camera {
     right_step_ = Vec3<T>(axes[0] * step_x);
     down_step_ = Vec3<T>(axes[1] * -step_y);
     forward_ = Vec3<T>(axes[2]);
-    // Dot products with these give pixel coordinates, times depth in perspective.
+    // The dot product of an offset with these vectors is a pixel coordinate (in perspective: times the depth).
     to_column_ = Vec3<T>(axes[0] / step_x - axes[2] * (depth * x0 / step_x));
     to_row_ = Vec3<T>(axes[1] / -step_y + axes[2] * (depth * y1 / step_y));
     first_column_ = static_cast<T>(x0 / step_x);
@@ -114,9 +116,11 @@ class Camera {
 
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   [[nodiscard]] bool has_parallel_rays() const noexcept { return is_orthographic_; }
-  /// The pinhole, the middle of the lens, or where the point (0, 0) of the window is.
+  /// The pinhole, the centre of the lens, or the point (0, 0) of an orthographic window.
   [[nodiscard]] const Vec3<T>& position() const noexcept { return position_; }
 
+  /// A ray through `pixel`, uniform over the pixel's square and the lens. Its density per steradian is 1 / (A cos³ θ),
+  /// with A the area of a pixel on the plane at distance 1; with parallel rays it is 1 / A per area. Never fails.
   [[nodiscard]] std::optional<CameraSample<Spectrum>> sample_ray(glm::ivec2 pixel, const Vec2<T>& uv_pixel,
                                                                  const Vec2<T>& uv_lens) const noexcept {
     const Vec3<T> place = corner_ + right_step_ * (static_cast<T>(pixel.x) + uv_pixel.x) +
@@ -124,7 +128,7 @@ class Camera {
     if (is_orthographic_)
       return CameraSample<Spectrum>{at(position_ + place), forward_, Spectrum(T(1)), inverse_pixel_area_};
     const Vec3<T> lens = lens_point(uv_lens);
-    // Towards the point on the plane of focus, all lengths divided by the distance of that plane.
+    // Direction to the point on the plane of focus, with all lengths divided by the distance of that plane.
     const Vec3<T> unnormalised = place - lens * inverse_focal_distance_;
     const T length2 = glm::dot(unnormalised, unnormalised);
     const T length = std::sqrt(length2);
@@ -132,6 +136,8 @@ class Camera {
                                   inverse_pixel_area_ * length2 * length};
   }
 
+  /// The pixel that sees `point` through the lens point of `uv_lens`; nothing when `point` is behind the camera or
+  /// outside the picture. Density as in `sample_ray`.
   [[nodiscard]] std::optional<CameraProjection<Spectrum>> project(const Vec3<T>& point,
                                                                   const Vec2<T>& uv_lens) const noexcept {
     const Vec3<T> lens = lens_point(uv_lens);
@@ -149,7 +155,7 @@ class Camera {
       row *= inverse_depth;
     }
     if (has_lens_) {
-      // Where the ray meets the plane of focus, seen from the middle of the lens.
+      // Pixel coordinates of the point where the ray meets the plane of focus, seen from the centre of the lens.
       column += glm::dot(lens, to_column_) * inverse_focal_distance_;
       row += glm::dot(lens, to_row_) * inverse_focal_distance_;
     }

@@ -14,10 +14,11 @@
 
 namespace gmis::scene {
 
-/// How the pixels of an image cover the sky. In the sky's own frame z is up; the first row is the top of the image.
+/// The map from the pixels of an image to directions of the sky. In the frame of the sky z is up; the first row is the
+/// top of the image.
 enum class SkyMapping : std::uint8_t {
-  equal_area,         ///< a square unfolded from an octahedron, z up in its middle: pbrt-v4's [Clarberg 2008]
-  latitude_longitude  ///< columns go by the angle from x towards y, rows by the angle from z
+  equal_area,         ///< an octahedron unfolded to a square, with z in the middle, as in pbrt-v4 [Clarberg 2008]
+  latitude_longitude  ///< the column grows with the angle from x towards y, the row with the angle from z
 };
 
 /// Radiance from all directions, constant over each pixel.
@@ -27,7 +28,8 @@ struct EnvironmentImage {
   SkyMapping mapping = SkyMapping::equal_area;
 };
 
-/// From the unit square to the sphere; every part of the square becomes a part of the sphere of 4π its area.
+/// Equal-area map from the unit square to unit directions: a uniform point becomes a uniform direction, density 1/(4π)
+/// per steradian [Clarberg 2008].
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_octahedral_sphere(const Vec2<T>& u) noexcept {
   const T x = T(2) * u.x - T(1), y = T(2) * u.y - T(1);
@@ -39,7 +41,7 @@ template <std::floating_point T>
           std::copysign(T(1) - radius * radius, from_diagonal)};
 }
 
-/// The inverse of `square_to_octahedral_sphere`, for a unit vector; keeps its digits near the poles.
+/// The inverse of `square_to_octahedral_sphere`, for a unit vector. It stays accurate near the poles.
 template <std::floating_point T>
 [[nodiscard]] inline Vec2<T> octahedral_sphere_to_square(const Vec3<T>& w) noexcept {
   const T x = std::abs(w.x), y = std::abs(w.y);
@@ -52,8 +54,8 @@ template <std::floating_point T>
   return {(std::copysign(u, w.x) + T(1)) / T(2), (std::copysign(v, w.y) + T(1)) / T(2)};
 }
 
-/// A sky of pixels that is sampled in proportion to its radiance (the mean of the channels): the density is exact, at the
-/// poles too, since a direction is uniform over the solid angle of its pixel.
+/// A sky of pixels, sampled in proportion to the radiance (mean of the channels). Within a pixel the direction is
+/// uniform over solid angle, so the density is exact everywhere, also at the poles.
 template <std::floating_point T = float>
 class EnvironmentMap {
  public:
@@ -63,8 +65,8 @@ class EnvironmentMap {
     T density;  ///< per steradian
   };
 
-  /// The columns of `world_from_sky` are the sky's axes; they have one length and stand at right angles, in whatever
-  /// handedness. Throws `std::invalid_argument` when the image is none.
+  /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be perpendicular;
+  /// either handedness is allowed. Throws `std::invalid_argument` when the image or the transform is invalid.
   EnvironmentMap(const EnvironmentImage& image, const glm::dmat3& world_from_sky)
       : resolution_(image.resolution), mapping_(image.mapping) {
     if (resolution_.x < 1 || resolution_.y < 1 || resolution_.x > largest_side || resolution_.y > largest_side ||
@@ -106,6 +108,7 @@ class EnvironmentMap {
   /// ∫ radiance over the sphere, mean of the channels.
   [[nodiscard]] double total() const noexcept { return total_; }
 
+  /// Radiance that arrives from the unit direction `to_sky`.
   [[nodiscard]] Vec3<T> radiance(const Vec3<T>& to_sky) const noexcept {
     const Vec3<T> w(glm::dot(axes_[0], to_sky), glm::dot(axes_[1], to_sky), glm::dot(axes_[2], to_sky));
     const Vec2<T> place = mapping_ == SkyMapping::equal_area ? octahedral_sphere_to_square(w) : angles_to_square(w);
@@ -115,10 +118,10 @@ class EnvironmentMap {
     return pixels_[at(place.y, resolution_.y) * static_cast<std::size_t>(resolution_.x) + at(place.x, resolution_.x)];
   }
 
-  /// Per steradian, of the directions that `sample` makes, where the sky has this radiance.
+  /// Density per steradian with which `sample` makes a direction from which this radiance arrives.
   [[nodiscard]] T density(const Vec3<T>& radiance) const noexcept { return mean_channel(radiance) * inverse_total_; }
 
-  /// The sky must not be black.
+  /// Draws a direction towards the sky. The sky must not be black.
   [[nodiscard]] Sample sample(const Vec2<T>& uv) const noexcept {
     const auto row = rows_.sample_and_reuse(uv.y);
     const auto column = columns_[row.index].sample_and_reuse(uv.x);
@@ -128,7 +131,7 @@ class EnvironmentMap {
     if (mapping_ == SkyMapping::equal_area) {
       w = square_to_octahedral_sphere<T>({u, (static_cast<T>(row.index) + row.rest) / static_cast<T>(resolution_.y)});
     } else {
-      // Uniform in z, by way of the two halves of 1 ∓ z so that both poles keep their digits.
+      // Uniform in z. (1 − z) / 2 and (1 + z) / 2 are interpolated separately, so that both poles stay accurate.
       const RowEdge& from = row_edges_[row.index];
       const RowEdge& to = row_edges_[row.index + 1];
       const T sin2_half = from.sin2_half + (to.sin2_half - from.sin2_half) * row.rest;
@@ -142,13 +145,13 @@ class EnvironmentMap {
  private:
   static constexpr int largest_side = 32768;
   struct RowEdge {
-    T sin2_half, cos2_half;  ///< of half the angle from z
+    T sin2_half, cos2_half;  ///< sin² and cos² of half the angle from z
   };
 
   [[nodiscard]] std::size_t pixel_count() const noexcept {
     return static_cast<std::size_t>(resolution_.x) * static_cast<std::size_t>(resolution_.y);
   }
-  /// Of one pixel of it, in steradians.
+  /// Solid angle of one pixel in this row, in steradians.
   [[nodiscard]] double solid_angle_in_row(int row) const noexcept {
     if (mapping_ == SkyMapping::equal_area) return 4 * pi<double> / static_cast<double>(pixel_count());
     const auto edge = [&](int i) { return square(std::sin(pi<double> / 2 * i / resolution_.y)); };

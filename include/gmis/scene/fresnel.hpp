@@ -4,20 +4,20 @@
 
 namespace gmis::scene {
 
-/// What a smooth dielectric does to unpolarised light.
+/// Reflection and refraction of unpolarised light at a smooth dielectric.
 template <std::floating_point T>
 struct DielectricFresnel {
   T reflectance;      ///< 1 under total internal reflection
-  T cos_transmitted;  ///< ≥ 0, on the other side; 0 under total internal reflection
+  T cos_transmitted;  ///< cosine of the refracted direction, ≥ 0; 0 under total internal reflection
 };
 
-/// `eta`: index of refraction beyond the surface over that on this side; `cos_incident` ≥ 0. Exact Fresnel equations.
-/// With eta = 1 nothing is reflected, at any angle.
+/// Exact Fresnel equations of a dielectric. `eta` is the index of refraction beyond the surface divided by the index on
+/// the incident side; `cos_incident` ≥ 0. With `eta` = 1 nothing is reflected at any angle.
 template <std::floating_point T>
 [[nodiscard]] inline DielectricFresnel<T> fresnel_dielectric(T cos_incident, T eta) noexcept {
   if (eta == T(1)) return {T(0), cos_incident};
   const T cos_i = std::min(cos_incident, T(1));
-  // eta² cos²: 1 − sin²/eta², written so that an index near 1 does not cancel.
+  // eta² cos² θ_t = eta² − sin² θ_i, written without cancellation for an index near 1.
   const T scaled_cos2 = (eta - T(1)) * (eta + T(1)) + cos_i * cos_i;
   if (scaled_cos2 <= T(0)) return {T(1), T(0)};
   const T cos_t = std::min(std::sqrt(scaled_cos2) / eta, T(1));
@@ -26,7 +26,8 @@ template <std::floating_point T>
   return {(parallel * parallel + perpendicular * perpendicular) / T(2), cos_t};
 }
 
-/// Reflectance of a metal of index eta + i k seen from vacuum under `cos_incident` ≥ 0, unpolarised; exact.
+/// Reflectance of a conductor of index eta + i k for unpolarised light from vacuum, with `cos_incident` ≥ 0; exact
+/// Fresnel equations.
 template <std::floating_point T>
 [[nodiscard]] inline T fresnel_conductor(T cos_incident, T eta, T k) noexcept {
   const T cos_i = std::clamp(cos_incident, T(0), T(1));
@@ -46,13 +47,15 @@ template <std::floating_point T>
   return (parallel + perpendicular) / T(2);
 }
 
+/// Reflectance of a conductor per channel.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> fresnel_conductor(T cos_incident, const Vec3<T>& eta, const Vec3<T>& k) noexcept {
   return {fresnel_conductor(cos_incident, eta.x, k.x), fresnel_conductor(cos_incident, eta.y, k.y),
           fresnel_conductor(cos_incident, eta.z, k.z)};
 }
 
-/// ∫ 2 F(cos θ) cos θ d(cos θ): the share that a smooth dielectric reflects of diffuse light. By quadrature.
+/// The share of diffuse light that a smooth dielectric reflects: ∫ 2 F(cos θ) cos θ d(cos θ) over [0, 1], by the
+/// midpoint rule.
 [[nodiscard]] inline double fresnel_diffuse_reflectance(double eta) noexcept {
   constexpr int steps = 4096;
   double sum = 0;

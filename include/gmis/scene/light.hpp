@@ -11,17 +11,18 @@
 
 namespace gmis::scene {
 
-/// A source of light, made by the functions below: meets `gmis::Light`. Colours are linear RGB.
+/// A light source, made by one of the functions below. Models `gmis::Light`. Colours are linear RGB.
 ///
-/// An area light emits the same radiance in all directions of the side of its geometric normal, or of both sides.
-/// Infinite lights start on a disk as wide as the ball that holds the scene: `enclose` tells them of it.
+/// An area light emits constant radiance on the side of its geometric normal, or on both sides. The light subpaths of
+/// an infinite light start on a disk as wide as the bounding ball of the scene, which `enclose` sets.
 template <std::floating_point T = float>
 class Light {
  public:
   using Spectrum = Vec3<T>;
   using Point = SurfacePoint<T>;
 
-  /// One triangle of a mesh; `normal` is unit. Points are kept off the `sharp` edges.
+  /// A triangle of a mesh. `radiance` is per steradian and projected area; `normal` has unit length. Sample points keep
+  /// a distance from the `sharp` edges (edge_margin.hpp).
   [[nodiscard]] static Light triangle(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c, const Vec3<T>& normal,
                                       T position_error, const Spectrum& radiance, bool two_sided,
                                       SharpEdges sharp = 0) noexcept {
@@ -33,7 +34,7 @@ class Light {
     light.position_error_ = position_error;
     light.is_two_sided_ = two_sided;
     light.inverse_area_ = T(2) / glm::length(glm::cross(light.edge_b_, light.edge_c_));
-    // Drawn from a triangle that is as much smaller as keeps it off the sharp edges.
+    // Points are drawn from a smaller triangle, which keeps its distance from the sharp edges.
     const Vec3<T> margins = edge_margins({a, b, c}, sharp, position_error);
     const T rest = T(1) - (margins.x + margins.y + margins.z);
     light.origin_ = a * (margins.x + rest) + b * margins.y + c * margins.z;
@@ -41,6 +42,7 @@ class Light {
     light.edge_c_ = light.edge_c_ * rest;
     return light;
   }
+  /// A sphere. `radiance` is per steradian and projected area. Without `two_sided` it emits on the side of its normal.
   [[nodiscard]] static Light sphere(const Vec3<T>& center, T radius, bool normal_points_inward, T position_error,
                                     const Spectrum& radiance, bool two_sided) noexcept {
     Light light(Kind::sphere, radiance);
@@ -52,13 +54,13 @@ class Light {
     light.inverse_area_ = T(1) / (T(4) * pi<T> * radius * radius);
     return light;
   }
-  /// `intensity` per steradian.
+  /// A point light; `intensity` is flux per steradian.
   [[nodiscard]] static Light point(const Vec3<T>& position, const Spectrum& intensity) noexcept {
     Light light(Kind::point, intensity);
     light.origin_ = position;
     return light;
   }
-  /// `intensity` per steradian along the axis of `cone`.
+  /// A spot light; `intensity` is flux per steradian along the axis of `cone`, which is also its maximum.
   [[nodiscard]] static Light spot(const Vec3<T>& position, const SpotCone<T>& cone,
                                   const Spectrum& intensity) noexcept {
     Light light(Kind::spot, intensity);
@@ -66,23 +68,24 @@ class Light {
     light.cone_ = cone;
     return light;
   }
-  /// `irradiance` on a plane perpendicular to the unit vector `to_light`.
+  /// A directional light; `irradiance` is that on a plane perpendicular to the unit vector `to_light`.
   [[nodiscard]] static Light directional(const Vec3<T>& to_light, const Spectrum& irradiance) noexcept {
     Light light(Kind::directional, irradiance);
     light.normal_ = to_light;
     return light;
   }
+  /// An environment with the same `radiance` from all directions.
   [[nodiscard]] static Light environment(const Spectrum& radiance) noexcept {
     return Light(Kind::environment, radiance);
   }
-  /// `map` must outlive this and not be black.
+  /// An environment with the radiance of an image. `map` must outlive the light and must not be black.
   [[nodiscard]] static Light environment(const EnvironmentMap<T>& map) noexcept {
     Light light(Kind::image, Spectrum(T(1)));
     light.map_ = &map;
     return light;
   }
 
-  /// The ball that holds everything light can fall on.
+  /// Sets the bounding ball of the scene. It affects infinite lights only, which need it before they are sampled.
   void enclose(const Vec3<T>& center, T radius) noexcept {
     if (!is_infinite()) return;
     origin_ = center;
@@ -90,7 +93,7 @@ class Light {
     inverse_area_ = T(1) / (pi<T> * radius * radius);
   }
 
-  /// Flux in all, mean of the channels; of an infinite light what falls through its disk.
+  /// Total flux, mean of the channels; for an infinite light the flux through its disk.
   [[nodiscard]] double power() const noexcept {
     const double mean = static_cast<double>(mean_channel(emission_));
     switch (kind_) {
@@ -111,16 +114,21 @@ class Light {
     return 0;
   }
 
+  /// True for a light that no ray can hit.
   [[nodiscard]] bool is_delta() const noexcept {
     return kind_ == Kind::point || kind_ == Kind::spot || kind_ == Kind::directional;
   }
+  /// True for a light without a position: directional lights and environments.
   [[nodiscard]] bool is_infinite() const noexcept {
     return kind_ == Kind::directional || kind_ == Kind::environment || kind_ == Kind::image;
   }
   [[nodiscard]] bool is_spot() const noexcept { return kind_ == Kind::spot; }
+  /// The probability with which the scene chooses this light; the scene sets it.
   [[nodiscard]] T selection_probability() const noexcept { return selection_probability_; }
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 
+  /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light there or coincides
+  /// with `from`.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_next_event(const Point& from,
                                                                            const Vec2<T>& uv) const noexcept {
     switch (kind_) {
@@ -154,6 +162,8 @@ class Light {
     return std::nullopt;
   }
 
+  /// The start of a light subpath. An area light draws a uniform point and a cosine-distributed direction. Nothing
+  /// when the density of the direction is 0.
   [[nodiscard]] std::optional<EmissionSample<Spectrum>> sample_emission(const Vec2<T>& uv_origin,
                                                                         const Vec2<T>& uv_direction) const noexcept {
     switch (kind_) {
@@ -190,6 +200,8 @@ class Light {
     return std::nullopt;
   }
 
+  /// Radiance from `origin` along `direction` and the densities of `sample_emission` there; 0 for a delta light and on
+  /// a side that does not emit.
   [[nodiscard]] Emitted<Spectrum> emitted(const Point& origin, const Vec3<T>& direction) const noexcept {
     switch (kind_) {
       case Kind::triangle:
@@ -209,6 +221,7 @@ class Light {
     }
   }
 
+  /// Density with which `sample_next_event(from, …)` makes `origin`, in the measure of `EmissionDensity::origin`.
   [[nodiscard]] T next_event_density(const Point& origin, const Vec3<T>& direction, const Point& from) const noexcept {
     switch (kind_) {
       case Kind::triangle:
@@ -236,6 +249,7 @@ class Light {
   Light(Kind kind, const Spectrum& emission) noexcept : kind_(kind), emission_(emission) {}
 
   [[nodiscard]] bool emits_at(T cosine) const noexcept { return cosine > T(0) || (is_two_sided_ && cosine < T(0)); }
+  /// Densities of emission by an area light: uniform per area, |cos|/π per steradian on each side that emits.
   [[nodiscard]] EmissionDensity<T> area_density(T cosine) const noexcept {
     return {inverse_area_, std::abs(cosine) * (is_two_sided_ ? T(0.5) / pi<T> : T(1) / pi<T>)};
   }
@@ -244,14 +258,14 @@ class Light {
     const Vec3<T> normal = outward * side_;
     return {origin_ + outward * radius_, normal, normal, position_error_};
   }
-  /// Uniform per area.
+  /// A uniform point on an area light.
   [[nodiscard]] Point uniform_point(const Vec2<T>& uv) const noexcept {
     if (kind_ == Kind::sphere) return on_sphere(square_to_sphere(uv));
     const Vec2<T> b = square_to_triangle(uv);
     return {origin_ + edge_b_ * b.x + edge_c_ * b.y, normal_, normal_, position_error_};
   }
 
-  /// `density` per area, of `origin`.
+  /// The sample for a point `origin` on an area light that was drawn with `density` per area.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> toward(const Point& origin, const Point& from,
                                                                 T density) const noexcept {
     const Vec3<T> offset = origin.position - from.position;
@@ -264,8 +278,8 @@ class Light {
                                      density, area_density(cosine)};
   }
 
-  /// 1 − cos of the half angle under which the sphere is seen; −1 from inside or on it, as far as positions are known: a
-  /// point on the inner side that was rounded outwards must not look for the light in front of it.
+  /// 1 − cos of the half angle of the sphere seen from `from`; −1 inside or on the sphere, within the error of
+  /// positions. A point on the inner side may be rounded outwards and must still count as inside.
   [[nodiscard]] T cone_drop(const Vec3<T>& from) const noexcept {
     const Vec3<T> offset = origin_ - from;
     const T distance_squared = glm::dot(offset, offset);
@@ -274,7 +288,8 @@ class Light {
     return sin2 / (T(1) + std::sqrt(T(1) - sin2));
   }
 
-  /// Uniform over the solid angle of the sphere from outside, over its area from inside.
+  /// Seen from outside, the sample is uniform over the solid angle of the sphere; from inside, it is uniform over the
+  /// area.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_sphere(const Point& from,
                                                                        const Vec2<T>& uv) const noexcept {
     const T drop = cone_drop(from.position);
@@ -312,7 +327,7 @@ class Light {
         origin, direction, emission_ * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_), area_density(local.z)};
   }
 
-  /// On the disk that light from `to_light` comes through, outside the ball.
+  /// A uniform point on the disk that touches the bounding ball on the side of `to_light`.
   [[nodiscard]] Point disk_point(const Vec3<T>& to_light, const Vec2<T>& uv) const noexcept {
     const Vec2<T> disk = square_to_disk(uv) * radius_;
     const Frame<T> frame = Frame<T>::around(to_light);
@@ -322,12 +337,12 @@ class Light {
   Kind kind_;
   bool is_two_sided_ = false;
   Spectrum emission_;  ///< radiance, intensity or irradiance
-  Vec3<T> origin_{};   ///< first corner, centre, position, centre of the scene
-  Vec3<T> normal_{};   ///< of a triangle; towards a directional light
+  Vec3<T> origin_{};   ///< first corner, centre, position, or centre of the bounding ball
+  Vec3<T> normal_{};   ///< normal of a triangle, or direction towards a directional light
   Vec3<T> edge_b_{}, edge_c_{};
-  T radius_ = 0;        ///< of a sphere; of the scene
-  T side_ = 1;          ///< −1 where a sphere's normal points inward
-  T inverse_area_ = 0;  ///< of the surface; of the scene's disk
+  T radius_ = 0;        ///< radius of a sphere or of the bounding ball
+  T side_ = 1;          ///< −1 when the normal of a sphere points inward
+  T inverse_area_ = 0;  ///< 1 / area of the surface or of the disk
   T position_error_ = 0;
   T selection_probability_ = 0;
   SpotCone<T> cone_{};

@@ -7,23 +7,23 @@
 
 namespace gmis::scene {
 
-/// A rough interface between two media: every visible facet reflects and refracts like smooth glass
-/// [Walter et al. 2007, eq. 20 and 21]. Facets are drawn from those visible from `to_prev` [Heitz 2018].
+/// A rough interface between two dielectric media. Each facet reflects and refracts like smooth glass
+/// [Walter et al. 2007, eq. 20 and 21]. Sampling draws facets that are visible from `to_prev` [Heitz 2018].
 template <std::floating_point T>
 struct RoughDielectric {
-  /// What one lobe makes of a pair of directions, facet by facet: Fresnel's factor is left out of the first three.
+  /// One lobe for one pair of directions. `value`, `forward` and `reverse` exclude the Fresnel factor of the facet.
   struct Lobe {
-    T value = 0;    ///< f for importance [1/sr] without cosine; for radiance a refracting lobe has 1/eta² of it
-    T forward = 0;  ///< densities per steradian of drawing a visible facet and then this lobe
-    T reverse = 0;
-    T reflectance = 1;  ///< of the facet
+    T value = 0;    ///< f of importance [1/sr] without cosine; f of radiance is 1/eta² of it for the refracting lobe
+    T forward = 0;  ///< density per steradian of `to_next` given `to_prev`: draw a visible facet, then use this lobe
+    T reverse = 0;  ///< density per steradian of `to_prev` given `to_next`
+    T reflectance = 1;  ///< Fresnel reflectance of the facet
   };
 
   Ggx<T> ggx;
-  T eta;           ///< index on the other side over that on the side of `to_prev`
+  T eta;           ///< index on the other side divided by the index on the side of `to_prev`
   Vec3<T> normal;  ///< unit, on the side of `to_prev`
 
-  /// Both on one side, at the cosines `prev` and `next` > 0.
+  /// The reflecting lobe, for two directions on one side. `prev` and `next` are their cosines > 0 with the normal.
   [[nodiscard]] Lobe reflection(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
     const Vec3<T> sum = to_prev + to_next;
     const T length = glm::length(sum);  // twice the cosine at the facet
@@ -35,7 +35,8 @@ struct RoughDielectric {
             fresnel_dielectric(length / T(2), eta).reflectance};
   }
 
-  /// On two sides, `prev` and `next` > 0 the cosines with the normal of each side.
+  /// The refracting lobe, for directions on different sides. `prev` and `next` are their cosines > 0 with the normal of
+  /// their side. All values are 0 when no facet refracts one direction into the other.
   [[nodiscard]] Lobe transmission(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
     const Vec3<T> sum = to_prev + to_next * eta;
     const T length_squared = glm::dot(sum, sum);
@@ -44,8 +45,8 @@ struct RoughDielectric {
     const Vec3<T> half = sum * (side / std::sqrt(length_squared));
     const T facet_prev = glm::dot(half, to_prev);
     const T facet_next = -glm::dot(half, to_next);
-    if (!(facet_prev > T(0) && facet_next > T(0))) return {};  // no facet does this
-    // d(half)/d(to_next) = eta² · facet_next / |sum|²; the other way round without eta².
+    if (!(facet_prev > T(0) && facet_next > T(0))) return {};  // no facet refracts this way
+    // d(half)/d(to_next) = eta² · facet_next / |sum|²; d(half)/d(to_prev) = facet_prev / |sum|².
     const T distribution = ggx.distribution(half, normal) * facet_prev * facet_next / length_squared;
     const T lambda_prev = ggx.lambda(prev);
     const T lambda_next = ggx.lambda(next);
@@ -55,14 +56,17 @@ struct RoughDielectric {
             fresnel_dielectric(facet_prev, eta).reflectance};
   }
 
+  /// Normal of a facet that is visible from `to_prev`, in world space.
   [[nodiscard]] Vec3<T> sample_facet(const Vec3<T>& to_prev, const Vec2<T>& uv) const noexcept {
     const auto frame = Frame<T>::around(normal);
     return frame.to_world(ggx.sample_visible(frame.to_local(to_prev), uv));
   }
+  /// Reflection and refraction at a facet with the normal `half`.
   [[nodiscard]] DielectricFresnel<T> fresnel_at(const Vec3<T>& to_prev, const Vec3<T>& half) const noexcept {
     return fresnel_dielectric(glm::dot(half, to_prev), eta);
   }
-  /// The direction behind a facet; only where `fresnel_at` lets light through.
+  /// The refracted unit direction at a facet with the normal `half`. `cos_transmitted` is that of `fresnel_at`; the
+  /// facet must not reflect totally.
   [[nodiscard]] Vec3<T> refracted(const Vec3<T>& to_prev, const Vec3<T>& half, T cos_transmitted) const noexcept {
     return glm::normalize(half * (glm::dot(half, to_prev) / eta - cos_transmitted) - to_prev * (T(1) / eta));
   }

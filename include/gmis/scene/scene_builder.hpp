@@ -12,7 +12,7 @@
 #include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
-#include "gmis/scene/effects.hpp"
+#include "gmis/scene/material_effects.hpp"
 
 namespace gmis::scene {
 

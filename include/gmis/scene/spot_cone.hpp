@@ -4,33 +4,34 @@
 
 namespace gmis::scene {
 
-/// The share of a spot light's intensity that goes into each direction: 1 within an inner cone, 0 beyond an outer one,
-/// and between them t²(3 − 2t), t falling linearly in the cosine from 1 to 0 (pbrt-v4's). Cosines are kept as
-/// 1 − cos, so that narrow cones lose no digits.
+/// The falloff of a spot light: its intensity in a direction relative to the intensity on the axis. It is 1 within the
+/// inner cone, 0 outside the outer cone, and t²(3 − 2t) between them, where t falls linearly in the cosine from 1 to 0
+/// (as in pbrt-v4). Cosines are stored as 1 − cos, which is accurate for narrow cones.
 template <std::floating_point T>
 class SpotCone {
  public:
   SpotCone() = default;
-  /// `axis` of unit length; half angles in radians, 0 ≤ inner ≤ outer ≤ π, outer > 0.
+  /// `axis` has unit length. `inner` and `outer` are half angles in radians, 0 ≤ inner ≤ outer ≤ π, outer > 0.
   SpotCone(const Vec3<T>& axis, double inner, double outer) noexcept
       : axis_(axis),
         inner_(static_cast<T>(2 * square(std::sin(inner / 2)))),
         outer_(static_cast<T>(2 * square(std::sin(outer / 2)))) {}
 
+  /// Falloff in [0, 1] for a unit direction away from the light.
   [[nodiscard]] T falloff(const Vec3<T>& direction) const noexcept {
     const Vec3<T> difference = direction - axis_;
     return falloff_at(glm::dot(difference, difference) / T(2));
   }
-  /// ∫ falloff over the sphere: the flux of a spot of intensity 1.
+  /// ∫ falloff over the sphere, in steradians: the flux of a spot light with intensity 1 on the axis.
   [[nodiscard]] T solid_angle() const noexcept { return pi<T> * (inner_ + outer_); }
 
   struct Sample {
     Vec3<T> direction;
     T density;  ///< per steradian: falloff / solid_angle()
   };
-  /// In exact proportion to `falloff`.
+  /// A direction with a density exactly proportional to `falloff`.
   [[nodiscard]] Sample sample(const Vec2<T>& uv) const noexcept {
-    // Half of what is between the cones counts.
+    // In 1 − cos, the zone between the cones has the mean falloff 1/2.
     const T inner_share = T(2) * inner_ / (inner_ + outer_);
     const T drop = uv.x < inner_share
                        ? inner_ * (uv.x / inner_share)
@@ -42,7 +43,7 @@ class SpotCone {
   }
 
  private:
-  /// `drop`: 1 − cos of the angle to the axis.
+  /// Falloff at an angle to the axis; `drop` is 1 − cos of the angle.
   [[nodiscard]] T falloff_at(T drop) const noexcept {
     if (drop <= inner_) return T(1);
     if (drop >= outer_) return T(0);
@@ -50,11 +51,12 @@ class SpotCone {
     return t * t * (T(3) - T(2) * t);
   }
 
-  /// The t in [0, 1] with 2t³ − t⁴ = u, which is where the integral of the falloff has the share u of its whole.
+  /// The t in [0, 1] with 2t³ − t⁴ = u: the integral of t²(3 − 2t) from 0 to t is the share u of the integral over
+  /// [0, 1].
   [[nodiscard]] static T inverse_of_integral(T u) noexcept {
     const T root = std::cbrt(std::clamp(u, T(0), T(1)));
     if (root == T(0)) return T(0);
-    // From above Newton's method comes down to the solution: 2t³ − t⁴ is convex on [0, 1].
+    // Newton's method from above converges monotonically, because 2t³ − t⁴ is convex on [0, 1].
     T t = std::min(T(1), root);
     for (int step = 0; step < 6; ++step) {
       const T t2 = t * t;

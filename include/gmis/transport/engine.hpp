@@ -18,7 +18,7 @@
 
 namespace gmis {
 
-/// Seconds spent in each phase, summed over iterations, as seen by the calling thread.
+/// Seconds of wall time spent in each phase, measured by the calling thread and summed over iterations.
 struct PhaseSeconds {
   double light = 0.0;
   double grid = 0.0;
@@ -34,13 +34,15 @@ struct PhaseSeconds {
   }
 };
 
-/// The one engine behind all integrators: an iteration traces the light trees, builds the grid, then traces one camera
-/// subpath a pixel. `RenderSettings::counts` say which techniques run; whatever these do not need is not done. Work is cut
-/// into chunks of fixed size that are merged in their order, so that the same seed gives the same bits for any number of
-/// threads. A crop has the same bits as the same pixels of the whole.
+/// The engine behind all integrators. An iteration traces the light trees, builds the grid of light vertices and traces
+/// one camera subpath per pixel. `RenderSettings::counts` select the techniques; the engine skips all work that none of
+/// them needs.
 ///
-/// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for settings that mean nothing; nothing else
-/// throws but an allocation that fails.
+/// Work is divided into chunks of fixed size, which are merged in their order. The same seed therefore gives the same
+/// bits for any number of threads. The pixels of a crop have the same bits as in the whole picture.
+///
+/// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings. No other member
+/// throws, except when an allocation fails.
 template <Scene Sc, class Method_ = BothSides, class Source = Philox>
 class Engine {
  public:
@@ -55,27 +57,27 @@ class Engine {
   static_assert(SplitPolicy<Split, typename Sc::Bsdf>);
   static_assert(ChunkOutput<Output, S, typename Context::Recursion::Weight>);
 
-  /// The scene must outlive this.
+  /// The scene must outlive the engine. `crop` is clipped to the frame; without it the whole frame is rendered.
   Engine(const Sc& scene, const RenderSettings& settings, std::optional<PixelBounds> crop = std::nullopt);
 
-  /// Renders one more iteration; the image it alone gives is `frame()` afterwards.
+  /// Renders one more iteration; `frame()` is then the image of this iteration alone.
   template <Executor E>
   void iterate(E& executor);
 
-  /// Lets an engine that has rendered nothing yet go on where another one stopped: it uses none of the other's random
-  /// numbers, and its merging radius shrinks on from there.
+  /// Continues the run of another engine after its iteration `iteration`: random numbers are not reused, and the
+  /// merging radius goes on shrinking. Call it before the first iteration.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
-  /// Makes an engine that has rendered nothing yet ready to trace paths of `iteration` as it would have done on the way
-  /// (output/replay.hpp): traces the light trees. The same iteration may be prepared again, another one not.
+  /// Prepares the engine to replay paths of `iteration` (output/replay.hpp): traces the light trees of that iteration.
+  /// The engine must not have rendered anything. The same iteration may be prepared again, but no other one.
   template <Executor E>
   void prepare_replay(E& executor, std::uint32_t iteration) {
     iteration_ = iteration - 1;
     begin_iteration(executor);
   }
 
-  /// Whether contributions are kept from the next iteration on, for `for_each_contribution`: images of single techniques
-  /// or path classes. At first they are not.
+  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on; initially they are
+  /// not. They serve for images of single techniques or path classes.
   void keep_contributions(bool keep) noexcept {
     for_each_output([keep](Output& output) { output.keep_contributions(keep); });
   }
@@ -87,7 +89,7 @@ class Engine {
     for (Output& output : camera_outputs_) visit(output);
   }
 
-  /// Calls `visit(const Contribution<S>&)` for every contribution kept of the latest iteration, in a fixed order.
+  /// Calls `visit(const Contribution<S>&)` for every kept contribution of the latest iteration, in a fixed order.
   template <class Visit>
   void for_each_contribution(Visit&& visit) const {
     for (const auto* outputs : {&light_outputs_, &camera_outputs_})
@@ -95,30 +97,35 @@ class Engine {
         for (const auto& record : output.records()) visit(record);
   }
 
-  /// Linear values by rows from the upper left; pixels outside the crop stay black.
+  /// Image of the latest iteration: linear values, rows from the upper left. Pixels outside the crop are black.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
+  /// Number of the latest iteration, from 1; 0 before the first one.
   [[nodiscard]] std::uint32_t iteration() const noexcept { return iteration_; }
+  /// Counted work of all iterations of this engine.
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
-  /// The part of them that tracing light trees took.
+  /// The part of `counters()` that light trees took.
   [[nodiscard]] const Counters& light_work() const noexcept { return light_work_; }
-  /// The first paths of which something was left out.
+  /// The first paths with rejections.
   [[nodiscard]] const RejectionLog& rejections() const noexcept { return rejections_; }
+  /// Seconds per phase of all iterations of this engine.
   [[nodiscard]] const PhaseSeconds& seconds() const noexcept { return seconds_; }
-  /// The counts that it renders with.
+  /// The counts of every iteration.
   [[nodiscard]] const SampleCounts& counts() const noexcept { return settings_.counts; }
-  /// V̄ / n_L: the expected number of stored vertices of a light tree, as measured before the first iteration where counts
-  /// depend on it (else 0).
+  /// V̄ / n_L: expected number of stored vertices per light tree. It is measured before the first iteration when
+  /// weights depend on it; otherwise it is 0.
   [[nodiscard]] double vertices_per_tree() const noexcept { return vertices_per_tree_; }
-  /// The part of the picture that is rendered.
+  /// The rendered part of the frame.
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
+  /// n_L: number of light trees per iteration; 0 when no technique needs them.
   [[nodiscard]] std::size_t light_tree_count() const noexcept { return light_tree_count_; }
 
-  /// r_i = r_1 i^((α−1)/2) [Hachisuka, Jensen 2009, as Georgiev 2012 eq. 13]; 0 where nothing merges.
+  /// Merging radius of an iteration (from 1) in scene units: r_i = r_1 i^((α−1)/2)
+  /// [Hachisuka, Jensen 2009, as Georgiev 2012 eq. 13]; 0 when merging is off.
   [[nodiscard]] double merge_radius(std::uint32_t iteration) const noexcept {
     return first_radius_ * std::pow(static_cast<double>(iteration), 0.5 * (settings_.alpha - 1.0));
   }
 
-  /// r_1 in scene units; 0 where nothing merges.
+  /// Merging radius r_1 of the first iteration in scene units; 0 when merging is off.
   [[nodiscard]] double first_radius() const noexcept { return first_radius_; }
 
   /// Bytes held for light vertices and their grid.
@@ -126,9 +133,9 @@ class Engine {
     return counts().stores_light_vertices() ? grid_.byte_count() + cache_.byte_count() : 0;
   }
 
-  /// What all techniques read at the latest iteration's camera vertices. Holds references into this engine.
+  /// The data that all techniques read in the latest iteration. It holds references into this engine.
   [[nodiscard]] Context context() const { return context_for(iteration_, counts()); }
-  /// The random numbers of a path of that context.
+  /// The source of random numbers for one path of the context's iteration.
   [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number) {
     return Source(context.seed, context.iteration, number, kind == PathKind::light ? light_stream : camera_stream);
   }
@@ -141,7 +148,7 @@ class Engine {
   void check_settings() const;
   [[nodiscard]] Context context_for(std::uint32_t iteration, const SampleCounts& counts) const;
 
-  /// Everything of the next iteration that comes before its camera subpaths.
+  /// Starts the next iteration: traces the light trees and builds the grid.
   template <Executor E>
   void begin_iteration(E& executor) {
     if constexpr (has_light_side)
@@ -154,8 +161,8 @@ class Engine {
     }
   }
 
-  /// Measures the mean numbers of vertices and children of a tree, from light trees whose random numbers are used for
-  /// nothing else: weights must not depend on the samples.
+  /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing
+  /// to the picture: weights must not depend on the samples that they weight.
   template <Executor E>
   void measure_light_trees(E& executor);
   template <Executor E>
@@ -224,8 +231,8 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::check_settings() const {
   const SampleCounts& counts = settings_.counts;
-  constexpr double most_trees = 4294967296.0;        // a tree's number is a 32-bit word of its random numbers' key
-  constexpr int deepest = 256, most_keys = 1 << 24;  // of vertices: Philox keeps 24 bits of them
+  constexpr double most_trees = 4294967296.0;        // the number of a tree is a 32-bit part of its random-number key
+  constexpr int deepest = 256, most_keys = 1 << 24;  // a vertex key has 24 bits in Philox
   static_assert((16382 + 1) * detail::camera_numbers_per_child < most_keys);
   const double pixels = static_cast<double>(resolution_.x) * static_cast<double>(resolution_.y);
   require_argument(resolution_.x > 0 && resolution_.y > 0,

@@ -7,7 +7,7 @@
 
 namespace gmis {
 
-/// Weights from the recursion over both subpaths: any techniques.
+/// Weights from the recursion over light and camera subpaths, for any set of techniques.
 template <class Heuristic>
 struct RecursiveWeights {
   static constexpr bool has_light_side = true;
@@ -15,7 +15,7 @@ struct RecursiveWeights {
   using Recursion = WeightRecursion<T, Heuristic>;
 };
 
-/// Weights of camera subpaths alone, each one ratio: emitter hits and next events.
+/// Weights for camera subpaths alone, each with one ratio of densities: emitter hits and next events.
 template <class Heuristic>
 struct CameraSideWeights {
   static constexpr bool has_light_side = false;
@@ -23,12 +23,12 @@ struct CameraSideWeights {
   using Recursion = CameraWeightRecursion<T, Heuristic>;
 };
 
-/// The parts that are fixed when an engine is compiled. Which techniques run is not among them: `SampleCounts` say that at
-/// run time, which costs less than half a per cent of the instructions of an engine compiled for them alone.
+/// The parts of an engine that are fixed at compile time. The techniques are not among them: `SampleCounts` select them
+/// at run time.
 ///
-/// - `Weights`: the recursion that the weights are formed with.
+/// - `Weights`: the recursion that forms the weights.
 /// - `Split<T>`: a `SplitPolicy`.
-/// - `Output<S>`: a `PathOutput`, where contributions go.
+/// - `Output<S>`: a `ChunkOutput`, which receives the contributions.
 template <class Weights_, template <class> class Split_ = PathSplit, template <class> class Output_ = FilmOutput>
 struct Method {
   using Weights = Weights_;
@@ -38,11 +38,11 @@ struct Method {
   using Output = Output_<S>;
 };
 
-/// All techniques; light subpaths are paths.
+/// All techniques; light trees are paths without branches.
 using BothSides = Method<RecursiveWeights<BalanceRatio>>;
-/// Emitter hits and next events: path tracing, without a light side and with weights of one ratio.
+/// Emitter hits and next events (path tracing), without light subpaths; each weight has one ratio of densities.
 using CameraSide = Method<CameraSideWeights<BalanceRatio>>;
-/// All techniques; light subpaths are trees [Liu, Algorithm 1].
+/// All techniques; light trees branch [Liu, Algorithm 1].
 using SplitTrees = Method<RecursiveWeights<BalanceRatio>, QueueSplit>;
 
 }  // namespace gmis

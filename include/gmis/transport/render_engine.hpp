@@ -12,19 +12,21 @@
 
 namespace gmis {
 
-/// The counts that a pilot found best, and why.
+/// A pilot's choice of counts, with the forecasts that it rests on.
 struct Choice {
-  std::vector<Forecast> forecasts;
-  std::optional<std::size_t> chosen;      ///< its place among them; nothing where the pilot saw no pixel
-  std::uint32_t expected_iterations = 0;  ///< that the choice is best for
-  std::uint32_t pilot_iterations = 0;     ///< part of the picture like all others
-  double pilot_cost = 0.0;                ///< counted operations, as `Forecast::cost`
+  std::vector<Forecast> forecasts;        ///< one per candidate
+  std::optional<std::size_t> chosen;      ///< index in `forecasts`; empty when the pilot analysed no pixel
+  std::uint32_t expected_iterations = 0;  ///< length of the run for which the objective was minimised
+  std::uint32_t pilot_iterations = 0;     ///< iterations of the pilot; they are part of the picture
+  double pilot_cost = 0.0;                ///< cost of all pilot iterations; unit: `OperationCosts`
 };
 
-/// The engine that a run's settings ask for, at run time: the one without a light side where nothing is traced from the
-/// lights, the one that splits light trees where that is asked for, the one for both sides otherwise. Given several sets of
-/// counts to choose from, it begins with a pilot, whose iterations are part of the picture, and goes on with the best. The
-/// pilot's choice is made once and stays: later iterations do not depend on the values that they are weighted with.
+/// Selects the engine for the settings of a run, at run time: `CameraSide` when no light subpath is traced,
+/// `SplitTrees` when `RenderSettings::light_split` asks for it, `BothSides` otherwise.
+///
+/// With several candidates for the counts, the run begins with a pilot, whose iterations are part of the picture, and
+/// continues with the best candidate. The choice is made once, from the pilot alone: the counts of a later iteration do
+/// not depend on samples of that iteration.
 template <Scene Sc, class Source = Philox>
 class RenderEngine {
  public:
@@ -34,9 +36,9 @@ class RenderEngine {
   RenderEngine(const Sc& scene, const RenderSettings& settings, const std::optional<PixelBounds>& crop = std::nullopt)
       : RenderEngine(scene, settings, {}, 0, crop) {}
 
-  /// Chooses among `candidates` for a run of `expected_iterations`. `settings.counts` hold the techniques that the pilot
-  /// renders with: all those of the candidates, connections and splats among them. With fewer than two candidates nothing is
-  /// chosen.
+  /// Chooses among `candidates` for a run of `expected_iterations`. The pilot renders with the techniques of
+  /// `settings.counts`; every technique of the candidates must be on there, and so must connections and splats. With
+  /// one candidate the run uses its counts, without a pilot; with none it uses `settings.counts`.
   RenderEngine(const Sc& scene, const RenderSettings& settings, std::vector<SampleCounts> candidates,
                std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
       : scene_(scene), settings_(settings), crop_(crop) {
@@ -53,50 +55,56 @@ class RenderEngine {
   RenderEngine(const RenderEngine&) = delete;
   RenderEngine& operator=(const RenderEngine&) = delete;
 
-  /// Renders one more iteration; the image it alone gives is `frame()` afterwards.
+  /// Renders one more iteration; `frame()` is then the image of this iteration alone.
   template <Executor E>
   void iterate(E& executor) {
     if (has_pilot() && std::get<Pilot>(engine_).iterations() == choice_->pilot_iterations) choose();
     std::visit([&](auto& engine) { iterate_one(engine, executor); }, engine_);
   }
 
+  /// Image of the latest iteration, linear, rows from the upper left; pixels outside the crop are black.
   [[nodiscard]] std::span<const S> frame() const {
     return visit([](const auto& engine) { return engine.frame(); });
   }
+  /// Counted work since the start, including the pilot.
   [[nodiscard]] Counters counters() const {
     Counters all = pilot_.counters;
     return all += visit([](const auto& engine) { return engine.counters(); });
   }
-  /// The part of them that tracing light trees took.
+  /// The part of `counters()` that light trees took.
   [[nodiscard]] Counters light_work() const {
     Counters all = pilot_.light_work;
     return all += visit([](const auto& engine) { return engine.light_work(); });
   }
-  /// The first paths of which something was left out.
+  /// The first paths with rejections.
   [[nodiscard]] RejectionLog rejections() const {
     RejectionLog all = pilot_.rejections;
     all.append(visit([](const auto& engine) { return engine.rejections(); }));
     return all;
   }
+  /// Seconds per phase since the start, including the pilot.
   [[nodiscard]] PhaseSeconds seconds() const {
     PhaseSeconds all = pilot_.seconds;
     return all += visit([](const auto& engine) { return engine.seconds(); });
   }
+  /// Bytes held by the current engine for light vertices and their grid.
   [[nodiscard]] std::size_t photon_bytes() const {
     return visit([](const auto& engine) { return engine.photon_bytes(); });
   }
-  /// The merging radius that the engine at hand began with, in scene units; 0 where nothing merges.
+  /// Merging radius r_1 of the current engine in scene units; 0 when merging is off. During a pilot it is the pilot's
+  /// radius.
   [[nodiscard]] double first_radius() const {
     return visit([](const auto& engine) { return engine.first_radius(); });
   }
-  /// The counts that the latest iteration was made with.
+  /// The counts of the latest iteration.
   [[nodiscard]] const SampleCounts& counts() const {
     return visit([](const auto& engine) -> const SampleCounts& { return engine.counts(); });
   }
-  /// How the counts were chosen, once they are; nothing where there was no choice to make.
+  /// The choice of the pilot; null before the choice is made and in a run without a pilot.
   [[nodiscard]] const Choice* choice() const { return choice_ && !has_pilot() ? &*choice_ : nullptr; }
 
-  /// Whether contributions are kept from the next iteration on, for `for_each_contribution`. A pilot keeps none.
+  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on. It has no effect
+  /// during a pilot; call it again after the pilot.
   void keep_contributions(bool keep) {
     std::visit(
         [keep](auto& engine) {
@@ -104,6 +112,8 @@ class RenderEngine {
         },
         engine_);
   }
+  /// Calls `visit_one(const Contribution<S>&)` for every kept contribution of the latest iteration; never during a
+  /// pilot.
   template <class Visit>
   void for_each_contribution(Visit&& visit_one) const {
     std::visit(
@@ -113,7 +123,8 @@ class RenderEngine {
         engine_);
   }
 
-  /// In pairs; an iteration of the pilot costs some two to three times one of the counts that it finds best.
+  /// Number of pilot iterations for a run of this length: 2 to 16, an even number because forecasts use pairs. A pilot
+  /// iteration costs about two to three times an iteration with the chosen counts.
   [[nodiscard]] static constexpr std::uint32_t pilot_iterations_for(std::uint32_t expected_iterations) noexcept {
     return 2 * std::clamp(expected_iterations / 100U, 1U, 8U);
   }
@@ -124,7 +135,7 @@ class RenderEngine {
   using TwoSides = Engine<Sc, BothSides, Source>;
   using Trees = Engine<Sc, SplitTrees, Source>;
 
-  /// The work of a pilot that is done.
+  /// The work of a finished pilot.
   struct Done {
     Counters counters, light_work;
     PhaseSeconds seconds;
@@ -140,7 +151,7 @@ class RenderEngine {
     engine.iterate(executor);
   }
 
-  /// `view` of the engine at hand, a pilot's own one included.
+  /// `view` applied to the current engine, or to the pilot's engine while the pilot runs.
   template <class View>
   [[nodiscard]] decltype(auto) visit(View&& view) const {
     if (const auto* engine = std::get_if<OneSide>(&engine_)) return view(*engine);

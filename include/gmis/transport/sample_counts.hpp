@@ -6,21 +6,23 @@
 
 namespace gmis {
 
-/// `SampleCounts::connections`: every camera vertex is connected with all vertices of the one light tree that its pixel is
-/// paired with, in place of vertices drawn from the cache of all trees.
+/// A value of `SampleCounts::connections`: each camera vertex is connected with all vertices of one light tree, the one
+/// that its pixel is paired with, instead of vertices drawn from the cache of all trees.
 inline constexpr int paired_connections = -1;
 
-/// How many samples of each technique a run takes: what an integrator is. A technique whose count is 0 is off. It is then
-/// neither traced nor stored, it takes no part in any weight, and its counters stay at 0.
+/// The sample allocation of a run: the number of samples of each technique. An integrator is a set of such counts. A
+/// technique with the count 0 is off: nothing is traced or stored for it, it takes no part in any weight, and its
+/// counters stay 0.
 struct SampleCounts {
   double light_paths = 1.0;  ///< light trees per pixel
   int connections = 1;       ///< light vertices drawn per camera vertex, or `paired_connections`
   bool splats = true;        ///< each light vertex is connected with the camera
   bool merges = true;        ///< each camera vertex gathers the light vertices within the merging radius
-  int camera_children = 1;   ///< of the first non-specular camera vertex; 0: camera subpaths end there
+  int camera_children = 1;   ///< children of the first non-specular camera vertex; 0: camera subpaths end there
   bool next_events = true;   ///< each camera vertex samples a point on a light
-  bool emitter_hits = true;  ///< camera subpaths that meet a light count
+  bool emitter_hits = true;  ///< camera subpaths contribute when they hit a light
 
+  /// True when the technique is on.
   [[nodiscard]] constexpr bool has(Technique technique) const noexcept {
     switch (technique) {
       case Technique::emitter_hit:
@@ -36,23 +38,26 @@ struct SampleCounts {
     }
     return false;
   }
+  /// True when connections or merging need stored light vertices.
   [[nodiscard]] constexpr bool stores_light_vertices() const noexcept {
     return has(Technique::connect) || has(Technique::merge);
   }
+  /// True when some technique needs light trees.
   [[nodiscard]] constexpr bool traces_light() const noexcept {
     return stores_light_vertices() || has(Technique::splat);
   }
+  /// True when some technique needs camera subpaths.
   [[nodiscard]] constexpr bool traces_camera() const noexcept {
     return emitter_hits || next_events || stores_light_vertices();
   }
-  /// Whether connections are drawn from the cache of all trees.
+  /// True when connections are drawn from the cache of all trees.
   [[nodiscard]] constexpr bool draws_connections() const noexcept {
     return has(Technique::connect) && connections != paired_connections;
   }
 
   [[nodiscard]] constexpr bool operator==(const SampleCounts&) const = default;
 
-  /// The same, with the techniques off that are not `kept`.
+  /// These counts with every technique off for which `is_kept(technique)` is false.
   template <class IsKept>
   [[nodiscard]] constexpr SampleCounts only(IsKept&& is_kept) const {
     SampleCounts kept = *this;

@@ -9,21 +9,22 @@
 
 namespace gmis {
 
-/// How light trees split: not at all, or at every non-specular vertex while the tree's budget lasts (walk/split.hpp).
+/// How light trees split: not at all (`none`), or at every non-specular vertex while the budget of the tree lasts.
+/// walk/split.hpp explains `budgeted` and `paper`.
 enum class LightSplit : std::uint8_t { none, budgeted, paper };
 
-/// What a run is asked for.
+/// The settings of a run.
 struct RenderSettings {
-  SampleCounts counts;  ///< which techniques run, and how often; one of `gmis::integrators`, for example
-  std::uint64_t seed = 0;
-  int max_depth = 16;            ///< edges of a path; 1 is light seen directly
+  SampleCounts counts;           ///< techniques and their numbers of samples, for example one of `gmis::integrators`
+  std::uint64_t seed = 0;        ///< selects the random numbers of the run
+  int max_depth = 16;            ///< greatest number of edges of a path; 1: light seen directly; at most 256
   std::optional<double> radius;  ///< merging radius of the first iteration in scene units; unset: 0.4 pixel widths
   double alpha = 2.0 / 3.0;      ///< r_i = r_1 i^((α−1)/2)
-  LightSplit light_split = LightSplit::none;  ///< read by engines that split light trees
-  Scheme scheme = Scheme::N3;                 ///< how the children of a split vertex are drawn
-  int rounds = 1;                             ///< k: a light vertex with N lobes has M = kN children
-  int light_tree_budget = 20;  ///< samples a light tree may draw before it stops splitting [Liu, Algorithm 1]
-  /// Set: the class of every path is known, and only paths of these classes are made.
+  LightSplit light_split = LightSplit::none;  ///< must be `none` for an engine that does not split light trees
+  Scheme scheme = Scheme::N3;                 ///< MIS scheme that draws the children of a split vertex
+  int rounds = 1;                             ///< k: a split light vertex with N lobes has M = kN children
+  int light_tree_budget = 20;  ///< samples that a light tree may draw before it stops splitting [Liu, Algorithm 1]
+  /// When set, every path is classified and only paths of these classes are made.
   std::optional<PathClassSet> path_classes;
 };
 

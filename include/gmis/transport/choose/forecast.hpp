@@ -13,7 +13,7 @@
 
 namespace gmis {
 
-/// The values of each count to choose from; the candidates are all combinations.
+/// The values to choose from for each count. The candidates are all combinations.
 struct CountChoices {
   std::vector<double> light_paths{0.0, 0.25, 0.5, 1.0, 2.0};
   std::vector<int> connections{0, 1, 2, 4};
@@ -21,8 +21,8 @@ struct CountChoices {
   std::vector<int> camera_children{1, 2, 4};
 };
 
-/// `all` with each combination of these values. A technique that is off in `all` is off in every candidate; counts that
-/// come to the same occur once.
+/// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in
+/// every candidate. Combinations with equal effect occur once.
 [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const SampleCounts& all = {},
                                                               const CountChoices& choices = {}) {
   std::vector<SampleCounts> candidates;
@@ -42,19 +42,21 @@ struct CountChoices {
   return candidates;
 }
 
-/// The mean over a run's iterations of r_i²/r_1², the disk that is merged in: r_i² = r_1² i^(α−1).
+/// Mean over the iterations of a run of the merging disk's area relative to the first one: r_i²/r_1² = i^(α−1). 1 for a
+/// run without iterations.
 [[nodiscard]] inline double mean_disk(double alpha, std::uint32_t iterations) {
   constexpr std::uint32_t summed = 64;
   double sum = 0.0;
   for (std::uint32_t i = 1; i <= std::min(summed, iterations); ++i)
     sum += std::pow(static_cast<double>(i), alpha - 1.0);
-  if (iterations > summed)  // the integral, from half a step behind the sum on
+  if (iterations > summed)  // the rest of the sum by the midpoint rule: ∫ x^(α−1) dx from summed + ½ to iterations + ½
     sum += alpha > 0.0 ? (std::pow(iterations + 0.5, alpha) - std::pow(summed + 0.5, alpha)) / alpha
                        : std::log((iterations + 0.5) / (summed + 0.5));
   return iterations > 0 ? sum / static_cast<double>(iterations) : 1.0;
 }
 
-/// By how much each technique's count differs from those of a rendering with `made`, whose counts are not 0.
+/// For each technique, its count under `candidate` divided by its count under `made`. All counts of `made` must be
+/// above 0.
 template <std::floating_point T>
 [[nodiscard]] constexpr PerTechnique<T> count_factors(const SampleCounts& candidate,
                                                       const SampleCounts& made) noexcept {
@@ -63,7 +65,7 @@ template <std::floating_point T>
   const auto factor_of = [&](Technique technique) -> T& { return factors[static_cast<std::size_t>(technique)]; };
   factor_of(Technique::emitter_hit) = factor_of(Technique::next_event) = T(1);
   if (!candidate.traces_light()) return factors;
-  // Connections draw from whatever light vertices there are: their count is that of the draws.
+  // ρ = m n_L / V̄ depends on the number m of draws alone, because V̄ is proportional to n_L.
   factor_of(Technique::connect) =
       static_cast<T>(static_cast<double>(candidate.connections) / static_cast<double>(made.connections));
   factor_of(Technique::splat) = candidate.splats ? static_cast<T>(light) : T(0);
@@ -71,14 +73,14 @@ template <std::floating_point T>
   return factors;
 }
 
-/// What was done for camera subpaths up to their first non-specular vertices and at these, and for the children of these.
+/// Counted work of camera subpaths in two parts: `before` is the work up to and at the first non-specular vertices,
+/// `children` is the work beyond them.
 struct CameraWork {
   Counters before, children;
-  double mean_children = 1.0;  ///< that there were
+  double mean_children = 1.0;  ///< mean number of children of a first non-specular vertex in the counted run
 };
 
-/// What light trees take in an iteration with `candidate`, from what was done for them in one with `made` (in units of
-/// `OperationCosts`).
+/// Predicted cost of the light trees under `candidate`, from their counted `work` under `made`. Unit: `OperationCosts`.
 [[nodiscard]] inline double predicted_light_cost(const SampleCounts& candidate, const SampleCounts& made,
                                                  const Counters& work, const OperationCosts& costs = {}) noexcept {
   if (!candidate.traces_light()) return 0.0;
@@ -89,7 +91,8 @@ struct CameraWork {
   return candidate.light_paths / made.light_paths * cost;
 }
 
-/// The same for its camera subpaths.
+/// Predicted cost of the camera subpaths under `candidate`, from their counted `work` under `made`. Unit:
+/// `OperationCosts`.
 [[nodiscard]] inline double predicted_camera_cost(const SampleCounts& candidate, const SampleCounts& made,
                                                   const CameraWork& work, const OperationCosts& costs = {}) noexcept {
   const double light = candidate.light_paths / made.light_paths;
@@ -108,30 +111,32 @@ struct CameraWork {
          (1.0 + more * costs.further_child) * cost_of_part(work.children) / work.mean_children;
 }
 
-/// What a pilot expects of a run with certain counts.
+/// Predicted error and cost of a run with `counts`.
 struct Forecast {
   SampleCounts counts;
-  double variance = 0.0;       ///< of one iteration, relative as relMSE is
-  double squared_bias = 0.0;   ///< of merging, likewise, in the mean of the run
-  double cost = 0.0;           ///< of one iteration, counted (in units of `OperationCosts`)
-  double missing_share = 0.0;  ///< of the light: what none of its techniques can make
+  double variance = 0.0;       ///< of one iteration; mean over pixels of variance / (value² + 0.01), as in relMSE
+  double squared_bias = 0.0;   ///< of merging over the whole run; relative in the same way
+  double cost = 0.0;           ///< of one iteration; unit: `OperationCosts`
+  double missing_share = 0.0;  ///< share of the light that no technique of the candidate can make
 
-  /// Mean squared error times cost after that many iterations: what is to be small.
+  /// Objective: mean squared error × cost of a run of `iterations`, (variance / N + bias²) · N · cost.
   [[nodiscard]] double work(double iterations) const noexcept { return (variance + iterations * squared_bias) * cost; }
 };
 
-/// What a candidate that splits must gain over those that do not: less is within what its forecast is off by.
+/// Smallest relative gain in `work` for which a candidate that splits camera subpaths is chosen over one that does not.
+/// A smaller gain is within the error of its forecast.
 inline constexpr double least_gain_of_splitting = 0.05;
 
-/// What a candidate that leaves merging out must gain over those that merge. A plan has merging where some paths are hard
-/// to find in any other way; how hard is seen by a pilot too seldom, so forecasts without merging are too good.
+/// Smallest relative gain in `work` for which a candidate without merging is chosen over one that merges. A plan has
+/// merging only where other techniques rarely find some paths. A pilot seldom sees these paths, so its forecasts
+/// without merging are too optimistic.
 inline constexpr double least_gain_of_not_merging = 0.13;
 
-/// Light that a candidate may miss, of all that a pilot saw: rounding, no more.
+/// Share of the light that a candidate may miss and still count as complete; it covers rounding only.
 inline constexpr double negligible_share = 1e-6;
 
-/// The place of the candidate with the least work of those that miss nothing; of none, when all miss something, the first
-/// of those that miss least.
+/// Index of the forecast with the least work among those that miss no light. When all of them miss light, the index of
+/// the first one with the smallest missing share. `forecasts` must not be empty.
 [[nodiscard]] inline std::size_t best_of(const std::vector<Forecast>& forecasts, double iterations) {
   const auto misses = [](const Forecast& f) { return f.missing_share > negligible_share; };
   const auto work_of = [&](const Forecast& f) {

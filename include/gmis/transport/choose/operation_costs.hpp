@@ -4,23 +4,25 @@
 
 namespace gmis {
 
-/// What operations cost relative to each other, a ray being 1: fitted to the times of all integrators on five scenes (two
-/// balls in a box to some hundred triangles) with the built-in scene. Only ratios matter, and what is chosen by them is
-/// the same on every machine.
+/// Costs of operations relative to a closest-hit ray. They were fitted to the times of all integrators on five scenes
+/// of the built-in scene type (two balls in a box to some hundred triangles). A choice that uses these constants
+/// instead of measured times is the same on every machine.
 struct OperationCosts {
-  double ray = 1.0;          ///< closest hit, with the vertex made from it
-  double shadow_ray = 1.1;   ///< with the contribution that waits for it
-  double connection = 0.15;  ///< two BSDFs and a weight, whether or not a ray follows
-  double merge_query = 0.6;
-  double merge = 2.0;
-  double photon_stored = 0.5;  ///< kept and sorted into the grid
-  /// What is done for one more child of a camera subpath costs so many times that, for its rays go anywhere.
+  double ray = 1.0;            ///< one closest hit, with the vertex made from it
+  double shadow_ray = 1.1;     ///< one visibility query, with its contribution
+  double connection = 0.15;    ///< two BSDF evaluations, without the visibility query
+  double merge_query = 0.6;    ///< one search in the grid
+  double merge = 2.0;          ///< one light vertex merged
+  double photon_stored = 0.5;  ///< one light vertex stored and sorted into the grid
+  /// Factor on the cost of each further child of a split camera vertex: its rays are less coherent than those of one
+  /// child.
   double further_child = 1.25;
 };
 
-/// About so many of these a second on one core: what a time stands for where no clock may be read.
+/// Assumed operations per second on one core, used to turn a time budget into iterations without reading a clock.
 inline constexpr double nominal_operations_per_second = 5e6;
 
+/// The cost of counted work in rays.
 [[nodiscard]] constexpr double cost_of(const Counters& work, const OperationCosts& costs = {}) noexcept {
   return costs.ray * static_cast<double>(work.rays) + costs.shadow_ray * static_cast<double>(work.shadow_rays) +
          costs.connection * static_cast<double>(work.connections) +

@@ -16,37 +16,41 @@
 #include "gmis/transport/engine.hpp"
 
 /// \file
-/// Which counts pay in a scene, from one set of samples. A pilot renders with all techniques and keeps, for every
-/// contribution, the path's density by each technique; what any other counts would have given follows by
-/// re-weighting [Grittmann et al. 2022, efficiency-aware MIS]. In an iteration a pixel is A + B: A what its camera
-/// subpath makes, B the splats of independent light trees. With D(x) the expected density of all techniques together,
-///     Var(A + B) = ∫ f²/D + E[Σ_{i≠j} A_i A_j] − E[A]² + 2 Cov(A, B),
-/// the sum over pairs of contributions of one camera subpath; A and B have to do with each other where a light vertex is
-/// both merged and connected with the camera. Any technique's samples can estimate the integral, also
-/// that of techniques which rarely find the path themselves: so the pilot sees a caustic's fireflies before they happen.
+/// Forecasts the efficiency of many sample allocations from one set of samples. A pilot renders with all techniques and
+/// keeps, for every contribution, the density of its path by each technique. Re-weighting the contributions then gives
+/// the result of any other counts [Grittmann et al. 2022, efficiency-aware MIS].
 ///
-/// With c children of the first non-specular vertex in place of one, A's part beyond it is a mean of c that are
-/// independent of each other: (1 − 1/c) W less, W the variance of one child given what lies before it. The pilot traces
-/// two in some pixels and so knows W.
+/// In one iteration the value of a pixel is A + B: its camera subpath makes A, and the splats of independent light
+/// trees make B. With D(x) the expected sample density of all techniques together,
+///     Var(A + B) = ∫ f²/D + E[Σ_{i≠j} A_i A_j] − E[A]² + 2 Cov(A, B).
+/// The sum runs over pairs of contributions of one camera subpath. A and B are correlated when a light vertex is both
+/// merged and connected with the camera. Samples of one technique estimate the integral for all techniques, including
+/// those that rarely find the path. The pilot therefore predicts the fireflies of a caustic before one occurs.
+///
+/// With c children of the first non-specular camera vertex in place of one, the part of A beyond this vertex is a mean
+/// of c independent values. The variance falls by (1 − 1/c) W, where W is the variance of one child given the subpath
+/// before it. The pilot traces two children in some pixels to estimate W.
 
 namespace gmis {
 
-/// Weights whose densities by technique are kept apart.
+/// Weights with a separate sum of densities for each technique.
 struct SeparateWeights {
   static constexpr bool has_light_side = true;
   template <std::floating_point T>
   using Recursion = WeightRecursion<T, BalanceRatio, SeparateSums<T>>;
 };
 
-/// Renders two iterations at least, and forecasts what every candidate would give.
+/// Renders iterations with all techniques and forecasts variance, bias and cost of every candidate. A forecast needs at
+/// least two iterations.
 template <Scene Sc, class Source = Philox>
 class RenderPilot {
  public:
   using S = typename Sc::Spectrum;
   using EngineType = Engine<Sc, Method<SeparateWeights, PilotSplit, PilotOutput>, Source>;
 
-  /// The techniques of `settings.counts`, which must connect and splat, are those that candidates may have. The radius of
-  /// merging shrinks from iteration to iteration; the pilot's is the mean of a run of `expected_iterations`.
+  /// The candidates may use the techniques that are on in `settings.counts`; connections and splats must be on there.
+  /// The pilot merges with a constant radius whose disk has the mean area of a run of `expected_iterations`. The scene
+  /// must outlive the pilot.
   RenderPilot(const Sc& scene, const RenderSettings& settings, std::vector<SampleCounts> candidates,
               std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
       : candidates_(std::move(candidates)),
@@ -75,11 +79,11 @@ class RenderPilot {
   [[nodiscard]] const EngineType& engine() const noexcept { return engine_; }
   [[nodiscard]] std::uint32_t iterations() const noexcept { return engine_.iteration(); }
 
-  /// The picture that variance is relative to the square of, where it is known: by rows, the mean over channels. Without
-  /// it the pilot's own.
+  /// Sets the picture to whose squared values variance and bias are relative: mean over channels, rows from the upper
+  /// left. Without it they are relative to the pilot's own picture.
   void compare_with(std::vector<double> picture) { picture_ = std::move(picture); }
 
-  /// One more iteration; its picture is that of the engine.
+  /// Renders one more iteration; `engine().frame()` is its picture.
   template <Executor E>
   void iterate(E& executor) {
     engine_.iterate(executor);
@@ -87,10 +91,11 @@ class RenderPilot {
     if (iterations() % 2 == 0) take_in(first_, second_);
   }
 
-  /// Whether any pixel was analysed: without one, nothing is known of any candidate.
+  /// True when at least one pixel was analysed. Otherwise nothing is known about any candidate.
   [[nodiscard]] bool has_seen_pixels() const noexcept { return pixels_taken_ > 0.0; }
 
-  /// One forecast a candidate, in their order, from the iterations so far; an odd one at the end is left out.
+  /// One forecast per candidate, in the order of the candidates. Variance and bias use complete pairs of iterations.
+  /// Without an analysed pixel all predicted values are 0.
   [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
     std::vector<Forecast> all(candidates_.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
@@ -98,7 +103,7 @@ class RenderPilot {
       if (!has_seen_pixels()) continue;
       const std::size_t u = unsplit_of_[c];
       const double share = 1.0 / static_cast<double>(candidates_[c].camera_children);
-      // W is not more than all there is.
+      // W cannot exceed the whole variance, so c children reduce the variance at most to 1/c.
       const double least = std::max(0.0, share * variance_[u]);
       all[c].variance = std::max(least, variance_[u] - (1.0 - share) * within_[u]) / pixels_taken_;
       all[c].squared_bias = squared_bias(u);
@@ -111,7 +116,7 @@ class RenderPilot {
   }
 
  private:
-  /// Two connections, since the pilot must see pairs of them.
+  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts) {
     counts.light_paths = 1.0;
     counts.connections = 2;
@@ -134,7 +139,7 @@ class RenderPilot {
     return candidate;
   }
 
-  /// The place of the same counts without merging; itself where there are none.
+  /// Index of the same counts without merging; `u` when no candidate has these counts.
   [[nodiscard]] std::size_t without_merging(std::size_t u) const noexcept {
     SampleCounts other = unsplit_[u];
     other.merges = false;
@@ -142,21 +147,22 @@ class RenderPilot {
     return found == unsplit_.end() ? u : static_cast<std::size_t>(found - unsplit_.begin());
   }
 
-  /// What one iteration says.
+  /// The estimates of one iteration.
   struct Analysis {
     std::vector<float> picture;
-    // By analysed pixel and candidate: A, B, and of both together ∫ f²/D and what there is within a child.
+    // One value per analysed pixel and candidate: A, B, ∫ f²/D with the pairs of A, and W.
     std::vector<float> means, splats, second_moments, within;
-    std::vector<double> tile_sums;  ///< A + B, by tile and candidate
+    std::vector<double> tile_sums;  ///< sum of A + B, per tile and candidate
   };
 
-  /// Of a candidate's squared bias, by tile and pair of iterations.
+  /// Sums over tiles and pairs of iterations, for the squared bias of one candidate.
   struct BiasSums {
     double sum = 0.0, squares = 0.0;
   };
 
   static constexpr std::uint32_t not_analysed = 0xFFFFFFFFU;
 
+  /// Collects the estimates of the latest iteration.
   void analyse(Analysis& all) {
     const PilotGrid& grid = shape_.grid;
     const std::size_t n = shape_.count;
@@ -201,9 +207,10 @@ class RenderPilot {
     for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
   }
 
-  /// Two iterations that know nothing of each other: the product of what they say has the square for its mean. Nor may what
-  /// an error is relative to know of the error: a pixel with a firefly would look bright and the firefly small. So it is
-  /// the picture of the other iteration, with all before.
+  /// Adds a pair of independent iterations. The product of two independent estimates has the square of their mean as
+  /// its mean. The value that an error is relative to must be independent of the error, too: a firefly would otherwise
+  /// brighten its pixel and look small relative to it. Each iteration is therefore compared with the picture of the
+  /// other iteration and of all pairs before.
   void take_in(const Analysis& a, const Analysis& b) {
     const std::size_t n = shape_.count;
     std::vector<double> values, scales_a, scales_b, least;
@@ -219,7 +226,7 @@ class RenderPilot {
       least.push_back(least_moment);
     }
     const double most = kept_below(least);
-    // With fewer light trees each has more to do with what it makes.
+    // Cov(A, B) is inversely proportional to the number of light trees.
     std::vector<double> fewer_trees;
     for (const SampleCounts& candidate : unsplit_)
       fewer_trees.push_back(candidate.traces_light() ? made_.light_paths / candidate.light_paths : 0.0);
@@ -240,7 +247,8 @@ class RenderPilot {
     earlier_iterations_ += 2;
   }
 
-  /// The difference that merging makes, tile by tile, squared by way of two iterations; relative to the pixels' `values`.
+  /// Adds to the squared bias of merging: for each tile, the squared difference between the results with and without
+  /// merging, relative to the squared mean of `values`. The square is a product of two independent iterations.
   void add_biases(const Analysis& a, const Analysis& b, const std::vector<double>& values) {
     const std::size_t n = shape_.count, tiles = shape_.grid.tile_count();
     std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
@@ -263,13 +271,14 @@ class RenderPilot {
     }
   }
 
-  /// Of A and B, twice, from two iterations.
+  /// Estimate of 2 Cov(A, B) from two independent iterations.
   [[nodiscard]] static float covariance_of(const Analysis& a, const Analysis& b, std::size_t k) noexcept {
     return (a.means[k] - b.means[k]) * (a.splats[k] - b.splats[k]);
   }
 
-  /// The worst pixel in a thousand is left out, by what is least among the candidates: a few fireflies that all of them have
-  /// would decide otherwise.
+  /// The threshold that the largest 0.1 % of `values` exceed. `values` has one entry per pixel, the
+  /// least second moment of all candidates. Pixels above the threshold hold fireflies that every candidate has; they
+  /// would otherwise dominate all forecasts.
   [[nodiscard]] static double kept_below(std::vector<double> values) {
     if (values.empty()) return 0.0;
     const std::size_t kept = values.size() - values.size() / 1000;
@@ -285,8 +294,8 @@ class RenderPilot {
     return std::max(0.0, biases_[c].sum - standard_errors * std::sqrt(biases_[c].squares)) / pixels_taken_;
   }
 
-  /// What an error is relative to: the known picture, or that of an iteration and all before the pair, in the mean over a
-  /// pixel and two on each side.
+  /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and
+  /// all pairs before over a square of 5 × 5 pixels.
   [[nodiscard]] double value_of(std::uint32_t pixel, const Analysis& iteration) const {
     if (!picture_.empty()) return picture_[pixel];
     const PixelBounds& crop = shape_.grid.crop();
@@ -304,19 +313,19 @@ class RenderPilot {
   }
 
   std::vector<SampleCounts> candidates_;
-  SampleCounts made_;                    // the pilot itself renders with, but for PilotSplit
-  std::vector<SampleCounts> unsplit_;    // those that are followed: each of them once, without splitting
-  std::vector<std::size_t> unsplit_of_;  // of a candidate, its place there
+  SampleCounts made_;                    // counts of the pilot itself, apart from the children of PilotSplit
+  std::vector<SampleCounts> unsplit_;    // the distinct candidates without camera splitting
+  std::vector<std::size_t> unsplit_of_;  // for each candidate, its index in `unsplit_`
   PilotCandidates shape_;
   EngineType engine_;
   std::vector<double> picture_;
-  Analysis first_, second_;            // of a pair of iterations
-  std::vector<std::uint32_t> pixels_;  // those analysed
-  std::vector<std::uint32_t> place_;   // of a pixel among them
-  std::vector<float> earlier_;         // pictures of the iterations before the pair, added up
+  Analysis first_, second_;            // the current pair of iterations
+  std::vector<std::uint32_t> pixels_;  // the analysed pixels
+  std::vector<std::uint32_t> place_;   // for each pixel of the frame, its index in `pixels_`
+  std::vector<float> earlier_;         // sum of the pictures of all pairs before
   std::uint32_t earlier_iterations_ = 0;
   CameraWork work_{{}, {}, PilotSplit<float>::mean_children};
-  std::vector<double> variance_, within_;  // sums over pixels and iterations, by candidate
+  std::vector<double> variance_, within_;  // sums over pixels and pairs of iterations, per entry of `unsplit_`
   std::vector<BiasSums> biases_;
   std::vector<double> missing_;
   double pixels_taken_ = 0.0, light_ = 0.0;

@@ -14,21 +14,21 @@
 #include "gmis/transport/walk/split.hpp"
 
 /// \file
-/// What a pilot keeps of a chunk of paths: for every pixel and every candidate, what the pixel would have been and what it
-/// says of the variance. All of it is sums over contributions, each of which knows its path's density by each
-/// technique; pilot.hpp says what the sums are for.
+/// The sums that a pilot collects over a chunk of paths: for every analysed pixel and every candidate, the value of the
+/// pixel and the terms of its variance. Each contribution carries the density of its path by each technique. pilot.hpp
+/// explains how the sums are used.
 
 namespace gmis {
 
-/// How a pilot divides the part of the picture that is rendered. Paths are analysed in whole rows, at most about
-/// `analysed_pixels` of them: the pilot's cost is bounded.
+/// Selects the pixels that a pilot analyses and groups them in tiles. It analyses whole rows of the crop at a constant
+/// spacing, about `analysed_pixels` pixels at most, so that the cost of the pilot is bounded.
 class PilotGrid {
  public:
-  static constexpr int tile_size = 8;  ///< of the squares in which bias is looked for
+  static constexpr int tile_size = 8;  ///< width and height of a tile in analysed pixels; bias is estimated per tile
   static constexpr std::int64_t analysed_pixels = 1 << 16;
 
   PilotGrid() = default;
-  /// `resolution`: of the whole frame, which pixels are numbered in.
+  /// `resolution` is that of the whole frame. Pixels are numbered in the whole frame, by rows from the upper left.
   PilotGrid(glm::ivec2 resolution, const PixelBounds& crop) : width_(resolution.x), crop_(crop) {
     const glm::ivec2 size = glm::max(crop.upper - crop.lower, glm::ivec2(0));
     const auto pixels = static_cast<std::int64_t>(size.x) * size.y;
@@ -37,8 +37,9 @@ class PilotGrid {
   }
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
-  /// `pixel`: in the crop.
+  /// True when the pixel, which must lie in the crop, is analysed.
   [[nodiscard]] bool is_analysed(std::uint32_t pixel) const noexcept { return row(pixel) % row_step_ == 0; }
+  /// Index of the tile of a pixel, which must lie in the crop.
   [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
     return static_cast<std::size_t>(row(pixel) / row_step_ / tile_size * tiles_.x + column(pixel) / tile_size);
   }
@@ -55,7 +56,8 @@ class PilotGrid {
   glm::ivec2 tiles_{0, 0};
 };
 
-/// Two children of the camera subpath in a quarter of the pixels, for what they tell; one in the others.
+/// Gives the first non-specular camera vertex two children in a quarter of the pixels, to measure the variance of one
+/// child, and one child in all other pixels. Models `SplitPolicy`.
 template <std::floating_point T>
 class PilotSplit {
  public:
@@ -68,7 +70,7 @@ class PilotSplit {
   explicit PilotSplit(const RenderSettings&) {}
 
   [[nodiscard]] static constexpr int children_of(std::uint32_t pixel) noexcept {
-    // One of every four, at a place that differs from four to four.
+    // One pixel of every four consecutive ones, at a position that a hash selects.
     return pixel % stride == (pixel / stride * 2654435761U >> 30U) ? split_children : 1;
   }
 
@@ -86,18 +88,18 @@ class PilotSplit {
   }
 };
 
-/// Counts that a pilot follows, as the loop over all of them wants them: side by side in lanes. Children of the camera
-/// subpath are not among the counts: what they change follows afterwards.
+/// The candidates of a pilot, stored in lanes for a vectorised loop. Camera children are not among the counts here;
+/// their effect is computed from the sums afterwards (pilot.hpp).
 struct PilotCandidates {
   static constexpr std::size_t lanes = 8;
   using Lanes = std::array<float, lanes>;
   struct Block {
-    PerTechnique<Lanes> factors{};  ///< over the counts of the pilot
-    Lanes pair_scale{};  ///< of pairs of connections at one vertex: m draws have (m−1)/m of the mean's square
+    PerTechnique<Lanes> factors{};  ///< counts divided by the counts of the pilot
+    Lanes pair_scale{};  ///< factor on pairs of connections at one vertex: m draws give (m−1)/m of the squared mean
   };
 
   PilotGrid grid;
-  SampleCounts made;  ///< the pilot itself renders with: two connections, since pairs must be seen
+  SampleCounts made;  ///< the counts of the pilot: at least two connections, because pairs of them are needed
   std::size_t count = 0;
   std::vector<Block> blocks;
 
@@ -111,29 +113,29 @@ struct PilotCandidates {
   }
 };
 
-/// What a chunk of paths says of every candidate. The pilot's own picture is kept as well.
+/// Collects the sums of one chunk of paths for every candidate, and the pilot's own picture. Models `ChunkOutput`.
 template <Spectrum S>
 class PilotOutput {
  public:
   using T = ScalarOf<S>;
   using Split = PilotSplit<T>;
 
-  /// A path's contribution from the light side, to be taken in when all chunks are done.
+  /// A splat on an analysed pixel. The pilot adds it to its pixel when all chunks are done.
   struct SplatRecord {
     std::uint32_t pixel;
     float value;
     TechniqueDensities<float> densities;
-    float camera_beyond;  ///< see `Reweighted`
+    float camera_beyond;  ///< as in `Reweighted`
   };
-  /// Of one analysed pixel, a number for each candidate. A is what its camera subpath makes where that is not split.
+  /// The sums of one analysed pixel, one value per candidate. A is the contribution of an unsplit camera subpath.
   struct PixelRecord {
     std::uint32_t pixel;
     std::span<const float> mean;           ///< A
-    std::span<const float> second_moment;  ///< ∫ f²/D and the pairs
-    std::span<const float> within;  ///< the variance of one child given what lies before it, in the mean over pixels
+    std::span<const float> second_moment;  ///< ∫ f²/D and the pairs of A
+    std::span<const float> within;         ///< W (pilot.hpp); unbiased in the mean over pixels
   };
 
-  /// Must outlive this.
+  /// Starts the analysis for `candidates`, which must outlive this output.
   void analyse(const PilotCandidates* candidates) {
     candidates_ = candidates;
     sums_.resize(candidates->blocks.size());
@@ -168,7 +170,7 @@ class PilotOutput {
     pixels_.push_back(pixel);
     std::fill(sums_.begin(), sums_.end(), Sums{});
   }
-  /// `depth`: of the vertex that it goes on from, the first one that is not specular.
+  /// Begins a child of the first non-specular camera vertex, which has the depth `depth`.
   void begin_child(std::int16_t depth) {
     close_part();
     ++part_;
@@ -179,7 +181,8 @@ class PilotOutput {
     part_ = before;
   }
 
-  /// The techniques at a camera vertex are done. Pairs of connections there: with m draws instead of those made they have another share.
+  /// Ends the techniques of a camera vertex. Scales the pairs of connections made there to each candidate's number of
+  /// draws.
   void end_vertex() {
     if (!has_connections_) return;
     has_connections_ = false;
@@ -246,19 +249,19 @@ class PilotOutput {
     return {pixels_[i], {start, n}, {start + n, n}, {start + 2 * n, n}};
   }
   [[nodiscard]] std::span<const SplatRecord> splat_records() const noexcept { return splat_records_; }
-  /// What camera subpaths took.
+  /// Counted work of the camera subpaths.
   [[nodiscard]] const CameraWork& work() const noexcept { return work_; }
 
-  /// Of one contribution, what a candidate makes of it.
+  /// One contribution, re-weighted for one candidate.
   struct Lane {
-    float own;            ///< its value under the candidate's weights
-    float own_square;     ///< what it adds to the sum of squares of its own technique
-    float second_moment;  ///< what it says of ∫ f²/D
-    float beyond;         ///< … of the part of emitter hits and next events beyond the first non-specular vertex
-    float missed;         ///< its weighted value, where the candidate has no technique for it
+    float own;            ///< expected contribution of its technique under the candidate's counts and weights
+    float own_square;     ///< expected sum of squares of these contributions
+    float second_moment;  ///< term of ∫ f²/D
+    float beyond;  ///< part of `second_moment` by emitter hits and next events beyond the first non-specular vertex
+    float missed;  ///< weighted value in the pilot when the candidate has no technique for the path; else 0
   };
 
-  /// Calls `visit(candidate, Lane)` for a record.
+  /// Calls `visit(candidate, Lane)` for every candidate.
   template <class Visit>
   void for_each_candidate(const SplatRecord& record, Visit&& visit) const {
     const Reweighted reweighted(record.value, record.densities, record.camera_beyond);
@@ -266,21 +269,21 @@ class PilotOutput {
       visit(c, reweighted.in_lane(candidates_->blocks[c / lanes], c % lanes));
   }
 
-  std::vector<double> missing;  ///< light in the analysed pixels that a candidate has no technique for
+  std::vector<double> missing;  ///< per candidate: light in the analysed pixels that none of its techniques makes
 
  private:
   static constexpr std::size_t lanes = PilotCandidates::lanes;
   using Lanes = PilotCandidates::Lanes;
-  static constexpr std::size_t before = 0;  // of the parts of a camera subpath; 1 and 2 are the children
+  static constexpr std::size_t before = 0;  // part of a camera subpath before its children, which are parts 1 and 2
 
-  /// Of the pixel at hand.
+  /// Sums over the contributions of the current pixel.
   struct Sums {
     std::array<Lanes, 1 + Split::split_children> value{};  ///< by part
     Lanes second_moment{}, beyond{}, child_squares{}, missing{}, connect{}, connect_squares{};
   };
 
-  /// A contribution, seen by every candidate. `camera_beyond`: the density of the path by emitter hits and next events
-  /// beyond the first non-specular camera vertex, over that of its own technique.
+  /// One contribution, ready to be re-weighted for any candidate. `camera_beyond` is the density of the path by emitter
+  /// hits and next events beyond the first non-specular camera vertex, divided by the density of its own technique.
   class Reweighted {
    public:
     Reweighted(float value, const TechniqueDensities<float>& densities, float camera_beyond) noexcept
@@ -307,7 +310,7 @@ class PilotOutput {
     PerTechnique<float> densities_;
   };
 
-  /// Bounded, so that squares stay numbers.
+  /// Mean of the channels, bounded so that its square is finite in float.
   [[nodiscard]] static float single(const S& value) noexcept {
     return static_cast<float>(std::min(mean_channel(value), T(1e15)));
   }
@@ -318,8 +321,8 @@ class PilotOutput {
     return result;
   }
 
-  /// Only direct light is found at the first non-specular vertex itself, by a next event; a child finds the same by hitting
-  /// the light.
+  /// `camera_beyond` of a contribution. For direct light, next event works at the first non-specular vertex itself, so
+  /// only the emitter hit of a child lies beyond that vertex.
   [[nodiscard]] float camera_beyond(const TechniqueId& id, const TechniqueDensities<float>& densities) const noexcept {
     const bool is_child = part_ != before;
     bool is_direct = false;
@@ -344,7 +347,7 @@ class PilotOutput {
 
   [[nodiscard]] float times_of_part() const noexcept { return part_ == before ? 1.0F : static_cast<float>(children_); }
 
-  /// Of the pixel at hand, all is known.
+  /// Stores the sums of the current pixel.
   void keep_pixel() {
     is_analysing_ = false;
     const std::size_t n = candidates_->count, start = values_.size();
@@ -353,18 +356,19 @@ class PilotOutput {
     for (std::size_t c = 0; c < n; ++c) {
       const Sums& sums = sums_[c / lanes];
       const std::size_t i = c % lanes;
-      // Of k children each has a k-th of the value, so that they add up to the mean of what one child would have been.
+      // Each of the k children carries 1/k of the value: the sum over children is the mean of k samples of one child.
       const float a = sums.value[before][i], b = sums.value[1][i], other = sums.value[2][i];
       values_[start + c] = a + b + other;
       values_[start + n + c] = sums.second_moment[i] + a * a + 2.0F * a * (b + other) + k * (b * b + other * other);
       float within = sums.beyond[i];
-      if (children_ == Split::split_children)  // pairs of one child without pairs of both
+      if (children_ == Split::split_children)  // pairs of contributions within a child minus pairs across both children
         within += 2.0F * static_cast<float>(Split::stride) * (square(b - other) - sums.child_squares[i]);
       values_[start + 2 * n + c] = within;
       missing[c] += static_cast<double>(sums.missing[i]);
     }
   }
 
+  /// Adds the work since the last call to the current part of the subpath.
   void close_part() {
     if (!is_in_pixel_) return;
     (part_ == before ? work_.before : work_.children) += counters() - work_before_;
@@ -374,7 +378,7 @@ class PilotOutput {
   FilmOutput<S> film_;
   const PilotCandidates* candidates_ = nullptr;
   std::vector<std::uint32_t> pixels_;
-  std::vector<float> values_;  // by pixel: three rows
+  std::vector<float> values_;  // per pixel: the rows mean, second_moment and within
   std::vector<SplatRecord> splat_records_;
   CameraWork work_;
   std::vector<Sums> sums_;

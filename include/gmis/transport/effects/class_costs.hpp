@@ -10,26 +10,29 @@
 #include "gmis/transport/techniques/technique.hpp"
 
 /// \file
-/// What each path class costs. Subpaths and visibility queries serve whatever comes of them, so this is a convention, not
-/// a measurement: work is shared out by the contributions that rest on it. What would really be saved without a class is
-/// what a run without it takes.
+/// The cost of each path class. One subpath may serve paths of several classes, so the division is a convention and not
+/// a measurement: work is divided in proportion to the contributions that use it. To learn what a run saves without a
+/// class, render without it.
 
 namespace gmis {
 
-/// Contributions of one class, by what they rest on.
+/// Number of contributions of one class and of the edges that they use.
 struct ClassWork {
   std::array<std::uint64_t, technique_count> contributions{};  ///< by `Technique`
-  std::uint64_t camera_edges = 0;                              ///< traced by camera subpaths, over all contributions
-  std::uint64_t light_edges = 0;
+  std::uint64_t camera_edges = 0;                              ///< edges of camera subpaths, summed over contributions
+  std::uint64_t light_edges = 0;                               ///< edges of light subpaths, summed over contributions
 
+  /// Counts one contribution with t − 1 camera edges and s − 1 light edges (none for s = 0).
   constexpr void add(const TechniqueId& id) noexcept {
     ++contributions[static_cast<std::size_t>(id.technique)];
     camera_edges += static_cast<std::uint64_t>(id.t - 1);
     if (id.s > 0) light_edges += static_cast<std::uint64_t>(id.s - 1);
   }
+  /// Contributions of one technique.
   [[nodiscard]] constexpr std::uint64_t of(Technique technique) const noexcept {
     return contributions[static_cast<std::size_t>(technique)];
   }
+  /// Contributions of all techniques.
   [[nodiscard]] constexpr std::uint64_t total() const noexcept {
     std::uint64_t sum = 0;
     for (const std::uint64_t count : contributions) sum += count;
@@ -37,15 +40,17 @@ struct ClassWork {
   }
 };
 
+/// Costs in the unit of `OperationCosts`.
 struct ClassCosts {
-  std::array<double, path_class_count> classes{};  ///< in the unit of `OperationCosts`
-  double unattributed = 0.0;                       ///< of work that nothing came of
+  std::array<double, path_class_count> classes{};
+  double unattributed = 0.0;  ///< cost of work that led to no contribution
 };
 
-/// Shares out `work`, of which `light_work` is the part of the light trees; all costs together are `cost_of(work)`:
-/// - camera rays by the camera edges of contributions, light rays by their light edges;
-/// - the visibility queries of a technique, and a connection's or a merge's own work, by its contributions;
-/// - storing photons by those of connections and merges.
+/// Divides the cost of `work` among the classes. `light_work` is the part of `work` that light trees took. The costs of
+/// all classes and `unattributed` sum to `cost_of(work)`. The cost of
+/// - camera rays is divided in proportion to `camera_edges`, the cost of light rays in proportion to `light_edges`;
+/// - visibility queries, connections and merges in proportion to the contributions of the technique;
+/// - stored photons in proportion to the contributions of connections and merges together.
 [[nodiscard]] constexpr ClassCosts costs_of_classes(const std::array<ClassWork, path_class_count>& classes,
                                                     const Counters& work, const Counters& light_work,
                                                     const OperationCosts& costs = {}) noexcept {

@@ -6,13 +6,15 @@
 #include "gmis/transport/effects/path_class.hpp"
 
 /// \file
-/// Effects that can be switched off by name. The first four part all paths among them; the others cut across.
+/// Effects that can be switched on and off by name. Each path belongs to exactly one of the first four effects. The
+/// other effects overlap with these.
 
 namespace gmis {
 
+/// A set of path classes with a name and a description.
 struct NamedEffect {
   std::string_view name;
-  std::string_view what;
+  std::string_view what;  ///< description for users
   PathClassSet classes;
 };
 
@@ -34,14 +36,15 @@ inline constexpr std::array named_effects{
     NamedEffect{"glossy", "all light that meets a surface that scatters without a diffuse part",
                 PathClassSet::where([](const PathFeatures& f) { return f.glossy; })}};
 
-/// What a list of switches leaves, or the first of them that is not understood.
+/// The result of `switched_effects`.
 struct SwitchedEffects {
-  PathClassSet classes;
-  std::string_view unknown;  ///< empty when all was understood
+  PathClassSet classes;      ///< the classes that remain; empty after an error
+  std::string_view unknown;  ///< the first switch with an unknown name; empty when there is none
 };
 
-/// Reads a list like "no-caustics,no-glossy" or "emission-only,direct-only": of several `-only` all are kept, and what any
-/// `no-` names is left out. Names of single classes serve as well: "no-LS+DE".
+/// Reads a list of switches such as "no-caustics,no-glossy" or "emission-only,direct-only". The result is the union of
+/// all classes with `-only` (all classes when there is no `-only`), without the classes of every `no-`. A switch may
+/// also name a single class: "no-LS+DE".
 [[nodiscard]] constexpr SwitchedEffects switched_effects(std::string_view list) noexcept {
   const auto classes_named = [](std::string_view name) {
     for (const NamedEffect& effect : named_effects)

@@ -10,9 +10,9 @@
 #include "gmis/core/concepts.hpp"
 
 /// \file
-/// Which kinds of paths there are, in Heckbert's notation: L the light, E the eye, and what happens at each vertex on the
-/// way. D scatters with a diffuse part, G scatters without one, S is a delta event. What a path is called depends on the
-/// path alone, not on the technique that made it [Heckbert 1990].
+/// Path classes in Heckbert's notation [Heckbert 1990]: L is the light, E the eye, and each vertex between them has one
+/// event. D scatters at a surface with a diffuse part, G scatters at a surface without one, S is a delta event. The
+/// class of a path depends on the path alone, not on the technique that made it.
 ///
 /// | name | its events, from the light | what it shows |
 /// | --- | --- | --- |
@@ -24,21 +24,23 @@
 /// | LDS+DE, LDS+DS+E | S between two D | indirect light by mirrors and glass |
 /// | LS+DS+DE, LS+DS+DS+E | both | light from caustics by mirrors and glass |
 ///
-/// S+ before E: seen in a mirror or through glass. Where S+ stands between two D, any number of both may follow each
-/// other there. A name with G for D (LGE, LS+GG+E) is that of paths of which at least one D is a G.
+/// S+ before E means seen in a mirror or through glass. Where a name has S+ between two D, the path may have any number
+/// of S and D there, in any order, with at least one S. A name with G in place of D (LGE, LS+GG+E) stands for the paths
+/// in which at least one D is a G.
 
 namespace gmis {
 
-/// What happens at a vertex of a path.
+/// The event at a vertex of a path: D, G or S.
 enum class PathEvent : std::uint8_t { diffuse, glossy, specular };
 
-/// A BSDF that tells surfaces without any diffuse part; for one that does not tell, whatever is no delta event is D.
+/// A BSDF with the optional member `is_glossy()`: true for a surface without a diffuse part. Without this member every
+/// non-delta event is D.
 template <class B>
 concept BsdfThatTellsGlossy = Bsdf<B> && requires(const B& bsdf) {
   { bsdf.is_glossy() } -> std::same_as<bool>;
 };
 
-/// What a vertex with this BSDF is to a path that goes on by other than a delta event.
+/// The event of a vertex with this BSDF when the path goes on by a non-delta event: D or G.
 template <Bsdf B>
 [[nodiscard]] constexpr PathEvent scattering_event(const B& bsdf) noexcept {
   if constexpr (BsdfThatTellsGlossy<B>)
@@ -46,21 +48,22 @@ template <Bsdf B>
   return PathEvent::diffuse;
 }
 
-/// What a class says of its paths.
+/// The properties that all paths of a class share.
 struct PathFeatures {
-  int scatterings = 0;              ///< events D or G: 0, 1, or 2 for more than one
-  bool specular_at_light = false;   ///< S between the light and the first of them (or the camera)
-  bool specular_between = false;    ///< S between two of them
-  bool specular_at_camera = false;  ///< S between the last of them and the camera; with none of them: as at the light
-  bool glossy = false;              ///< one of them is G
+  int scatterings = 0;              ///< number of events D or G; 2 stands for two or more
+  bool specular_at_light = false;   ///< S before the first D or G, seen from the light
+  bool specular_between = false;    ///< S between two events D or G
+  bool specular_at_camera = false;  ///< S after the last D or G; equals `specular_at_light` when there is no D and no G
+  bool glossy = false;              ///< at least one G
 
   friend constexpr bool operator==(const PathFeatures&, const PathFeatures&) = default;
 };
 
-/// One of `path_class_count` classes, by number; `unclassified` where nobody asked.
+/// The number of a class, below `path_class_count`; `unclassified` when a run does not classify paths.
 enum class PathClass : std::uint8_t { unclassified = 255 };
 inline constexpr std::size_t path_class_count = 26;
 
+/// The class of all paths with these properties.
 [[nodiscard]] constexpr PathClass class_with(const PathFeatures& f) noexcept {
   const int ends = (f.specular_at_light ? 1 : 0) + (f.specular_at_camera ? 2 : 0);
   if (f.scatterings == 0) return static_cast<PathClass>(ends > 0 ? 1 : 0);
@@ -68,6 +71,7 @@ inline constexpr std::size_t path_class_count = 26;
   return static_cast<PathClass>(10 + ends + (f.specular_between ? 4 : 0) + (f.glossy ? 8 : 0));
 }
 
+/// The properties of a class; the inverse of `class_with`.
 [[nodiscard]] constexpr PathFeatures features_of(PathClass path_class) noexcept {
   const int number = static_cast<int>(path_class);
   if (number < 2) return {0, number == 1, false, number == 1, false};
@@ -77,6 +81,7 @@ inline constexpr std::size_t path_class_count = 26;
           (bits & (is_single ? 4 : 8)) != 0};
 }
 
+/// The name of a class as in the table above.
 [[nodiscard]] constexpr std::string_view name_of(PathClass path_class) noexcept {
   constexpr std::array<std::string_view, path_class_count> names{
       "LE",      "LS+E",    "LDE",     "LS+DE",     "LDS+E",     "LS+DS+E",  "LGE",      "LS+GE",     "LGS+E",
@@ -86,7 +91,7 @@ inline constexpr std::size_t path_class_count = 26;
   return number < path_class_count ? names[number] : "unclassified";
 }
 
-/// The fewest edges of a path of this class.
+/// The smallest number of edges that a path of this class can have.
 [[nodiscard]] constexpr int least_depth(PathClass path_class) noexcept {
   const PathFeatures f = features_of(path_class);
   if (f.scatterings == 0) return f.specular_at_light ? 2 : 1;
@@ -99,7 +104,7 @@ class PathClassSet {
  public:
   constexpr PathClassSet() = default;
   [[nodiscard]] static constexpr PathClassSet all() noexcept { return PathClassSet((1U << path_class_count) - 1U); }
-  /// Those for which `is_in(features)`.
+  /// The set of all classes for whose properties `is_in(features)` is true.
   template <class Predicate>
   [[nodiscard]] static constexpr PathClassSet where(Predicate&& is_in) noexcept {
     PathClassSet result;
@@ -122,13 +127,13 @@ class PathClassSet {
   friend constexpr PathClassSet operator&(PathClassSet a, PathClassSet b) noexcept {
     return PathClassSet(a.bits_ & b.bits_);
   }
-  /// What is in `a` and not in `b`.
+  /// The classes that are in `a` and not in `b`.
   friend constexpr PathClassSet operator-(PathClassSet a, PathClassSet b) noexcept {
     return PathClassSet(a.bits_ & ~b.bits_);
   }
   friend constexpr bool operator==(PathClassSet, PathClassSet) = default;
 
-  /// Calls `visit(PathClass)` in the order of their numbers.
+  /// Calls `visit(PathClass)` for each class of the set, in the order of the class numbers.
   template <class Visit>
   constexpr void for_each(Visit&& visit) const {
     for (std::size_t i = 0; i < path_class_count; ++i)
@@ -140,14 +145,14 @@ class PathClassSet {
   std::uint32_t bits_ = 0;
 };
 
-/// What a subpath knows of its own events, from its end on: one byte. It holds for subpaths from the light as for those from
-/// the camera; at a vertex it tells of the events before it.
+/// Summary of the events of a subpath, from its start on the light or the camera: one byte. A vertex stores the summary
+/// of the events before that vertex.
 class HalfPath {
  public:
   constexpr HalfPath() = default;
   static constexpr std::size_t state_count = 64;
 
-  /// With one more event at the far end.
+  /// The summary after one more event at the far end.
   [[nodiscard]] constexpr HalfPath then(PathEvent event) const noexcept {
     if (event == PathEvent::specular) {
       const unsigned start = scatterings() == 0 ? starts_specular : 0U;
@@ -159,8 +164,8 @@ class HalfPath {
     return HalfPath((bits_ & ~(count_mask | ends_specular)) | count | between | glossy);
   }
 
-  /// The class of the path that the two make, their far ends joined by an edge. For a merged vertex, which both subpaths
-  /// made, one of the two counts its event.
+  /// The class of the path that two subpaths form when an edge joins their far ends. At a merged vertex, which both
+  /// subpaths have, exactly one of the two summaries must include its event.
   [[nodiscard]] friend constexpr PathClass class_of(HalfPath light, HalfPath camera) noexcept {
     const bool light_scatters = light.scatterings() > 0, camera_scatters = camera.scatterings() > 0;
     const int count = static_cast<int>(light.scatterings() + camera.scatterings());
@@ -174,6 +179,7 @@ class HalfPath {
   }
 
   friend constexpr bool operator==(HalfPath, HalfPath) = default;
+  /// A number below `state_count` that identifies the summary.
   [[nodiscard]] constexpr std::size_t number() const noexcept { return bits_; }
 
  private:
@@ -188,7 +194,7 @@ class HalfPath {
 
 namespace detail {
 
-/// Every state that a subpath can be in.
+/// Every summary that a subpath can have, by its number; empty for a number that no subpath has.
 [[nodiscard]] constexpr std::array<std::optional<HalfPath>, HalfPath::state_count> all_half_paths() noexcept {
   std::array<std::optional<HalfPath>, HalfPath::state_count> found{};
   found[0] = HalfPath();
@@ -226,10 +232,11 @@ inline constexpr ReachableClasses reachable = reachable_classes();
 
 }  // namespace detail
 
-/// The classes of all paths that begin with this light subpath (end with this camera subpath), however they go on.
+/// The classes of all paths that begin with this light subpath.
 [[nodiscard]] constexpr PathClassSet classes_from_light(HalfPath light) noexcept {
   return detail::reachable.from_light[light.number()];
 }
+/// The classes of all paths that end with this camera subpath.
 [[nodiscard]] constexpr PathClassSet classes_from_camera(HalfPath camera) noexcept {
   return detail::reachable.from_camera[camera.number()];
 }

@@ -9,24 +9,25 @@
 #include "gmis/transport/techniques/technique.hpp"
 
 /// \file
-/// Which techniques a scene calls for, by rules that look at what it has, not at any sample. A rule may only leave out a
-/// technique without which every path that all of them make is still made.
+/// Selects the techniques that a scene needs, by rules over its effects; no sample is drawn. A rule may leave out a
+/// technique only when the remaining techniques still make every path that all techniques together make.
 
 namespace gmis {
 
-/// The classes of the paths that carry light in a scene with these effects, of at most `max_depth` edges.
+/// The classes of paths that can carry light in a scene with these effects, for paths of at most `max_depth` edges.
 [[nodiscard]] constexpr PathClassSet classes_of(const Effects& effects, int max_depth) noexcept {
   return PathClassSet::where([&](const PathFeatures& f) {
     if (least_depth(class_with(f)) > max_depth) return false;
     if ((f.specular_at_light || f.specular_between || f.specular_at_camera) && !effects.has_specular()) return false;
     if (f.scatterings == 0) return effects.has_extended_lights();
-    // A name with D alone is that of paths without any G.
+    // A class without G needs a surface with a diffuse part.
     const bool has_diffuse = effects.diffuse || (effects.glossy && !effects.purely_glossy);
     return effects.has_lights() && (f.glossy ? effects.purely_glossy : has_diffuse);
   });
 }
 
-/// Whether the technique makes some of the paths with these features; `is_delta`: those of lights that no ray can meet.
+/// True when the technique makes at least some paths with these properties. `is_delta`: paths from delta lights, which
+/// no ray can hit; else paths from all other lights.
 [[nodiscard]] constexpr bool makes_some(Technique technique, const PathFeatures& f, bool is_delta) noexcept {
   switch (technique) {
     case Technique::emitter_hit:
@@ -43,7 +44,7 @@ namespace gmis {
   return false;
 }
 
-/// Those of `classes` of which the technique makes some paths.
+/// The classes among `classes` of which the technique makes at least some paths.
 [[nodiscard]] constexpr PathClassSet classes_made_by(Technique technique, PathClassSet classes,
                                                      const Effects& effects) noexcept {
   return classes & PathClassSet::where([&](const PathFeatures& f) {
@@ -52,31 +53,34 @@ namespace gmis {
          });
 }
 
-/// What rules look at: the scene, and the classes that are to be rendered.
+/// The input of the rules: the effects of the scene and the path classes to render.
 struct PlanFacts {
   Effects effects;
   PathClassSet classes;
 
+  /// True when `holds(features)` is true for every class to render.
   template <class Predicate>
   [[nodiscard]] constexpr bool all_classes(Predicate&& holds) const {
     return (classes - PathClassSet::where(holds)).is_empty();
   }
 };
 
-/// Why a technique is off, or on. Of several reasons to leave one out, the first counts.
+/// The reason why a technique is off or on. When several rules leave a technique out, the first in this order is
+/// reported.
 enum class PlanRule : std::uint8_t {
-  no_light,
-  no_scattering,
-  no_light_to_hit,
-  makes_nothing,
-  direct_light_only,
-  nothing_to_merge,
-  needed,
-  helps,
-  goes_along
+  no_light,           ///< off: the scene has no light
+  no_scattering,      ///< off: every surface is specular or black
+  no_light_to_hit,    ///< off: every light is a delta light
+  makes_nothing,      ///< off: it makes no path of the rendered classes
+  direct_light_only,  ///< off: emitter hits and next events make all rendered paths
+  nothing_to_merge,   ///< off: other techniques make every path that merging makes
+  needed,             ///< on: it alone makes some of the rendered paths
+  helps,              ///< on: other techniques make its paths too
+  goes_along          ///< on: light subpaths are traced for another technique
 };
 
-/// The rules that leave techniques out. Each is a function of a technique and the facts; `sentence_of` says it in words.
+/// The rules that leave techniques out. Each rule is a function of a technique and the facts and returns true when the
+/// technique is to be left out. `sentence_of` gives the reason in words.
 namespace plan_rules {
 
 constexpr bool no_light(Technique, const PlanFacts& facts) {
@@ -95,18 +99,19 @@ constexpr bool makes_nothing(Technique technique, const PlanFacts& facts) {
   return classes_made_by(technique, facts.classes, facts.effects).is_empty();
 }
 
-/// Next event makes every path that scatters once, lit by no mirror or glass; emitter hits make those that do not scatter.
+/// Next event makes every path that scatters once and whose light does not pass a mirror or glass first. Emitter hits
+/// make every path that does not scatter. When no other paths are rendered, these two techniques suffice.
 constexpr bool direct_light_only(Technique technique, const PlanFacts& facts) {
   if (technique == Technique::emitter_hit || technique == Technique::next_event) return false;
   return facts.all_classes(
       [](const PathFeatures& f) { return f.scatterings == 0 || (f.scatterings == 1 && !f.specular_at_light); });
 }
 
-/// Lobes rougher than this are connected well.
+/// GGX roughness α below which a lobe counts as narrow: connections at such a lobe have a high variance.
 inline constexpr double narrow_lobe = 0.25;
 
-/// Where the light's end of a path is not specular, next event makes it; where the camera's is not, splats do. Paths with
-/// both ends specular, and those between narrow lobes, are what merging is for.
+/// Next event makes a path whose light end is not specular; splats make a path whose camera end is not specular.
+/// Merging is needed for paths with both ends specular. It also helps paths between narrow lobes.
 constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
   if (technique != Technique::merge) return false;
   if (facts.effects.glossy && facts.effects.least_roughness < narrow_lobe) return false;
@@ -116,6 +121,7 @@ constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
 
 }  // namespace plan_rules
 
+/// The reason in words.
 [[nodiscard]] constexpr std::string_view sentence_of(PlanRule rule) noexcept {
   switch (rule) {
     case PlanRule::no_light:
@@ -144,25 +150,28 @@ constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
 struct TechniquePlan {
   Technique technique;
   bool is_on;
-  PlanRule rule;       ///< why
-  PathClassSet makes;  ///< the classes of which it makes paths, whether it is on or off
+  PlanRule rule;       ///< why the technique is on or off
+  PathClassSet makes;  ///< the classes that carry light and of which the technique makes paths, whether it is on or off
 };
 
-/// What is to be done in a scene, and why.
+/// The techniques to run in a scene, with the reason for each.
 struct Plan {
   Effects effects;
   PathClassSet occurring;                                 ///< the classes that carry light
-  PathClassSet classes;                                   ///< those of them that are rendered
+  PathClassSet classes;                                   ///< the classes that carry light and are rendered
   std::array<TechniquePlan, technique_count> techniques;  ///< in the order of `Technique`
 
   [[nodiscard]] constexpr const TechniquePlan& operator[](Technique technique) const noexcept {
     return techniques[static_cast<std::size_t>(technique)];
   }
+  /// True when the technique is on.
   [[nodiscard]] constexpr bool has(Technique technique) const noexcept { return (*this)[technique].is_on; }
+  /// True when a technique that needs light subpaths is on.
   [[nodiscard]] constexpr bool traces_light() const noexcept {
     return has(Technique::connect) || has(Technique::splat) || has(Technique::merge);
   }
-  /// Whether classes that carry light are left out, so that paths must be classified.
+  /// True when some classes that carry light are not rendered. Paths must then be classified: set
+  /// `RenderSettings::path_classes` to the classes passed to `plan_for`.
   [[nodiscard]] constexpr bool leaves_out_classes() const noexcept { return !(classes == occurring); }
 };
 
@@ -188,8 +197,8 @@ namespace detail {
 
 }  // namespace detail
 
-/// The classes that are rendered of which this technique, and no other that is on, makes some paths: for one kind of light
-/// at least.
+/// The rendered classes that lose paths without `technique`: no other technique that is on makes these paths, for delta
+/// lights or for the other lights.
 [[nodiscard]] constexpr PathClassSet classes_only_by(Technique technique, const Plan& plan) noexcept {
   return plan.classes & PathClassSet::where([&](const PathFeatures& f) {
            for (const bool is_delta : {false, true}) {
@@ -204,7 +213,8 @@ namespace detail {
          });
 }
 
-/// The plan for a scene with these effects, for paths of at most `max_depth` edges of the classes `wanted`.
+/// The plan for a scene with these effects, for paths of at most `max_depth` edges. Only classes in `wanted` are
+/// rendered.
 [[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth,
                                       PathClassSet wanted = PathClassSet::all()) noexcept {
   Plan plan{effects, classes_of(effects, max_depth), {}, {}};
@@ -216,7 +226,7 @@ namespace detail {
     plan.techniques[i] = {technique, rule == PlanRule::helps, rule,
                           classes_made_by(technique, plan.occurring, effects)};
   }
-  // One more visibility query at a vertex that is there anyway.
+  // When light subpaths are traced for another technique, a splat costs one more visibility query per vertex.
   TechniquePlan& splat = plan.techniques[static_cast<std::size_t>(Technique::splat)];
   if (!splat.is_on && (plan.has(Technique::connect) || plan.has(Technique::merge)))
     splat.is_on = true, splat.rule = PlanRule::goes_along;

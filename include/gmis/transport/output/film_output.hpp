@@ -11,16 +11,18 @@
 
 namespace gmis {
 
-/// The work of one chunk of paths on its way to the film. Nothing in it is shared with another chunk, so that no order of
-/// execution can change a bit of the result.
+/// Collects the contributions of one chunk of paths for the film. Chunks share nothing, so that the order of execution
+/// changes no bit of the result. Models `ChunkOutput`.
 template <Spectrum S>
 class FilmOutput {
  public:
+  /// A weighted contribution to any pixel; `pixel` is an index in the frame.
   struct Splat {
     std::uint32_t pixel;
     S value;
   };
 
+  /// Begins an iteration.
   void clear() {
     counters_ = {};
     rejections_.clear();
@@ -28,21 +30,22 @@ class FilmOutput {
     records_.clear();
   }
 
-  /// Whether contributions are kept, for `records()`.
+  /// Sets whether each contribution is kept for `records()`; initially none is.
   void keep_contributions(bool keep) noexcept { is_recording_ = keep; }
 
   [[nodiscard]] Counters& counters() noexcept { return counters_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
-  /// Without their iteration.
+  /// Rejected paths of this chunk; their iteration is not filled in.
   [[nodiscard]] const RejectionLog& rejections() const noexcept { return rejections_; }
 
-  /// A camera subpath of this pixel begins.
+  /// Begins the camera subpath of this pixel (its index in the frame).
   void begin_pixel(std::uint32_t pixel) noexcept {
     kind_ = PathKind::camera;
     pixel_ = pixel;
     pixel_sum_ = S(ScalarOf<S>(0));
   }
-  /// The pixel's value. A sum of finite contributions that is not finite itself is left out as they would be.
+  /// Sum of the weighted contributions to the pixel since `begin_pixel`, without splats. A sum that overflows is
+  /// counted as a non-finite rejection and replaced by 0.
   [[nodiscard]] const S& take_pixel() {
     if (!is_finite(pixel_sum_)) [[unlikely]] {
       reject(RejectionCause::non_finite, {});
@@ -51,7 +54,8 @@ class FilmOutput {
     return pixel_sum_;
   }
 
-  /// Light trees begin, numbered from `first` on in the order of `Counters::light_subpaths`.
+  /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths`
+  /// counts them.
   void begin_trees(std::uint32_t first) noexcept {
     kind_ = PathKind::light;
     first_tree_ = first;
@@ -60,7 +64,8 @@ class FilmOutput {
   [[nodiscard]] const std::vector<Splat>& splats() const noexcept { return splats_; }
   [[nodiscard]] const std::vector<Contribution<S>>& records() const noexcept { return records_; }
 
-  /// A contribution to the pixel whose camera subpath is being traced.
+  /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or negative product is
+  /// counted and left out.
   [[gnu::always_inline]] void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
@@ -69,7 +74,7 @@ class FilmOutput {
       record({pixel_, id, value, weight});
   }
 
-  /// A contribution to any pixel.
+  /// Adds `value` × `weight` to any pixel. A non-finite or negative product is counted and left out.
   void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
@@ -78,7 +83,7 @@ class FilmOutput {
       record({pixel, id, value, weight});
   }
 
-  /// Counts what is left out of the path at hand.
+  /// Counts a rejection on the current path. `technique` is empty when the subpath itself ended.
   [[gnu::cold, gnu::noinline]] void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
     switch (cause) {
       case RejectionCause::non_finite:
@@ -97,10 +102,10 @@ class FilmOutput {
   }
 
  private:
-  /// Non-finite and negative contributions never reach the film; they are counted.
+  /// Counts a contribution. Returns true when it is finite and not negative; otherwise counts a rejection.
   [[nodiscard]] bool accept(const TechniqueId& id, const S& weighted) {
     ++counters_.contributions;
-    // Most are fine, which one sum tells: it is NaN or infinite when a channel is.
+    // One sum tests all channels at once: it is NaN or infinite when a channel is.
     if (min_channel(weighted) >= ScalarOf<S>(0) && channel_sum(weighted) <= std::numeric_limits<ScalarOf<S>>::max())
         [[likely]]
       return true;

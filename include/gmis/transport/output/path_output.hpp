@@ -10,11 +10,12 @@
 #include "gmis/transport/techniques/technique.hpp"
 
 /// \file
-/// What the walks and the techniques ask of the place that their contributions go to.
+/// The interface through which walks and techniques hand over their contributions.
 
 namespace gmis {
 
-/// One estimate of one pixel before it reaches the film: `value` is not yet multiplied by the MIS weight.
+/// One contribution to one pixel, in the unit of radiance. `value` excludes the MIS weight `weight`; `pixel` is the
+/// index of the pixel in the frame.
 template <Spectrum S>
 struct Contribution {
   std::uint32_t pixel;
@@ -23,12 +24,13 @@ struct Contribution {
   ScalarOf<S> weight;
 };
 
-/// One path reached a weight of type `Weight` for a value of type `S`.
+/// Receives contributions: values of type `S`, each with an MIS weight of type `Weight`.
 ///
-/// - `counters()`: what was done, by reference.
-/// - `add(id, value, weight)`: a contribution to the pixel whose camera subpath is being traced.
-/// - `add_splat(pixel, id, value, weight)`: a contribution to any pixel.
-/// - `reject(cause, technique)`: something was left out of the path at hand.
+/// - `counters()`: the counters of the work, by reference; walks and techniques increment them.
+/// - `add(id, value, weight)`: adds a contribution to the pixel whose camera subpath is being traced.
+/// - `add_splat(pixel, id, value, weight)`: adds a contribution to any pixel.
+/// - `reject(cause, technique)`: reports that a sample or contribution of the current path is left out. `technique` is
+///   empty when the subpath itself ends.
 template <class O, class S, class Weight>
 concept PathOutput = Spectrum<S> && requires(O& output, std::uint32_t pixel, TechniqueId id, const S& value,
                                              const Weight& weight, const std::optional<TechniqueId>& technique) {
@@ -38,9 +40,13 @@ concept PathOutput = Spectrum<S> && requires(O& output, std::uint32_t pixel, Tec
   output.reject(RejectionCause::zero_pdf, technique);
 };
 
-/// A `PathOutput` that an engine owns, one for each chunk of paths: `clear()` begins an iteration, `begin_pixel(pixel)` a
-/// camera subpath, `take_pixel()` ends it and gives the pixel's value; `begin_trees(first)` begins light trees, and
-/// `splats()` gives what they add to pixels.
+/// A `PathOutput` that an engine owns, one for each chunk of paths.
+///
+/// - `clear()`: begins an iteration.
+/// - `begin_pixel(pixel)`, `take_pixel()`: begin and end a camera subpath; `take_pixel` returns the value of the pixel.
+/// - `begin_trees(first)`: begins light trees; the first one has the number `first`.
+/// - `splats()`: the weighted contributions of light trees to pixels.
+/// - `rejections()`, `counters()`: of the chunk since `clear()`.
 template <class O, class S, class Weight>
 concept ChunkOutput = PathOutput<O, S, Weight> && requires(O& output, const O& finished, std::uint32_t number) {
   output.clear();
@@ -53,14 +59,14 @@ concept ChunkOutput = PathOutput<O, S, Weight> && requires(O& output, const O& f
   { finished.counters() } -> std::same_as<const Counters&>;
 };
 
-/// An output that also sees every vertex (`ReplayOutput`). For any other, none of that is compiled.
+/// True for an output that is also told every vertex (`ReplayOutput`). The calls are compiled for such outputs only.
 template <class Output>
 inline constexpr bool observes_paths = requires {
   typename Output::ObservesPaths;
 };
 
-/// An output that is told which child of a camera subpath's first non-specular vertex is being traced, and when the
-/// techniques at a vertex are done (`PilotOutput`). For any other, none of that is compiled.
+/// True for an output that is told when a child of a split camera vertex begins and when the techniques at a vertex are
+/// done (`PilotOutput`). The calls are compiled for such outputs only.
 template <class Output>
 inline constexpr bool observes_children = requires(Output& output) {
   output.begin_child(std::int16_t{});

@@ -10,46 +10,48 @@
 #include "gmis/transport/techniques/technique.hpp"
 
 /// \file
-/// Which paths had contributions left out: by name, so that one of them can be traced again alone (replay.hpp). Nothing
-/// here is touched unless something is rejected.
+/// Names the paths that had contributions left out, so that each can be traced again alone (replay.hpp). The code here
+/// runs only when something is rejected.
 
 namespace gmis {
 
-/// Why a contribution never reaches the film.
+/// Why a contribution is left out of the film.
 enum class RejectionCause : std::uint8_t {
-  non_finite,
-  negative,
-  zero_pdf,  ///< the density of a vertex or of a light sample is not above 0, or not finite
+  non_finite,  ///< a channel of the weighted contribution is infinite or NaN
+  negative,    ///< a channel of the weighted contribution is below 0
+  zero_pdf,    ///< the density of a vertex or of a light sample is not above 0, or not finite
 };
 
+/// The end that a subpath starts at.
 enum class PathKind : std::uint8_t { camera, light };
 
-/// One path of a run; with the seed and the settings it is traced again bit by bit.
+/// Identifies one path of a run. With the same seed and settings the path can be traced again, bit by bit.
 struct PathName {
   PathKind kind = PathKind::camera;
   std::uint32_t iteration = 0;  ///< from 1
-  std::uint32_t number = 0;  ///< the pixel's place in the frame, by rows from the upper left; or that of a light tree
+  std::uint32_t number =
+      0;  ///< index of the pixel in the frame (rows from the upper left), or number of the light tree
   friend constexpr bool operator==(const PathName&, const PathName&) = default;
 };
 
-/// A path of which something was rejected.
+/// A path with at least one rejection.
 struct RejectedPath {
   PathName path;
-  std::uint32_t count = 0;  ///< rejections along it
-  // Of the first of them:
-  RejectionCause cause = RejectionCause::non_finite;
-  std::optional<TechniqueId> technique;  ///< none where a subpath ended because its own density is of no use
+  std::uint32_t count = 0;                            ///< rejections on this path
+  RejectionCause cause = RejectionCause::non_finite;  ///< of the first rejection
+  std::optional<TechniqueId> technique;               ///< of the first rejection; empty when the subpath itself ended
 };
 
-/// The first paths of which something was rejected, in the order in which they are numbered.
+/// The first `capacity` paths with rejections, in the order in which they are numbered.
 class RejectionLog {
  public:
   static constexpr std::size_t capacity = 16;
 
   void clear() noexcept { paths_.clear(); }
+  /// The rejected paths, in the order in which they were added.
   [[nodiscard]] std::span<const RejectedPath> paths() const noexcept { return paths_; }
 
-  /// Rejections of one path come one after the other.
+  /// Adds one rejection. All rejections of one path must be added consecutively.
   void add(const PathName& path, RejectionCause cause, const std::optional<TechniqueId>& technique) {
     if (!paths_.empty() && paths_.back().path == path)
       ++paths_.back().count;
@@ -57,12 +59,12 @@ class RejectionLog {
       paths_.push_back({path, 1, cause, technique});
   }
 
-  /// Those of paths that come later.
+  /// Appends the paths of `later`, whose numbers follow those already here, up to `capacity`.
   void append(const RejectionLog& later) {
     const std::size_t room = std::min(later.paths_.size(), capacity - paths_.size());
     paths_.insert(paths_.end(), later.paths_.begin(), later.paths_.begin() + static_cast<std::ptrdiff_t>(room));
   }
-  /// Those that all belong to `iteration`, whatever they say themselves.
+  /// Appends the paths of `later` and sets their iteration to `iteration`.
   void append(const RejectionLog& later, std::uint32_t iteration) {
     const std::size_t first = paths_.size();
     append(later);

@@ -13,64 +13,65 @@
 #include "gmis/transport/weights/weight_recursion.hpp"
 
 /// \file
-/// One path of a run traced again, alone: the same random numbers over the same light trees, so that every number is the
-/// run's own, bit by bit. The walks and techniques are those of the engine, compiled a second time for an output that
-/// looks on.
+/// Traces one path of a run again, alone, with the same random numbers and light trees. Every value equals that of the
+/// run, bit by bit. The walks and techniques are those of the engine, compiled a second time for an output that records
+/// every vertex.
 
 namespace gmis {
 
-/// A vertex as a subpath found it.
+/// A recorded vertex of a subpath.
 template <Spectrum S>
 struct ReplayedVertex {
   using T = ScalarOf<S>;
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
-  std::size_t parent = none;  ///< by its place in `ReplayedPath::vertices`
-  int depth = 0;              ///< edges from the start; that has 0
+  std::size_t parent = none;  ///< index in `ReplayedPath::vertices`
+  int depth = 0;              ///< edges from the start of the subpath, which has depth 0
   bool is_at_infinity = false;
-  SurfacePoint<T> point;   ///< nothing at infinity
+  SurfacePoint<T> point;   ///< all zero at infinity
   Vec3<T> to_prev{};       ///< unit, towards the parent
-  S throughput{T(0)};      ///< without weights
-  bool is_delta = false;   ///< the event at the parent
-  T forward{}, reverse{};  ///< at the parent: nominal densities of coming here and of going back, as `Step` has them
-  T density{};             ///< expected of this vertex, per unit area; 0 at infinity
-  std::optional<PartialWeights<T>> weights;  ///< none where no techniques are weighted
+  S throughput{T(0)};      ///< without MIS weights
+  bool is_delta = false;   ///< whether the event at the parent is a delta event
+  T forward{}, reverse{};  ///< nominal densities at the parent, of coming here and of going back, as in `Step`
+  T density{};             ///< expected density of this vertex, per area; 0 at infinity
+  std::optional<PartialWeights<T>> weights;  ///< empty at the start, at infinity and after an unusable density
 };
 
-/// A contribution and where it was made.
+/// A recorded contribution and the vertex that made it.
 template <Spectrum S>
 struct ReplayedContribution {
   using T = ScalarOf<S>;
   Contribution<S> contribution;
-  std::size_t vertex = 0;  ///< of the path, by its place
-  std::optional<RejectionCause> rejected;
-  /// The other end of a next event, a connection or a merge …
+  std::size_t vertex = 0;                  ///< index in `ReplayedPath::vertices`
+  std::optional<RejectionCause> rejected;  ///< empty when the contribution reached the film
+  /// Position of the other end of a next event, a connection or a merge; empty for other techniques.
   std::optional<Vec3<T>> position;
-  /// … and the light tree that has it, with its depth there.
+  /// Number of the light tree with the other end of a connection or merge, and the depth of the vertex in that tree.
   std::optional<std::pair<std::uint32_t, int>> light_vertex;
 };
 
-/// Where a density was of no use: the vertex's own, or that of the light sampled for it.
+/// An unusable density (zero or not finite): that of a vertex, or that of the light sampled for a vertex.
 struct ReplayedZeroDensity {
-  std::size_t vertex = 0;
-  std::optional<TechniqueId> technique;  ///< none: the subpath itself ended here
+  std::size_t vertex = 0;                ///< index in `ReplayedPath::vertices`
+  std::optional<TechniqueId> technique;  ///< empty when the subpath itself ended here
 };
 
+/// The record of one path.
 template <Spectrum S>
 struct ReplayedPath {
   PathName name;
-  std::vector<ReplayedVertex<S>> vertices;  ///< of a tree, every parent before its children
+  std::vector<ReplayedVertex<S>> vertices;  ///< every parent stands before its children
   std::vector<ReplayedContribution<S>> contributions;
   std::vector<ReplayedZeroDensity> zero_densities;
-  Counters counters;  ///< what this path alone took
-  // As in the run:
-  double radius = 0.0;             ///< of merging
-  double vertices_per_tree = 0.0;  ///< expected; 0 where no count depends on it
-  SampleCounts counts;
-  S pixel_sum{ScalarOf<S>(0)};  ///< of a camera path: what it adds to its pixel
+  Counters counters;    ///< work of this path alone
+  double radius = 0.0;  ///< merging radius of the iteration, in scene units
+  double vertices_per_tree =
+      0.0;                      ///< expected number of stored vertices per light tree; 0 where no count depends on it
+  SampleCounts counts;          ///< of the iteration
+  S pixel_sum{ScalarOf<S>(0)};  ///< sum of the contributions of a camera subpath to its pixel
 };
 
-/// Looks on while a path is traced.
+/// A `PathOutput` that records every vertex and contribution of one path in a `ReplayedPath`.
 template <class Context>
 class ReplayOutput {
  public:
@@ -80,7 +81,7 @@ class ReplayOutput {
 
   ReplayOutput(const Context& context, ReplayedPath<S>& path) : context_(context), path_(path) {}
 
-  /// The subpath's start: what leaves there.
+  /// Records the start of the subpath and the throughput that leaves there.
   void on_start(const SurfacePoint<T>& origin, const S& weight) {
     ReplayedVertex<S> start;
     start.point = origin;
@@ -88,7 +89,7 @@ class ReplayOutput {
     path_.vertices.push_back(start);
   }
 
-  /// `vertex` was reached by `step`; `density` may be of no use, then the subpath ends.
+  /// Records `vertex`, which `step` reached with `density` per area. The subpath ends here when `density` is unusable.
   void on_vertex(const Step<S>& step, T density, const auto& vertex, const SurfacePoint<T>& point) {
     ReplayedVertex<S> seen = after(step, vertex.throughput, vertex.depth);
     seen.point = point;
@@ -97,21 +98,26 @@ class ReplayOutput {
     path_.vertices.push_back(seen);
   }
 
+  /// Records the vertex at infinity of a ray that left the scene.
   void on_escape(const Step<S>& step, const S& throughput, int depth) {
     ReplayedVertex<S> seen = after(step, throughput, depth);
     seen.is_at_infinity = true;
     path_.vertices.push_back(seen);
   }
 
-  /// The techniques are about to work at the next vertex of a light tree; they come in the order in which they were found.
+  /// Moves on to the next vertex of a light tree before the techniques work there. Vertices are used in the order in
+  /// which they were recorded.
   void on_use(const typename Context::StoredVertex&) { ++at_; }
 
+  /// Names the light vertex at the other end of the contribution that is added next.
   void on_light_vertex(const typename Context::StoredVertex& light) {
     position_ = light.point.position;
     light_vertex_ = {static_cast<std::uint32_t>(context_.cache.tree_of(light)), light.depth};
   }
+  /// Names the point on a light at the other end of the contribution that is added next.
   void on_light_point(const SurfacePoint<T>& origin) { position_ = origin.position; }
 
+  // The interface of `PathOutput`: each call is recorded and passed on to a `FilmOutput`, which tests the value.
   void add(TechniqueId id, const S& value, T weight) {
     note(pixel_, id, value, weight, [&] { film_.add(id, value, weight); });
   }
@@ -135,7 +141,7 @@ class ReplayOutput {
  private:
   [[nodiscard]] bool is_light() const { return path_.name.kind == PathKind::light; }
 
-  /// Light trees are walked level by level, camera subpaths branch by branch.
+  /// Index of the vertex before one of this depth. Light trees are traced breadth first, camera subpaths depth first.
   [[nodiscard]] std::size_t parent_of(int depth) const {
     if (is_light()) return at_;
     std::size_t parent = path_.vertices.size() - 1;
@@ -178,9 +184,10 @@ class ReplayOutput {
   std::optional<std::pair<std::uint32_t, int>> light_vertex_;
 };
 
-/// The camera subpath of a pixel, or a light tree, of the iteration that `engine` is ready for (`Engine::prepare_replay`).
-/// The pixel must lie in the crop, the number below that of the trees. Only what the walk meets is there: a subpath that
-/// leaves the scene from a light, or that no light is chosen for, has no more than its start.
+/// Traces one path of the iteration that `engine` is prepared for (`Engine::prepare_replay`): the camera subpath of the
+/// pixel with index `number`, which must lie in the crop, or the light tree `number`, which must be below
+/// `light_tree_count`. A light tree whose first ray leaves the scene has its start as the only vertex; a tree without
+/// an emission sample has no vertex.
 template <class Engine>
 [[nodiscard]] ReplayedPath<typename Engine::S> replay(const Engine& engine, PathKind kind, std::uint32_t number) {
   using Context = typename Engine::Context;

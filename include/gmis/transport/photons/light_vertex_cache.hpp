@@ -9,12 +9,13 @@
 
 namespace gmis {
 
-/// The light vertices of one iteration, tree by tree, written in chunks of trees by whichever thread has one. Memory is
-/// kept from one iteration to the next.
+/// The light vertices of one iteration, in the order of their trees. Each chunk holds consecutive trees and is written
+/// by one thread at a time; different chunks may be written concurrently. Memory is reused from one iteration to the
+/// next.
 template <class Vertex>
 class LightVertexCache {
  public:
-  /// The vertices of some trees that follow one another.
+  /// The vertices of consecutive trees.
   class Chunk {
    public:
     void clear() noexcept {
@@ -22,6 +23,7 @@ class LightVertexCache {
       tree_ends_.clear();
     }
     void add(const Vertex& vertex) { vertices_.push_back(vertex); }
+    /// Ends the current tree; call it once per tree, also for a tree without vertices.
     void end_tree() { tree_ends_.push_back(static_cast<std::uint32_t>(vertices_.size())); }
     [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
 
@@ -31,21 +33,25 @@ class LightVertexCache {
     std::vector<std::uint32_t> tree_ends_;
   };
 
+  /// Tree t belongs to chunk t / `trees_per_chunk`.
   void resize(std::size_t chunk_count, std::size_t trees_per_chunk) {
     chunks_.resize(chunk_count);
     trees_per_chunk_ = trees_per_chunk;
   }
   [[nodiscard]] Chunk& chunk(std::size_t index) noexcept { return chunks_[index]; }
 
-  /// Makes all vertices accessible by number, in the order of their trees. Call when the chunks are complete.
+  /// Numbers all vertices in the order of their trees, for `operator[]`. Call it when all chunks are complete.
   void gather() {
     vertices_.clear();
     for (const Chunk& chunk : chunks_)
       for (const Vertex& vertex : chunk.vertices_) vertices_.push_back(&vertex);
   }
+  /// Number of vertices at the last `gather`.
   [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
+  /// Vertex `index` in the order of the trees.
   [[nodiscard]] const Vertex& operator[](std::size_t index) const noexcept { return *vertices_[index]; }
 
+  /// The vertices of one tree; needs no `gather`.
   [[nodiscard]] std::span<const Vertex> tree(std::size_t number) const noexcept {
     const Chunk& chunk = chunks_[number / trees_per_chunk_];
     const std::size_t local = number % trees_per_chunk_;
@@ -53,7 +59,8 @@ class LightVertexCache {
     return {chunk.vertices_.data() + begin, chunk.tree_ends_[local] - begin};
   }
 
-  /// The tree of one of these vertices.
+  /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t` when no tree holds
+  /// it. Takes time proportional to the number of chunks.
   [[nodiscard]] std::size_t tree_of(const Vertex& vertex) const noexcept {
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
       const auto& [vertices, ends] = chunks_[i];
@@ -66,6 +73,7 @@ class LightVertexCache {
     return static_cast<std::size_t>(-1);
   }
 
+  /// Bytes of memory held.
   [[nodiscard]] std::size_t byte_count() const noexcept {
     std::size_t bytes = vertices_.capacity() * sizeof(vertices_[0]);
     for (const Chunk& chunk : chunks_)

@@ -33,10 +33,11 @@ class LightVertexGrid {
     const Vec3<T> extent = count == 0 ? Vec3<T>(T(0)) : upper_ - lower_;
     const T largest_extent = std::max({extent.x, extent.y, extent.z});
     const Vec3<T> farthest = count == 0 ? Vec3<T>(T(0)) : glm::max(glm::abs(lower_), glm::abs(upper_));
-    // Reach beyond the radius by what rounding may do to a cell coordinate or a distance.
+    // Extend the reach beyond the radius by the rounding error of a cell coordinate or a distance.
     reach_ = radius + T(8) * std::numeric_limits<T>::epsilon() *
                           (radius + largest_extent + std::max({farthest.x, farthest.y, farthest.z}));
-    // Few cells a query where points are sparse; never so small that a coordinate leaves the range of int32.
+    // Cells of four times the reach keep the number of cells per query small. The lower bounds keep every coordinate in
+    // int32.
     const T cell = std::max({cells_per_reach * reach_, largest_extent * T(0x1p-20), std::numeric_limits<T>::min()});
     inverse_cell_ = T(1) / cell;
 
@@ -52,8 +53,8 @@ class LightVertexGrid {
       bucket_of_[i] = bucket;
       ++starts_[bucket];
     }
-    // Running sums make starts_[b] the end of bucket b; filling from the back moves it to the beginning, in the order
-    // of the points.
+    // Running sums make starts_[b] the end of bucket b. Filling from the back moves starts_[b] to the beginning of the
+    // bucket and keeps the order of the points.
     for (std::size_t b = 1; b <= bucket_count; ++b) starts_[b] += starts_[b - 1];
     points_.resize(count);
     for (std::size_t i = count; i-- > 0;)
@@ -70,7 +71,7 @@ class LightVertexGrid {
     const auto x0 = static_cast<std::int32_t>(low.x), x1 = static_cast<std::int32_t>(high.x);
     const auto y0 = static_cast<std::int32_t>(low.y), y1 = static_cast<std::int32_t>(high.y);
     const auto z0 = static_cast<std::int32_t>(low.z), z1 = static_cast<std::int32_t>(high.z);
-    std::array<std::uint32_t, 27> visited;  // at most 3 cells a side, and that only by rounding
+    std::array<std::uint32_t, 27> visited;  // at most 2 cells per axis; rounding may make it 3
     std::size_t visited_count = 0;
     for (std::int32_t z = z0; z <= z1; ++z)
       for (std::int32_t y = y0; y <= y1; ++y)
@@ -89,6 +90,7 @@ class LightVertexGrid {
         }
   }
 
+  /// Bytes of memory held.
   [[nodiscard]] std::size_t byte_count() const noexcept {
     return points_.capacity() * sizeof(Point) + (starts_.capacity() + bucket_of_.capacity()) * sizeof(std::uint32_t);
   }

@@ -10,14 +10,16 @@
 
 namespace gmis {
 
-/// The median width of a pixel, in scene units, where camera subpaths first meet a surface that is not purely specular:
-/// the distance travelled times the square root of the solid angle of a pixel's rays. It depends on the picture alone, not
-/// on the crop nor on anything that is not seen. Of a picture that shows no such surface: the width at distance 1.
+/// The median width of a pixel, in scene units, at the first non-specular vertices of camera subpaths. The width is the
+/// distance travelled times the square root of the pixel's solid angle; for a camera with parallel rays it is the
+/// square root of the pixel's area. The median depends on the visible part of the scene alone, not on the crop nor on
+/// hidden objects. When no camera subpath finds a non-specular surface, the result is the width at distance 1 (1 when
+/// the camera makes no ray at all).
 template <Scene Sc>
 [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   using T = ScalarOf<typename Sc::Spectrum>;
   constexpr int most_across = 48, deepest = 16;
-  constexpr std::uint32_t stream = 3;  // light trees, camera subpaths and the census of light trees have 0, 1 and 2
+  constexpr std::uint32_t stream = 3;  // streams 0, 1 and 2: light trees, camera subpaths, census of light trees
   const auto& camera = scene.camera();
   const glm::ivec2 size = camera.resolution();
   const int step = std::max(1, std::max(size.x, size.y) / most_across);
@@ -54,7 +56,8 @@ template <Scene Sc>
   return *middle;
 }
 
-/// The merging radius of the first iteration where none is asked for.
+/// Default merging radius of the first iteration in scene units: 0.4 pixel widths. It replaces an unset
+/// `RenderSettings::radius`.
 template <Scene Sc>
 [[nodiscard]] inline double default_radius(const Sc& scene) {
   constexpr double pixel_widths = 0.4;

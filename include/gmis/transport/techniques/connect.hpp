@@ -6,9 +6,13 @@
 
 namespace gmis {
 
-/// s, t ≥ 2: the camera vertex is connected with vertices of light trees: m of them drawn from the cache of all trees, so
-/// that the work does not grow with the trees, or all of the one tree that it is paired with.
+/// Technique s, t ≥ 2: connects a camera vertex with vertices of light trees. It takes either m vertices drawn
+/// uniformly from the cache of all trees, so that the work does not grow with the trees, or all vertices of the one
+/// tree that the pixel is paired with (`paired_connections`). Call it for non-specular camera vertices; the cache holds
+/// non-specular vertices only.
 struct Connect {
+  /// Makes the connections of one camera vertex and adds their contributions to `output`. Pairs that would exceed
+  /// `max_depth`, have f = 0 at either end or do not see each other add nothing.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, std::size_t pixel,
                                UniformSource auto& source, Output& output) {
@@ -26,7 +30,7 @@ struct Connect {
   }
 
  private:
-  /// `scale`: what the light vertex's throughput is multiplied by for having been drawn.
+  /// `scale`: factor on the throughput of the light vertex, V / (m n_L) for a vertex drawn from the cache, else 1.
   template <class Context, class Vertex, class Output>
   static void connect(const Context& context, const Vertex& vertex, const typename Context::StoredVertex& light,
                       typename Vertex::T scale, Output& output) {
@@ -46,6 +50,7 @@ struct Connect {
     const auto light_bsdf = light.bsdf.evaluate(light.to_prev, -link.direction, TransportMode::importance);
     if (is_black(light_bsdf.value)) return;
 
+    // G = |cos| |cos| / d², with the cosines that belong to f at either end
     const T geometry = scattering_cosine(point, vertex.to_prev, link.direction, TransportMode::radiance) *
                        scattering_cosine(light.point, light.to_prev, -link.direction, TransportMode::importance) /
                        link.distance_squared * scale;
@@ -56,6 +61,9 @@ struct Connect {
     ++output.counters().connection_rays;
     if (!context.scene.visible(segment(point, light.point, link.direction))) return;
 
+    // With x_{s−1} the light vertex and x_s the camera vertex  [Georgiev TR 37, 40, 41; docs/weights.md]:
+    //   b_{s−1} = c ψ(x_s → x_{s−1}) g_{s−1},   a_s = c ψ(x_{s−1} → x_s) g_s,
+    //   reverse densities per steradian: at x_{s−1} back to x_{s−2}, at x_s back to x_{s+1}.
     const auto weight = context.recursion.connect(
         light.weights, light.children.reverse * light_bsdf.pdf.reverse.value,
         vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point), vertex.weights,

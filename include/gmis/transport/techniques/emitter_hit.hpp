@@ -5,9 +5,10 @@
 
 namespace gmis {
 
-/// s = 0: the camera subpath meets a light, on a surface or in the sky.
+/// Technique s = 0: a camera subpath meets a light, either a surface that emits or an infinite light.
 struct EmitterHit {
-  /// `from` is the vertex before this one.
+  /// Adds the radiance that the surface at `vertex` emits along `to_prev`; nothing when it emits none. `from` is the
+  /// vertex before `vertex`.
   template <class Context, class Vertex, class Point, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, const Point& from, Output& output) {
     if (vertex.hit.light == nullptr) return;
@@ -15,7 +16,8 @@ struct EmitterHit {
         vertex.path, from, output);
   }
 
-  /// The ray left the scene along −`emission_direction`; `weights` and `depth` are those of the vertex at infinity.
+  /// Adds the radiance of all infinite lights that are no delta lights, for a ray that left the scene along
+  /// −`emission_direction`. `weights` and `depth` belong to the vertex at infinity.
   template <class Context, class Direction, class S, class Weights, class Point, class Output>
   static void at_escape(const Context& context, const Direction& emission_direction, const S& throughput,
                         const Weights& weights, int depth, HalfPath path, const Point& from, Output& output) {
@@ -34,11 +36,13 @@ struct EmitterHit {
     const auto emitted = light.emitted(origin, direction);
     if (is_black(emitted.radiance)) return;
     const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1), path_class};
-    if (depth == 1) {
+    if (depth == 1) {  // k = 1: no other technique makes the path, weight 1
       output.add(id, throughput * emitted.radiance, context.recursion.seen_directly());
       return;
     }
     const ScalarOf<S> choice = context.scene.selection_probability(light);
+    // a_0 and e_0 with the probability of choosing the light, and a_1 in the measure of `EmissionDensity::first`
+    // [Georgiev TR 37, 42, 43].
     const auto weight = context.recursion.emitter_hit(weights, choice * emitted.density.origin,
                                                       choice * light.next_event_density(origin, direction, from),
                                                       emitted.density.first);

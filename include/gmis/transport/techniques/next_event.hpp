@@ -6,8 +6,12 @@
 
 namespace gmis {
 
-/// s = 1: a point on a light, sampled for the vertex that it is to light.
+/// Technique s = 1, next-event estimation: samples a point on a light for the camera vertex (a direction, for an
+/// infinite light) and connects the two.
 struct NextEvent {
+  /// Takes one sample for a non-specular camera vertex and adds its contribution to `output`. Always draws three random
+  /// numbers. A sample that is visible but whose density is zero or not finite is rejected as
+  /// `RejectionCause::zero_pdf`.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, UniformSource auto& source,
                                Output& output) {
@@ -41,7 +45,8 @@ struct NextEvent {
       output.reject(RejectionCause::zero_pdf, id);
       return;
     }
-    // At the vertex, from the direction of emission; at x_0, from solid angle at the vertex.
+    // `to_vertex_area` is g_1: a_1 = first · g_1, with g_1 = |cos θ_1| / d² (|cos θ_1| alone for an infinite light).
+    // `hit` is b_0 = c ψ(x_1 → x_0) g_0, with g_0 = |cos θ_0| / d² (1 for an infinite light, 0 for a delta light).
     T to_vertex_area = std::abs(glm::dot(point.geometric_normal, sample->to_light));
     T hit(0);
     if (is_infinite) {
@@ -53,6 +58,8 @@ struct NextEvent {
         hit = vertex.children.forward * bsdf.pdf.forward.value *
               (std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared);
     }
+    // a_0 and e_0 with the probability of choosing the light, b_0, a_1, and the density back to x_2
+    // [Georgiev TR 37, 44, 45].
     const auto weight = context.recursion.next_event(
         vertex.weights, vertex.is_next_to_camera(), choice.selection_probability * sample->density.origin,
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,

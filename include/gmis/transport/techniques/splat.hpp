@@ -6,8 +6,10 @@
 
 namespace gmis {
 
-/// t = 1: the light vertex is connected with the camera and lands in whatever pixel sees it.
+/// Technique t = 1: connects a light vertex with the camera and adds to the pixel that sees it.
 struct Splat {
+  /// Connects one non-specular light vertex with a point of the lens and adds the contribution to `output`. A vertex
+  /// that no pixel of the crop sees, or that the camera cannot see, adds nothing. Always draws two random numbers.
   template <class Context, class Stored, class Output>
   static void at_light_vertex(const Context& context, const Stored& light, UniformSource auto& source, Output& output) {
     using S = typename Stored::S;
@@ -26,8 +28,8 @@ struct Splat {
     if (is_black(bsdf.value)) return;
     const auto link = Link<T>::between(light.point.position, seen->origin.position);
     const T falloff = camera.has_parallel_rays() ? T(1) : T(1) / link.distance_squared;
-    // The density of the pixel's own camera rays is also its response, so the camera subpath's estimate is radiance
-    // itself.
+    // The pixel's value is the mean radiance over its camera rays, so its response to flux is the density of those
+    // rays, here per area perpendicular to the ray at the light vertex.
     const T response = seen->density * falloff;
     const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
     const S value =
@@ -37,9 +39,11 @@ struct Splat {
     ++output.counters().shadow_rays;
     if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
 
+    // b_{k−1}: density of the pixel's camera rays per area at the light vertex
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
-    // The light vertex is the first non-specular one that the camera sees.
+    // c of the camera subpath at x_{k−1}, which is its first non-specular vertex
     const T camera_children = context.camera_children(survival_probability(light.bsdf), true);
+    // b_{k−2} = c ψ(x_{k−1} → x_{k−2}) g_{k−2}; its first two factors are passed  [Georgiev TR 37, 46, 47].
     const auto weight =
         context.recursion.splat(light.weights, camera_children * bsdf.pdf.reverse.value, camera_density);
     ++output.counters().splats;

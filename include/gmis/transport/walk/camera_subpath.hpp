@@ -16,13 +16,16 @@
 namespace gmis {
 
 namespace detail {
-/// Random numbers are keyed by vertex, two keys a vertex (the techniques' and the scattering's) and 1024 for each child:
-/// 2 · 256 < 1024.
+/// Keys of random numbers reserved for each child of a split camera vertex. A vertex uses two keys, one for the
+/// techniques and one for scattering, so a subpath of the greatest depth, 256, fits: 2 · 256 < 1024.
 inline constexpr std::uint32_t camera_numbers_per_child = 1024;
 }  // namespace detail
 
-/// Traces the camera subpath of one pixel and applies the techniques that are on at its vertices. Where the split policy
-/// says so, the subpath is a tree: its first non-specular vertex has several children.
+/// Traces the camera subpath of one pixel and applies every technique with a positive count at its vertices. The split
+/// policy may give the first non-specular vertex several children; the subpath is then a tree.
+///
+/// Contributions go to `output`, in the unit of the scene's radiance. A sample whose density is zero or not finite ends
+/// its subpath and is counted as `RejectionCause::zero_pdf`.
 template <class Context, class Output>
 class CameraSubpath {
  public:
@@ -34,7 +37,8 @@ class CameraSubpath {
 
   CameraSubpath(const Context& context, Output& output) : context_(context), output_(output) {}
 
-  /// `number`: the pixel's place in the frame.
+  /// Traces one subpath through `pixel`. `number` is the index of the pixel in the frame (rows from the upper left).
+  /// `source` must be keyed to this pixel and iteration.
   template <UniformSource Source>
   void trace(glm::ivec2 pixel, std::size_t number, Source source) {
     ++output_.counters().camera_paths;
@@ -56,25 +60,26 @@ class CameraSubpath {
   }
 
  private:
-  /// From one vertex to the next.
+  /// The edge from one vertex to the next.
   struct Edge {
     SurfacePoint<T> from;
     Step<S> step;
     S throughput;                  ///< at the far end
-    CameraPartial weights_behind;  ///< at `from`
+    CameraPartial weights_behind;  ///< partial weights at `from`
     std::int16_t depth;            ///< of the far end: edges from the camera
-    HalfPath path{};               ///< the events at `from` and before
+    HalfPath path{};               ///< the events at `from` and before it
     bool has_scattered;            ///< `from` or a vertex before it is non-specular
   };
 
-  /// `plain`: whole paths, not split, whose class nobody asks for: nearly all. Compiled apart from the rest, they do
-  /// without its questions at every vertex.
+  /// `plain`: subpaths that are neither split nor ended at the first non-specular vertex, in a run that does not
+  /// classify paths. Nearly all subpaths are plain. They are compiled separately, so that a vertex skips the tests for
+  /// the rest.
   enum class Walk { plain, general };
   [[nodiscard]] bool is_plain() const noexcept {
     return context_.counts.camera_children == 1 && !context_.filter.classifies() && !observes_children<Output>;
   }
 
-  /// One flat function, from the random numbers to the rays: it is what nearly all of the time is spent in.
+  /// Inlines everything it calls, because nearly all time is spent here.
   template <UniformSource Source>
   [[gnu::flatten]] void follow_plain(Edge& edge, Source& source) {
     follow<Walk::plain>(edge, source, 0);
@@ -84,10 +89,10 @@ class CameraSubpath {
     follow<Walk::general>(edge, source, first_number);
   }
 
-  /// `edge` is used up.
+  /// Traces the subpath from `edge` to its end. Overwrites `edge`.
   template <Walk walk, UniformSource Source>
   void follow(Edge& edge, Source& source, std::uint32_t first_number) {
-    for (;; ++edge.depth) {  // to `max_depth`
+    for (;; ++edge.depth) {  // returns at `max_depth` at the latest
       ++output_.counters().rays;
       auto hit = context_.scene.intersect(leave(edge.from, edge.step.to_next));
       if (edge.depth == 1) pass_start(context_.scene, edge.from, edge.step.to_next, hit);
@@ -102,7 +107,7 @@ class CameraSubpath {
 
       const auto& bsdf = vertex.hit.bsdf;
       const T survival = survival_probability(bsdf);
-      if (survival == T(0)) return;  // nothing is scattered on
+      if (survival == T(0)) return;  // the surface absorbs everything
       const bool is_specular = bsdf.is_purely_delta();
       const bool is_first_non_specular = walk == Walk::general && !is_specular && !edge.has_scattered;
       const T light_children = context_.light_children(bsdf, survival);
@@ -142,7 +147,7 @@ class CameraSubpath {
     }
   }
 
-  /// All children of the first non-specular vertex, each with random numbers of its own.
+  /// Traces all children of the first non-specular vertex. Each child has random numbers of its own.
   template <UniformSource Source>
   [[gnu::noinline]] void branch(const Edge& edge, const Vertex& vertex,
                                 const ScatteringVertex<typename Sc::Bsdf>& scattering, int count, Source& source,
@@ -162,12 +167,15 @@ class CameraSubpath {
     if constexpr (observes_children<Output>) output_.end_children();
   }
 
-  /// Forms the vertex's partial weights; false where its density allows none.
+  /// Forms the partial weights of the vertex from its density per area, b_j = c ψ |cos θ_j| / d². With parallel camera
+  /// rays, b_{k−1} is the density per area perpendicular to the ray, times |cos θ_{k−1}|. Returns false and rejects the
+  /// sample when b_j is zero or not finite.
   [[nodiscard]] bool arrive(const Edge& edge, Vertex& vertex) {
     const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
     const T distance_squared = glm::dot(offset, offset);
     const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
     const bool is_parallel = edge.depth == 1 && context_.scene.camera().has_parallel_rays();
+    // b_j = c ψ(x_{j+1} → x_j) |cos θ_j| / d², c being part of `forward`
     const T density = edge.step.forward * (is_parallel ? cos_here : cos_here / distance_squared);
     if (!is_usable_density(density)) [[unlikely]] {
       if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
@@ -179,6 +187,8 @@ class CameraSubpath {
     return true;
   }
 
+  /// Adds the radiance of infinite lights to an escaped subpath. The vertex at infinity keeps its density per
+  /// steradian; g at the near end of the edge is |cos|, without a distance.
   void escape(const Edge& edge) {
     if constexpr (observes_paths<Output>) output_.on_escape(edge.step, edge.throughput, edge.depth);
     if (context_.has.emitter_hit) {
@@ -191,16 +201,20 @@ class CameraSubpath {
     }
   }
 
+  /// |cos| between the edge and the geometric normal at its near end.
   [[nodiscard]] static T cos_behind(const Edge& edge) noexcept {
     return std::abs(glm::dot(edge.from.geometric_normal, edge.step.to_next));
   }
 
+  /// Partial weights at the far end. `to_area_back` is g at the near end, `density` is b at the far end
+  /// [Georgiev TR 31–36, mirrored].
   [[nodiscard]] CameraPartial weights_at(const Edge& edge, T to_area_back, T density) const {
     if (edge.depth == 1) return context_.recursion.first_camera_vertex(density);
     return context_.recursion.extend_camera(edge.weights_behind, edge.depth == 2, edge.step.is_delta, edge.step.reverse,
                                             to_area_back, density);
   }
 
+  /// Applies the techniques of a non-specular vertex. `number` keys their random numbers.
   template <UniformSource Source>
   void at_vertex(const Vertex& vertex, Source& source, std::uint32_t number) {
     source.at_vertex(number);

@@ -11,9 +11,9 @@
 
 namespace gmis {
 
-/// Traces the tree of light subpaths that starts at one emission. Every vertex is stored and connected with the camera, as
-/// far as the counts of the context ask for it, in the order in which the vertices are made. The split policy says how many
-/// children a vertex has; without splitting the tree is one path.
+/// Traces the tree of light subpaths that starts at one emission, breadth first. When the counts of the context ask for
+/// it, non-specular vertices are stored and connected with the camera, in the order in which they are made. The split
+/// policy decides how many children a vertex has; without splitting, the tree is one path.
 template <class Context, class Output>
 class LightTree {
  public:
@@ -26,15 +26,15 @@ class LightTree {
 
   LightTree(const Context& context, Output& output) : context_(context), output_(output) {}
 
-  /// `stored`: takes the vertices that camera vertices are connected or merged with; null keeps none. `expanded(bsdf, drawn)`
-  /// is called for every vertex whose children were drawn by a policy that splits light trees.
+  /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none. When the policy
+  /// splits light trees, `expanded(bsdf, drawn)` is called after the children of each vertex are drawn.
   template <UniformSource Source, class Expanded>
   [[gnu::flatten]] void trace(Source source, Chunk* stored, Expanded&& expanded) {
-    if (context_.max_depth < 2) return;  // light seen directly is the camera's alone
+    if (context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
     ++output_.counters().light_subpaths;
     source.at_vertex(0);
     std::optional<Vertex> vertex = emit(source);
-    std::uint32_t number = 0;  // of the vertex within the tree: keys its random numbers
+    std::uint32_t number = 0;  // number of the vertex in its tree; it keys the vertex's random numbers
     if constexpr (!Split::splits_light) {
       while (vertex) {
         source.at_vertex(++number);
@@ -49,7 +49,7 @@ class LightTree {
       queue_.clear();
       if (vertex) queue_.push_back(*vertex);
       for (std::size_t next = 0; next < queue_.size(); ++next) {
-        const Vertex at = queue_[next];  // a copy: the queue may move when it grows
+        const Vertex at = queue_[next];  // a copy, because the queue reallocates when it grows
         source.at_vertex(++number);
         use(at, source, stored);
         if (!goes_on(at) || context_.split.stops_at(remaining)) continue;
@@ -89,6 +89,7 @@ class LightTree {
             {at.children.forward, context_.camera_delta_children(survival, false)}};
   }
 
+  /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is unusable.
   template <UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
     const auto choice = context_.scene.sample_light(uniform<T>(source));
@@ -106,15 +107,18 @@ class LightTree {
     const T distance_squared = glm::dot(offset, offset);
     const bool is_infinite = choice.light->is_infinite();
     const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
+    // a_1: from the measure of `first` (`EmissionDensity`) to area at x_1
     const T density = emission->density.first * (is_infinite ? cos_here : cos_here / distance_squared);
     if (!is_usable(density) || !is_usable(emission->density.origin)) return std::nullopt;
 
+    // g_0: b_0 = reverse · g_0; 0 for a delta light, which no ray can hit
     T to_origin = T(0);
     if (!choice.light->is_delta())
       to_origin = is_infinite ? T(1)
                               : solid_angle_per_area(glm::dot(emission->origin.geometric_normal, emission->direction),
                                                      distance_squared);
     const T next_event = choice.light->next_event_density(emission->origin, emission->direction, hit->point);
+    // a_0 and e_0, both with the probability of choosing the light  [Georgiev TR 31–33]
     const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
@@ -126,6 +130,8 @@ class LightTree {
     return vertex;
   }
 
+  /// Traces one step. Returns the next vertex, or nothing when the ray leaves the scene, the path class is not wanted
+  /// or the density is unusable.
   [[nodiscard]] std::optional<Vertex> arrive(const Vertex& from, const Step<S>& step) {
     const HalfPath path = context_.filter.after_event(from.path, from.bsdf, step.is_delta);
     if (!context_.filter.keeps_light(path)) return std::nullopt;
@@ -134,9 +140,11 @@ class LightTree {
     if (!hit) return std::nullopt;
     const Vec3<T> offset = hit->point.position - from.point.position;
     const T distance_squared = glm::dot(offset, offset);
+    // a_{i+1} = c ψ(x_i → x_{i+1}) |cos θ_{i+1}| / d², c being part of `forward`
     const T density =
         step.forward * solid_angle_per_area(glm::dot(hit->point.geometric_normal, step.to_next), distance_squared);
     if (!is_usable(density)) return std::nullopt;
+    // g_i, for the reverse density at x_{i+1}  [Georgiev TR 34–36]
     const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
     const Vertex vertex =
         vertex_at(*hit, step.to_next, from.throughput * step.weight,
@@ -159,7 +167,7 @@ class LightTree {
             path};
   }
 
-  /// Counts a density that no weight can be formed with.
+  /// False, and counts a rejection, for a density that is zero or not finite.
   [[nodiscard]] bool is_usable(T density) {
     if (is_usable_density(density)) [[likely]]
       return true;
@@ -169,7 +177,7 @@ class LightTree {
 
   const Context& context_;
   Output& output_;
-  std::vector<Vertex> queue_;  // kept from tree to tree: no allocation once it has grown
+  std::vector<Vertex> queue_;  // reused for every tree, so that it stops allocating
 };
 
 }  // namespace gmis

@@ -9,8 +9,10 @@
 
 namespace gmis {
 
-/// The cosine that belongs to f at `point`: |cos| with the shading normal, and for importance Veach's correction, which
-/// keeps the two kinds of transport adjoint when the shading normal is not the geometric one [Veach 1997, eq. 5.19].
+/// The cosine factor of f at `point`: |n_s · to_next| for radiance. For importance it includes the correction that
+/// keeps the two kinds of transport adjoint when shading and geometric normal differ:
+/// |n_g · to_next| |n_s · to_prev| / |n_g · to_prev| [Veach 1997, eq. 5.19]. It is 0 when `to_prev` is parallel to the
+/// surface.
 template <std::floating_point T>
 [[nodiscard]] inline T scattering_cosine(const SurfacePoint<T>& point, const Vec3<T>& to_prev, const Vec3<T>& to_next,
                                          TransportMode mode) noexcept {
@@ -21,17 +23,21 @@ template <std::floating_point T>
   return std::abs(glm::dot(point.geometric_normal, to_next) * glm::dot(point.shading_normal, to_prev)) / prev_geometric;
 }
 
-/// The chance of going on from here, a function of the vertex alone, so that nominal densities can contain it.
+/// Continuation probability of Russian roulette: the largest channel of the albedo, in [0, 1]. It is a function of the
+/// vertex alone, so that nominal densities can contain it.
 template <Bsdf B>
 [[nodiscard]] inline ScalarOf<typename B::Spectrum> survival_probability(const B& bsdf) noexcept {
   using T = ScalarOf<typename B::Spectrum>;
   return std::clamp(max_channel(typename B::Spectrum(bsdf.albedo())), T(0), T(1));
 }
 
-/// A step of a subpath. `weight` is what the throughput is multiplied by: f |cos| over everything that was really done
-/// (density, survival, number of siblings). The densities are the nominal ones for the path weights, per steradian,
-/// with the nominal number of children; for a delta event they are selection probability · |cos| · index² (of each
-/// side), whose ratio is that of the two delta functions (docs/weights.md).
+/// A step of a subpath.
+///
+/// `weight` is the factor on the throughput: f |cos| divided by the actual density, continuation probability and number
+/// of siblings. `forward` and `reverse` are the nominal densities that path weights use: nominal number of children ×
+/// density per steradian, without the cosine. For a delta event they are nominal children × selection probability ×
+/// |cos| × index² (each with the values of its side); their ratio is the ratio of the two delta functions
+/// (docs/weights.md).
 template <Spectrum S>
 struct Step {
   Vec3<ScalarOf<S>> to_next;
@@ -41,15 +47,15 @@ struct Step {
   bool is_delta;
 };
 
-/// The nominal numbers of children at one vertex, survival included: of the subpath at hand and of one from the other
-/// end.
+/// The nominal numbers of children c at one vertex, continuation probability included: of the subpath that made the
+/// vertex (`forward`) and of a subpath that comes from the other end of the path (`reverse`).
 template <std::floating_point T>
 struct NominalChildren {
   T forward, reverse;
 };
 
-/// A vertex at which a subpath is about to go on. The numbers of children may differ for delta events: a camera subpath
-/// that is to stop at diffuse surfaces goes on through their delta lobes.
+/// A vertex from which a subpath continues. The nominal numbers of children may differ for delta events: when camera
+/// subpaths end at the first non-specular vertex, they still go on through its delta lobes.
 template <Bsdf B>
 struct ScatteringVertex {
   using T = ScalarOf<typename B::Spectrum>;
@@ -62,7 +68,8 @@ struct ScatteringVertex {
   NominalChildren<T> delta_children;
 };
 
-/// Draws one child from the mixture of all lobes.
+/// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the subpath is
+/// terminated or the BSDF makes no sample.
 template <Bsdf B>
 [[nodiscard, gnu::always_inline]] inline std::optional<Step<typename B::Spectrum>> scatter(
     const ScatteringVertex<B>& at, UniformSource auto& source) {
@@ -85,6 +92,8 @@ template <Bsdf B>
   if (!sample->is_delta)
     return Step<typename B::Spectrum>{sample->to_next, weight, at.children.forward * forward,
                                       at.children.reverse * reverse, false};
+  // The two delta functions: selection probability · |cos| · index², here relative to the index on the side of
+  // `to_prev`.
   const T cos_prev = std::abs(glm::dot(point.shading_normal, at.to_prev));
   return Step<typename B::Spectrum>{sample->to_next, weight,
                                     at.delta_children.forward * forward * cos_next * square(sample->eta),

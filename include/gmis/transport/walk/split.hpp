@@ -9,20 +9,25 @@
 #include "gmis/transport/walk/children.hpp"
 
 /// \file
-/// How many children a vertex has. Two numbers are kept apart: the children that are drawn, and the *nominal* number that
-/// enters the weights. The nominal number is a function of the vertex alone, because a subpath from the other end cannot
-/// know more.
+/// How many children a vertex has. Two numbers are kept apart: the number of children that are drawn, and the *nominal*
+/// number c that enters the weights. The nominal number is a function of the vertex alone, because a subpath from the
+/// other end of the path knows nothing else about the vertex.
 
 namespace gmis {
 
-/// How an engine splits subpaths.
+/// Decides how an engine splits subpaths.
 ///
-/// - `P(settings)`.
-/// - `P::splits_light`: whether light trees have more than one branch. If so, the policy also offers what `QueueSplit` has.
-/// - `nominal_children(bsdf)`: of a light subpath, without survival; frozen before weights are formed.
-/// - `camera_children(pixel)`: at the first non-specular vertex of the camera subpath of a pixel (its place in the frame).
-/// - `nominal_camera_children()`: their number in the weights.
-/// - `expand_camera(at, children, source, visit)`: draws them and calls `visit(step)` for those that go on.
+/// - `P(settings)`: constructs the policy.
+/// - `P::splits_light`: whether light trees branch. A policy that splits light trees also has the members `Tally`,
+///   `freeze`, `budget`, `stops_at` and `expand` of `QueueSplit`.
+/// - `nominal_children(bsdf)`: c of a light subpath at a vertex, without the continuation probability; constant while
+///   weights are formed.
+/// - `camera_children(pixel)`: the number of children drawn at the first non-specular vertex of a camera subpath.
+///   `pixel` is the index of its pixel in the frame.
+/// - `nominal_camera_children()`: c of a camera subpath at its first non-specular vertex, without the continuation
+///   probability.
+/// - `expand_camera(at, children, source, visit)`: draws `children` children of `at` and calls `visit(step)` for each
+///   child that goes on.
 template <class P, class B>
 concept SplitPolicy = Bsdf<B> &&
     requires(const P& policy, const B& bsdf, const ScatteringVertex<B>& at, Philox& source) {
@@ -34,9 +39,11 @@ concept SplitPolicy = Bsdf<B> &&
   policy.expand_camera(at, 1, source, [](const Step<typename B::Spectrum>&) {});
 };
 
-/// Light trees are paths. The first non-specular vertex of a camera subpath has `SampleCounts::camera_children` children,
-/// drawn independently of each other. The weights are those of a path that is not split: any weights that add up to 1
-/// serve, and with these the saving follows from the children of one vertex alone (choose/pilot.hpp).
+/// Splits camera subpaths only. Light trees are paths; the first non-specular vertex of a camera subpath has
+/// `SampleCounts::camera_children` children, drawn independently of each other.
+///
+/// The weights are those of a subpath without splitting (c = 1). Any weights that add up to 1 are unbiased; with c = 1
+/// a pilot can forecast the variance of every number of children from two children (choose/pilot.hpp).
 template <std::floating_point T>
 class PathSplit {
  public:
@@ -61,20 +68,22 @@ class PathSplit {
   int camera_children_ = 1;
 };
 
-/// Splits every non-specular vertex of a light tree into M = kN children, for N lobes, while the tree's budget of samples
-/// lasts. The vertices wait in a queue, first come first served. `LightSplit::paper` is the paper's rule as printed: at the
-/// end of the budget the queue is dropped, which loses energy. With `LightSplit::budgeted` nothing is dropped: when the
-/// rest of the budget does not allow a full split, one child is drawn from the mixture. The decision precedes the draw, so
-/// it is unbiased.
+/// Splits every non-specular vertex of a light tree into M = kN children, for N lobes and k rounds, while the tree's
+/// budget of samples lasts [Liu, Algorithm 1]. Vertices wait in a first-in, first-out queue.
 ///
-/// The nominal number is the mean number of children drawn at vertices of one kind (`split_kind`), measured over trees that
-/// are used for nothing else. The camera subpath is split at its first non-specular vertex, always by the same number.
+/// `LightSplit::paper` is the rule as printed: the queue is dropped at the end of the budget, which loses energy.
+/// `LightSplit::budgeted` drops nothing: when the rest of the budget is too small for a full split, one child is drawn
+/// from the mixture of all lobes. The decision precedes the draw, so it is unbiased.
+///
+/// The nominal number of children is the mean number drawn at vertices of one kind (`split_kind`). It is measured over
+/// separate light trees, which contribute nothing to the picture. Camera subpaths split at their first non-specular
+/// vertex into `SampleCounts::camera_children` children.
 template <std::floating_point T>
 class QueueSplit {
  public:
   static constexpr bool splits_light = true;
 
-  /// Counts the children drawn, by the kind of their vertex.
+  /// Counts vertices and the children drawn there, by the kind of the vertex.
   class Tally {
    public:
     template <Bsdf B>
@@ -90,7 +99,7 @@ class QueueSplit {
       }
       return *this;
     }
-    /// The mean number at a vertex of this kind; 1 where none was seen.
+    /// Mean number of children drawn at a vertex of this kind; 1 when no vertex or no child was counted.
     [[nodiscard]] T mean_children(std::size_t kind) const noexcept {
       if (vertices_[kind] == 0 || children_[kind] == 0) return T(1);
       return static_cast<T>(static_cast<double>(children_[kind]) / static_cast<double>(vertices_[kind]));
@@ -110,22 +119,25 @@ class QueueSplit {
     nominal_.fill(T(1));
   }
 
+  /// Sets the nominal numbers of children to the means of `tally`.
   void freeze(const Tally& tally) noexcept {
     for (std::size_t kind = 0; kind < nominal_.size(); ++kind) nominal_[kind] = tally.mean_children(kind);
   }
 
-  /// c of the path weights, without survival.
+  /// c of the path weights at a light vertex, without the continuation probability.
   template <Bsdf B>
   [[nodiscard]] T nominal_children(const B& bsdf) const noexcept {
     return nominal_[static_cast<std::size_t>(split_kind(bsdf))];
   }
+  /// Samples that one light tree may draw before it stops splitting.
   [[nodiscard]] int budget() const noexcept { return budget_; }
   [[nodiscard]] int camera_children(std::size_t) const noexcept { return camera_children_; }
   [[nodiscard]] int nominal_camera_children() const noexcept { return camera_children_; }
+  /// True when a tree with this many samples left drops its queue.
   [[nodiscard]] bool stops_at(int remaining) const noexcept { return drops_queue_ && remaining <= 0; }
 
-  /// Draws the children of a light vertex and hands those that go on to `visit(step)`; returns the number of samples taken
-  /// from the budget, lost ones included.
+  /// Draws the children of a light vertex and calls `visit(step)` for each child that goes on. Returns the number of
+  /// samples drawn, which the budget pays for even where a child does not go on.
   template <Bsdf B, UniformSource Source, class Visit>
   int expand(const ScatteringVertex<B>& at, int remaining, Source& source, Visit&& visit) const {
     const int planned = std::max(1, rounds_ * split_kind(at.bsdf));
@@ -148,7 +160,7 @@ class QueueSplit {
 
 namespace detail {
 
-/// The tally of a policy that splits light trees; of another one, nothing.
+/// `Split::Tally` where the policy splits light trees; otherwise a tally that counts nothing.
 template <class Split, bool splits_light = Split::splits_light>
 struct TallyOf {
   struct Type {

@@ -9,7 +9,7 @@
 
 namespace gmis {
 
-/// A vertex of a light subpath, kept for connecting and merging.
+/// A vertex of a light subpath, stored for connections and merging. All directions point away from the surface.
 template <Scene Sc, class Recursion>
 struct LightVertex {
   using S = typename Sc::Spectrum;
@@ -17,43 +17,45 @@ struct LightVertex {
   SurfacePoint<T> point;
   typename Sc::Bsdf bsdf;
   Vec3<T> to_prev;
-  S throughput;  ///< flux that arrives here, per expected tree; no MIS weight
+  S throughput;  ///< flux that arrives here, divided by the actual density per light tree; without MIS weight
   typename Recursion::LightPartial weights;
-  NominalChildren<T> children;  ///< forward: as a light subpath
+  NominalChildren<T> children;  ///< c here: `forward` of a light subpath, `reverse` of a camera subpath
   std::int16_t depth;           ///< edges from the light
-  HalfPath path{};              ///< the events before it
+  HalfPath path{};              ///< the events before this vertex
 };
 
-/// The vertex that a camera subpath is at.
+/// The current vertex of a camera subpath.
 template <Scene Sc, class Recursion>
 struct CameraVertex {
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
-  const Hit<T, typename Sc::Bsdf, typename Sc::Light>& hit;  ///< no copy: it lives as long as the vertex is looked at
+  const Hit<T, typename Sc::Bsdf, typename Sc::Light>& hit;  ///< must outlive the vertex
   Vec3<T> to_prev;
-  S throughput;
+  S throughput;  ///< factor on the radiance that leaves here along `to_prev`; without MIS weight
   typename Recursion::CameraPartial weights;
-  NominalChildren<T> children{};  ///< forward: as a camera subpath
+  NominalChildren<T> children{};  ///< c here: `forward` of a camera subpath, `reverse` of a light subpath
   std::int16_t depth;             ///< edges from the camera
-  HalfPath path{};                ///< the events before it
+  HalfPath path{};                ///< the events between the camera and this vertex
 
-  /// x_{k−1}: no other vertex lies between it and the camera.
+  /// True for x_{k−1}: no other vertex lies between this vertex and the camera.
   [[nodiscard]] bool is_next_to_camera() const noexcept { return depth == 1; }
 };
 
-/// Two points that may see each other: the unit vector from `from` to `to` and the factors between them. Of one and
-/// the same point it has no direction; `distance_squared` is then 0.
+/// The straight line between two points: the unit vector from `from` to `to` and the factors of measure along it. When
+/// both points coincide, `distance_squared` is 0 and `direction` is not finite.
 template <std::floating_point T>
 struct Link {
   Vec3<T> direction;
   T distance_squared;
 
+  /// The line from `from` to `to`.
   [[nodiscard]] static Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept {
     const Vec3<T> offset = to - from;
     const T distance_squared = glm::dot(offset, offset);
     return {offset * ieee_divide(T(1), std::sqrt(distance_squared)), distance_squared};
   }
-  /// Change from solid angle at the other end to area at `point`.
+  /// g at `point` = |cos θ| / d²: the factor from a density per steradian at the other end to a density per area at
+  /// `point`, with the geometric normal.
   [[nodiscard]] T to_area(const SurfacePoint<T>& point) const noexcept {
     return solid_angle_per_area(glm::dot(point.geometric_normal, direction), distance_squared);
   }

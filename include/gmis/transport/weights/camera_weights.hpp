@@ -6,19 +6,20 @@
 
 namespace gmis {
 
-/// The weights where nothing is traced from the lights: emitter hits against next events, each once a camera vertex. It
-/// is what `WeightRecursion` comes to when the other counts are 0, with none of the sums that are then 0 kept along; the
-/// members are called as there. A weight is formed from one ratio of densities, which may round to 0 or to infinity
-/// without harm.
+/// The weights without light subpaths: emitter hits against next events, each taken once per camera vertex.
+///
+/// The weights equal those of `WeightRecursion` with all other counts 0, but no sum that is always 0 is stored. The
+/// members have the same names and arguments. Each weight has one ratio of densities; it stays right when the ratio
+/// rounds to 0 or to infinity.
 template <std::floating_point T, class Heuristic>
 class CameraWeightRecursion {
  public:
   using Weight = T;
   struct LightPartial {};
   struct CameraPartial {
-    T density;  ///< with which the vertex was made, per area; 0 where next event cannot make it: after a delta event
+    T density;  ///< b_j, per area; 0 after a delta event, where next event cannot make the vertex
 
-    /// As `WeightRecursion` keeps it.
+    /// The partial sums of `WeightRecursion`: shared = 1 / b_j, chain = 0.
     [[nodiscard]] constexpr operator PartialWeights<T>() const noexcept {
       if (density == T(0)) return {};
       return {Extended<T>(T(1)) / Heuristic::of(Extended<T>(density)), {}};
@@ -28,18 +29,23 @@ class CameraWeightRecursion {
   constexpr explicit CameraWeightRecursion(const TechniqueCounts<T>& counts) noexcept
       : hits_emitters_(counts.emitter_hit > T(0)), samples_next_events_(counts.next_event > T(0)) {}
 
+  /// k = 1: only an emitter hit makes light that is seen directly.
   [[nodiscard]] static constexpr Weight seen_directly() noexcept { return T(1); }
 
+  /// The partial sums at x_{k−1}; `density` is b_{k−1}.
   [[nodiscard]] static constexpr CameraPartial first_camera_vertex(T density) noexcept { return {density}; }
+  /// The partial sums at x_{j−1}; `density` is b_{j−1}. `is_delta`: the event at x_j is a delta event.
   [[nodiscard]] static constexpr CameraPartial extend_camera(const CameraPartial&, bool, bool is_delta, T, T,
                                                              T density) noexcept {
     return {is_delta ? T(0) : density};
   }
 
+  /// s = 0: 1 / (1 + e_0 / b_0)   [Georgiev TR 37, 43]; 1 when next event cannot make the path.
   [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T, T next_event, T) const noexcept {
     if (!samples_next_events_ || at.density == T(0)) return T(1);
     return T(1) / (T(1) + Heuristic::of(next_event / at.density));
   }
+  /// s = 1: 1 / (1 + b_0 / e_0)   [Georgiev TR 37, 44]; 0 when e_0 is 0.
   [[nodiscard]] constexpr Weight next_event(const CameraPartial&, bool, T, T next_event, T hit, T, T) const noexcept {
     if (!hits_emitters_) return T(1);
     if (!(next_event > T(0))) return T(0);

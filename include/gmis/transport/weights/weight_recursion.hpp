@@ -24,7 +24,7 @@
 
 namespace gmis {
 
-/// The balance heuristic: each ratio of densities as it is.
+/// The balance heuristic: each ratio of densities enters a weight as it is.
 struct BalanceRatio {
   template <class X>
   static constexpr X of(X ratio) noexcept {
@@ -32,7 +32,7 @@ struct BalanceRatio {
   }
 };
 
-/// The power heuristic with exponent 2.
+/// The power heuristic with exponent 2: each ratio of densities enters a weight squared.
 struct PowerRatio {
   template <class X>
   static constexpr X of(X ratio) noexcept {
@@ -40,35 +40,40 @@ struct PowerRatio {
   }
 };
 
-/// What a vertex must know of the path behind it to weight any technique that ends there. `Shared` is a plain number on
-/// the camera side, a sum over techniques on the light side.
+/// The two partial sums that a vertex carries about the path behind it. Every weight of a technique that ends at the
+/// vertex follows from them. `Shared` is a plain number on the camera side and a sum over techniques on the light side.
 template <class Shared, class Sum>
 struct PartialSums {
-  Shared shared;  ///< κ_i / a_i, or 0 where the edge behind cannot be a connection (a delta event at either end)
-  Sum chain;      ///< times the reverse density per steradian: L_{i−1} / a_i
+  Shared shared;  ///< κ_i / a_i, or 0 when the edge behind cannot be a connection (a delta event at either end)
+  Sum chain;  ///< g_{i−1} (L_{i−1} / b_{i−1}) / a_i: times the reverse density per steradian, it is L_{i−1} / a_i
 };
 
+/// Partial sums with one number per sum, as `ReplayedVertex` records them.
 template <std::floating_point T>
 using PartialWeights = PartialSums<Extended<T>, Extended<T>>;
 
-/// The whole sum over techniques as one number; a weight is a technique's share of it.
+/// The sum over all techniques as one number. A weight is the share of one technique in it.
 template <std::floating_point T>
 struct WholeSum {
   using Sum = Extended<T>;
   using Weight = T;
 
-  /// The sum in which only one technique occurs, with that density.
+  /// A sum with one term: the density of `technique`.
   template <Technique technique>
   [[nodiscard]] static constexpr Sum of(Extended<T> density) noexcept {
     return density;
   }
-  /// own / (own + others), in [0, 1].
+  /// own / (own + others), in [0, 1]; 0 when `own` is 0.
   [[nodiscard]] static constexpr Weight weight(const Sum& own, const Sum& others) noexcept {
     return own.is_zero() ? T(0) : (own / (own + others)).value();
   }
 };
 
-/// `Sums` says what is summed over the techniques: `WholeSum`, or sums kept apart (weights_by_technique.hpp).
+/// Forms partial sums and weights from densities and counts. `Heuristic` is applied to every density and count. `Sums`
+/// is `WholeSum`, or `SeparateSums`, which keeps one sum per technique (weights_by_technique.hpp).
+///
+/// All densities are nominal, positive and finite, except where 0 is named. Below, n_0 and n_1 are the counts of
+/// emitter hits and next events (1 or 0), so κ_0 = n_0 and κ_1 = n_1 e_0 / a_0; C_i is the mirror image of L_i.
 template <std::floating_point T, class Heuristic = BalanceRatio, class Sums = WholeSum<T>>
 class WeightRecursion {
  public:
@@ -78,6 +83,7 @@ class WeightRecursion {
   using LightPartial = PartialSums<Sum, Sum>;
   using CameraPartial = PartialSums<Number, Sum>;
 
+  /// The counts are nominal: functions of the path alone, constant while weights are formed.
   constexpr explicit WeightRecursion(const TechniqueCounts<T>& counts) noexcept
       : emitter_hit_(Sums::template of<Technique::emitter_hit>(h(counts.emitter_hit))),
         next_event_(Sums::template of<Technique::next_event>(h(counts.next_event))),
@@ -87,30 +93,35 @@ class WeightRecursion {
 
   // ---- light side -------------------------------------------------------------------------------------------------
 
-  /// At x_1. `origin` is a_0 and `next_event` e_0, the densities of x_0 by emission and by next event, both with the
-  /// probability of choosing the light and in one measure; `first` is a_1; `to_origin` is g_0 (0 for a light that no
-  /// ray can hit).
+  /// Partial sums at x_1: shared = n_1 e_0 / (a_0 a_1), chain = n_0 g_0 / (a_0 a_1) [Georgiev TR 31–33].
+  /// `origin` is a_0 and `next_event` is e_0: the densities of x_0 by emission and by next event, in one measure, both
+  /// with the probability of choosing the light. `first` is a_1; `to_origin` is g_0 (0 for a light that no ray can
+  /// hit).
   [[nodiscard]] constexpr LightPartial first_light_vertex(T origin, T next_event, T first, T to_origin) const noexcept {
     const Number inverse = Number(T(1)) / (h(origin) * h(first));
     return {next_event_ * h(next_event) * inverse, emitter_hit_ * h(to_origin) * inverse};
   }
 
-  /// From x_i to x_{i+1} of a light subpath: `reverse` is the density per steradian at x_i of going back to x_{i−1},
-  /// `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}.
+  /// Partial sums at x_{i+1} of a light subpath: shared = ρ / a_{i+1}, chain = g_i (L_i / b_i) / a_{i+1}
+  /// [Georgiev TR 34–36; Liu, w_{i,VC}, corrected]. `reverse` is the density per steradian at x_i of going back to
+  /// x_{i−1}, `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}.
   [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, bool is_delta, T reverse, T to_area,
                                                     T density) const noexcept {
     return extend(at, is_delta, reverse, to_area, density, connect_);
   }
 
   // ---- camera side ------------------------------------------------------------------------------------------------
-  // A camera vertex keeps shared = 1 / b_j without the count: the count depends on what the vertex turns out to be.
+  // A camera vertex keeps shared = 1 / b_j without the count. The count is that of a splat, a next event or a
+  // connection; which one is known only where `shared` is used.
 
-  /// At the first vertex seen from the camera, `density` is b_{k−1}.
+  /// Partial sums at x_{k−1}, the first vertex after the camera: shared = 1 / b_{k−1}, chain = 0 (no technique has a
+  /// light subpath that hits the lens) [Georgiev TR 31–33]. `density` is b_{k−1}.
   [[nodiscard]] constexpr CameraPartial first_camera_vertex(T density) const noexcept {
     return {Number(T(1)) / h(density), Sum()};
   }
 
-  /// From x_j to x_{j−1} of a camera subpath; arguments as in `extend_light`. `is_next_to_camera`: x_j is x_{k−1}.
+  /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain = g_j (C_j / a_j) /
+  /// b_{j−1} [Georgiev TR 34–36]. Arguments as in `extend_light`; `is_next_to_camera`: x_j is x_{k−1}.
   [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera, bool is_delta,
                                                       T reverse, T to_area, T density) const noexcept {
     return extend(counted(at, is_next_to_camera), is_delta, reverse, to_area, density, Number(T(1)));
@@ -118,26 +129,31 @@ class WeightRecursion {
 
   // ---- weights ----------------------------------------------------------------------------------------------------
 
-  /// Light seen directly can be made in no other way.
+  /// k = 1, light seen directly: only an emitter hit makes it, so the weight is 1 (0 when emitter hits are off).
   [[nodiscard]] constexpr Weight seen_directly() const noexcept { return Sums::weight(emitter_hit_, Sum()); }
 
-  /// s = 0. `at` is the camera vertex on the light, not the first one; `origin` a_0, `next_event` e_0 as above, `first`
-  /// the density of the emitted direction (in the measure whose change to area was `to_area` of the edge before).
+  /// s = 0: n_0 / (n_0 + n_1 e_0 shared_0 + a_0 · `first` · chain_0) [Georgiev TR 37, 42, 43].
+  /// `at` is the camera vertex on the light, with k ≥ 2; `origin` is a_0 and `next_event` is e_0, as in
+  /// `first_light_vertex`. `first` is the density of the emitted direction, so that a_1 = `first` · g_1, with the g_1
+  /// that `extend_camera` had as `to_area`.
   [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T origin, T next_event, T first) const noexcept {
     const Sum others = next_event_ * h(next_event) * at.shared + h(origin) * h(first) * at.chain;
     return Sums::weight(emitter_hit_, others);
   }
 
-  /// s = 1. `hit` is b_0, the density of the camera subpath making x_0 itself (0 for a light that no ray can hit);
-  /// `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
+  /// s = 1: n_1 e_0 / (n_1 e_0 + n_0 b_0 + a_0 C_1), with C_1 = a_1 (μ + shared_1 + `reverse` · chain_1)
+  /// [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera subpath makes x_0 (0 for a light that no
+  /// ray can hit); `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
   [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
                                             T hit, T first, T reverse) const noexcept {
     const Sum others = emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_next_to_camera), reverse);
     return Sums::weight(next_event_ * h(next_event), others);
   }
 
-  /// s, t ≥ 2. `light_density` is a of the camera vertex, `camera_density` is b of the light vertex (made from the
-  /// other end); the reverse densities are per steradian, each back along its own subpath.
+  /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ + shared_i + r_i chain_i), C_i = a_i (μ + shared_i + r_i
+  /// chain_i) [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected]. `camera_density` is b_{s−1} of the light vertex and
+  /// `light_density` is a_s of the camera vertex, each made from the other end. The reverse densities r are per
+  /// steradian, each back along its own subpath.
   [[nodiscard]] constexpr Weight connect(const LightPartial& light, T light_reverse, T camera_density,
                                          const CameraPartial& camera, bool is_next_to_camera, T camera_reverse,
                                          T light_density) const noexcept {
@@ -145,12 +161,15 @@ class WeightRecursion {
                                       h(light_density) * side(counted(camera, is_next_to_camera), camera_reverse));
   }
 
-  /// t = 1. `camera_density` is b of the light vertex, made by a camera ray.
+  /// t = 1: n_L / (n_L + L_{k−1}) [Georgiev TR 37, 46, 47]. `camera_density` is b_{k−1} of the light vertex, made by a
+  /// camera ray; `light_reverse` is the density per steradian there of going back to x_{k−2}.
   [[nodiscard]] constexpr Weight splat(const LightPartial& light, T light_reverse, T camera_density) const noexcept {
     return Sums::weight(splat_, h(camera_density) * side(light, light_reverse));
   }
 
-  /// Merging at one vertex that both subpaths made.
+  /// Merging at x_i, which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light side and of the camera
+  /// side) [Georgiev TR 37–39; Liu, w_{i,VM}, corrected]. The reverse densities r are per steradian, each back along
+  /// its own subpath.
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
                                        bool is_next_to_camera, T camera_reverse) const noexcept {
     const LightPartial camera_counted = counted(camera, is_next_to_camera);
@@ -159,22 +178,26 @@ class WeightRecursion {
   }
 
  private:
+  /// A density with the heuristic applied.
   [[nodiscard]] static constexpr Number h(T density) noexcept { return Heuristic::of(Number(density)); }
 
+  /// The partial sums of a camera vertex with κ in `shared`: n_L for x_{k−1} (a splat), else ρ (a connection).
   [[nodiscard]] constexpr LightPartial counted(const CameraPartial& camera, bool is_next_to_camera) const noexcept {
     return {(is_next_to_camera ? splat_ : connect_) * camera.shared, camera.chain};
   }
 
-  /// L_i / b_i at a vertex where the path goes on by a non-delta event.
+  /// L_i / b_i = μ + shared_i + r_i chain_i, at a vertex where the path goes on by a non-delta event; C_i / a_i
+  /// likewise.
   [[nodiscard]] constexpr Sum side(const LightPartial& at, T reverse) const noexcept {
     return merge_ + at.shared + h(reverse) * at.chain;
   }
 
+  /// Partial sums at the next vertex, which has the density `density` [Georgiev TR 34–36; at a delta event 53–55].
   template <class Shared>
   [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, bool is_delta, T reverse, T to_area,
                                                           T density, const Shared& count) const noexcept {
     const Number inverse = Number(T(1)) / h(density);
-    // A delta event at x_i: no merging there, and neither edge of it can be a connection.
+    // A delta event at x_i: no merging at x_i and no connection over either of its edges, so μ and `shared` drop out.
     if (is_delta) return {Shared(), h(to_area) * h(reverse) * at.chain * inverse};
     return {count * inverse, h(to_area) * side(at, reverse) * inverse};
   }

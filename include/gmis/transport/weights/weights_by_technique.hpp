@@ -7,30 +7,32 @@
 #include "gmis/transport/techniques/technique.hpp"
 
 /// \file
-/// Weights for many choices of counts at once. What a path's techniques add up to is linear in their counts, so with one
-/// sum for each technique (connections and merging at all their vertices together), the weights under any counts follow
-/// from the one path: the recursion runs on vectors [Grittmann et al. 2022 correct the weights instead].
+/// Weights of one path under many sample allocations. The sum of all densities of a path is linear in the counts of the
+/// techniques. The recursion therefore runs on vectors with one sum per technique (connections at all vertices
+/// together, merges at all vertices together); the weight under any other counts follows from these sums. An
+/// alternative is to correct the weights afterwards [Grittmann et al. 2022].
 
 namespace gmis {
 
-/// A number for each `Technique`.
+/// One value per `Technique`.
 template <class X>
 using PerTechnique = std::array<X, technique_count>;
 
-/// Expected densities of a path by each technique, over that of the one that made it.
+/// The expected sample density of a path by each technique, divided by the density of the technique that made it.
 template <std::floating_point T>
 struct TechniqueDensities {
-  Technique own;
-  PerTechnique<T> relative;
+  Technique own;             ///< made the path
+  PerTechnique<T> relative;  ///< without unit; all 0 when the density of `own` is 0
 
-  /// Σ over the techniques, their counts multiplied by `factors`.
+  /// Σ factor · relative density: the sum over all techniques after each count is multiplied by its factor. A technique
+  /// with the factor 0 is left out, even where its relative density is infinite.
   [[nodiscard]] constexpr T total(const PerTechnique<T>& factors) const noexcept {
     T sum(0);
     for (std::size_t i = 0; i < technique_count; ++i)
       if (factors[i] > T(0)) sum += factors[i] * relative[i];  // 0 times infinity is not meant
     return sum;
   }
-  /// The balance weight with the counts as they were.
+  /// The balance weight 1 / Σ relative with the counts of the rendering; 0 when the density of `own` is 0.
   [[nodiscard]] constexpr T weight() const noexcept {
     T sum(0);
     for (const T density : relative) sum += density;
@@ -38,7 +40,7 @@ struct TechniqueDensities {
   }
 };
 
-/// A sum over techniques, each kept apart.
+/// A sum over techniques with a separate term for each.
 template <std::floating_point T>
 struct SumByTechnique {
   Technique own{};
@@ -57,7 +59,7 @@ struct SumByTechnique {
   }
 };
 
-/// What `WeightRecursion` sums so that its weights are `TechniqueDensities`.
+/// A `Sums` policy of `WeightRecursion` whose weights are `TechniqueDensities`.
 template <std::floating_point T>
 struct SeparateSums {
   using Sum = SumByTechnique<T>;

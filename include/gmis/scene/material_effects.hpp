@@ -7,7 +7,7 @@
 
 namespace gmis::scene {
 
-/// Whether the material scatters, without delta lobes and without any diffuse part.
+/// True when the material scatters by non-delta lobes alone and has no diffuse part.
 template <std::floating_point T>
 [[nodiscard]] constexpr bool is_purely_glossy(const Material<T>& material) noexcept {
   using Kind = typename Material<T>::Kind;
@@ -23,7 +23,7 @@ template <std::floating_point T>
   }
 }
 
-/// Adds what a surface of this material makes possible.
+/// Adds the effects that a surface of this material makes possible.
 template <std::floating_point T>
 void add_effects_of(const Material<T>& material, Effects& effects) {
   using Kind = typename Material<T>::Kind;
