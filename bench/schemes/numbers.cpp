@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "gmis/mis.hpp"
-#include "gmis/transport/weights/weight_recursion.hpp"
 #include "gmis/transport/weights/path_densities.hpp"
+#include "gmis/transport/weights/weight_recursion.hpp"
 #include "problems.hpp"
 #include "timing.hpp"
 #include "transport/synthetic_path.hpp"
