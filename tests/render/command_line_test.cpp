@@ -10,8 +10,8 @@
 #include "program.hpp"
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
-#include "support/seed.hpp"
 #include "support/plan_text.hpp"
+#include "support/seed.hpp"
 #include "support/technique_sheet.hpp"
 
 using namespace program;

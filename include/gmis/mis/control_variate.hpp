@@ -118,7 +118,8 @@ template <class Integrand, Proposals P, UniformSource Source>
 }
 
 /// The best coefficients for a tabulated problem (a quadrature rule, or a pilot): Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ.
-[[nodiscard]] inline std::vector<double> control_coefficients(CountsByProposal counts, const TabulatedProblem& problem) {
+[[nodiscard]] inline std::vector<double> control_coefficients(CountsByProposal counts,
+                                                              const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count();
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   std::vector<double> matrix(n * n), right_side(n);
@@ -135,7 +136,8 @@ template <class Integrand, Proposals P, UniformSource Source>
 
 /// Mean and variance of one round of `estimate_controlled`: those of N3 with counts for f − Σ β_k q_k, the mean moved by
 /// Σ β_k.
-[[nodiscard]] inline ExactMoments exact_moments_controlled(CountsByProposal counts, std::span<const double> coefficients,
+[[nodiscard]] inline ExactMoments exact_moments_controlled(CountsByProposal counts,
+                                                           std::span<const double> coefficients,
                                                            const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count();
   const double total = static_cast<double>(checked_total(counts, n));

@@ -85,8 +85,8 @@ template <class Integrand, Proposals P, UniformSource Source>
 /// every proposal has samples. Its bias is of the order of variance/rounds and vanishes against the standard error,
 /// which is that of the residuals between rounds, corrected for the N coefficients. Proposals must not fail.
 template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_optimal_direct(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,
-                                           Source& source) {
+[[nodiscard]] auto estimate_optimal_direct(Integrand&& f, const P& proposals, CountsByProposal counts,
+                                           std::uint64_t rounds, Source& source) {
   const auto& set = as_proposal_set(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   using F = ValueOfIntegrand<Integrand, Set>;

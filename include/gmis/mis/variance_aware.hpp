@@ -15,8 +15,8 @@ namespace gmis {
 /// squared mean makes little noise, and deserves more weight. Factors only change weights: every choice is unbiased.
 ///
 /// From a quadrature rule or a pilot. A proposal without variance gets `largest`, one that never contributes 1.
-[[nodiscard]] inline std::vector<double> variance_aware_factors(CountsByProposal counts, const TabulatedProblem& problem,
-                                                                double largest = 1e6) {
+[[nodiscard]] inline std::vector<double> variance_aware_factors(CountsByProposal counts,
+                                                                const TabulatedProblem& problem, double largest = 1e6) {
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   std::vector<double> factors(counts.size(), 1.0);
   for (std::size_t k = 0; k < counts.size(); ++k) {
