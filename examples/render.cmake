@@ -4,6 +4,7 @@ if(NOT GMIS_RENDER_CAN_BE_BUILT)
   return()
 endif()
 
+# From a scene to a picture.
 add_library(gmis_render_session STATIC
   support/build_scene.cpp
   support/choices.cpp
@@ -12,27 +13,33 @@ add_library(gmis_render_session STATIC
   support/engines/pilot.cpp
   support/engines/split_trees.cpp
   support/executor.cpp
-  support/options.cpp
+  support/integrator_names.cpp
   support/plan_text.cpp
-  support/progress_bar.cpp
   support/progressive_render.cpp
   support/render.cpp
-  support/replay.cpp
-  support/replay_text.cpp
   support/scene_files.cpp
   support/session.cpp
-  support/statistics.cpp
   support/technique_sheet.cpp)
-target_link_libraries(gmis_render_session PUBLIC gmis_scene_reader PRIVATE gmis_warnings CLI11::CLI11
-                                                                           nlohmann_json::nlohmann_json)
-target_compile_definitions(gmis_render_session PRIVATE
-  GMIS_VERSION="${PROJECT_VERSION}"
-  GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
+target_link_libraries(gmis_render_session PUBLIC gmis_scene_reader PRIVATE gmis_warnings)
+target_compile_definitions(gmis_render_session PRIVATE GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
+
+# What the command line of gmis-render adds; the demo does without it.
+add_library(gmis_render_program STATIC
+  support/options.cpp
+  support/progress_bar.cpp
+  support/replay.cpp
+  support/replay_text.cpp
+  support/statistics.cpp)
+target_link_libraries(gmis_render_program PUBLIC gmis_render_session PRIVATE gmis_warnings CLI11::CLI11
+                                                                            nlohmann_json::nlohmann_json)
+target_compile_definitions(gmis_render_program PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 
 # Much to compile, little to run.
-set_source_files_properties(support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp support/session.cpp support/statistics.cpp
-                            support/technique_sheet.cpp
-                            PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
+set_source_files_properties(
+  support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
+  support/session.cpp support/statistics.cpp support/technique_sheet.cpp support/report/comparison.cpp
+  support/report/html_report.cpp support/report/plot.cpp support/report/tables.cpp
+  PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
 
 add_library(gmis_report STATIC
   support/report/comparison.cpp
@@ -48,5 +55,6 @@ foreach(program render compare demo)
   add_executable(gmis-${program} gmis_${program}.cpp)
   target_link_libraries(gmis-${program} PRIVATE gmis_report gmis_warnings)
 endforeach()
-target_link_libraries(gmis-compare PRIVATE CLI11::CLI11)
+target_link_libraries(gmis-render PRIVATE gmis_render_program)
+target_link_libraries(gmis-compare PRIVATE gmis_render_program CLI11::CLI11)
 target_compile_definitions(gmis-compare PRIVATE GMIS_VERSION="${PROJECT_VERSION}")

@@ -133,19 +133,6 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
 
 }  // namespace
 
-IntegratorChoice integrator_of(const std::string& name) {
-  if (name == name_of(IntegratorChoice::automatic)) return IntegratorChoice::automatic;
-  for (const IntegratorChoice integrator : all_integrators)
-    if (name == name_of(integrator)) return integrator;
-  throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, lt, bpt, ppm, bpm, vcm or gmis");
-}
-
-SplitChoice split_of(const std::string& name) {
-  for (const SplitChoice split : {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::adaptive})
-    if (name == name_of(split)) return split;
-  throw InputError("--split " + in_quotes(name) + " is not known: use none, paper, budgeted or adaptive");
-}
-
 std::array<int, 2> size_of(const std::string& text) {
   const auto size = integers_of<2>(text, 'x');
   constexpr int largest = 32768;
@@ -181,27 +168,6 @@ PathChoice path_choice_of(const std::string& text) {
     throw InputError("--replay " + in_quotes(text) +
                      " must be ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE, with iterations from 1 on");
   return choice;
-}
-
-bool connects(IntegratorChoice integrator) {
-  return integrator == IntegratorChoice::bpt || integrator == IntegratorChoice::vcm ||
-         integrator == IntegratorChoice::gmis || integrator == IntegratorChoice::automatic;
-}
-
-bool merges(IntegratorChoice integrator) {
-  return integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm ||
-         integrator == IntegratorChoice::vcm || integrator == IntegratorChoice::gmis ||
-         integrator == IntegratorChoice::automatic;
-}
-
-const char* name_of(IntegratorChoice integrator) {
-  constexpr const char* names[] = {"pt", "lt", "bpt", "ppm", "bpm", "vcm", "gmis", "auto"};
-  return names[static_cast<std::size_t>(integrator)];
-}
-
-const char* name_of(SplitChoice split) {
-  constexpr const char* names[] = {"none", "paper", "budgeted", "adaptive"};
-  return names[static_cast<std::size_t>(split)];
 }
 
 std::optional<Options> parse_command_line(int argc, char** argv) {
