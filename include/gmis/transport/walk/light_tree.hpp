@@ -29,37 +29,14 @@ class LightTree {
   /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none. When the policy
   /// splits light trees, `expanded(bsdf, drawn)` is called after the children of each vertex are drawn.
   template <UniformSource Source, class Expanded>
-  [[gnu::flatten]] void trace(Source source, Chunk* stored, Expanded&& expanded) {
+  void trace(Source source, Chunk* stored, Expanded&& expanded) {
     if (context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
     ++output_.counters().light_subpaths;
     source.at_vertex(0);
-    std::optional<Vertex> vertex = emit(source);
-    std::uint32_t number = 0;  // number of the vertex in its tree; it keys the vertex's random numbers
-    if constexpr (!Split::splits_light) {
-      while (vertex) {
-        source.at_vertex(++number);
-        use(*vertex, source, stored);
-        if (!goes_on(*vertex)) return;
-        const auto step = scatter(scattering_at(*vertex), source);
-        if (!step) return;
-        vertex = arrive(*vertex, *step);
-      }
-    } else {
-      int remaining = context_.split.budget();
-      queue_.clear();
-      if (vertex) queue_.push_back(*vertex);
-      for (std::size_t next = 0; next < queue_.size(); ++next) {
-        const Vertex at = queue_[next];  // a copy, because the queue reallocates when it grows
-        source.at_vertex(++number);
-        use(at, source, stored);
-        if (!goes_on(at) || context_.split.stops_at(remaining)) continue;
-        const int drawn = context_.split.expand(scattering_at(at), remaining, source, [&](const Step<S>& step) {
-          if (const std::optional<Vertex> child = arrive(at, step)) queue_.push_back(*child);
-        });
-        expanded(at.bsdf, drawn);
-        remaining -= drawn;
-      }
-    }
+    if constexpr (Split::splits_light)
+      trace_tree(source, stored, expanded);
+    else
+      trace_path(source, stored);
   }
   template <UniformSource Source>
   void trace(Source source, Chunk* stored) {
@@ -67,6 +44,41 @@ class LightTree {
   }
 
  private:
+  /// One flat function: light tracing takes some 8 % fewer instructions than with calls. A tree would take a minute to compile that way.
+  template <UniformSource Source>
+  [[gnu::flatten]] void trace_path(Source& source, Chunk* stored) {
+    std::optional<Vertex> vertex = emit(source);
+    std::uint32_t number = 0;  // number of the vertex in its path; it keys the vertex's random numbers
+    while (vertex) {
+      source.at_vertex(++number);
+      use(*vertex, source, stored);
+      if (!goes_on(*vertex)) return;
+      const auto step = scatter(scattering_at(*vertex), source);
+      if (!step) return;
+      vertex = arrive(*vertex, *step);
+    }
+  }
+
+  template <UniformSource Source, class Expanded>
+  void trace_tree(Source& source, Chunk* stored, Expanded&& expanded) {
+    const std::optional<Vertex> first = emit(source);
+    std::uint32_t number = 0;
+    int remaining = context_.split.budget();
+    queue_.clear();
+    if (first) queue_.push_back(*first);
+    for (std::size_t next = 0; next < queue_.size(); ++next) {
+      const Vertex at = queue_[next];  // a copy, because the queue reallocates when it grows
+      source.at_vertex(++number);
+      use(at, source, stored);
+      if (!goes_on(at) || context_.split.stops_at(remaining)) continue;
+      const int drawn = context_.split.expand(scattering_at(at), remaining, source, [&](const Step<S>& step) {
+        if (const std::optional<Vertex> child = arrive(at, step)) queue_.push_back(*child);
+      });
+      expanded(at.bsdf, drawn);
+      remaining -= drawn;
+    }
+  }
+
   [[nodiscard]] bool goes_on(const Vertex& at) const noexcept { return at.depth + 1 < context_.max_depth; }
 
   template <UniformSource Source>
