@@ -6,4 +6,5 @@
 /// `gmis::Scene` can stand in its place.
 
 #include "gmis/scene/bvh_scene.hpp"
+#include "gmis/scene/either_bsdf.hpp"
 #include "gmis/scene/scene_builder.hpp"

@@ -21,13 +21,14 @@ template <std::floating_point T = float>
 class SurfaceBsdf {
  public:
   using Spectrum = Vec3<T>;
+  using Material = scene::Material<T>;
   using Value = BsdfValue<Spectrum>;
   using Sample = ScatterSample<Spectrum>;
   static constexpr int max_lobes = 2;
 
   SurfaceBsdf() = default;
   /// `material` must outlive this. Normals of unit length, in one hemisphere.
-  SurfaceBsdf(const Material<T>& material, const Vec3<T>& geometric_normal, const Vec3<T>& shading_normal) noexcept
+  SurfaceBsdf(const Material& material, const Vec3<T>& geometric_normal, const Vec3<T>& shading_normal) noexcept
       : material_(&material),
         geometric_normal_(geometric_normal),
         shading_normal_(shading_normal),
@@ -46,7 +47,7 @@ class SurfaceBsdf {
                                              TransportMode mode) const noexcept {
     const T cos_prev = glm::dot(shading_normal_, to_prev);
     if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
-    const Material<T>& m = *material_;
+    const Material& m = *material_;
     switch (m.kind) {
       case Kind::black:
         return std::nullopt;
@@ -146,10 +147,10 @@ class SurfaceBsdf {
     return material_->kind != Kind::phong && material_->kind != Kind::rough_dielectric;
   }
 
-  [[nodiscard]] const Material<T>& material() const noexcept { return *material_; }
+  [[nodiscard]] const Material& material() const noexcept { return *material_; }
 
  private:
-  using Kind = typename Material<T>::Kind;
+  using Kind = typename Material::Kind;
 
   [[nodiscard]] bool is_usable_side(const Vec3<T>& direction, T cos_shading) const noexcept {
     if (is_flat_) return cos_shading != T(0);
@@ -173,7 +174,7 @@ class SurfaceBsdf {
 
   /// f and both densities of `sample`; both directions are on one side, cosines positive.
   [[nodiscard]] Value reflect(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
-    const Material<T>& m = *material_;
+    const Material& m = *material_;
     const T forward = next * (T(1) / pi<T>);
     const T reverse = prev * (T(1) / pi<T>);
     if (m.kind == Kind::diffuse) return {m.diffuse, {{forward}, {reverse}}};
@@ -207,7 +208,7 @@ class SurfaceBsdf {
 
   /// Per steradian, of the glossy lobe alone.
   [[nodiscard]] T glossy_pdf(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev) const noexcept {
-    const Material<T>& m = *material_;
+    const Material& m = *material_;
     if (m.kind == Kind::phong) return (m.exponent + T(1)) / (T(2) * pi<T>)*phong_power(to_prev, to_next);
     const Ggx<T> ggx{m.alpha, m.masking};
     return ggx.distribution(glm::normalize(to_prev + to_next), shading_normal_) * ggx.visibility(ggx.lambda(prev)) /
@@ -228,7 +229,7 @@ class SurfaceBsdf {
   }
 
   [[nodiscard]] Vec3<T> draw(bool diffuse, const Vec3<T>& to_prev, T cos_prev, const Vec2<T>& uv) const noexcept {
-    const Material<T>& m = *material_;
+    const Material& m = *material_;
     const Vec3<T> normal = cos_prev < T(0) ? -shading_normal_ : shading_normal_;
     if (diffuse) return Frame<T>::around(normal).to_world(square_to_cosine_hemisphere(uv));
     if (m.kind == Kind::phong) {
@@ -320,7 +321,7 @@ class SurfaceBsdf {
                   reflects ? T(1) : facets.eta};
   }
 
-  const Material<T>* material_ = nullptr;
+  const Material* material_ = nullptr;
   Vec3<T> geometric_normal_{};
   Vec3<T> shading_normal_{};
   bool is_flat_ = true;

@@ -13,10 +13,11 @@
 #include "gmis/scene/camera.hpp"
 #include "gmis/scene/edge_margin.hpp"
 #include "gmis/scene/light.hpp"
+#include "gmis/scene/surface_model.hpp"
 
 namespace gmis::scene {
 
-template <std::floating_point T>
+template <std::floating_point T, SurfaceModel<T> Bsdf_>
 class SceneBuilder;
 
 /// What was built, for reports and for settings that are relative to the size of the scene. Lengths in scene units.
@@ -33,11 +34,14 @@ struct SceneStatistics {
 
 /// The built-in scene: meets `gmis::Scene`. Its space is the world moved so that the camera is at 0, which keeps digits
 /// where they are seen. `SceneBuilder` makes it; it can be moved but not copied, since hits point into it.
-template <std::floating_point T = float>
+///
+/// `Bsdf_` is how all its surfaces scatter: the built-in materials, a type of yours, or both (`EitherBsdf`).
+template <std::floating_point T = float, SurfaceModel<T> Bsdf_ = SurfaceBsdf<T>>
 class BvhScene {
  public:
   using Spectrum = Vec3<T>;
-  using Bsdf = SurfaceBsdf<T>;
+  using Bsdf = Bsdf_;
+  using Material = typename Bsdf_::Material;
   using Light = scene::Light<T>;
   using Camera = scene::Camera<T>;
   using Hit = gmis::Hit<T, Bsdf, Light>;
@@ -74,13 +78,13 @@ class BvhScene {
   [[nodiscard]] const Effects& effects() const noexcept { return effects_; }
 
  private:
-  friend class SceneBuilder<T>;
+  friend class SceneBuilder<T, Bsdf_>;
 
   struct Triangle {
     static constexpr std::uint32_t flat = ~std::uint32_t{0};
     Vec3<T> normal;
     T position_error;
-    const Material<T>* material;
+    const Material* material;
     const Light* light;
     std::uint32_t vertex_normals;  ///< the first of three in `vertex_normals_`, or `flat`
     T edge_margin;                 ///< see `largest_edge_margin`
@@ -90,7 +94,7 @@ class BvhScene {
     T radius;
     T side;  ///< −1 where the normal points inward
     T position_error;
-    const Material<T>* material;
+    const Material* material;
     const Light* light;
   };
 
@@ -146,7 +150,7 @@ class BvhScene {
   std::vector<SharpEdges> sharp_edges_;  ///< by slot, too
   std::vector<Sphere> spheres_;
   std::vector<Vec3<T>> vertex_normals_;
-  std::vector<Material<T>> materials_;
+  std::vector<Material> materials_;
   std::vector<std::shared_ptr<const EnvironmentMap<T>>> environment_maps_;
   std::vector<Light> lights_;
   std::vector<const Light*> infinite_lights_;

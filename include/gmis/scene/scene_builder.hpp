@@ -40,11 +40,16 @@ struct MeshShape {
 ///
 /// Every function throws `std::invalid_argument`, naming what is wrong, when a number is not finite, an index is out of
 /// range or a shape is none.
-template <std::floating_point T = float>
+///
+/// `SceneBuilder<float, MyBsdf>` makes a scene whose surfaces scatter by a BSDF of yours (see `SurfaceModel`).
+template <std::floating_point T = float, SurfaceModel<T> Bsdf_ = SurfaceBsdf<T>>
 class SceneBuilder {
  public:
+  using Scene = BvhScene<T, Bsdf_>;
+  using Material = typename Bsdf_::Material;
+
   /// The number by which shapes refer to it.
-  std::size_t add_material(const Material<T>& material) {
+  std::size_t add_material(const Material& material) {
     materials_.push_back(material);
     return materials_.size() - 1;
   }
@@ -126,14 +131,14 @@ class SceneBuilder {
   }
 
   /// The builder can go on to be used.
-  [[nodiscard]] BvhScene<T> build() const { return build(SerialExecutor{}); }
+  [[nodiscard]] Scene build() const { return build(SerialExecutor{}); }
 
   /// The executor's threads share the building of the tree; the scene has the same bits for any number of them.
   template <Executor E>
-  [[nodiscard]] BvhScene<T> build(E&& executor) const {
+  [[nodiscard]] Scene build(E&& executor) const {
     if (!camera_) fail("the scene has no camera");
     const glm::dvec3 origin(camera_->world_from_camera[3]);
-    BvhScene<T> scene(Camera<T>(*camera_, origin));
+    Scene scene(Camera<T>(*camera_, origin));
     scene.materials_ = materials_;
     scene.environment_maps_ = environment_maps_;
 
@@ -277,7 +282,7 @@ class SceneBuilder {
   }
 
   /// What the shapes and lights that were kept make possible.
-  [[nodiscard]] Effects derived_effects(const BvhScene<T>& scene, const std::vector<std::uint32_t>& kept) const {
+  [[nodiscard]] Effects derived_effects(const Scene& scene, const std::vector<std::uint32_t>& kept) const {
     Effects effects;
     std::vector<bool> is_used(materials_.size(), false);
     for (const std::uint32_t i : kept) {
@@ -302,10 +307,9 @@ class SceneBuilder {
   }
 
   /// One light per emitting primitive, then the others.
-  void add_lights(BvhScene<T>& scene, const std::vector<TriangleCorners<T>>& corners,
-                  const std::vector<SharpEdges>& sharp, const std::vector<std::uint32_t>& kept,
-                  const std::vector<SphereShape<T>>& balls, const glm::dvec3& origin, const Vec3<T>& center,
-                  T radius) const {
+  void add_lights(Scene& scene, const std::vector<TriangleCorners<T>>& corners, const std::vector<SharpEdges>& sharp,
+                  const std::vector<std::uint32_t>& kept, const std::vector<SphereShape<T>>& balls,
+                  const glm::dvec3& origin, const Vec3<T>& center, T radius) const {
     std::vector<Light<T>>& lights = scene.lights_;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const std::size_t surface = triangles_[kept[i]].surface;
@@ -343,7 +347,7 @@ class SceneBuilder {
     }
   }
 
-  void fill_slots(BvhScene<T>& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
+  void fill_slots(Scene& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
                   const std::vector<SharpEdges>& sharp, const std::vector<std::uint32_t>& kept,
                   const std::vector<SphereShape<T>>& balls) const {
     // Lights were added in the order of the shapes.
@@ -368,7 +372,7 @@ class SceneBuilder {
                   error,
                   &scene.materials_[surfaces_[source.surface].material],
                   light_at(light_of_triangle[i]),
-                  BvhScene<T>::Triangle::flat,
+                  Scene::Triangle::flat,
                   largest_edge_margin(corners[i], sharp[i], error)};
       scene.sharp_edges_[slot] = sharp[i];
       if (!source.has_normals) continue;
@@ -391,7 +395,7 @@ class SceneBuilder {
     }
   }
 
-  std::vector<Material<T>> materials_;
+  std::vector<Material> materials_;
   std::vector<Surface> surfaces_;
   std::vector<Triangle> triangles_;
   std::vector<Sphere> spheres_;

@@ -1,0 +1,5 @@
+add_executable(own_material own_material.cpp)
+target_link_libraries(own_material PRIVATE gmis::gmis gmis_warnings)
+if(GMIS_BUILD_TESTS)
+  add_test(NAME example_own_material COMMAND own_material)
+endif()
