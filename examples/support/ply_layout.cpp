@@ -147,11 +147,11 @@ bool is_whole_text(std::istream& stream, const Layout& layout) {
 /// The length of a list, from the bytes that say it; nothing when it is negative.
 std::optional<std::uint64_t> length_of(std::array<unsigned char, 8> bytes, const std::string& type, Encoding encoding) {
   const std::size_t size = size_of(type);
-  if (encoding == Encoding::big_endian) std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
   std::uint64_t length = 0;
-  for (std::size_t i = size; i-- > 0;) length = length << 8U | bytes[i];
+  const bool is_big_endian = encoding == Encoding::big_endian;
+  for (std::size_t i = 0; i < size; ++i) length = length << 8U | bytes[is_big_endian ? i : size - 1 - i];
   const bool has_sign = type.front() != 'u';
-  if (has_sign && (bytes[size - 1] & 0x80U) != 0) return {};
+  if (has_sign && (bytes[is_big_endian ? 0 : size - 1] & 0x80U) != 0) return {};
   return length;
 }
 
