@@ -75,8 +75,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
 
 std::string plan_of(const RenderRequest& request, const SampleCounts& counts) {
   std::string plan;
-  for (const Technique technique :
-       {Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat, Technique::merge}) {
+  for (const Technique technique : all_techniques) {
     if (!counts.has(technique)) continue;
     if (!plan.empty()) plan += ", ";
     plan += words_of(technique);

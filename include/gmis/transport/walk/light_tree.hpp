@@ -44,7 +44,8 @@ class LightTree {
   }
 
  private:
-  /// One flat function: light tracing takes some 8 % fewer instructions than with calls. A tree would take a minute to compile that way.
+  /// One flat function: an iteration of photon mapping takes 6 % fewer instructions than with calls, one of vertex
+  /// connection and merging 2 %. A tree would take a minute to compile that way.
   template <UniformSource Source>
   [[gnu::flatten]] void trace_path(Source& source, Chunk* stored) {
     std::optional<Vertex> vertex = emit(source);
