@@ -245,7 +245,7 @@ TEST_CASE("After its pilot a run goes on as one that began with the chosen count
   CHECK(std::equal(other.frame().begin(), other.frame().end(), run.frame().begin(), run.frame().end()));
 }
 
-TEST_CASE("A pilot analyses the rows of its crop, not those of the frame") {
+TEST_CASE("A pilot analyses the rows of its crop, not those of the frame, within one radius") {
   // So many pixels that of the whole frame only every second row would be analysed.
   const Scene scene(0.7F, 1.0F, 260, 1);
   gmis::SerialExecutor executor;
@@ -255,6 +255,7 @@ TEST_CASE("A pilot analyses the rows of its crop, not those of the frame") {
   gmis::RenderPilot<Scene> pilot(scene, direct, {{1.0, 1, true, true}, {0.5, 2, true, true}}, 2, row);
   for (int i = 0; i < 2; ++i) pilot.iterate(executor);
   CHECK(pilot.has_seen_pixels());
+  CHECK(pilot.engine().merge_radius(2) == pilot.engine().first_radius());
 }
 
 TEST_CASE("the plan of a scene, as data") {
