@@ -1,5 +1,7 @@
 #include "gmis/transport/sample_counts.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <functional>
@@ -168,6 +170,92 @@ TEST_CASE("The merging radius that nobody sets follows the picture") {
   CHECK(radius_of(coarse) == radius_of(coarse, gmis::PixelBounds{{0, 0}, {3, 2}}));
   // In the middle of the image plane at distance 1, which is 1.5 wide, a pixel is 1.5 / 12 wide.
   CHECK(radius_of(coarse) == Approx(0.4 * 1.5 / 12).epsilon(0.3));
+}
+
+TEST_CASE("What is off is not weighted: a technique that alone can make a path has the weight 1") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  gmis::SerialExecutor executor;
+  for (const Technique alone : gmis::all_techniques) {
+    gmis::RenderSettings one = settings();
+    one.counts = one.counts.only([&](Technique technique) { return technique == alone; });
+    gmis::Engine<Scene> engine(scene, one);
+    engine.keep_contributions(true);
+    engine.iterate(executor);
+    int made = 0, shared = 0;
+    engine.for_each_contribution([&](const gmis::Contribution<float>& c) {
+      // Longer paths can be merged, and connected, at several of their vertices.
+      if (alone == Technique::merge && c.id.s + c.id.t > 4) return;
+      if (alone == Technique::connect && c.id.s + c.id.t > 4) return;
+      ++made;
+      shared += std::abs(c.weight - 1.0F) > 1e-5F;
+    });
+    CAPTURE(static_cast<int>(alone));
+    CHECK(made > 0);
+    CHECK(shared == 0);
+  }
+}
+
+TEST_CASE("Light trees end where no path that is wanted can come of them") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  gmis::SerialExecutor executor;
+  gmis::RenderSettings direct = settings();
+  direct.path_classes = gmis::switched_effects("direct-only").classes;
+  gmis::Engine<Scene> engine(scene, direct);
+  engine.iterate(executor);
+  // A tree is told by what it scattered at: the second vertex is found, and neither kept nor left.
+  CHECK(engine.light_work().light_subpaths == 144);
+  CHECK(engine.light_work().rays <= 2 * 144);
+  CHECK(engine.counters().photons_stored <= 144);
+  CHECK(engine.counters().photons_stored > 0);
+}
+
+TEST_CASE("The census of light trees does not depend on what is done with them") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  gmis::SerialExecutor executor;
+  const auto vertices = [&](const gmis::SampleCounts& counts) {
+    gmis::RenderSettings with = settings();
+    with.counts = counts;
+    gmis::Engine<Scene> engine(scene, with);
+    engine.iterate(executor);
+    return engine.vertices_per_tree();
+  };
+  gmis::SampleCounts connections = gmis::integrators::bpt;
+  connections.splats = false;
+  CHECK(vertices(connections) > 1.0);
+  CHECK(vertices(connections) == vertices(gmis::integrators::vcm));
+}
+
+TEST_CASE("After its pilot a run goes on as one that began with the chosen counts would") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  gmis::SerialExecutor executor;
+  const gmis::RenderSettings asked = settings();
+  const std::vector<gmis::SampleCounts> candidates{{1.0, 1, true, true}, {0.5, 2, true, true}};
+  gmis::RenderEngine<Scene> run(scene, asked, candidates, 64);
+  const std::uint32_t pilot = gmis::RenderEngine<Scene>::pilot_iterations_for(64);
+  // The pilot merges in the mean disk of the run.
+  CHECK(run.first_radius() == Approx(*asked.radius * std::sqrt(gmis::mean_disk(asked.alpha, 64))));
+  for (std::uint32_t i = 0; i <= pilot; ++i) run.iterate(executor);
+  REQUIRE(run.choice() != nullptr);
+  CHECK(run.counters().camera_paths == (pilot + 1) * 144);
+  gmis::RenderSettings chosen = asked;
+  chosen.counts = run.counts();
+  gmis::Engine<Scene> other(scene, chosen);
+  other.continue_after(pilot);
+  other.iterate(executor);
+  CHECK(std::equal(other.frame().begin(), other.frame().end(), run.frame().begin(), run.frame().end()));
+}
+
+TEST_CASE("A pilot analyses the rows of its crop, not those of the frame, within one radius") {
+  // So many pixels that of the whole frame only every second row would be analysed.
+  const Scene scene(0.7F, 1.0F, 260, 1);
+  gmis::SerialExecutor executor;
+  gmis::RenderSettings direct = settings();
+  direct.max_depth = 2;
+  const gmis::PixelBounds row{{0, 7}, {8, 8}};
+  gmis::RenderPilot<Scene> pilot(scene, direct, {{1.0, 1, true, true}, {0.5, 2, true, true}}, 2, row);
+  for (int i = 0; i < 2; ++i) pilot.iterate(executor);
+  CHECK(pilot.has_seen_pixels());
+  CHECK(pilot.engine().merge_radius(2) == pilot.engine().first_radius());
 }
 
 TEST_CASE("the plan of a scene, as data") {
