@@ -81,6 +81,27 @@ TEST_CASE("A technique without light trees is off") {
   CHECK_FALSE(counts.traces_light());
 }
 
+TEST_CASE("Connections with the paired tree are connections, and none of them is drawn") {
+  gmis::SampleCounts counts = gmis::integrators::vcm;
+  CHECK(counts.draws_connections());
+  counts.connections = gmis::paired_connections;
+  CHECK(counts.has(Technique::connect));
+  CHECK_FALSE(counts.draws_connections());
+}
+
+TEST_CASE("Splats alone make a picture") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  gmis::SerialExecutor executor;
+  gmis::RenderSettings alone = settings();
+  alone.counts = gmis::integrators::lt.only([](Technique technique) { return technique == Technique::splat; });
+  gmis::Engine<Scene> engine(scene, alone);
+  engine.iterate(executor);
+  float sum = 0.0F;
+  for (const float value : engine.frame()) sum += value;
+  CHECK(engine.counters().splats > 0);
+  CHECK(sum > 0.0F);
+}
+
 TEST_CASE("What is off is not done: its counters are 0") {
   const Scene scene(0.7F, 1.0F, 12, 2);
   gmis::SerialExecutor executor;
