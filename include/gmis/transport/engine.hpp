@@ -224,7 +224,8 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
     light_outputs_.resize(chunk_count);
     cache_.resize(chunk_count, chunk_size);
   }
-  if (counts().has(Technique::merge)) first_radius_ = settings.radius ? *settings.radius : default_radius(scene);
+  if (counts().has(Technique::merge))
+    first_radius_ = counts().radius_factor * (settings.radius ? *settings.radius : default_radius(scene));
   camera_outputs_.resize(static_cast<std::size_t>(std::max(0, crop_.upper.y - crop_.lower.y)));
 }
 
@@ -250,6 +251,8 @@ void Engine<Sc, Method_, Source>::check_settings() const {
       "this engine has no light side, but SampleCounts ask for light trees: use integrators::pt, or Engine<Scene>");
   require_argument(settings_.alpha > 0.0 && settings_.alpha <= 1.0,
                    "RenderSettings::alpha must be above 0 and at most 1");
+  require_argument(!counts.has(Technique::merge) || counts.radius_factor > 0.0,
+                   "SampleCounts::radius_factor must be above 0 when SampleCounts::merges is on");
   require_argument(!counts.has(Technique::merge) || !settings_.radius || *settings_.radius > 0.0,
                    "RenderSettings::radius is not above 0, but SampleCounts::merges is on: "
                    "leave the radius unset for the default, or switch merging off");
@@ -290,6 +293,7 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
   }
   expected.splat = counts.has(Technique::splat) ? trees : T(0);
   expected.merge = counts.has(Technique::merge) ? merge_area : T(0);
+  expected.merges_first = !counts.local_merges;
   return {.scene = scene_,
           .recursion = typename Context::Recursion(expected),
           .split = split_,
@@ -381,7 +385,10 @@ void Engine<Sc, Method_, Source>::trace_light(E& executor, const Context& contex
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::build_grid(T radius) {
   const Stopwatch stopwatch(seconds_.grid);
-  grid_.build(cache_.size(), radius, [&](std::size_t i) { return cache_[i].point.position; });
+  const std::span<const std::uint32_t> photons = cache_.photons();
+  grid_.build(
+      photons.size(), radius, [&](std::size_t i) { return cache_[photons[i]].point.position; },
+      [&](std::size_t i) { return photons[i]; });
   ++counters_.grids_built;
 }
 

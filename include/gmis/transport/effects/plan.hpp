@@ -107,14 +107,11 @@ constexpr bool direct_light_only(Technique technique, const PlanFacts& facts) {
       [](const PathFeatures& f) { return f.scatterings == 0 || (f.scatterings == 1 && !f.specular_at_light); });
 }
 
-/// GGX roughness α below which a lobe counts as narrow: connections at such a lobe have a high variance.
-inline constexpr double narrow_lobe = 0.25;
-
 /// Next event makes a path whose light end is not specular; splats make a path whose camera end is not specular.
 /// Merging is needed for paths with both ends specular. It also helps paths between narrow lobes.
 constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
   if (technique != Technique::merge) return false;
-  if (facts.effects.glossy && facts.effects.least_roughness < narrow_lobe) return false;
+  if (facts.effects.glossy && facts.effects.least_roughness < narrow_roughness) return false;
   return facts.all_classes(
       [](const PathFeatures& f) { return f.scatterings == 0 || !f.specular_at_light || !f.specular_at_camera; });
 }

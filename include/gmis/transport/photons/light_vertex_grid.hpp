@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -20,9 +21,10 @@ namespace gmis {
 template <std::floating_point T>
 class LightVertexGrid {
  public:
-  /// Sorts `count` points; `position(i)` gives point i. The result does not depend on how many threads made the points.
-  template <class Position>
-  void build(std::size_t count, T radius, Position&& position) {
+  /// Sorts `count` points; `position(i)` gives point i, which queries call `name(i)`, by default i. The result does not
+  /// depend on how many threads made the points.
+  template <class Position, class Name = std::identity>
+  void build(std::size_t count, T radius, Position&& position, Name&& name = {}) {
     radius_squared_ = radius * radius;
     lower_ = Vec3<T>(std::numeric_limits<T>::infinity());
     upper_ = -lower_;
@@ -58,10 +60,10 @@ class LightVertexGrid {
     for (std::size_t b = 1; b <= bucket_count; ++b) starts_[b] += starts_[b - 1];
     points_.resize(count);
     for (std::size_t i = count; i-- > 0;)
-      points_[--starts_[bucket_of_[i]]] = {position(i), static_cast<std::uint32_t>(i)};
+      points_[--starts_[bucket_of_[i]]] = {position(i), static_cast<std::uint32_t>(name(i))};
   }
 
-  /// Calls `visit(i)` for every point i within the radius of `at`. A non-finite `at` finds nothing.
+  /// Calls `visit(name)` for every point within the radius of `at`. A non-finite `at` finds nothing.
   template <class Visit>
   void query(const Vec3<T>& at, Visit&& visit) const {
     const Vec3<T> outside = glm::max(lower_ - at, at - upper_);
