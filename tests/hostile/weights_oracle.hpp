@@ -92,7 +92,8 @@ inline std::vector<gmis::TechniqueDensity<Wide>> densities_of(const gmis::PathDe
   }
   for (std::size_t i = 1; i < k; ++i) {
     const bool merges = joins(i) && path.makes_photons[i - 1];
-    all.push_back({{true, static_cast<int>(i)}, merges ? Wide(Wide(counts.merge) * light[i + 1] * camera[i]) : Wide(0)});
+    all.push_back(
+        {{true, static_cast<int>(i)}, merges ? Wide(Wide(counts.merge) * light[i + 1] * camera[i]) : Wide(0)});
   }
   return all;
 }

@@ -133,7 +133,8 @@ template <class I>
 gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, int iteration,
                                                     long double trees, long double connect) {
   const long double disk =
-      gmis::pi<long double> * gmis::square(static_cast<long double>(*render_settings.radius * render_settings.counts.radius_factor)) *
+      gmis::pi<long double> *
+      gmis::square(static_cast<long double>(*render_settings.radius * render_settings.counts.radius_factor)) *
       std::pow(static_cast<long double>(iteration), static_cast<long double>(render_settings.alpha) - 1.0L);
   gmis::TechniqueCounts<long double> counts;
   counts.emitter_hit = I::has(gmis::Technique::emitter_hit) ? 1.0L : 0.0L;

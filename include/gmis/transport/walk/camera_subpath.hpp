@@ -179,8 +179,8 @@ class CameraSubpath {
       output_.reject(RejectionCause::zero_pdf, {});
       return false;
     }
-    vertex.weights = weights_at(edge, cos_behind(edge) / distance_squared, density,
-                                context_.makes_photons(vertex.hit.bsdf));
+    vertex.weights =
+        weights_at(edge, cos_behind(edge) / distance_squared, density, context_.makes_photons(vertex.hit.bsdf));
     if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
     return true;
   }

@@ -136,9 +136,8 @@ class LightTree {
     const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
-    const Vertex vertex =
-        vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1,
-                  context_.lights_make_photons(), {});
+    const Vertex vertex = vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability),
+                                    weights, 1, context_.lights_make_photons(), {});
     if constexpr (observes_paths<Output>)
       output_.on_vertex(Step<S>{emission->direction, emission->weight, emission->density.first, T(0), false}, density,
                         vertex, vertex.point);
@@ -161,11 +160,10 @@ class LightTree {
     if (!is_usable(density)) return std::nullopt;
     // g_i, for the reverse density at x_{i+1}  [Georgiev TR 34–36]
     const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
-    const Vertex vertex =
-        vertex_at(*hit, step.to_next, from.throughput * step.weight,
-                  context_.recursion.extend_light(from.weights, from.is_photon, step.is_delta, step.reverse,
-                                                  to_area_back, density),
-                  from.depth + 1, context_.makes_photons(from.bsdf), path);
+    const Vertex vertex = vertex_at(*hit, step.to_next, from.throughput * step.weight,
+                                    context_.recursion.extend_light(from.weights, from.is_photon, step.is_delta,
+                                                                    step.reverse, to_area_back, density),
+                                    from.depth + 1, context_.makes_photons(from.bsdf), path);
     if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
     return vertex;
   }

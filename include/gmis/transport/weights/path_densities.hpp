@@ -17,7 +17,7 @@ struct PathDensities {
   std::vector<T> from_light;  ///< a_i per area, i < k; a_0 includes the probability of choosing the light
   std::vector<T>
       from_camera;  ///< b_i per area, i < k; after a delta event: selection probability × geometry of the edge
-  std::vector<bool> is_delta;    ///< whether the path goes through x_i by a delta event (0 < i < k)
+  std::vector<bool> is_delta;  ///< whether the path goes through x_i by a delta event (0 < i < k)
   /// s(x_i), i < k − 1: whether light vertices that were made from x_i are photons, which merging gathers. Empty: all.
   std::vector<bool> makes_photons = {};
   T next_event{};                ///< e_0: density of x_0 by next event; includes the probability of choosing the light

@@ -151,8 +151,8 @@ class WeightRecursion {
   /// ray can hit); `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
   [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
                                             T hit, T first, T reverse) const noexcept {
-    const Sum others = emitter_hit_ * h(hit) +
-                       h(origin) * h(first) * side(counted(camera, is_next_to_camera), first_merge_, reverse);
+    const Sum others =
+        emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_next_to_camera), first_merge_, reverse);
     return Sums::weight(next_event_ * h(next_event), others);
   }
 
