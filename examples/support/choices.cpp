@@ -41,8 +41,9 @@ std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& c
   if (!open.connections)
     choices.connections = {counts.connections};
   else if (!open.techniques)
-    choices.connections = {1, 2, 4};
+    choices.connections = {1, 2};
   if (!open.techniques) choices.merges = {counts.merges};
+  if (open.radius) choices.radius_factors = local_radius_factors;
   if (!open.camera_children) choices.camera_children = {counts.camera_children};
   std::vector<SampleCounts> candidates = all_candidates(counts, choices);
   const PathClassSet lacking = lacking_classes(plan, counts);
@@ -89,6 +90,7 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   open.light_paths = is_automatic && !options.light_paths;
   open.connections = !options.connections;
   open.camera_children = is_automatic || split == SplitChoice::adaptive;
+  open.radius = counts.local_merges && !request.settings.radius;
   if (auto candidates = candidates_for(plan, counts, open); candidates.size() > 1)
     request.candidates = std::move(candidates);
 }

@@ -25,6 +25,7 @@ inline constexpr double local_radius_factor = 8.0;
 /// The counts that are left open: what a pilot may choose.
 struct OpenCounts {
   bool light_paths = false, connections = false, camera_children = false;
+  bool radius = false;      ///< the factor on the merging radius
   bool techniques = false;  ///< the plan's techniques may be left out where others make the same classes
 };
 

@@ -313,6 +313,7 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
           .max_depth = settings_.max_depth,
           .tree_count = light_tree_count_,
           .merge_normalization = merge_area > T(0) ? T(1) / merge_area : T(0),
+          .inverse_radius_squared = radius > T(0) ? T(1) / (radius * radius) : T(0),
           .filter = PathFilter(settings_.path_classes)};
 }
 

@@ -45,6 +45,7 @@ struct IterationContext {
   int max_depth;
   std::uint64_t tree_count;  ///< n_L
   T merge_normalization;     ///< 1 / (n_L π r²)
+  T inverse_radius_squared;  ///< 1 / r²
   PathFilter filter;
 
   /// Index of the pixel in the frame (rows from the upper left), or −1 when it is outside the crop.
