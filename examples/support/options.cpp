@@ -9,6 +9,7 @@
 
 #include "gmis/transport/effects/effect_switches.hpp"
 #include "support/diagnostics.hpp"
+#include "support/instruction_set.hpp"
 
 namespace gmis::tools {
 namespace {
@@ -78,7 +79,7 @@ void require_above_zero(const char* option, double value) {
 struct RawOptions {
   std::string integrator = "auto", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
               iterations;
-  std::string replay, aov;
+  std::string replay, aov, isa;
   double seconds = 0, relative_error = 0;
 };
 
@@ -105,6 +106,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)");
   app.add_option("--time", raw.seconds, "Stop after so many seconds");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small");
+  app.add_option("--isa", raw.isa,
+                 "Fail unless the program is compiled for this level of the processor: x86-64 or x86-64-v3");
   app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only");
   app.add_option("--effects", options.effects,
                  "Render only some effects: a list of no-NAME or NAME-only, of emission, direct, caustics, indirect, "
@@ -230,6 +233,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");
   if (given("--threads") && (options.threads < 1 || options.threads > 4096))
     throw InputError("--threads must be from 1 to 4096");
+  if (given("--isa") && raw.isa != instruction_set)
+    throw InputError("--isa " + in_quotes(raw.isa) + ": this program is compiled for " + std::string(instruction_set) +
+                     "; ./run --isa LEVEL path gmis-render builds one for x86-64 or x86-64-v3 and prints where it is");
   if (given("--seed")) options.seed = whole_number_of<std::uint64_t>("--seed", raw.seed);
   if (given("--iterations")) {
     options.iterations = whole_number_of<std::uint32_t>("--iterations", raw.iterations);
