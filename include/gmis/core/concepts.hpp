@@ -90,6 +90,7 @@ concept Light = requires {
 ///   nothing when the sample fails.
 /// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing when no pixel does.
 /// - `has_parallel_rays()`: densities are per area perpendicular to the rays, not per steradian.
+/// - `has_lens()`, optional: false when `uv_lens` is not read. No numbers are then drawn for it.
 template <class C>
 concept Camera = requires {
   typename C::Spectrum;
@@ -101,6 +102,17 @@ concept Camera = requires {
   { camera.project(point, uv) } -> std::same_as<std::optional<CameraProjection<typename C::Spectrum>>>;
   { camera.has_parallel_rays() } -> std::same_as<bool>;
 };
+
+/// False when the camera says that it has no lens.
+template <Camera C>
+[[nodiscard]] constexpr bool reads_lens_numbers(const C& camera) noexcept {
+  if constexpr (requires {
+                  { camera.has_lens() } -> std::same_as<bool>;
+                })
+    return camera.has_lens();
+  else
+    return true;
+}
 
 /// Everything that the engine requires of a scene.
 ///

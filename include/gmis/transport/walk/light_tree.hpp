@@ -105,9 +105,9 @@ class LightTree {
   /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is unusable.
   template <UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
+    const auto [u_x, u_y, v_x, v_y] = uniforms<T, 4>(source);
     const auto choice = context_.scene.sample_light(uniform<T>(source));
-    const Vec2<T> uv_origin{uniform<T>(source), uniform<T>(source)};
-    const Vec2<T> uv_direction{uniform<T>(source), uniform<T>(source)};
+    const Vec2<T> uv_origin{u_x, u_y}, uv_direction{v_x, v_y};
     if (choice.light == nullptr) return std::nullopt;
     const auto emission = choice.light->sample_emission(uv_origin, uv_direction);
     if (!emission) return std::nullopt;
