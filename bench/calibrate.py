@@ -13,7 +13,7 @@ import tempfile
 
 SCENES = ["cornell", "paper1", "paper3", "bench/scenes/one_point_light.pbrt", "bench/scenes/all_glossy.pbrt"]
 RUNS = [["pt"], ["lt"], ["bpt", "--connections", "1"], ["bpt", "--connections", "4"], ["vcm", "--connections", "1"],
-        ["vcm", "--connections", "4"], ["vcm", "--connections", "1", "--radius", "0.01"], ["bpm"], ["ppm"]]
+        ["vcm", "--connections", "4"], ["vcm", "--connections", "1", "--radius", "1.3"], ["bpm"], ["ppm"]]
 # The operation and how many of it were done.
 OPERATIONS = {
     "ray": lambda c: c["rays"],

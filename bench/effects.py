@@ -76,7 +76,7 @@ def make_reference(options, pool, name):
         return file
     extra = ["--integrator", integrator, "--time", str(options.reference_time)]
     if integrator == "vcm":
-        extra += ["--radius", "0.00075"]
+        extra += ["--radius", "0.1"]
     halves = [folder / f"{name}_{half}.pfm" for half in "ab"]
     jobs = [pool.submit(render, options, scene.format(name), [*extra, "--seed", str(1000 + i), "--out", str(half)],
                         half.with_suffix(".json")) for i, half in enumerate(halves)]

@@ -19,7 +19,7 @@ trap 'rm -rf "$folder"' EXIT
 connections() { # integrator
   case "$1" in bpt | vcm) echo "--connections paired" ;; esac
 }
-settings=(--max-depth 10 --alpha 0.75 --radius 0.003 --threads 1 --quiet)
+settings=(--max-depth 10 --alpha 0.75 --radius 0.00665118u --threads 1 --quiet)
 
 # scene integrator → millions of instructions an iteration of SmallVCM
 smallvcm_instructions() {
@@ -82,7 +82,7 @@ if [[ $what != instructions ]]; then
         : >"$folder/errors"
         for ((seed = 1; seed <= seeds; ++seed)); do
           # shellcheck disable=SC2046 # two words or none
-          "$render" "$reference/$scene.pbrt" --integrator "$integrator" $(connections "$integrator") --max-depth 10 --alpha 0.75 --radius 0.003 --quiet \
+          "$render" "$reference/$scene.pbrt" --integrator "$integrator" $(connections "$integrator") --max-depth 10 --alpha 0.75 --radius 0.00665118u --quiet \
             --iterations "$iterations" --seed "$seed" --reference "$reference/$scene.pfm" --stats "$folder/stats.json" \
             --out "$folder/out.pfm"
           echo "$(statistic "$folder/stats.json" relmse) $(statistic "$folder/stats.json" relmse_trimmed)" >>"$folder/errors"

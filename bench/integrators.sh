@@ -59,9 +59,9 @@ END
 reference_of() { # scene; prints how well its two halves agree
   local name=$folder/${1}_$size
   if [[ ! -e $name.pfm || ! -e $name.json ]]; then
-    "$render" "$1" --size "$size" --integrator vcm --seed 1000001 --radius 0.00075 --time "$reference_seconds" --quiet \
+    "$render" "$1" --size "$size" --integrator vcm --seed 1000001 --radius 0.1 --time "$reference_seconds" --quiet \
       --out "${name}_a.pfm"
-    "$render" "$1" --size "$size" --integrator vcm --seed 2000002 --radius 0.00075 --time "$reference_seconds" --quiet \
+    "$render" "$1" --size "$size" --integrator vcm --seed 2000002 --radius 0.1 --time "$reference_seconds" --quiet \
       --reference "${name}_a.pfm" --out "${name}_b.pfm" --stats "$name.json"
     mean_of "${name}_a.pfm" "${name}_b.pfm" "$name.pfm"
   fi
@@ -77,6 +77,7 @@ integrators=(
   "ppm|--integrator ppm"
   "bpm|--integrator bpm"
   "vcm|--integrator vcm"
+  "gmis, local|--integrator gmis --split local"
   "gmis, budgeted|--integrator gmis --split budgeted"
   "gmis, adaptive|--integrator gmis --split adaptive"
 )
@@ -107,4 +108,4 @@ for scene in $scenes; do
 done
 say ""
 say "\`lt\` does not make what is seen in mirrors or through glass: where there are some, its error is what is missing there."
-say "\`ppm\`, \`bpm\`, \`vcm\` and \`gmis\` merge, with a radius that shrinks from 0.003 of half the scene's diagonal."
+say "\`ppm\`, \`bpm\`, \`vcm\` and \`gmis\` merge, with a radius that shrinks from 0.4 pixel widths (gmis, local: 3.2)."

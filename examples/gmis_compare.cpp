@@ -20,7 +20,7 @@ using namespace gmis::tools;
 struct RawOptions {
   std::vector<std::string> integrators{"pt", "bpt", "vcm", "gmis"};
   std::vector<std::string> reference_integrators{"bpt"};
-  std::string size;
+  std::string size, radius;
   double seconds = 0, error = 0, reference_seconds = 0;
 };
 
@@ -36,8 +36,8 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
   app.add_option("--seed", request.settings.seed, "The first seed (0)");
   app.add_option("--threads", request.settings.threads, "Threads (all cores)")->check(CLI::Range(1, 4096));
   app.add_option("--max-depth", request.settings.max_depth, "Most segments of a path (16)")->check(CLI::Range(1, 256));
-  app.add_option("--radius", request.settings.radius, "Merging radius, a fraction of half the scene's diagonal (0.003)")
-      ->check(CLI::PositiveNumber);
+  app.add_option("--radius", raw.radius,
+                 "Merging radius in pixel widths, or with a u behind in scene units (0.4 pixel widths)");
   app.add_option("--alpha", request.settings.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)")
       ->check(CLI::Range(0.01, 1.0));
   app.add_option("--light-paths", request.settings.light_paths, "Light trees per pixel (1)")
@@ -53,6 +53,7 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
 void check(const CLI::App& app, ComparisonRequest& request, const RawOptions& raw) {
   for (const std::string& name : raw.integrators) request.contenders.push_back(contender_of(name));
   if (!raw.size.empty()) request.size = size_of(raw.size);
+  if (!raw.radius.empty()) request.settings.radius = radius_of(raw.radius);
   const auto above_zero = [&](const char* option, double value) {
     if (app.count(option) > 0 && !(value > 0)) throw InputError(std::string(option) + " must be above 0");
     return app.count(option) > 0;

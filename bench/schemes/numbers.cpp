@@ -98,6 +98,7 @@ struct PathWeights {
       path.to_area_from_light = copy(stored.to_area_from_light);
       path.to_area_from_camera = copy(stored.to_area_from_camera);
       path.is_delta = stored.is_delta;
+      path.makes_photons = stored.makes_photons;
       path.origin = static_cast<T>(stored.origin);
       path.first = static_cast<T>(stored.first);
       path.next_event = static_cast<T>(stored.next_event);

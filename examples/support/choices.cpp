@@ -10,7 +10,8 @@
 namespace gmis::tools {
 
 Plan plan_for_scene(const BuiltScene& scene, const RenderSettings& settings) {
-  return plan_for(effects_of(scene.scene()), settings.max_depth, settings.path_classes.value_or(PathClassSet::all()));
+  return plan_for(effects_of(scene.scene()), settings.max_depth, settings.path_classes.value_or(PathClassSet::all()),
+                  settings.counts.local_merges);
 }
 
 SampleCounts counts_of(IntegratorChoice integrator, const Plan& plan) {
@@ -40,8 +41,9 @@ std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& c
   if (!open.connections)
     choices.connections = {counts.connections};
   else if (!open.techniques)
-    choices.connections = {1, 2, 4};
+    choices.connections = {1, 2};
   if (!open.techniques) choices.merges = {counts.merges};
+  if (open.radius) choices.radius_factors = local_radius_factors;
   if (!open.camera_children) choices.camera_children = {counts.camera_children};
   std::vector<SampleCounts> candidates = all_candidates(counts, choices);
   const PathClassSet lacking = lacking_classes(plan, counts);
@@ -62,14 +64,20 @@ std::uint32_t expected_iterations(const Budget& budget, std::size_t pixels, int 
 }
 
 void set_counts(RenderRequest& request, const Options& options, const BuiltScene& scene) {
-  const Plan plan = plan_for_scene(scene, request.settings);
   const bool is_automatic = options.integrator == IntegratorChoice::automatic;
+  const SplitChoice split = options.integrator == IntegratorChoice::gmis ? options.split : SplitChoice::none;
+  const bool is_local = is_automatic || split == SplitChoice::local;
+  request.settings.counts.local_merges = is_local;
+  const Plan plan = plan_for_scene(scene, request.settings);
   SampleCounts counts = counts_of(options.integrator, plan);
+  // Nothing is to be merged where no surface makes photons.
+  if (is_local && plan[Technique::merge].makes.is_empty()) counts.merges = false;
+  counts.local_merges = is_local && counts.merges;
+  if (counts.local_merges && !request.settings.radius) counts.radius_factor = local_radius_factor;
   if (counts.traces_light()) counts.light_paths = options.light_paths.value_or(1.0);
   if (counts.connections != 0 && options.connections) counts.connections = *options.connections;
   if (options.integrator == IntegratorChoice::gmis) counts.camera_children = options.camera_split;
   request.settings.counts = counts;
-  const SplitChoice split = options.integrator == IntegratorChoice::gmis ? options.split : SplitChoice::none;
   if (split == SplitChoice::budgeted) request.settings.light_split = LightSplit::budgeted;
   if (split == SplitChoice::paper) request.settings.light_split = LightSplit::paper;
 
@@ -82,6 +90,7 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   open.light_paths = is_automatic && !options.light_paths;
   open.connections = !options.connections;
   open.camera_children = is_automatic || split == SplitChoice::adaptive;
+  open.radius = counts.local_merges && !request.settings.radius;
   if (auto candidates = candidates_for(plan, counts, open); candidates.size() > 1)
     request.candidates = std::move(candidates);
 }

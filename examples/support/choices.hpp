@@ -12,7 +12,11 @@
 
 namespace gmis::tools {
 
-/// By the scene's effects, the depth of paths and the classes that are wanted.
+/// The factor on the merging radius with local counts, unless a radius was asked for: fewer photons are merged, and each
+/// over a larger disk.
+inline constexpr double local_radius_factor = 8.0;
+
+/// By the scene's effects, the depth of paths, the classes that are wanted and whether merging has a local count.
 [[nodiscard]] Plan plan_for_scene(const BuiltScene& scene, const RenderSettings& settings);
 
 /// The counts of an integrator; those of `auto` are all techniques of the plan, each once.
@@ -21,6 +25,7 @@ namespace gmis::tools {
 /// The counts that are left open: what a pilot may choose.
 struct OpenCounts {
   bool light_paths = false, connections = false, camera_children = false;
+  bool radius = false;      ///< the factor on the merging radius
   bool techniques = false;  ///< the plan's techniques may be left out where others make the same classes
 };
 

@@ -11,9 +11,10 @@ IntegratorChoice integrator_of(const std::string& name) {
 }
 
 SplitChoice split_of(const std::string& name) {
-  for (const SplitChoice split : {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::adaptive})
+  for (const SplitChoice split :
+       {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::adaptive, SplitChoice::local})
     if (name == name_of(split)) return split;
-  throw InputError("--split " + in_quotes(name) + " is not known: use none, paper, budgeted or adaptive");
+  throw InputError("--split " + in_quotes(name) + " is not known: use local, none, paper, budgeted or adaptive");
 }
 
 bool connects(IntegratorChoice integrator) {
@@ -33,7 +34,7 @@ const char* name_of(IntegratorChoice integrator) {
 }
 
 const char* name_of(SplitChoice split) {
-  constexpr const char* names[] = {"none", "paper", "budgeted", "adaptive"};
+  constexpr const char* names[] = {"none", "paper", "budgeted", "adaptive", "local"};
   return names[static_cast<std::size_t>(split)];
 }
 

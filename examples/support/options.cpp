@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <sstream>
 #include <string_view>
 
 #include "gmis/transport/effects/effect_switches.hpp"
@@ -71,15 +72,22 @@ std::array<int, 4> crop_of(const std::string& text) {
   return *crop;
 }
 
+/// A number above 0 as the text before `end` gives it.
+std::optional<double> positive_number_of(const char* begin, const char* end) {
+  double value = 0;
+  const auto [next, error] = std::from_chars(begin, end, value);
+  if (error != std::errc{} || next != end || !(value > 0) || !std::isfinite(value)) return {};
+  return value;
+}
+
 void require_above_zero(const char* option, double value) {
   if (!(value > 0) || !std::isfinite(value)) throw InputError(std::string(option) + " must be above 0");
 }
 
 /// The options as text, before they are checked.
 struct RawOptions {
-  std::string integrator = "auto", split = "budgeted", connections = "auto", scheme = "N3", size, crop, seed,
-              iterations;
-  std::string replay, aov, isa;
+  std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
+  std::string replay, aov, isa, radius;
   double seconds = 0, relative_error = 0;
 };
 
@@ -89,7 +97,10 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option(
       "--integrator", raw.integrator,
       "auto (what the scene calls for and what pays in it; the default), pt, lt, bpt, ppm, bpm, vcm or gmis");
-  app.add_option("--split", raw.split, "How gmis splits subpaths: none, paper, budgeted (the default) or adaptive");
+  app.add_option(
+      "--split", raw.split,
+      "What gmis does beyond vcm: local (counts that depend on the surface; the default), or split subpaths: "
+      "budgeted, paper or adaptive; none: nothing");
   app.add_option("--camera-split", options.camera_split,
                  "Children of the first non-specular camera vertex, with gmis (1; adaptive: measured)");
   app.add_option("--connections", raw.connections,
@@ -98,7 +109,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                  "How the children of a split vertex are drawn: R1 R2 R3 N1 N2 N3 (the default)");
   app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)");
   app.add_option("--max-depth", options.max_depth, "Most segments of a path, 1 to 256 (16); 2 is direct light");
-  app.add_option("--radius", options.radius, "Merging radius, a fraction of half the scene's diagonal (0.003)");
+  app.add_option("--radius", raw.radius,
+                 "Merging radius of the first iteration in pixel widths, or with a u behind in scene units (0.4 pixel "
+                 "widths; with local counts 3.2)");
   app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)");
   app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto chooses)");
   app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)");
@@ -142,6 +155,21 @@ std::array<int, 2> size_of(const std::string& text) {
   if (!size || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > largest || (*size)[1] > largest)
     throw InputError("--size " + in_quotes(text) + " must be WIDTHxHEIGHT, each from 1 to 32768");
   return *size;
+}
+
+RadiusChoice radius_of(const std::string& text) {
+  const bool is_in_scene_units = !text.empty() && text.back() == 'u';
+  const auto value = positive_number_of(text.data(), text.data() + text.size() - (is_in_scene_units ? 1 : 0));
+  if (!value)
+    throw InputError("--radius " + in_quotes(text) +
+                     " must be a number above 0, in pixel widths, or with a u behind, such as 0.01u, in scene units");
+  return {*value, is_in_scene_units};
+}
+
+std::string text_of(const RadiusChoice& radius) {
+  std::ostringstream text;
+  text << radius.value << (radius.is_in_scene_units ? " scene units" : " pixel widths");
+  return text.str();
 }
 
 PathChoice path_choice_of(const std::string& text) {
@@ -218,16 +246,18 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   options.connections = connections_of(raw.connections);
   if (given("--connections") && !connects(options.integrator))
     throw InputError("--connections needs auto, bpt, vcm or gmis: " + raw.integrator + " makes no connections");
+  if ((given("--camera-split") || given("--scheme")) && !given("--split") && options.split == SplitChoice::local)
+    options.split = SplitChoice::budgeted;  // what only splitting does asks for it
   if (options.camera_split < 1 || options.camera_split > 64) throw InputError("--camera-split must be from 1 to 64");
-  if (given("--camera-split") && options.camera_split != 1 &&
-      (options.split == SplitChoice::none || options.split == SplitChoice::adaptive))
-    throw InputError("--camera-split needs --split paper or budgeted: none does not split and adaptive measures it");
+  if (given("--camera-split") && options.camera_split != 1 && options.split != SplitChoice::paper &&
+      options.split != SplitChoice::budgeted)
+    throw InputError(
+        "--camera-split needs --split paper or budgeted: none and local do not split, and adaptive measures it");
   options.scheme = scheme_of(raw.scheme);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);
   if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");
-  require_above_zero("--radius", options.radius);
-  if (options.radius > 2) throw InputError("--radius must be at most 2, the whole diagonal of the scene");
+  if (given("--radius")) options.radius = radius_of(raw.radius);
   if (options.light_paths) require_above_zero("--light-paths", *options.light_paths);
   if (options.light_paths > 1000.0) throw InputError("--light-paths must be at most 1000");
   if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");

@@ -14,7 +14,13 @@
 namespace gmis::tools {
 
 enum class IntegratorChoice { pt, lt, bpt, ppm, bpm, vcm, gmis, automatic };
-enum class SplitChoice { none, paper, budgeted, adaptive };
+enum class SplitChoice { none, paper, budgeted, adaptive, local };
+
+/// A merging radius as --radius has it.
+struct RadiusChoice {
+  double value = 0.4;
+  bool is_in_scene_units = false;  ///< else in pixel widths (photons/pixel_width.hpp)
+};
 
 /// One path of a run, as the command line names it.
 struct PathChoice {
@@ -29,11 +35,11 @@ struct Options {
   std::string scene;
   bool list_scenes = false;
   IntegratorChoice integrator = IntegratorChoice::automatic;
-  SplitChoice split = SplitChoice::budgeted;
+  SplitChoice split = SplitChoice::local;
   Scheme scheme = Scheme::N3;
   std::optional<std::array<int, 2>> size;
   int max_depth = 16;
-  double radius = 0.003;  ///< as a fraction of half the scene's diagonal
+  std::optional<RadiusChoice> radius;  ///< unset: 0.4 pixel widths, more where merging has a local count
   double alpha = 2.0 / 3.0;
   std::optional<double> light_paths;  ///< 1 where nothing chooses
   std::optional<int> connections;     ///< as `SampleCounts` has it; unset: a pilot chooses
@@ -78,6 +84,8 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 [[nodiscard]] SplitChoice split_of(const std::string& name);
 [[nodiscard]] std::array<int, 2> size_of(const std::string& text);
 [[nodiscard]] PathChoice path_choice_of(const std::string& text);
+[[nodiscard]] RadiusChoice radius_of(const std::string& text);
+[[nodiscard]] std::string text_of(const RadiusChoice& radius);
 
 [[nodiscard]] const char* name_of(IntegratorChoice integrator);
 [[nodiscard]] const char* name_of(SplitChoice split);

@@ -64,7 +64,8 @@ PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts) {
         continue;
       bool is_made = false;
       for (const TechniquePlan& technique : plan.techniques)
-        is_made = is_made || (counts.has(technique.technique) && makes_some(technique.technique, f, is_delta));
+        is_made = is_made || (counts.has(technique.technique) &&
+                              makes_some(technique.technique, f, is_delta, counts.local_merges));
       if (!is_made) return true;
     }
     return false;
@@ -119,7 +120,11 @@ std::string text_of(const SampleCounts& counts) {
     text << counts.connections << (counts.connections == 1 ? " connection" : " connections") << " a vertex, ";
   else
     text << "no connections, ";
-  text << (counts.merges ? "merging" : "no merging");
+  if (!counts.merges)
+    text << "no merging";
+  else
+    text << "merging" << (counts.local_merges ? " after narrow lobes" : "");
+  if (counts.merges && counts.radius_factor != 1.0) text << " within " << counts.radius_factor << " times the radius";
   return add_children();
 }
 

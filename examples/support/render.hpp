@@ -28,7 +28,7 @@ using Progress = RunState;
 
 struct RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
-  SplitChoice split = SplitChoice::budgeted;
+  SplitChoice split = SplitChoice::local;
   RenderSettings settings;
   std::vector<SampleCounts> candidates;   ///< to choose the counts from; with fewer than two nothing is chosen
   std::uint32_t expected_iterations = 0;  ///< that the choice is made for

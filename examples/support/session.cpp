@@ -45,7 +45,9 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.split = options.split;
   request.settings.seed = options.seed;
   request.settings.max_depth = options.max_depth;
-  request.settings.radius = options.radius * scene.half_diagonal();
+  if (options.radius)
+    request.settings.radius =
+        options.radius->value * (options.radius->is_in_scene_units ? 1.0 : median_pixel_width(scene.scene()));
   request.settings.alpha = options.alpha;
   request.settings.scheme = options.scheme;
   request.budget.iterations = options.iterations;
@@ -84,7 +86,8 @@ std::string plan_of(const RenderRequest& request, const SampleCounts& counts) {
     plan += " a vertex)";
   }
   if (counts.camera_children == 0 && counts.has(Technique::merge)) plan += " at the first non-specular vertex";
-  if (request.integrator == IntegratorChoice::gmis) {
+  if (counts.has(Technique::merge) && counts.local_merges) plan += " (photons that come from narrow lobes)";
+  if (request.integrator == IntegratorChoice::gmis && request.split != SplitChoice::local) {
     plan += "; subpaths split: " + std::string(name_of(request.split));
     if (request.split != SplitChoice::none) plan += " by " + std::string(gmis::name_of(request.settings.scheme));
   }
@@ -112,8 +115,10 @@ std::string explain(const Options& options, const RenderRequest& request, const 
   if (request.integrator == IntegratorChoice::lt)
     text << "lacks       what is seen in mirrors and through glass, except the lights themselves\n";
   if (is_merging)
-    text << "radius      " << request.settings.radius.value_or(0.0) << " = " << options.radius
-         << " of half the scene's diagonal, times i^" << (request.settings.alpha - 1) / 2 << "\n";
+    text << "radius      "
+         << counts.radius_factor * (request.settings.radius ? *request.settings.radius : default_radius(scene.scene()))
+         << " = " << text_of(options.radius.value_or(RadiusChoice{counts.radius_factor * 0.4})) << ", times i^"
+         << (request.settings.alpha - 1) / 2 << "\n";
   if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)
     text << "bias        this split policy drops what waits at the end of its budget: the picture is too dark\n";
   text << "threads     " << threads << "\nstops       ";

@@ -56,6 +56,8 @@ Json counts_json(const SampleCounts& counts) {
           {"connections", counts.connections == paired_connections ? Json("paired") : Json(counts.connections)},
           {"splats", counts.splats},
           {"merges", counts.merges},
+          {"local_merges", counts.local_merges},
+          {"radius_factor", counts.radius_factor},
           {"camera_children", counts.camera_children},
           {"next_events", counts.next_events},
           {"emitter_hits", counts.emitter_hits}};

@@ -38,6 +38,11 @@ Path hard_path(Between&& between, int edges, Deltas deltas) {
   path.to_area_from_light.resize(n);
   path.to_area_from_camera.resize(n);
   path.is_delta.resize(n);
+  path.makes_photons.resize(n, true);
+  if (unit() < 0.5) {  // a local count of merging
+    path.makes_photons[0] = false;
+    for (std::size_t i = 1; i < n; ++i) path.makes_photons[i] = unit() < 0.5;
+  }
   std::vector<double> squared(n);  // of edge i → i + 1
   for (double& d : squared) d = between(-4.0, 4.0);
   for (std::size_t i = 0; i < n; ++i) {
@@ -85,9 +90,11 @@ inline std::vector<gmis::TechniqueDensity<Wide>> densities_of(const gmis::PathDe
     if (s >= 2 && s < k && joins(s - 1) && joins(s)) density = Wide(counts.connect) * light[s] * camera[s];
     all.push_back({{false, static_cast<int>(s)}, density});
   }
-  for (std::size_t i = 1; i < k; ++i)
+  for (std::size_t i = 1; i < k; ++i) {
+    const bool merges = joins(i) && path.makes_photons[i - 1];
     all.push_back(
-        {{true, static_cast<int>(i)}, joins(i) ? Wide(Wide(counts.merge) * light[i + 1] * camera[i]) : Wide(0)});
+        {{true, static_cast<int>(i)}, merges ? Wide(Wide(counts.merge) * light[i + 1] * camera[i]) : Wide(0)});
+  }
   return all;
 }
 

@@ -212,7 +212,7 @@ TEST_CASE("The images of all classes add up to the image, which is what it is wi
   for (const char* integrator : {"pt", "bpt", "vcm", "auto"}) {
     CAPTURE(integrator);
     const std::string common =
-        "paper2 --size 20x14 --iterations 3 --max-depth 8 --radius 0.02 --crop 2,1,19,13 "
+        "paper2 --size 20x14 --iterations 3 --max-depth 8 --radius 1 --crop 2,1,19,13 "
         "--integrator " +
         std::string(integrator) + (integrator == std::string("pt") ? "" : " --connections 2");
     const Json json = statistics(folder, common + " --aov classes");

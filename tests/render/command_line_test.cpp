@@ -70,7 +70,7 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --radius 0", "above 0"},
       {"cornell --radius nan", "above 0"},
       {"cornell --radius inf", "above 0"},
-      {"cornell --radius 3", "at most 2"},
+      {"cornell --radius 3m", "in pixel widths, or with a u behind"},
       {"cornell --alpha 0", "--alpha"},
       {"cornell --alpha 1.5", "--alpha"},
       {"cornell --light-paths -1", "above 0"},
@@ -383,7 +383,7 @@ TEST_CASE("The images of all techniques add up to the image") {
   for (const Case& c : cases) {
     CAPTURE(c.arguments);
     const ScratchFolder folder;
-    (void)statistics(folder, "cornell --size 24x24 --iterations 4 --max-depth 3 --radius 0.2 --techniques parts " +
+    (void)statistics(folder, "cornell --size 24x24 --iterations 4 --max-depth 3 --radius 2 --techniques parts " +
                                  std::string(c.arguments));
     const auto whole = gmis::tools::read_image(folder / "a.pfm");
     std::vector<double> sum(whole.rgb.size());
@@ -532,7 +532,7 @@ TEST_CASE("What the scene has and calls for is said, in words and in the statist
 
 TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   const ScratchFolder folder;
-  const Outcome told = run(folder, small + "--integrator gmis --explain --out a.pfm");
+  const Outcome told = run(folder, small + "--integrator gmis --split budgeted --explain --out a.pfm");
   CHECK(told.exit_code == 0);
   for (const char* part : {"integrator  gmis", "8x8", "budgeted", "after 2 iterations", "wrote a.pfm"}) {
     CAPTURE(part);

@@ -40,8 +40,8 @@ const std::vector<Pinned> pinned{
     {"--integrator vcm --connections 4", "d4f488ad2413bbb6"},
     {"--integrator vcm --connections paired", "082db2db0e42bdb0"},
     {"--integrator gmis --split none --connections 1", "1a084487d2efd9d8"},
-    {"--integrator gmis --connections 1", "146c73d06f4ffa5d"},
-    {"--integrator gmis --connections paired --camera-split 2", "99d2bc80652c0722"},
+    {"--integrator gmis --split budgeted --connections 1", "146c73d06f4ffa5d"},
+    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "99d2bc80652c0722"},
     {"--integrator gmis --split paper --scheme R2 --connections 2", "bd9d1f6779fc9a4a"},
     // clang-format on
 };
@@ -49,7 +49,7 @@ const std::vector<Pinned> pinned{
 std::string hash_of(const ScratchFolder& folder, const std::string& arguments, int threads) {
   const Outcome outcome =
       run(folder, "'" GMIS_TEST_SCENE_FOLDER
-                  "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --radius 0.003 --quiet " +
+                  "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --radius 0.10936635635008926u --quiet " +
                       arguments + " --threads " + std::to_string(threads) + " --out a.pfm --stats s.json");
   INFO(outcome.err);
   REQUIRE(outcome.exit_code == 0);

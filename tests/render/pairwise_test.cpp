@@ -81,10 +81,12 @@ RenderRequest request_for(const Scene& scene, const Effort& effort, int max_dept
   request.settings.max_depth = max_depth;
   request.settings.radius = radius * scene.built->half_diagonal();
   options.light_paths = effort.light_paths;
-  // The three ways of gmis to split, one after the other.
+  // The ways of gmis to split, one after the other.
   if (effort.integrator == IntegratorChoice::gmis) {
-    if (seed % 3 == 1) options.camera_split = 3;
-    if (seed % 3 == 2) options.split = SplitChoice::adaptive;
+    constexpr SplitChoice splits[] = {SplitChoice::budgeted, SplitChoice::budgeted, SplitChoice::adaptive,
+                                      SplitChoice::local};
+    options.split = splits[seed % 4];
+    if (seed % 4 == 1) options.camera_split = 3;
   }
   request.split = options.split;
   set_counts(request, options, *scene.built);

@@ -51,6 +51,8 @@ struct DiscreteAtlas {
   }
 
   [[nodiscard]] bool is_surface(std::size_t node) const { return nodes[node].kind == Kind::surface; }
+  /// s of a local count of merging: any function of the node; one of the emitting surfaces has it.
+  [[nodiscard]] bool has_narrow_lobe(std::size_t node) const { return is_surface(node) && node >= 2; }
   [[nodiscard]] V direction(std::size_t from, std::size_t to) const {
     return nodes[to].is_infinite ? nodes[to].position : glm::normalize(nodes[to].position - nodes[from].position);
   }

@@ -73,6 +73,7 @@ class DiscreteWorld {
     [[nodiscard]] bool is_purely_delta() const { return atlas().nodes[node_].smooth_lobes == 0; }
     [[nodiscard]] Spectrum albedo() const { return Spectrum(atlas().albedo(node_)); }
 
+    [[nodiscard]] bool has_narrow_lobe() const { return atlas().has_narrow_lobe(node_); }
     [[nodiscard]] int lobe_count() const { return atlas().nodes[node_].smooth_lobes; }
     [[nodiscard]] bool has_delta_lobes() const { return atlas().nodes[node_].delta_lobes > 0; }
     [[nodiscard]] T lobe_weight(int lobe) const { return atlas().lobe_weight(node_, lobe); }

@@ -104,7 +104,8 @@ TEST_CASE("the two partial sums of the paper are one sum over absolute counts") 
       CHECK((left + static_cast<double>(mu)) * static_cast<double>(path.from_camera[i]) ==
             Approx(static_cast<double>(w.connection[i])).epsilon(1e-12));
       if (i + 1 < path.from_light.size())
-        partial = weights.extend_light(partial, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1));
+        partial =
+            weights.extend_light(partial, true, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1));
     }
   }
 }

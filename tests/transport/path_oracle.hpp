@@ -57,6 +57,7 @@ struct NominalCounts {
       0.0L;  ///< of a light subpath at a surface with smooth lobes, for each of them; 0: one in all
   long double camera_first = 1.0L;  ///< at the first surface seen that is not purely specular
   bool camera_stops = false;        ///< camera subpaths go on by delta events alone
+  bool local_merges = false;        ///< photons are what comes from a surface with a narrow lobe
 };
 
 /// What a path carries and with which densities each technique makes it, all in area measure, written down from the laws of
@@ -86,6 +87,9 @@ class PathOracle {
     densities.from_camera.resize(k);
     densities.is_delta.assign(k + 1, false);
     for (std::size_t i = 1; i < k; ++i) densities.is_delta[i] = path.lobes[i] != Tag::smooth;
+    densities.makes_photons.assign(k, !nominal_.local_merges);
+    for (std::size_t i = 1; i < k; ++i)
+      if (atlas_.has_narrow_lobe(node(i))) densities.makes_photons[i] = true;
 
     const auto kind = atlas_.nodes[node(0)].kind;
     const bool is_distant = atlas_.nodes[node(0)].is_infinite;

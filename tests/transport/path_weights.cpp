@@ -40,7 +40,7 @@ Worst worst_error(int paths, double decades, std::uint64_t seed) {
   Worst worst;
   for (int n = 0; n < paths; ++n) {
     const int edges = 1 + n % 12;
-    const auto path = gmis_test::random_path<T>(source, edges, decades, 0.25);
+    const auto path = gmis_test::random_path<T>(source, edges, decades, 0.25, 0.6);
     const auto counts = random_counts<T>(source);
     const gmis_test::RecursiveWeights<T, Heuristic> recursion(path, counts);
 

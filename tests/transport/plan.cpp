@@ -266,7 +266,7 @@ TEST_CASE("rule: nothing to merge") {
         PlanRule::nothing_to_merge);
   // Lobes that are nearly specular.
   Effects glossy = diffuse_room();
-  glossy.add_glossy_lobe(gmis::plan_rules::narrow_lobe);
+  glossy.add_glossy_lobe(gmis::narrow_roughness);
   check(gmis::plan_for(glossy, 16), Technique::merge, false, PlanRule::nothing_to_merge);
   glossy.add_glossy_lobe(1e-4);
   check(gmis::plan_for(glossy, 16), Technique::merge, true, PlanRule::helps);

@@ -123,6 +123,7 @@ gmis_test::NominalCounts nominal_counts(const gmis::RenderSettings& render_setti
     nominal.camera_first = render_settings.counts.camera_children;
   }
   nominal.camera_stops = I::camera_stops;
+  nominal.local_merges = render_settings.counts.local_merges;
   return nominal;
 }
 
@@ -132,7 +133,8 @@ template <class I>
 gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, int iteration,
                                                     long double trees, long double connect) {
   const long double disk =
-      gmis::pi<long double> * gmis::square(static_cast<long double>(*render_settings.radius)) *
+      gmis::pi<long double> *
+      gmis::square(static_cast<long double>(*render_settings.radius * render_settings.counts.radius_factor)) *
       std::pow(static_cast<long double>(iteration), static_cast<long double>(render_settings.alpha) - 1.0L);
   gmis::TechniqueCounts<long double> counts;
   counts.emitter_hit = I::has(gmis::Technique::emitter_hit) ? 1.0L : 0.0L;
@@ -307,14 +309,22 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
     cached.counts.connections = 3;
     check_both_cameras<Vcm>(1e-10, 100, cached);
   }
+  SECTION("vcm, a local count of merging") {
+    gmis::RenderSettings local = settings();
+    local.counts.local_merges = true;
+    local.radius = 0.05;
+    local.counts.radius_factor = 8.0;
+    check_both_cameras<Vcm>(1e-10, 100, local);
+  }
   // Trees with an ample budget: so many children are drawn as the weights count on.
   SECTION("gmis") {
     gmis::RenderSettings split = settings();
     split.max_depth = 4;
     check_both_cameras<Gmis>(1e-10, 100, split);
   }
-  SECTION("gmis, more children, on both sides") {
+  SECTION("gmis, more children, on both sides, a local count of merging") {
     gmis::RenderSettings split = settings();
+    split.counts.local_merges = true;
     split.max_depth = 4;
     split.scheme = gmis::Scheme::R3;
     split.rounds = 2;

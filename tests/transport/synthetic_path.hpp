@@ -19,15 +19,18 @@ struct SyntheticPath {
   std::vector<T> to_area_from_light;   ///< at x_i for a ray from x_{i-1}, 1 ≤ i < k
   std::vector<T> to_area_from_camera;  ///< at x_i for a ray from x_{i+1}, 0 ≤ i < k
   std::vector<bool> is_delta;
+  std::vector<bool> makes_photons;  ///< s(x_i)
   T origin{}, first{}, next_event{}, camera{};
   bool light_can_be_hit = true;
 
   [[nodiscard]] int edges() const { return static_cast<int>(is_delta.size()) - 1; }
 };
 
-/// Factors log-uniform in 10^±`decades`; every vertex between the ends is delta with probability `delta_chance`.
+/// Factors log-uniform in 10^±`decades`; every vertex between the ends is delta with probability `delta_chance`. The count
+/// of merging is local with probability `local_chance`: then the light makes no photons, and half of the surfaces do.
 template <class T>
-SyntheticPath<T> random_path(std::mt19937_64& source, int edges, double decades, double delta_chance) {
+SyntheticPath<T> random_path(std::mt19937_64& source, int edges, double decades, double delta_chance,
+                             double local_chance = 0.0) {
   std::uniform_real_distribution<double> exponent(-decades, decades);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto factor = [&] { return static_cast<T>(std::pow(10.0, exponent(source))); };
@@ -40,8 +43,12 @@ SyntheticPath<T> random_path(std::mt19937_64& source, int edges, double decades,
   path.to_area_from_light.resize(count);
   path.to_area_from_camera.resize(count);
   path.is_delta.resize(count);
+  path.makes_photons.resize(count, true);
+  const bool is_local = local_chance > 0.0 && unit(source) < local_chance;
+  path.makes_photons[0] = !is_local;
   for (std::size_t i = 0; i < count; ++i) {
     path.is_delta[i] = i > 0 && i + 1 < count && unit(source) < delta_chance;
+    if (is_local && i > 0) path.makes_photons[i] = unit(source) < 0.5;
     path.forward[i] = factor() * children();
     path.reverse[i] = factor() * children();
     path.to_area_from_light[i] = factor();
@@ -71,6 +78,7 @@ gmis::PathDensities<Wide> path_densities(const SyntheticPath<T>& path) {
     result.from_camera.push_back(b);
   }
   result.is_delta = path.is_delta;
+  result.makes_photons = path.makes_photons;
   result.next_event = Wide(path.next_event);
   result.light_can_be_hit = path.light_can_be_hit;
   return result;
@@ -81,19 +89,19 @@ template <class T, class Heuristic, class Sums = gmis::WholeSum<T>>
 class RecursiveWeights {
  public:
   RecursiveWeights(const SyntheticPath<T>& path, const gmis::TechniqueCounts<T>& counts)
-      : path_(path), weights_(counts), light_(path.is_delta.size()), camera_(path.is_delta.size()) {
+      : path_(path), weights_(with_first(counts, path)), light_(path.is_delta.size()), camera_(path.is_delta.size()) {
     const auto k = static_cast<std::size_t>(path.edges());
     if (k >= 2) {
       light_[1] = weights_.first_light_vertex(path.origin, path.next_event, light_density(1),
                                               path.light_can_be_hit ? path.to_area_from_camera[0] : T(0));
       for (std::size_t i = 1; i + 1 < k; ++i)
-        light_[i + 1] = weights_.extend_light(light_[i], path.is_delta[i], path.reverse[i], path.to_area_from_camera[i],
-                                              light_density(i + 1));
+        light_[i + 1] = weights_.extend_light(light_[i], is_photon(i), path.is_delta[i], path.reverse[i],
+                                              path.to_area_from_camera[i], light_density(i + 1));
     }
     camera_[k - 1] = weights_.first_camera_vertex(camera_density(k - 1));
     for (std::size_t j = k - 1; j >= 1; --j)
-      camera_[j - 1] = weights_.extend_camera(camera_[j], j == k - 1, path.is_delta[j], path.forward[j],
-                                              path.to_area_from_light[j], camera_density(j - 1));
+      camera_[j - 1] = weights_.extend_camera(camera_[j], j == k - 1, path.makes_photons[j - 1], path.is_delta[j],
+                                              path.forward[j], path.to_area_from_light[j], camera_density(j - 1));
   }
 
   [[nodiscard]] auto weight(const gmis::TechniqueIndex& technique) const {
@@ -107,12 +115,19 @@ class RecursiveWeights {
     if (s == 1)
       return weights_.next_event(camera_[1], k == 2, path_.origin, path_.next_event,
                                  path_.light_can_be_hit ? camera_density(0) : T(0), light_density(1), path_.forward[1]);
-    if (s == k) return weights_.splat(light_[k - 1], path_.reverse[k - 1], camera_density(k - 1));
-    return weights_.connect(light_[s - 1], path_.reverse[s - 1], camera_density(s - 1), camera_[s], s == k - 1,
-                            path_.forward[s], light_density(s));
+    if (s == k) return weights_.splat(light_[k - 1], is_photon(k - 1), path_.reverse[k - 1], camera_density(k - 1));
+    return weights_.connect(light_[s - 1], is_photon(s - 1), path_.reverse[s - 1], camera_density(s - 1), camera_[s],
+                            s == k - 1, path_.makes_photons[s - 1], path_.forward[s], light_density(s));
   }
 
  private:
+  [[nodiscard]] static gmis::TechniqueCounts<T> with_first(gmis::TechniqueCounts<T> counts,
+                                                           const SyntheticPath<T>& path) {
+    counts.merges_first = path.makes_photons[0];
+    return counts;
+  }
+  /// s(x_{i-1}).
+  [[nodiscard]] bool is_photon(std::size_t i) const { return path_.makes_photons[i - 1]; }
   [[nodiscard]] T light_density(std::size_t i) const {
     return (i == 1 ? path_.first : path_.forward[i - 1]) * path_.to_area_from_light[i];
   }

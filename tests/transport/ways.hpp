@@ -22,6 +22,8 @@ struct Way {
     if (base.traces_light()) counts.light_paths = asked.counts.light_paths;
     if (base.connections != 0) counts.connections = asked.counts.connections;
     if (base.camera_children != 0) counts.camera_children = asked.counts.camera_children;
+    counts.local_merges = asked.counts.local_merges;
+    counts.radius_factor = asked.counts.radius_factor;
     asked.counts = counts;
     asked.light_split = split;
     return asked;

@@ -49,7 +49,7 @@ double worst_error(int paths, std::uint64_t seed) {
   double worst = 0.0;
   for (int n = 0; n < paths; ++n) {
     const int edges = 1 + n % 10;
-    const auto path = gmis_test::random_path<T>(source, edges, 1.5, 0.25);
+    const auto path = gmis_test::random_path<T>(source, edges, 1.5, 0.25, 0.6);
     const gmis::TechniqueCounts<T> counts{T(1), T(1), log_uniform(-1.0, 1.0), log_uniform(0.0, 4.0),
                                           log_uniform(-3.0, 3.0)};
     gmis::PerTechnique<T> factors{T(1), T(1), T(0), T(0), T(0)};

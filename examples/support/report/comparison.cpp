@@ -57,10 +57,13 @@ struct Reference {
 std::optional<Reference> make_reference(const ComparisonRequest& request, const BuiltScene& scene,
                                         const std::string& name, IntegratorChoice integrator,
                                         ThreadedExecutor& executor) {
-  RenderRequest render = render_request(request, scene, integrator, SplitChoice::budgeted);
+  RenderRequest render = render_request(request, scene, integrator, SplitChoice::local);
   render.settings.seed = reference_seed;
   const bool is_merging = merges(integrator);
-  if (is_merging) *render.settings.radius /= 4;  // a sixteenth of the bias
+  if (is_merging) {  // a sixteenth of the bias
+    render.settings.counts.radius_factor /= 4;
+    for (SampleCounts& candidate : render.candidates) candidate.radius_factor /= 4;
+  }
   const glm::ivec2 size = scene.scene().camera().resolution();
   const std::string what = std::string(name_of(integrator)) +
                            (is_merging ? " (biased, with a quarter of the radius)" : " (unbiased)") +
@@ -177,7 +180,7 @@ void measure_bias(const ComparisonRequest& request, const BuiltScene& scene, Sce
     narrow.settings.seed = request.settings.seed;
     narrow.candidates.clear();  // the two radii must differ in nothing else
     RenderRequest wide = narrow;
-    *wide.settings.radius *= ratio;
+    wide.settings.counts.radius_factor *= ratio;
     ProgressiveRender at_radius(scene, narrow), at_twice(scene, wide);
     const glm::ivec2 size = at_radius.film().resolution();
     Film<SceneSpectrum> difference(size);
@@ -215,7 +218,7 @@ std::string limits_of(const ComparisonRequest& request) {
 ComparisonRequest::Contender contender_of(const std::string& name) {
   const std::size_t slash = name.find('/');
   const IntegratorChoice integrator = integrator_of(name.substr(0, slash));
-  if (slash == std::string::npos) return {integrator, SplitChoice::budgeted, name_of(integrator)};
+  if (slash == std::string::npos) return {integrator, SplitChoice::local, name_of(integrator)};
   if (integrator != IntegratorChoice::gmis) throw InputError(in_quotes(name) + ": only gmis splits");
   return {integrator, split_of(name.substr(slash + 1)), name};
 }
@@ -224,8 +227,8 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
   Comparison comparison;
   comparison.limits = limits_of(request);
   comparison.settings = "paths of at most " + std::to_string(request.settings.max_depth) +
-                        " segments, merging radius " + three_digits(request.settings.radius) +
-                        " of half the scene's diagonal";
+                        " segments, merging radius " +
+                        (request.settings.radius ? text_of(*request.settings.radius) : "by default");
   comparison.machine = std::to_string(executor.thread_count()) + " threads on " +
                        std::to_string(std::max(1U, std::thread::hardware_concurrency())) + " processors";
   comparison.version = GMIS_VERSION;

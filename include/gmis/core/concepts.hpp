@@ -58,6 +58,23 @@ concept BsdfWithLobes = Bsdf<B> &&
   { bsdf.lobes_have_full_support() } -> std::same_as<bool>;
 };
 
+/// A BSDF with the optional member `has_narrow_lobe()`: true when the surface has a lobe that is delta or narrower than
+/// `narrow_roughness` (core/effects.hpp). It is a function of the surface point alone.
+template <class B>
+concept BsdfWithNarrowLobes = Bsdf<B> && requires(const B& bsdf) {
+  { bsdf.has_narrow_lobe() } -> std::same_as<bool>;
+};
+
+/// `bsdf.has_narrow_lobe()`, or true for a BSDF without this member. A local count of merging (docs/weights.md) is right
+/// with any answer; an answer of true without need costs time.
+template <Bsdf B>
+[[nodiscard]] constexpr bool has_narrow_lobe(const B& bsdf) noexcept {
+  if constexpr (BsdfWithNarrowLobes<B>)
+    return bsdf.has_narrow_lobe();
+  else
+    return true;
+}
+
 /// A light source. No density includes the probability of choosing this light.
 ///
 /// - `is_delta()`: no ray can hit the light (point, spot, directional).

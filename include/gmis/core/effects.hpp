@@ -6,6 +6,10 @@
 
 namespace gmis {
 
+/// GGX roughness α below which a lobe counts as narrow: a sample of a light or of another subpath seldom falls into it.
+/// For a lobe like cosⁿ it is an exponent above 30.
+inline constexpr double narrow_roughness = 0.25;
+
 /// The properties of a scene that determine which kinds of paths it has. A technique that a missing property makes
 /// useless may be left out. A property that is set without need costs time; a property that is wrongly missing loses
 /// light.
@@ -32,6 +36,10 @@ struct Effects {
   bool thin_lens = false;
 
   [[nodiscard]] constexpr bool has_specular() const noexcept { return specular_reflection || specular_transmission; }
+  /// True when some surface has a lobe that is delta or narrower than `narrow_roughness`.
+  [[nodiscard]] constexpr bool has_narrow_lobes() const noexcept {
+    return has_specular() || (glossy && least_roughness < narrow_roughness);
+  }
   /// True when some surface scatters by a non-delta lobe: connections, merging and next events can work there.
   [[nodiscard]] constexpr bool has_scattering() const noexcept { return diffuse || glossy || purely_glossy; }
   /// True when the scene has a light that a ray can hit.

@@ -97,6 +97,10 @@ requires(std::same_as<typename A::Spectrum, typename B::Spectrum> &&
     });
   }
 
+  [[nodiscard]] bool has_narrow_lobe() const noexcept {
+    return visit([](const auto& bsdf) { return gmis::has_narrow_lobe(bsdf); });
+  }
+
   [[nodiscard]] int lobe_count() const noexcept requires(max_lobes > 0) {
     return visit([](const auto& bsdf) { return static_cast<int>(bsdf.lobe_count()); });
   }

@@ -23,6 +23,30 @@ template <std::floating_point T>
   }
 }
 
+/// True when the material has a lobe that is delta or narrower than `narrow_roughness`.
+template <std::floating_point T>
+[[nodiscard]] constexpr bool has_narrow_lobe(const Material<T>& material) noexcept {
+  using Kind = typename Material<T>::Kind;
+  constexpr T narrow = static_cast<T>(narrow_roughness);
+  switch (material.kind) {
+    case Kind::black:
+    case Kind::diffuse:
+      return false;
+    case Kind::mirror:
+    case Kind::smooth_conductor:
+    case Kind::dielectric:
+    case Kind::smooth_coated:
+      return true;
+    case Kind::phong:
+      return T(2) < narrow * narrow * (material.exponent + T(2));
+    case Kind::coated:
+    case Kind::conductor:
+    case Kind::rough_dielectric:
+      return material.alpha < narrow;
+  }
+  return true;
+}
+
 /// Adds the effects that a surface of this material makes possible.
 template <std::floating_point T>
 void add_effects_of(const Material<T>& material, Effects& effects) {

@@ -225,7 +225,8 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
     light_outputs_.resize(chunk_count);
     cache_.resize(chunk_count, chunk_size);
   }
-  if (counts().has(Technique::merge)) first_radius_ = settings.radius ? *settings.radius : default_radius(scene);
+  if (counts().has(Technique::merge))
+    first_radius_ = counts().radius_factor * (settings.radius ? *settings.radius : default_radius(scene));
   camera_outputs_.resize(static_cast<std::size_t>(std::max(0, crop_.upper.y - crop_.lower.y)));
 }
 
@@ -251,6 +252,8 @@ void Engine<Sc, Method_, Source>::check_settings() const {
       "this engine has no light side, but SampleCounts ask for light trees: use integrators::pt, or Engine<Scene>");
   require_argument(settings_.alpha > 0.0 && settings_.alpha <= 1.0,
                    "RenderSettings::alpha must be above 0 and at most 1");
+  require_argument(!counts.has(Technique::merge) || counts.radius_factor > 0.0,
+                   "SampleCounts::radius_factor must be above 0 when SampleCounts::merges is on");
   require_argument(!counts.has(Technique::merge) || !settings_.radius || *settings_.radius > 0.0,
                    "RenderSettings::radius is not above 0, but SampleCounts::merges is on: "
                    "leave the radius unset for the default, or switch merging off");
@@ -291,6 +294,7 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
   }
   expected.splat = counts.has(Technique::splat) ? trees : T(0);
   expected.merge = counts.has(Technique::merge) ? merge_area : T(0);
+  expected.merges_first = !counts.local_merges;
   return {.scene = scene_,
           .recursion = typename Context::Recursion(expected),
           .split = split_,
@@ -310,6 +314,7 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
           .max_depth = settings_.max_depth,
           .tree_count = light_tree_count_,
           .merge_normalization = merge_area > T(0) ? T(1) / merge_area : T(0),
+          .inverse_radius_squared = radius > T(0) ? T(1) / (radius * radius) : T(0),
           .filter = PathFilter(settings_.path_classes)};
 }
 
@@ -383,7 +388,10 @@ template <Scene Sc, class Method_, class Source>
 template <Executor E>
 void Engine<Sc, Method_, Source>::build_grid(E& executor, T radius) {
   const Stopwatch stopwatch(seconds_.grid);
-  grid_.build(executor, cache_.size(), radius, [&](std::size_t i) { return cache_[i].point.position; });
+  const std::span<const std::uint32_t> photons = cache_.photons();
+  grid_.build(
+      executor, photons.size(), radius, [&](std::size_t i) { return cache_[photons[i]].point.position; },
+      [&](std::size_t i) { return photons[i]; });
   ++counters_.grids_built;
 }
 

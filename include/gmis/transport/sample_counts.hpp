@@ -17,10 +17,14 @@ struct SampleCounts {
   double light_paths = 1.0;  ///< light trees per pixel
   int connections = 1;       ///< light vertices drawn per camera vertex, or `paired_connections`
   bool splats = true;        ///< each light vertex is connected with the camera
-  bool merges = true;        ///< each camera vertex gathers the light vertices within the merging radius
+  bool merges = true;        ///< each camera vertex gathers the photons within the merging radius
   int camera_children = 1;   ///< children of the first non-specular camera vertex; 0: camera subpaths end there
   bool next_events = true;   ///< each camera vertex samples a point on a light
   bool emitter_hits = true;  ///< camera subpaths contribute when they hit a light
+  /// Which light vertices are photons: false, all; true, those made from a surface with a narrow lobe
+  /// (`has_narrow_lobe`), where other techniques seldom find the path. It is a local count of merging (docs/weights.md).
+  bool local_merges = false;
+  double radius_factor = 1.0;  ///< m: merging radius divided by `RenderSettings::radius`
 
   /// True when the technique is on.
   [[nodiscard]] constexpr bool has(Technique technique) const noexcept {

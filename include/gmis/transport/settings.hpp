@@ -18,7 +18,7 @@ struct RenderSettings {
   SampleCounts counts;           ///< techniques and their numbers of samples, for example one of `gmis::integrators`
   std::uint64_t seed = 0;        ///< selects the random numbers of the run
   int max_depth = 16;            ///< greatest number of edges of a path; 1: light seen directly; at most 256
-  std::optional<double> radius;  ///< merging radius of the first iteration in scene units; unset: 0.4 pixel widths
+  std::optional<double> radius;  ///< r_1, times `SampleCounts::radius_factor`, in scene units; unset: 0.4 pixel widths
   double alpha = 2.0 / 3.0;      ///< r_i = r_1 i^((α−1)/2)
   LightSplit light_split = LightSplit::none;  ///< must be `none` for an engine that does not split light trees
   Scheme scheme = Scheme::N3;                 ///< MIS scheme that draws the children of a split vertex

@@ -15,17 +15,25 @@ namespace gmis {
 
 /// The values to choose from for each count. The candidates are all combinations.
 struct CountChoices {
-  std::vector<double> light_paths{0.0, 0.25, 0.5, 1.0, 2.0};
-  std::vector<int> connections{0, 1, 2, 4};
+  std::vector<double> light_paths{0.0, 0.25, 0.5, 1.0};
+  std::vector<int> connections{0, 1, 2};
   std::vector<bool> merges{false, true};
+  std::vector<double> radius_factors{};  ///< empty: that of the counts that all candidates are made from
   std::vector<int> camera_children{1, 2, 4};
 };
+
+/// Factors on the merging radius to choose from with a local count of merging (`SampleCounts::local_merges`): few
+/// photons are merged, and the best disk is many times that of plain merging.
+inline const std::vector<double> local_radius_factors{2.0, 4.0, 8.0, 12.0};
 
 /// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in
 /// every candidate. Combinations with equal effect occur once.
 [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const SampleCounts& all = {},
                                                               const CountChoices& choices = {}) {
   std::vector<SampleCounts> candidates;
+  const auto add = [&](const SampleCounts& counts) {
+    if (std::find(candidates.begin(), candidates.end(), counts) == candidates.end()) candidates.push_back(counts);
+  };
   for (const int children : choices.camera_children)
     for (const double light_paths : choices.light_paths)
       for (const int connections : choices.connections)
@@ -37,7 +45,15 @@ struct CountChoices {
           counts.merges = all.merges && merges;
           if (!counts.traces_light())
             counts.light_paths = 0.0, counts.connections = 0, counts.splats = counts.merges = false;
-          if (std::find(candidates.begin(), candidates.end(), counts) == candidates.end()) candidates.push_back(counts);
+          if (!counts.merges) counts.local_merges = false, counts.radius_factor = 1.0;
+          if (!counts.merges || choices.radius_factors.empty()) {
+            add(counts);
+            continue;
+          }
+          for (const double factor : choices.radius_factors) {
+            counts.radius_factor = factor;
+            add(counts);
+          }
         }
   return candidates;
 }
@@ -55,11 +71,16 @@ struct CountChoices {
   return iterations > 0 ? sum / static_cast<double>(iterations) : 1.0;
 }
 
+/// Area of the merging disk under `candidate` over that under `made`; 0 when the candidate does not merge.
+[[nodiscard]] inline double disk_factor(const SampleCounts& candidate, const SampleCounts& made) noexcept {
+  const double ratio = candidate.radius_factor / made.radius_factor;
+  return candidate.merges ? ratio * ratio : 0.0;
+}
+
 /// For each technique, its count under `candidate` divided by its count under `made`. All counts of `made` must be
 /// above 0.
 template <std::floating_point T>
-[[nodiscard]] constexpr PerTechnique<T> count_factors(const SampleCounts& candidate,
-                                                      const SampleCounts& made) noexcept {
+[[nodiscard]] inline PerTechnique<T> count_factors(const SampleCounts& candidate, const SampleCounts& made) noexcept {
   const double light = candidate.light_paths / made.light_paths;
   PerTechnique<T> factors{};
   const auto factor_of = [&](Technique technique) -> T& { return factors[static_cast<std::size_t>(technique)]; };
@@ -69,7 +90,7 @@ template <std::floating_point T>
   factor_of(Technique::connect) =
       static_cast<T>(static_cast<double>(candidate.connections) / static_cast<double>(made.connections));
   factor_of(Technique::splat) = candidate.splats ? static_cast<T>(light) : T(0);
-  factor_of(Technique::merge) = candidate.merges ? static_cast<T>(light) : T(0);
+  factor_of(Technique::merge) = static_cast<T>(light * disk_factor(candidate, made));
   return factors;
 }
 
@@ -103,7 +124,8 @@ struct CameraWork {
     if (!candidate.traces_light()) return cost;
     cost += connections * (times(costs.connection, part.connections) + times(costs.shadow_ray, part.connection_rays));
     if (candidate.merges)
-      cost += times(costs.merge_query, part.merge_queries) + light * times(costs.merge, part.merges);
+      cost += times(costs.merge_query, part.merge_queries) +
+              light * disk_factor(candidate, made) * times(costs.merge, part.merges);
     return cost;
   };
   const double more = static_cast<double>(candidate.camera_children - 1);

@@ -49,13 +49,14 @@ class RenderPilot {
   using EngineType = Engine<Sc, Method<SeparateWeights, PilotSplit, PilotOutput>, Source>;
 
   /// The candidates may use the techniques that are on in `settings.counts`; connections and splats must be on there.
-  /// The pilot merges with a constant radius whose disk has the mean area of a run of `expected_iterations`. The scene
-  /// must outlive the pilot.
+  /// All candidates that merge must agree with it in `local_merges`. The pilot merges with a constant radius: the
+  /// largest of all candidates, whose disk has the mean area of a run of `expected_iterations`. The scene must outlive
+  /// the pilot.
   RenderPilot(const Sc& scene, const RenderSettings& settings, std::vector<SampleCounts> candidates,
               std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
       : candidates_(std::move(candidates)),
-        made_(counts_of_pilot(settings.counts)),
-        engine_(scene, settings_of_pilot(scene, settings, expected_iterations), crop) {
+        made_(counts_of_pilot(settings.counts, candidates_)),
+        engine_(scene, settings_of_pilot(scene, settings, made_, expected_iterations), crop) {
     shape_.grid = PilotGrid(scene.camera().resolution(), engine_.crop());
     shape_.made = made_;
     for (const SampleCounts& candidate : candidates_) {
@@ -116,21 +117,24 @@ class RenderPilot {
   }
 
  private:
-  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance.
-  [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts) {
-    counts.light_paths = 1.0;
+  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance; with a local count of
+  /// merging fewer light trees, because the largest disk has many photons.
+  [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts, const std::vector<SampleCounts>& candidates) {
+    counts.light_paths = counts.local_merges ? 0.5 : 1.0;
+    for (const SampleCounts& candidate : candidates)
+      if (candidate.merges) counts.radius_factor = std::max(counts.radius_factor, candidate.radius_factor);
     counts.connections = 2;
     counts.camera_children = 1;
     return counts;
   }
 
   [[nodiscard]] static RenderSettings settings_of_pilot(const Sc& scene, RenderSettings settings,
-                                                        std::uint32_t expected_iterations) {
+                                                        const SampleCounts& made, std::uint32_t expected_iterations) {
     settings.radius =
         settings.radius.value_or(default_radius(scene)) * std::sqrt(mean_disk(settings.alpha, expected_iterations));
     settings.alpha = 1.0;
     settings.light_split = LightSplit::none;
-    settings.counts = counts_of_pilot(settings.counts);
+    settings.counts = made;
     return settings;
   }
 
@@ -139,25 +143,18 @@ class RenderPilot {
     return candidate;
   }
 
-  /// Index of the same counts without merging; `u` when no candidate has these counts.
-  [[nodiscard]] std::size_t without_merging(std::size_t u) const noexcept {
-    SampleCounts other = unsplit_[u];
-    other.merges = false;
-    const auto found = std::find(unsplit_.begin(), unsplit_.end(), other);
-    return found == unsplit_.end() ? u : static_cast<std::size_t>(found - unsplit_.begin());
-  }
-
   /// The estimates of one iteration.
   struct Analysis {
     std::vector<float> picture;
     // One value per analysed pixel and candidate: A, B, ∫ f²/D with the pairs of A, and W.
     std::vector<float> means, splats, second_moments, within;
-    std::vector<double> tile_sums;  ///< sum of A + B, per tile and candidate
+    std::vector<double> kernel_changes;  ///< sum of `PixelRecord::kernel_change`, per tile and candidate
   };
 
-  /// Sums over tiles and pairs of iterations, for the squared bias of one candidate.
+  /// Sums over tiles and pairs of iterations, for the squared bias of one candidate: of the tiles, and of the whole
+  /// picture, each with the square or the size of its noise.
   struct BiasSums {
-    double sum = 0.0, squares = 0.0;
+    double tiles = 0.0, tiles_squared = 0.0, whole = 0.0, whole_noise = 0.0;
   };
 
   static constexpr std::uint32_t not_analysed = 0xFFFFFFFFU;
@@ -170,7 +167,7 @@ class RenderPilot {
     all.second_moments.clear();
     all.within.clear();
     all.splats.clear();
-    all.tile_sums.assign(n * grid.tile_count(), 0.0);
+    all.kernel_changes.assign(n * grid.tile_count(), 0.0);
     pixels_.clear();
     place_.assign(engine_.frame().size(), not_analysed);
     engine_.for_each_output([&](PilotOutput<S>& output) {
@@ -184,17 +181,15 @@ class RenderPilot {
         all.means.insert(all.means.end(), record.mean.begin(), record.mean.end());
         all.second_moments.insert(all.second_moments.end(), record.second_moment.begin(), record.second_moment.end());
         all.within.insert(all.within.end(), record.within.begin(), record.within.end());
-        double* const sums = all.tile_sums.data() + n * grid.tile(record.pixel);
-        for (std::size_t c = 0; c < n; ++c) sums[c] += static_cast<double>(record.mean[c]);
+        double* const changes = all.kernel_changes.data() + n * grid.tile(record.pixel);
+        for (std::size_t c = 0; c < n; ++c) changes[c] += static_cast<double>(record.kernel_change[c]);
       }
     });
     all.splats.resize(all.means.size(), 0.0F);
     engine_.for_each_output([&](PilotOutput<S>& output) {
       for (const auto& splat : output.splat_records()) {
-        double* const sums = all.tile_sums.data() + n * grid.tile(splat.pixel);
         const std::size_t first = n * place_[splat.pixel];
         output.for_each_candidate(splat, [&](std::size_t c, const typename PilotOutput<S>::Lane& lane) {
-          sums[c] += static_cast<double>(lane.own);
           all.splats[first + c] += lane.own;
           all.second_moments[first + c] += lane.second_moment;
           all.within[first + c] += lane.beyond;
@@ -247,8 +242,10 @@ class RenderPilot {
     earlier_iterations_ += 2;
   }
 
-  /// Adds to the squared bias of merging: for each tile, the squared difference between the results with and without
-  /// merging, relative to the squared mean of `values`. The square is a product of two independent iterations.
+  /// Adds to the squared bias of merging, relative to the squared mean of `values`. The bias of a disk with radius r is
+  /// c r² to first order, so that the change from half the radius is ¾ of it. Squares are products of two independent
+  /// iterations. The mean square over tiles shows a bias that changes sign from place to place, but it is noisy; the
+  /// square of the mean over the picture is a lower bound with little noise.
   void add_biases(const Analysis& a, const Analysis& b, const std::vector<double>& values) {
     const std::size_t n = shape_.count, tiles = shape_.grid.tile_count();
     std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
@@ -257,17 +254,27 @@ class RenderPilot {
       tile_values[tile] += values[i];
       tile_pixels[tile] += 1.0;
     }
+    constexpr double whole_of_change = 4.0 / 3.0;
     for (std::size_t c = 0; c < n; ++c) {
-      const std::size_t without = without_merging(c);
-      if (without == c) continue;
+      if (!unsplit_[c].merges) continue;
+      // Per tile, the mean change relative to the mean value; sums are weighted by numbers of pixels.
+      double sum_a = 0.0, sum_b = 0.0, apart = 0.0, pixels = 0.0;
       for (std::size_t t = 0; t < tiles; ++t) {
         if (!(tile_pixels[t] > 0.0)) continue;
-        const double product = (a.tile_sums[t * n + c] - a.tile_sums[t * n + without]) *
-                               (b.tile_sums[t * n + c] - b.tile_sums[t * n + without]) / tile_pixels[t] /
-                               (square(tile_values[t] / tile_pixels[t]) + relative_error_floor);
-        biases_[c].sum += product;
-        biases_[c].squares += square(product);
+        const double unit =
+            whole_of_change / std::sqrt(square(tile_values[t]) + square(tile_pixels[t]) * relative_error_floor);
+        const double change_a = a.kernel_changes[t * n + c] * unit, change_b = b.kernel_changes[t * n + c] * unit;
+        const double product = tile_pixels[t] * change_a * change_b;
+        biases_[c].tiles += product;
+        biases_[c].tiles_squared += square(product);
+        pixels += tile_pixels[t];
+        sum_a += tile_pixels[t] * change_a;
+        sum_b += tile_pixels[t] * change_b;
+        apart += square(tile_pixels[t] * (change_a - change_b));
       }
+      if (!(pixels > 0.0)) continue;
+      biases_[c].whole += sum_a * sum_b / pixels;
+      biases_[c].whole_noise += 0.5 * apart / pixels;  // the variance of either sum, over the pixels
     }
   }
 
@@ -287,11 +294,14 @@ class RenderPilot {
     return *last;
   }
 
-  /// Lower confidence bound of the squared bias: the estimate minus two standard errors, at least 0.
+  /// Lower confidence bound of the squared bias, at least 0: over tiles the estimate minus two standard errors, over the
+  /// whole picture minus one.
   [[nodiscard]] double squared_bias(std::size_t c) const noexcept {
     constexpr double standard_errors = 2.0;
     if (!(pixels_taken_ > 0.0)) return 0.0;
-    return std::max(0.0, biases_[c].sum - standard_errors * std::sqrt(biases_[c].squares)) / pixels_taken_;
+    const BiasSums& bias = biases_[c];
+    const double tiles = bias.tiles - standard_errors * std::sqrt(bias.tiles_squared);
+    return std::max({0.0, tiles, bias.whole - bias.whole_noise}) / pixels_taken_;
   }
 
   /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and

@@ -95,7 +95,9 @@ struct PilotCandidates {
   using Lanes = std::array<float, lanes>;
   struct Block {
     PerTechnique<Lanes> factors{};  ///< counts divided by the counts of the pilot
-    Lanes pair_scale{};  ///< factor on pairs of connections at one vertex: m draws give (m−1)/m of the squared mean
+    Lanes pair_scale{};    ///< factor on pairs of connections at one vertex: m draws give (m−1)/m of the squared mean
+    Lanes disk{};          ///< area of the merging disk, divided by that of the pilot
+    Lanes inverse_disk{};  ///< 1 / `disk`; 0 without merging
   };
 
   PilotGrid grid;
@@ -108,6 +110,8 @@ struct PilotCandidates {
     if (lane == 0) blocks.emplace_back();
     const PerTechnique<float> factors = count_factors<float>(candidate, made);
     for (std::size_t g = 0; g < technique_count; ++g) blocks.back().factors[g][lane] = factors[g];
+    blocks.back().disk[lane] = static_cast<float>(disk_factor(candidate, made));
+    blocks.back().inverse_disk[lane] = candidate.merges ? 1.0F / blocks.back().disk[lane] : 0.0F;
     const auto m = static_cast<float>(candidate.connections), made_m = static_cast<float>(made.connections);
     blocks.back().pair_scale[lane] = m > 0.0F ? (m - 1.0F) / m * made_m / (made_m - 1.0F) : 1.0F;
   }
@@ -133,6 +137,8 @@ class PilotOutput {
     std::span<const float> mean;           ///< A
     std::span<const float> second_moment;  ///< ∫ f²/D and the pairs of A
     std::span<const float> within;         ///< W (pilot.hpp); unbiased in the mean over pixels
+    /// The merged part with the candidate's disk minus that with a disk of half the radius, all else equal.
+    std::span<const float> kernel_change;
   };
 
   /// Starts the analysis for `candidates`, which must outlive this output.
@@ -201,16 +207,22 @@ class PilotOutput {
     }
   }
 
+  /// Notes the squared distance of the vertices that are merged next, divided by the squared radius of the pilot.
+  void on_merge(T relative_distance_squared) noexcept {
+    merge_distance_ = static_cast<float>(relative_distance_squared);
+  }
+
   void add(TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
     film_.add(id, value, densities.weight());
     if (!is_analysing_ || !is_finite(value)) return;
     const bool connects = id.technique == Technique::connect;
+    const bool merges = id.technique == Technique::merge;
     has_connections_ = has_connections_ || connects;
     const TechniqueDensities<float> own = single(densities);
     const Reweighted reweighted(single(value), own, camera_beyond(id, own));
     const float times = times_of_part();
     const float is_child = part_ == before ? 0.0F : 1.0F;
-    const float is_light_side_child = connects || id.technique == Technique::merge ? is_child : 0.0F;
+    const float is_light_side_child = connects || merges ? is_child : 0.0F;
     for (std::size_t b = 0; b < sums_.size(); ++b) {
       Sums& sums = sums_[b];
       for (std::size_t i = 0; i < lanes; ++i) {
@@ -223,6 +235,15 @@ class PilotOutput {
         sums.connect[i] += connects ? lane.own : 0.0F;
         sums.connect_squares[i] += connects ? lane.own * lane.own : 0.0F;
       }
+      if (merges)
+        for (std::size_t i = 0; i < lanes; ++i) {
+          // The pilot's disk stands for the candidate's in `own`. Here the kernels are those of the candidate's disk and
+          // of one with half its radius, a quarter of its area.
+          const auto& block = candidates_->blocks[b];
+          const float whole = merge_distance_ <= block.disk[i] ? 1.0F : 0.0F;
+          const float half = 4.0F * merge_distance_ <= block.disk[i] ? 4.0F : 0.0F;
+          sums.kernel_change[i] += reweighted.in_lane(block, i).own * block.inverse_disk[i] * (whole - half);
+        }
     }
   }
 
@@ -245,8 +266,8 @@ class PilotOutput {
   [[nodiscard]] std::size_t pixel_count() const noexcept { return pixels_.size(); }
   [[nodiscard]] PixelRecord pixel(std::size_t i) const noexcept {
     const std::size_t n = candidates_->count;
-    const float* const start = values_.data() + 3 * n * i;
-    return {pixels_[i], {start, n}, {start + n, n}, {start + 2 * n, n}};
+    const float* const start = values_.data() + 4 * n * i;
+    return {pixels_[i], {start, n}, {start + n, n}, {start + 2 * n, n}, {start + 3 * n, n}};
   }
   [[nodiscard]] std::span<const SplatRecord> splat_records() const noexcept { return splat_records_; }
   /// Counted work of the camera subpaths.
@@ -279,7 +300,7 @@ class PilotOutput {
   /// Sums over the contributions of the current pixel.
   struct Sums {
     std::array<Lanes, 1 + Split::split_children> value{};  ///< by part
-    Lanes second_moment{}, beyond{}, child_squares{}, missing{}, connect{}, connect_squares{};
+    Lanes second_moment{}, beyond{}, child_squares{}, missing{}, connect{}, connect_squares{}, kernel_change{};
   };
 
   /// One contribution, ready to be re-weighted for any candidate. `camera_beyond` is the density of the path by emitter
@@ -351,7 +372,7 @@ class PilotOutput {
   void keep_pixel() {
     is_analysing_ = false;
     const std::size_t n = candidates_->count, start = values_.size();
-    values_.resize(start + 3 * n);
+    values_.resize(start + 4 * n);
     const auto k = static_cast<float>(children_);
     for (std::size_t c = 0; c < n; ++c) {
       const Sums& sums = sums_[c / lanes];
@@ -364,6 +385,7 @@ class PilotOutput {
       if (children_ == Split::split_children)  // pairs of contributions within a child minus pairs across both children
         within += 2.0F * static_cast<float>(Split::stride) * (square(b - other) - sums.child_squares[i]);
       values_[start + 2 * n + c] = within;
+      values_[start + 3 * n + c] = sums.kernel_change[i];
       missing[c] += static_cast<double>(sums.missing[i]);
     }
   }
@@ -378,12 +400,13 @@ class PilotOutput {
   FilmOutput<S> film_;
   const PilotCandidates* candidates_ = nullptr;
   std::vector<std::uint32_t> pixels_;
-  std::vector<float> values_;  // per pixel: the rows mean, second_moment and within
+  std::vector<float> values_;  // per pixel: the rows mean, second_moment, within and kernel_change
   std::vector<SplatRecord> splat_records_;
   CameraWork work_;
   std::vector<Sums> sums_;
   Counters work_before_;
   std::size_t part_ = before;
+  float merge_distance_ = 0.0F;  // as `on_merge` has it
   std::int16_t split_depth_ = 0;
   int children_ = 1;
   bool is_in_pixel_ = false, is_analysing_ = false, has_connections_ = false;

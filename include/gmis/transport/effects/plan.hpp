@@ -27,8 +27,10 @@ namespace gmis {
 }
 
 /// True when the technique makes at least some paths with these properties. `is_delta`: paths from delta lights, which
-/// no ray can hit; else paths from all other lights.
-[[nodiscard]] constexpr bool makes_some(Technique technique, const PathFeatures& f, bool is_delta) noexcept {
+/// no ray can hit; else paths from all other lights. `local_merges`: `SampleCounts::local_merges`, in a scene with narrow
+/// lobes; light vertices that come straight from a light are then no photons.
+[[nodiscard]] constexpr bool makes_some(Technique technique, const PathFeatures& f, bool is_delta,
+                                        bool local_merges = false) noexcept {
   switch (technique) {
     case Technique::emitter_hit:
       return !is_delta;
@@ -39,17 +41,18 @@ namespace gmis {
     case Technique::connect:
       return f.scatterings > 1;
     case Technique::merge:
-      return f.scatterings > 0;
+      return local_merges ? f.scatterings > (f.specular_at_light ? 0 : 1) : f.scatterings > 0;
   }
   return false;
 }
 
 /// The classes among `classes` of which the technique makes at least some paths.
-[[nodiscard]] constexpr PathClassSet classes_made_by(Technique technique, PathClassSet classes,
-                                                     const Effects& effects) noexcept {
+[[nodiscard]] constexpr PathClassSet classes_made_by(Technique technique, PathClassSet classes, const Effects& effects,
+                                                     bool local_merges = false) noexcept {
+  if (technique == Technique::merge && local_merges && !effects.has_narrow_lobes()) return {};
   return classes & PathClassSet::where([&](const PathFeatures& f) {
-           return (effects.has_extended_lights() && makes_some(technique, f, false)) ||
-                  (effects.has_delta_lights() && makes_some(technique, f, true));
+           return (effects.has_extended_lights() && makes_some(technique, f, false, local_merges)) ||
+                  (effects.has_delta_lights() && makes_some(technique, f, true, local_merges));
          });
 }
 
@@ -57,6 +60,7 @@ namespace gmis {
 struct PlanFacts {
   Effects effects;
   PathClassSet classes;
+  bool local_merges = false;  ///< as in `SampleCounts`
 
   /// True when `holds(features)` is true for every class to render.
   template <class Predicate>
@@ -96,7 +100,7 @@ constexpr bool no_light_to_hit(Technique technique, const PlanFacts& facts) {
 }
 
 constexpr bool makes_nothing(Technique technique, const PlanFacts& facts) {
-  return classes_made_by(technique, facts.classes, facts.effects).is_empty();
+  return classes_made_by(technique, facts.classes, facts.effects, facts.local_merges).is_empty();
 }
 
 /// Next event makes every path that scatters once and whose light does not pass a mirror or glass first. Emitter hits
@@ -107,14 +111,11 @@ constexpr bool direct_light_only(Technique technique, const PlanFacts& facts) {
       [](const PathFeatures& f) { return f.scatterings == 0 || (f.scatterings == 1 && !f.specular_at_light); });
 }
 
-/// GGX roughness α below which a lobe counts as narrow: connections at such a lobe have a high variance.
-inline constexpr double narrow_lobe = 0.25;
-
 /// Next event makes a path whose light end is not specular; splats make a path whose camera end is not specular.
 /// Merging is needed for paths with both ends specular. It also helps paths between narrow lobes.
 constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
   if (technique != Technique::merge) return false;
-  if (facts.effects.glossy && facts.effects.least_roughness < narrow_lobe) return false;
+  if (facts.effects.glossy && facts.effects.least_roughness < narrow_roughness) return false;
   return facts.all_classes(
       [](const PathFeatures& f) { return f.scatterings == 0 || !f.specular_at_light || !f.specular_at_camera; });
 }
@@ -159,6 +160,7 @@ struct Plan {
   Effects effects;
   PathClassSet occurring;                                 ///< the classes that carry light
   PathClassSet classes;                                   ///< the classes that carry light and are rendered
+  bool local_merges;                                      ///< as in `SampleCounts`
   std::array<TechniquePlan, technique_count> techniques;  ///< in the order of `Technique`
 
   [[nodiscard]] constexpr const TechniquePlan& operator[](Technique technique) const noexcept {
@@ -203,9 +205,10 @@ namespace detail {
   return plan.classes & PathClassSet::where([&](const PathFeatures& f) {
            for (const bool is_delta : {false, true}) {
              if (!(is_delta ? plan.effects.has_delta_lights() : plan.effects.has_extended_lights())) continue;
-             bool only = makes_some(technique, f, is_delta);
+             bool only = makes_some(technique, f, is_delta, plan.local_merges);
              for (const TechniquePlan& other : plan.techniques)
-               if (other.technique != technique && other.is_on && makes_some(other.technique, f, is_delta))
+               if (other.technique != technique && other.is_on &&
+                   makes_some(other.technique, f, is_delta, plan.local_merges))
                  only = false;
              if (only) return true;
            }
@@ -214,17 +217,17 @@ namespace detail {
 }
 
 /// The plan for a scene with these effects, for paths of at most `max_depth` edges. Only classes in `wanted` are
-/// rendered.
-[[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth,
-                                      PathClassSet wanted = PathClassSet::all()) noexcept {
-  Plan plan{effects, classes_of(effects, max_depth), {}, {}};
+/// rendered. `local_merges`: merging is to have a local count (`SampleCounts::local_merges`).
+[[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth, PathClassSet wanted = PathClassSet::all(),
+                                      bool local_merges = false) noexcept {
+  Plan plan{effects, classes_of(effects, max_depth), {}, local_merges, {}};
   plan.classes = plan.occurring & wanted;
-  const PlanFacts facts{effects, plan.classes};
+  const PlanFacts facts{effects, plan.classes, local_merges};
   for (std::size_t i = 0; i < technique_count; ++i) {
     const auto technique = static_cast<Technique>(i);
     const PlanRule rule = detail::first_rule(technique, facts);
     plan.techniques[i] = {technique, rule == PlanRule::helps, rule,
-                          classes_made_by(technique, plan.occurring, effects)};
+                          classes_made_by(technique, plan.occurring, effects, local_merges)};
   }
   // When light subpaths are traced for another technique, a splat costs one more visibility query per vertex.
   TechniquePlan& splat = plan.techniques[static_cast<std::size_t>(Technique::splat)];

@@ -65,6 +65,13 @@ inline constexpr bool observes_paths = requires {
   typename Output::ObservesPaths;
 };
 
+/// True for an output that is told, before a merge is added, the squared distance of the two merged vertices divided by
+/// the squared radius (`PilotOutput`). The call is compiled for such outputs only.
+template <class Output>
+inline constexpr bool observes_merges = requires(Output& output) {
+  output.on_merge(1.0F);
+};
+
 /// True for an output that is told when a child of a split camera vertex begins and when the techniques at a vertex are
 /// done (`PilotOutput`). The calls are compiled for such outputs only.
 template <class Output>

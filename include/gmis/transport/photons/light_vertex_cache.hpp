@@ -40,14 +40,21 @@ class LightVertexCache {
   }
   [[nodiscard]] Chunk& chunk(std::size_t index) noexcept { return chunks_[index]; }
 
-  /// Numbers all vertices in the order of their trees, for `operator[]`. Call it when all chunks are complete.
+  /// Numbers all vertices in the order of their trees, for `operator[]` and `photons`. Call it when all chunks are
+  /// complete.
   void gather() {
     vertices_.clear();
+    photons_.clear();
     for (const Chunk& chunk : chunks_)
-      for (const Vertex& vertex : chunk.vertices_) vertices_.push_back(&vertex);
+      for (const Vertex& vertex : chunk.vertices_) {
+        if (vertex.is_photon) photons_.push_back(static_cast<std::uint32_t>(vertices_.size()));
+        vertices_.push_back(&vertex);
+      }
   }
   /// Number of vertices at the last `gather`.
   [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
+  /// The numbers of the vertices that merging gathers, at the last `gather`.
+  [[nodiscard]] std::span<const std::uint32_t> photons() const noexcept { return photons_; }
   /// Vertex `index` in the order of the trees.
   [[nodiscard]] const Vertex& operator[](std::size_t index) const noexcept { return *vertices_[index]; }
 
@@ -75,7 +82,7 @@ class LightVertexCache {
 
   /// Bytes of memory held.
   [[nodiscard]] std::size_t byte_count() const noexcept {
-    std::size_t bytes = vertices_.capacity() * sizeof(vertices_[0]);
+    std::size_t bytes = vertices_.capacity() * sizeof(vertices_[0]) + photons_.capacity() * sizeof(photons_[0]);
     for (const Chunk& chunk : chunks_)
       bytes += chunk.vertices_.capacity() * sizeof(Vertex) + chunk.tree_ends_.capacity() * sizeof(std::uint32_t);
     return bytes;
@@ -85,6 +92,7 @@ class LightVertexCache {
   std::vector<Chunk> chunks_;
   std::size_t trees_per_chunk_ = 1;
   std::vector<const Vertex*> vertices_;
+  std::vector<std::uint32_t> photons_;
 };
 
 }  // namespace gmis

@@ -64,11 +64,12 @@ struct Connect {
     // With x_{s−1} the light vertex and x_s the camera vertex  [Georgiev TR 37, 40, 41; docs/weights.md]:
     //   b_{s−1} = c ψ(x_s → x_{s−1}) g_{s−1},   a_s = c ψ(x_{s−1} → x_s) g_s,
     //   reverse densities per steradian: at x_{s−1} back to x_{s−2}, at x_s back to x_{s+1}.
-    const auto weight = context.recursion.connect(
-        light.weights, light.children.reverse * light_bsdf.pdf.reverse.value,
-        vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point), vertex.weights,
-        vertex.is_next_to_camera(), vertex.children.reverse * camera_bsdf.pdf.reverse.value,
-        light.children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
+    const auto weight =
+        context.recursion.connect(light.weights, light.is_photon, light.children.reverse * light_bsdf.pdf.reverse.value,
+                                  vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point),
+                                  vertex.weights, vertex.is_next_to_camera(), context.makes_photons(light.bsdf),
+                                  vertex.children.reverse * camera_bsdf.pdf.reverse.value,
+                                  light.children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
     if constexpr (observes_paths<Output>) output.on_light_vertex(light);
     output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),
                 static_cast<std::int16_t>(vertex.depth + 1), path_class},

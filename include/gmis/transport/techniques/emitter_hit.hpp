@@ -7,12 +7,13 @@ namespace gmis {
 
 /// Technique s = 0: a camera subpath meets a light, either a surface that emits or an infinite light.
 struct EmitterHit {
-  /// Adds the radiance that the surface at `vertex` emits along `to_prev`; nothing when it emits none. `from` is the
-  /// vertex before `vertex`.
-  template <class Context, class Vertex, class Point, class Output>
-  static void at_camera_vertex(const Context& context, const Vertex& vertex, const Point& from, Output& output) {
-    if (vertex.hit.light == nullptr) return;
-    add(context, *vertex.hit.light, vertex.hit.point, vertex.to_prev, vertex.throughput, vertex.weights, vertex.depth,
+  /// Adds the radiance that `vertex.hit.light` emits at `vertex` along `to_prev`. `weights` are the partial sums there
+  /// with s(x_0), the local count of merging at a light, in place of the surface's. `from` is the vertex before
+  /// `vertex`.
+  template <class Context, class Vertex, class Weights, class Point, class Output>
+  static void at_camera_vertex(const Context& context, const Vertex& vertex, const Weights& weights, const Point& from,
+                               Output& output) {
+    add(context, *vertex.hit.light, vertex.hit.point, vertex.to_prev, vertex.throughput, weights, vertex.depth,
         vertex.path, from, output);
   }
 

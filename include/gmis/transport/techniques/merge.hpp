@@ -40,6 +40,10 @@ struct Merge {
                                   vertex.is_next_to_camera(), vertex.children.reverse * bsdf.pdf.reverse.value);
       ++output.counters().merges;
       if constexpr (observes_paths<Output>) output.on_light_vertex(light);
+      if constexpr (observes_merges<Output>) {
+        const Vec3<T> offset = point.position - light.point.position;
+        output.on_merge(glm::dot(offset, offset) * context.inverse_radius_squared);
+      }
       output.add({Technique::merge, static_cast<std::int16_t>(light.depth + 1),
                   static_cast<std::int16_t>(vertex.depth + 1), path_class},
                  value, weight);

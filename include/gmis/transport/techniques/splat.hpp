@@ -46,8 +46,8 @@ struct Splat {
     // c of the camera subpath at x_{k−1}, which is its first non-specular vertex
     const T camera_children = context.camera_children(survival_probability(light.bsdf), true);
     // b_{k−2} = c ψ(x_{k−1} → x_{k−2}) g_{k−2}; its first two factors are passed  [Georgiev TR 37, 46, 47].
-    const auto weight =
-        context.recursion.splat(light.weights, camera_children * bsdf.pdf.reverse.value, camera_density);
+    const auto weight = context.recursion.splat(light.weights, light.is_photon,
+                                                camera_children * bsdf.pdf.reverse.value, camera_density);
     ++output.counters().splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
                      {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, value, weight);

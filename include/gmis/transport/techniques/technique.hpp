@@ -33,6 +33,8 @@ struct TechniqueCounts {
   T connect{};      ///< ρ: m n_L / V̄ for m vertices drawn from the cache of all trees, 1 for a paired tree
   T splat{};        ///< n_L: light trees whose vertices are connected with the camera, per camera subpath
   T merge{};        ///< μ = n_L π r²: light trees × area of the merging disk [scene units²]
+  /// s(x_0) = 1: merging gathers the first vertices of light subpaths, too. False with a local count of merging.
+  bool merges_first = true;
 };
 
 }  // namespace gmis

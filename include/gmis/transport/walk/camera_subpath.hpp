@@ -101,7 +101,8 @@ class CameraSubpath {
       }
       Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
       if (!arrive(edge, vertex)) return;
-      if (context_.has.emitter_hit) EmitterHit::at_camera_vertex(context_, vertex, edge.from, output_);
+      if (context_.has.emitter_hit && vertex.hit.light != nullptr)
+        EmitterHit::at_camera_vertex(context_, vertex, weights_of_hit(edge, vertex), edge.from, output_);
       if (edge.depth == context_.max_depth) return;
 
       const auto& bsdf = vertex.hit.bsdf;
@@ -166,22 +167,19 @@ class CameraSubpath {
     if constexpr (observes_children<Output>) output_.end_children();
   }
 
-  /// Forms the partial weights of the vertex from its density per area, b_j = c ψ |cos θ_j| / d². With parallel camera
-  /// rays, b_{k−1} is the density per area perpendicular to the ray, times |cos θ_{k−1}|. Returns false and rejects the
-  /// sample when b_j is zero or not finite.
+  /// Forms the partial weights of the vertex from its density per area. Returns false and rejects the sample when the
+  /// density is zero or not finite.
   [[nodiscard]] bool arrive(const Edge& edge, Vertex& vertex) {
     const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
     const T distance_squared = glm::dot(offset, offset);
-    const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
-    const bool is_parallel = edge.depth == 1 && context_.scene.camera().has_parallel_rays();
-    // b_j = c ψ(x_{j+1} → x_j) |cos θ_j| / d², c being part of `forward`
-    const T density = edge.step.forward * (is_parallel ? cos_here : cos_here / distance_squared);
+    const T density = density_at(edge, vertex, distance_squared);
     if (!is_usable_density(density)) [[unlikely]] {
       if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
       output_.reject(RejectionCause::zero_pdf, {});
       return false;
     }
-    vertex.weights = weights_at(edge, cos_behind(edge) / distance_squared, density);
+    vertex.weights =
+        weights_at(edge, cos_behind(edge) / distance_squared, density, context_.makes_photons(vertex.hit.bsdf));
     if constexpr (observes_paths<Output>) output_.on_vertex(edge.step, density, vertex, vertex.hit.point);
     return true;
   }
@@ -193,8 +191,8 @@ class CameraSubpath {
     if (context_.has.emitter_hit) {
       if (is_usable_density(edge.step.forward)) [[likely]]
         EmitterHit::at_escape(context_, -edge.step.to_next, edge.throughput,
-                              weights_at(edge, cos_behind(edge), edge.step.forward), edge.depth, edge.path, edge.from,
-                              output_);
+                              weights_at(edge, cos_behind(edge), edge.step.forward, context_.lights_make_photons()),
+                              edge.depth, edge.path, edge.from, output_);
       else
         output_.reject(RejectionCause::zero_pdf, {});
     }
@@ -205,12 +203,32 @@ class CameraSubpath {
     return std::abs(glm::dot(edge.from.geometric_normal, edge.step.to_next));
   }
 
-  /// Partial weights at the far end. `to_area_back` is g at the near end, `density` is b at the far end
-  /// [Georgiev TR 31–36, mirrored].
-  [[nodiscard]] CameraPartial weights_at(const Edge& edge, T to_area_back, T density) const {
+  /// Partial weights at the far end. `to_area_back` is g at the near end, `density` is b at the far end,
+  /// `makes_photons` is s there [Georgiev TR 31–36, mirrored].
+  [[nodiscard]] CameraPartial weights_at(const Edge& edge, T to_area_back, T density, bool makes_photons) const {
     if (edge.depth == 1) return context_.recursion.first_camera_vertex(density);
-    return context_.recursion.extend_camera(edge.weights_behind, edge.depth == 2, edge.step.is_delta, edge.step.reverse,
-                                            to_area_back, density);
+    return context_.recursion.extend_camera(edge.weights_behind, edge.depth == 2, makes_photons, edge.step.is_delta,
+                                            edge.step.reverse, to_area_back, density);
+  }
+
+  /// Partial weights at `vertex` as the end x_0 of a path, on a light. They differ from those of the vertex only when its
+  /// surface makes photons and its light does not.
+  [[nodiscard]] CameraPartial weights_of_hit(const Edge& edge, const Vertex& vertex) const {
+    if constexpr (Context::has_light_side)
+      if (context_.makes_photons(vertex.hit.bsdf) != context_.lights_make_photons()) {
+        const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
+        const T distance_squared = glm::dot(offset, offset);
+        return weights_at(edge, cos_behind(edge) / distance_squared, density_at(edge, vertex, distance_squared), false);
+      }
+    return vertex.weights;
+  }
+
+  /// b_j = c ψ(x_{j+1} → x_j) |cos θ_j| / d², c being part of `forward`. With parallel camera rays, b_{k−1} is the
+  /// density per area perpendicular to the ray, times |cos θ_{k−1}|.
+  [[nodiscard]] T density_at(const Edge& edge, const Vertex& vertex, T distance_squared) const {
+    const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
+    const bool is_parallel = edge.depth == 1 && context_.scene.camera().has_parallel_rays();
+    return edge.step.forward * (is_parallel ? cos_here : cos_here / distance_squared);
   }
 
   /// Applies the techniques of a non-specular vertex. `number` keys their random numbers.

@@ -32,7 +32,7 @@ struct IterationContext {
   Recursion recursion;
   Split split;
   const LightVertexGrid<T>& grid;
-  const LightVertexCache<StoredVertex>& cache;  ///< vertex i of the cache is point i of the grid
+  const LightVertexCache<StoredVertex>& cache;  ///< the grid names its points by their numbers in the cache
   SampleCounts counts;
   struct {
     bool emitter_hit, next_event, connect, splat, merge;
@@ -45,6 +45,7 @@ struct IterationContext {
   int max_depth;
   std::uint64_t tree_count;  ///< n_L
   T merge_normalization;     ///< 1 / (n_L π r²)
+  T inverse_radius_squared;  ///< 1 / r²
   PathFilter filter;
 
   /// Index of the pixel in the frame (rows from the upper left), or −1 when it is outside the crop.
@@ -59,6 +60,18 @@ struct IterationContext {
     const auto pixels = static_cast<std::uint64_t>(resolution.x) * static_cast<std::uint64_t>(resolution.y);
     return tree_count == pixels ? pixel : static_cast<std::size_t>(pixel * tree_count / pixels);
   }
+
+  /// s(x) of the local count of merging, for a surface with this BSDF: true when light vertices that are made from it are
+  /// photons. 1 everywhere when merging is not local.
+  template <Bsdf B>
+  [[nodiscard]] constexpr bool makes_photons(const B& bsdf) const noexcept {
+    if constexpr (has_light_side)
+      return !counts.local_merges || has_narrow_lobe(bsdf);
+    else
+      return false;
+  }
+  /// s(x_0): true when the first vertices of light subpaths are photons.
+  [[nodiscard]] constexpr bool lights_make_photons() const noexcept { return !counts.local_merges; }
 
   /// True when camera subpaths end at their first non-specular vertex.
   [[nodiscard]] constexpr bool camera_stops() const noexcept { return counts.camera_children == 0; }

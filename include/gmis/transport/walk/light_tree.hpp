@@ -86,7 +86,8 @@ class LightTree {
   void use(const Vertex& vertex, Source& source, Chunk* stored) {
     if constexpr (observes_paths<Output>) output_.on_use(vertex);
     if (vertex.bsdf.is_purely_delta() || survival_probability(vertex.bsdf) == T(0)) return;
-    if (stored != nullptr && context_.filter.keeps_light(context_.filter.after_scattering(vertex.path, vertex.bsdf)))
+    if (stored != nullptr && (context_.has.connect || vertex.is_photon) &&
+        context_.filter.keeps_light(context_.filter.after_scattering(vertex.path, vertex.bsdf)))
       stored->add(vertex);
     if (context_.has.splat) Splat::at_light_vertex(context_, vertex, source, output_);
   }
@@ -135,8 +136,8 @@ class LightTree {
     const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
-    const Vertex vertex =
-        vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability), weights, 1, {});
+    const Vertex vertex = vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability),
+                                    weights, 1, context_.lights_make_photons(), {});
     if constexpr (observes_paths<Output>)
       output_.on_vertex(Step<S>{emission->direction, emission->weight, emission->density.first, T(0), false}, density,
                         vertex, vertex.point);
@@ -159,16 +160,17 @@ class LightTree {
     if (!is_usable(density)) return std::nullopt;
     // g_i, for the reverse density at x_{i+1}  [Georgiev TR 34–36]
     const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
-    const Vertex vertex =
-        vertex_at(*hit, step.to_next, from.throughput * step.weight,
-                  context_.recursion.extend_light(from.weights, step.is_delta, step.reverse, to_area_back, density),
-                  from.depth + 1, path);
+    const Vertex vertex = vertex_at(*hit, step.to_next, from.throughput * step.weight,
+                                    context_.recursion.extend_light(from.weights, from.is_photon, step.is_delta,
+                                                                    step.reverse, to_area_back, density),
+                                    from.depth + 1, context_.makes_photons(from.bsdf), path);
     if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
     return vertex;
   }
 
   [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
-                                 const decltype(Vertex::weights)& weights, int depth, HalfPath path) const {
+                                 const decltype(Vertex::weights)& weights, int depth, bool is_photon,
+                                 HalfPath path) const {
     const T survival = survival_probability(hit.bsdf);
     return {hit.point,
             hit.bsdf,
@@ -177,6 +179,7 @@ class LightTree {
             weights,
             {context_.light_children(hit.bsdf, survival), context_.camera_children(survival, false)},
             static_cast<std::int16_t>(depth),
+            is_photon,
             path};
   }
 

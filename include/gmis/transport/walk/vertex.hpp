@@ -21,6 +21,7 @@ struct LightVertex {
   typename Recursion::LightPartial weights;
   NominalChildren<T> children;  ///< c here: `forward` of a light subpath, `reverse` of a camera subpath
   std::int16_t depth;           ///< edges from the light
+  bool is_photon;               ///< merging gathers it: s(x_{i−1}) = 1 (docs/weights.md)
   HalfPath path{};              ///< the events before this vertex
 };
 

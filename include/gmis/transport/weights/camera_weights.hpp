@@ -35,7 +35,7 @@ class CameraWeightRecursion {
   /// The partial sums at x_{k−1}; `density` is b_{k−1}.
   [[nodiscard]] static constexpr CameraPartial first_camera_vertex(T density) noexcept { return {density}; }
   /// The partial sums at x_{j−1}; `density` is b_{j−1}. `is_delta`: the event at x_j is a delta event.
-  [[nodiscard]] static constexpr CameraPartial extend_camera(const CameraPartial&, bool, bool is_delta, T, T,
+  [[nodiscard]] static constexpr CameraPartial extend_camera(const CameraPartial&, bool, bool, bool is_delta, T, T,
                                                              T density) noexcept {
     return {is_delta ? T(0) : density};
   }

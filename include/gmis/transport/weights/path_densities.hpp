@@ -17,7 +17,9 @@ struct PathDensities {
   std::vector<T> from_light;  ///< a_i per area, i < k; a_0 includes the probability of choosing the light
   std::vector<T>
       from_camera;  ///< b_i per area, i < k; after a delta event: selection probability × geometry of the edge
-  std::vector<bool> is_delta;    ///< whether the path goes through x_i by a delta event (0 < i < k)
+  std::vector<bool> is_delta;  ///< whether the path goes through x_i by a delta event (0 < i < k)
+  /// s(x_i), i < k − 1: whether light vertices that were made from x_i are photons, which merging gathers. Empty: all.
+  std::vector<bool> makes_photons = {};
   T next_event{};                ///< e_0: density of x_0 by next event; includes the probability of choosing the light
   bool light_can_be_hit = true;  ///< false for a delta light
 };
@@ -35,8 +37,8 @@ struct TechniqueDensity {
   T density{};
 };
 
-/// The expected sample density κ_s U(s) of every technique, in the order s = 0 … k, then μ b_i U(i+1) of merging at x_1
-/// … x_{k−1}. A technique that cannot make the path has the density 0. U(s) = Π_{i<s} a_i Π_{i≥s} b_i.
+/// The expected sample density κ_s U(s) of every technique, in the order s = 0 … k, then s(x_{i−1}) μ b_i U(i+1) of
+/// merging at x_1 … x_{k−1}. A technique that cannot make the path has the density 0. U(s) = Π_{i<s} a_i Π_{i≥s} b_i.
 template <class T, class Counts>
 [[nodiscard]] std::vector<TechniqueDensity<T>> technique_densities(const PathDensities<T>& path, const Counts& counts) {
   const int k = static_cast<int>(path.from_light.size());
@@ -64,8 +66,9 @@ template <class T, class Counts>
     all.push_back({{false, s}, density});
   }
   for (int i = 1; i < k; ++i) {
-    const bool can_merge = !path.is_delta[static_cast<std::size_t>(i)];
-    all.push_back({{true, i}, can_merge ? T(counts.merge) * product(i + 1, i) : T(0)});  // μ b_i U(i+1)
+    const bool is_photon = path.makes_photons.empty() || path.makes_photons[static_cast<std::size_t>(i) - 1];
+    const bool can_merge = is_photon && !path.is_delta[static_cast<std::size_t>(i)];
+    all.push_back({{true, i}, can_merge ? T(counts.merge) * product(i + 1, i) : T(0)});  // s μ b_i U(i+1)
   }
   return all;
 }

@@ -13,14 +13,16 @@
 /// r².
 ///
 /// L_i = the densities of all techniques to the left of the connection s = i+1, over U(i+1):
-///     L_i = b_i (μ + κ_i / a_i + L_{i−1} / a_i)                          [Liu, w_{i,VC}, corrected]
+///     L_i = b_i (μ_i + κ_i / a_i + L_{i−1} / a_i)                        [Liu, w_{i,VC}, corrected]
+/// The count of merging may be local: photons at x_i count only when s(x_{i−1}) = 1, with s a function of the surface
+/// alone, so that μ_i = s(x_{i−1}) μ stands in place of μ. s(x_0) is the same for all lights; s ≡ 1 is plain merging.
 /// Absolute counts (μ and κ, not their quotient η) let the two partial sums w_VC and w_VM of the paper become one:
-/// w_{i,VC} = L_i / ρ and w_{i,VM} = (L_i / b_i − μ) / μ.
+/// w_{i,VC} = L_i / ρ and w_{i,VM} = (L_i / b_i − μ) / μ where μ_i = μ.
 ///
 /// b_i is not known before the path goes on from x_i, so a subpath carries
 ///     shared_i = κ_i / a_i,   chain_i = g_{i−1} (L_{i−1} / b_{i−1}) / a_i,
 /// with b_{i−1} = reverse_i g_{i−1}: `reverse` per steradian at x_i, g the change from solid angle to area. Then
-/// L_i = b_i (μ + shared_i + reverse_i · chain_i). The camera side is the mirror image.
+/// L_i = b_i (μ_i + shared_i + reverse_i · chain_i). The camera side is the mirror image.
 
 namespace gmis {
 
@@ -89,7 +91,8 @@ class WeightRecursion {
         next_event_(Sums::template of<Technique::next_event>(h(counts.next_event))),
         connect_(Sums::template of<Technique::connect>(h(counts.connect))),
         splat_(Sums::template of<Technique::splat>(h(counts.splat))),
-        merge_(Sums::template of<Technique::merge>(h(counts.merge))) {}
+        merge_(Sums::template of<Technique::merge>(h(counts.merge))),
+        first_merge_(counts.merges_first ? merge_ : Sum()) {}
 
   // ---- light side -------------------------------------------------------------------------------------------------
 
@@ -104,10 +107,10 @@ class WeightRecursion {
 
   /// Partial sums at x_{i+1} of a light subpath: shared = ρ / a_{i+1}, chain = g_i (L_i / b_i) / a_{i+1}
   /// [Georgiev TR 34–36; Liu, w_{i,VC}, corrected]. `reverse` is the density per steradian at x_i of going back to
-  /// x_{i−1}, `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}.
-  [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, bool is_delta, T reverse, T to_area,
-                                                    T density) const noexcept {
-    return extend(at, is_delta, reverse, to_area, density, connect_);
+  /// x_{i−1}, `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}. `is_photon`: s(x_{i−1}) = 1.
+  [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, bool is_photon, bool is_delta, T reverse,
+                                                    T to_area, T density) const noexcept {
+    return extend(at, is_photon, is_delta, reverse, to_area, density, connect_);
   }
 
   // ---- camera side ------------------------------------------------------------------------------------------------
@@ -121,10 +124,12 @@ class WeightRecursion {
   }
 
   /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain = g_j (C_j / a_j) /
-  /// b_{j−1} [Georgiev TR 34–36]. Arguments as in `extend_light`; `is_next_to_camera`: x_j is x_{k−1}.
-  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera, bool is_delta,
-                                                      T reverse, T to_area, T density) const noexcept {
-    return extend(counted(at, is_next_to_camera), is_delta, reverse, to_area, density, Number(T(1)));
+  /// b_{j−1} [Georgiev TR 34–36]. Arguments as in `extend_light`; `is_next_to_camera`: x_j is x_{k−1};
+  /// `makes_photons`: s(x_{j−1}) = 1, so that light subpaths which come to x_j from there leave photons at x_j.
+  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera,
+                                                      bool makes_photons, bool is_delta, T reverse, T to_area,
+                                                      T density) const noexcept {
+    return extend(counted(at, is_next_to_camera), makes_photons, is_delta, reverse, to_area, density, Number(T(1)));
   }
 
   // ---- weights ----------------------------------------------------------------------------------------------------
@@ -135,39 +140,44 @@ class WeightRecursion {
   /// s = 0: n_0 / (n_0 + n_1 e_0 shared_0 + a_0 · `first` · chain_0) [Georgiev TR 37, 42, 43].
   /// `at` is the camera vertex on the light, with k ≥ 2; `origin` is a_0 and `next_event` is e_0, as in
   /// `first_light_vertex`. `first` is the density of the emitted direction, so that a_1 = `first` · g_1, with the g_1
-  /// that `extend_camera` had as `to_area`.
+  /// that `extend_camera` had as `to_area`; `makes_photons` there must have been s(x_0).
   [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T origin, T next_event, T first) const noexcept {
     const Sum others = next_event_ * h(next_event) * at.shared + h(origin) * h(first) * at.chain;
     return Sums::weight(emitter_hit_, others);
   }
 
-  /// s = 1: n_1 e_0 / (n_1 e_0 + n_0 b_0 + a_0 C_1), with C_1 = a_1 (μ + shared_1 + `reverse` · chain_1)
+  /// s = 1: n_1 e_0 / (n_1 e_0 + n_0 b_0 + a_0 C_1), with C_1 = a_1 (s(x_0) μ + shared_1 + `reverse` · chain_1)
   /// [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera subpath makes x_0 (0 for a light that no
   /// ray can hit); `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
   [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
                                             T hit, T first, T reverse) const noexcept {
-    const Sum others = emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_next_to_camera), reverse);
+    const Sum others =
+        emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_next_to_camera), first_merge_, reverse);
     return Sums::weight(next_event_ * h(next_event), others);
   }
 
-  /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ + shared_i + r_i chain_i), C_i = a_i (μ + shared_i + r_i
+  /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ_i + shared_i + r_i chain_i), C_i = a_i (μ_i + shared_i + r_i
   /// chain_i) [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected]. `camera_density` is b_{s−1} of the light vertex and
   /// `light_density` is a_s of the camera vertex, each made from the other end. The reverse densities r are per
-  /// steradian, each back along its own subpath.
-  [[nodiscard]] constexpr Weight connect(const LightPartial& light, T light_reverse, T camera_density,
-                                         const CameraPartial& camera, bool is_next_to_camera, T camera_reverse,
-                                         T light_density) const noexcept {
-    return Sums::weight(connect_, h(camera_density) * side(light, light_reverse) +
-                                      h(light_density) * side(counted(camera, is_next_to_camera), camera_reverse));
+  /// steradian, each back along its own subpath. `is_photon`: s(x_{s−2}) = 1; `makes_photons`: s(x_{s−1}) = 1, so that
+  /// merging at x_s could make the path.
+  [[nodiscard]] constexpr Weight connect(const LightPartial& light, bool is_photon, T light_reverse, T camera_density,
+                                         const CameraPartial& camera, bool is_next_to_camera, bool makes_photons,
+                                         T camera_reverse, T light_density) const noexcept {
+    const Sum before = side(light, merge_if(is_photon), light_reverse);
+    const Sum after = side(counted(camera, is_next_to_camera), merge_if(makes_photons), camera_reverse);
+    return Sums::weight(connect_, h(camera_density) * before + h(light_density) * after);
   }
 
   /// t = 1: n_L / (n_L + L_{k−1}) [Georgiev TR 37, 46, 47]. `camera_density` is b_{k−1} of the light vertex, made by a
-  /// camera ray; `light_reverse` is the density per steradian there of going back to x_{k−2}.
-  [[nodiscard]] constexpr Weight splat(const LightPartial& light, T light_reverse, T camera_density) const noexcept {
-    return Sums::weight(splat_, h(camera_density) * side(light, light_reverse));
+  /// camera ray; `light_reverse` is the density per steradian there of going back to x_{k−2}. `is_photon`: s(x_{k−2})
+  /// = 1.
+  [[nodiscard]] constexpr Weight splat(const LightPartial& light, bool is_photon, T light_reverse,
+                                       T camera_density) const noexcept {
+    return Sums::weight(splat_, h(camera_density) * side(light, merge_if(is_photon), light_reverse));
   }
 
-  /// Merging at x_i, which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light side and of the camera
+  /// Merging at a photon x_i (s(x_{i−1}) = 1), which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light side and of the camera
   /// side) [Georgiev TR 37–39; Liu, w_{i,VM}, corrected]. The reverse densities r are per steradian, each back along
   /// its own subpath.
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
@@ -186,23 +196,27 @@ class WeightRecursion {
     return {(is_next_to_camera ? splat_ : connect_) * camera.shared, camera.chain};
   }
 
-  /// L_i / b_i = μ + shared_i + r_i chain_i, at a vertex where the path goes on by a non-delta event; C_i / a_i
+  /// L_i / b_i = μ_i + shared_i + r_i chain_i, at a vertex where the path goes on by a non-delta event; C_i / a_i
   /// likewise.
-  [[nodiscard]] constexpr Sum side(const LightPartial& at, T reverse) const noexcept {
-    return merge_ + at.shared + h(reverse) * at.chain;
+  [[nodiscard]] static constexpr Sum side(const LightPartial& at, const Sum& merge, T reverse) noexcept {
+    return merge + at.shared + h(reverse) * at.chain;
   }
+  /// μ_i: μ at a photon, else 0.
+  [[nodiscard]] constexpr Sum merge_if(bool is_photon) const noexcept { return is_photon ? merge_ : Sum(); }
 
   /// Partial sums at the next vertex, which has the density `density` [Georgiev TR 34–36; at a delta event 53–55].
   template <class Shared>
-  [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, bool is_delta, T reverse, T to_area,
-                                                          T density, const Shared& count) const noexcept {
+  [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, bool is_photon, bool is_delta,
+                                                          T reverse, T to_area, T density,
+                                                          const Shared& count) const noexcept {
     const Number inverse = Number(T(1)) / h(density);
-    // A delta event at x_i: no merging at x_i and no connection over either of its edges, so μ and `shared` drop out.
+    // A delta event at x_i: no merging at x_i and no connection over either of its edges, so μ_i and `shared` drop out.
     if (is_delta) return {Shared(), h(to_area) * h(reverse) * at.chain * inverse};
-    return {count * inverse, h(to_area) * side(at, reverse) * inverse};
+    return {count * inverse, h(to_area) * side(at, merge_if(is_photon), reverse) * inverse};
   }
 
   Sum emitter_hit_, next_event_, connect_, splat_, merge_;
+  Sum first_merge_;  // s(x_0) μ
 };
 
 }  // namespace gmis
