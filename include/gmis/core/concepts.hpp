@@ -75,6 +75,19 @@ template <Bsdf B>
     return true;
 }
 
+/// `bsdf.reflects_only()`, an optional member, or false for a BSDF without it. True promises that `evaluate` is zero
+/// unless the cosines of both directions with the shading normal have one sign. Connections that would be zero then end
+/// before the BSDF is evaluated.
+template <Bsdf B>
+[[nodiscard]] constexpr bool reflects_only(const B& bsdf) noexcept {
+  if constexpr (requires {
+                  { bsdf.reflects_only() } -> std::same_as<bool>;
+                })
+    return bsdf.reflects_only();
+  else
+    return false;
+}
+
 /// A light source. No density includes the probability of choosing this light.
 ///
 /// - `is_delta()`: no ray can hit the light (point, spot, directional).
