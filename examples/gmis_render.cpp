@@ -7,6 +7,7 @@
 #include <new>
 
 #include "support/choices.hpp"
+#include "support/instruction_set.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
 #include "support/replay_text.hpp"
@@ -228,6 +229,13 @@ int run(Options options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (!processor_has_instruction_set()) {
+    std::fprintf(stderr,
+                 "gmis-render: compiled for %s, which this processor is not: configure with -DGMIS_ISA=x86-64, or take "
+                 "./run --isa x86-64 path gmis-render\n",
+                 instruction_set.data());
+    return failed;
+  }
   try {
     const std::optional<Options> options = parse_command_line(argc, argv);
     return options ? run(*options) : done;

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <sstream>
 #include <string_view>
 
 #include "gmis/transport/effects/effect_switches.hpp"
 #include "support/diagnostics.hpp"
+#include "support/instruction_set.hpp"
 
 namespace gmis::tools {
 namespace {
@@ -71,14 +71,6 @@ std::array<int, 4> crop_of(const std::string& text) {
   return *crop;
 }
 
-/// A number above 0 as the text before `end` gives it.
-std::optional<double> positive_number_of(const char* begin, const char* end) {
-  double value = 0;
-  const auto [next, error] = std::from_chars(begin, end, value);
-  if (error != std::errc{} || next != end || !(value > 0) || !std::isfinite(value)) return {};
-  return value;
-}
-
 void require_above_zero(const char* option, double value) {
   if (!(value > 0) || !std::isfinite(value)) throw InputError(std::string(option) + " must be above 0");
 }
@@ -86,7 +78,7 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, radius;
+  std::string replay, aov, isa, radius;
   double seconds = 0, relative_error = 0;
 };
 
@@ -118,6 +110,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)");
   app.add_option("--time", raw.seconds, "Stop after so many seconds");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small");
+  app.add_option("--isa", raw.isa,
+                 "Fail unless the program is compiled for this level of the processor: x86-64 or x86-64-v3");
   app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only");
   app.add_option("--effects", options.effects,
                  "Render only some effects: a list of no-NAME or NAME-only, of emission, direct, caustics, indirect, "
@@ -152,21 +146,6 @@ std::array<int, 2> size_of(const std::string& text) {
   if (!size || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > largest || (*size)[1] > largest)
     throw InputError("--size " + in_quotes(text) + " must be WIDTHxHEIGHT, each from 1 to 32768");
   return *size;
-}
-
-RadiusChoice radius_of(const std::string& text) {
-  const bool is_in_scene_units = !text.empty() && text.back() == 'u';
-  const auto value = positive_number_of(text.data(), text.data() + text.size() - (is_in_scene_units ? 1 : 0));
-  if (!value)
-    throw InputError("--radius " + in_quotes(text) +
-                     " must be a number above 0, in pixel widths, or with a u behind, such as 0.01u, in scene units");
-  return {*value, is_in_scene_units};
-}
-
-std::string text_of(const RadiusChoice& radius) {
-  std::ostringstream text;
-  text << radius.value << (radius.is_in_scene_units ? " scene units" : " pixel widths");
-  return text.str();
 }
 
 PathChoice path_choice_of(const std::string& text) {
@@ -260,6 +239,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");
   if (given("--threads") && (options.threads < 1 || options.threads > 4096))
     throw InputError("--threads must be from 1 to 4096");
+  if (given("--isa") && raw.isa != instruction_set)
+    throw InputError("--isa " + in_quotes(raw.isa) + ": this program is compiled for " + std::string(instruction_set) +
+                     "; ./run --isa LEVEL path gmis-render builds one for x86-64 or x86-64-v3 and prints where it is");
   if (given("--seed")) options.seed = whole_number_of<std::uint64_t>("--seed", raw.seed);
   if (given("--iterations")) {
     options.iterations = whole_number_of<std::uint32_t>("--iterations", raw.iterations);

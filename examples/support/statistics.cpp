@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "support/instruction_set.hpp"
 #include "support/plan_text.hpp"
 #include "support/replay_text.hpp"
 
@@ -186,6 +187,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
                           {"rendered", classes_json(facts.scene_plan.classes)}};
   json["techniques"] = techniques_json(result.counts, facts);
   json["version"] = GMIS_VERSION;
+  json["isa"] = instruction_set;
   json["scene"] = options.scene;
   json["width"] = result.image.width;
   json["height"] = result.image.height;

@@ -1,19 +1,39 @@
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstdint>
 #include <set>
+#include <vector>
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/statistics.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
-TEST_CASE("Philox4x32-10 gives the numbers that its authors publish") {
-  // The known answers of Random123 (kat_vectors, philox4x32 with 10 rounds).
-  using Block = std::array<std::uint32_t, 4>;
-  constexpr std::uint32_t ones = 0xFFFFFFFFU;
-  CHECK(gmis::philox4x32({0, 0, 0, 0}, {0, 0}) == Block{0x6627E8D5U, 0xE169C58DU, 0xBC57AC4CU, 0x9B00DBD8U});
-  CHECK(gmis::philox4x32({ones, ones, ones, ones}, {ones, ones}) ==
-        Block{0x408F276DU, 0x41C83B0EU, 0xA20BC7C6U, 0x6D5451FDU});
-  CHECK(gmis::philox4x32({0x243F6A88U, 0x85A308D3U, 0x13198A2EU, 0x03707344U}, {0xA4093822U, 0x299F31D0U}) ==
-        Block{0xD16CFE09U, 0x94FDCCEBU, 0x5001E420U, 0x24126EA1U});
+using Counter = std::array<std::uint64_t, 2>;
+
+TEST_CASE("Philox2x64-10 gives the numbers that its authors publish") {
+  // The known answers of Random123 (kat_vectors, philox2x64 with 10 rounds).
+  constexpr std::uint64_t ones = ~std::uint64_t{0};
+  CHECK(gmis::philox2x64<10>({0, 0}, 0) == Counter{0xCA00A0459843D731U, 0x66C24222C9A845B5U});
+  CHECK(gmis::philox2x64<10>({ones, ones}, ones) == Counter{0x65B021D60CD8310FU, 0x4D02F3222F86DF20U});
+  CHECK(gmis::philox2x64<10>({0x243F6A8885A308D3U, 0x13198A2E03707344U}, 0xA4093822299F31D0U) ==
+        Counter{0x0A5E742C2997341CU, 0xB0F883D38000DE5DU});
+}
+
+TEST_CASE("A 128-bit product is that of four 64-bit ones") {
+  std::uint64_t a = gmis_test::seed(3), b = gmis_test::seed(4) | 1U;
+  for (int n = 0; n < 1000; ++n) {
+    const auto product = gmis::detail::multiply(a, b);
+    constexpr std::uint64_t half = 0xFFFFFFFFU;
+    const std::uint64_t a0 = a & half, a1 = a >> 32U, b0 = b & half, b1 = b >> 32U;
+    const std::uint64_t middle = ((a0 * b0) >> 32U) + ((a1 * b0) & half) + ((a0 * b1) & half);
+    CHECK(product.low == a * b);
+    CHECK(product.high == a1 * b1 + ((a1 * b0) >> 32U) + ((a0 * b1) >> 32U) + (middle >> 32U));
+    a = product.high * 0x9E3779B97F4A7C15U + product.low;
+    b = product.low * 0xD2B74407B1CE6E93U ^ std::rotl(product.high, 17);
+  }
 }
 
 TEST_CASE("seed, iteration, path, stream and vertex each lead to numbers of their own") {
@@ -45,4 +65,108 @@ TEST_CASE("the numbers of a vertex do not depend on what was drawn before") {
   source.at_vertex(5);
   for (const std::uint32_t word : first) CHECK(source() == word);
   CHECK(std::set<std::uint32_t>(first.begin(), first.end()).size() == first.size());
+}
+
+TEST_CASE("a block is the next words that nobody has begun to use") {
+  gmis::Philox words(7, 1, 2, 1), blocks(7, 1, 2, 1);
+  std::array<std::uint32_t, 12> expected{};
+  for (auto& word : expected) word = words();
+  const auto is_block = [&](const gmis::Philox::Block& block, std::size_t first) {
+    return std::equal(block.begin(), block.end(), expected.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  CHECK(is_block(blocks.next_block(), 0));
+  CHECK(blocks() == expected[4]);
+  CHECK(is_block(blocks.next_block(), 8));
+
+  gmis::Philox source(7, 1, 2, 1);
+  const auto [a, b, c] = gmis::uniforms<float, 3>(source);
+  CHECK(a == static_cast<float>(expected[0] >> 8U) * 0x1p-24F);
+  CHECK(b == static_cast<float>(expected[1] >> 8U) * 0x1p-24F);
+  CHECK(c == static_cast<float>(expected[2] >> 8U) * 0x1p-24F);
+  CHECK(gmis::uniforms<float, 1>(source)[0] == static_cast<float>(expected[4] >> 8U) * 0x1p-24F);
+  gmis::Philox one(3), other(3);
+  const auto [x, y] = gmis::uniforms<double, 2>(one);
+  CHECK(x == gmis::uniform<double>(other));
+  CHECK(y == gmis::uniform<double>(other));
+}
+
+namespace {
+
+constexpr double false_alarms = 1e-6;  // of each of the tests below
+
+/// The stream of words that a path would see if only one part of the key moved.
+enum class Moves { seed, iteration, path, vertex, block, seed_and_path };
+constexpr std::array all_moves{Moves::seed,   Moves::iteration, Moves::path,
+                               Moves::vertex, Moves::block,     Moves::seed_and_path};
+
+gmis::Philox::Block block_at(Moves moves, std::uint32_t i, std::uint32_t base) {
+  const auto at = [&](Moves part) { return moves == part ? base + i : base; };
+  const bool both = moves == Moves::seed_and_path;
+  gmis::Philox source(both ? base + i : at(Moves::seed), at(Moves::iteration), both ? base - i : at(Moves::path), 1);
+  source.at_vertex(moves == Moves::vertex ? (base + i) & 0xFFFFFFU : 5U);
+  if (moves == Moves::block) {  // eight blocks a vertex
+    source.at_vertex(i >> 3U);
+    for (std::uint32_t skipped = 0; skipped < (i & 7U); ++skipped) static_cast<void>(source.next_block());
+  }
+  return source.next_block();
+}
+
+}  // namespace
+
+TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uniform") {
+  // Cells of 16 × 16 for each pair among the four numbers of a block and those of the block before it: χ² each.
+  constexpr std::uint32_t count = 1U << 17U;
+  constexpr std::size_t cells = 256, numbers = 8, pairs = numbers * (numbers - 1) / 2;
+  const double alpha = gmis::sidak_level(false_alarms, all_moves.size() * pairs);
+  const auto base = static_cast<std::uint32_t>(gmis_test::seed(20));
+  for (const Moves moves : all_moves) {
+    std::array<std::vector<double>, pairs> observed;
+    for (auto& table : observed) table.assign(cells, 0.0);
+    gmis::Philox::Block before = block_at(moves, 0, base);
+    for (std::uint32_t i = 1; i <= count; ++i) {
+      const gmis::Philox::Block now = block_at(moves, i, base);
+      const std::array<std::uint32_t, numbers> all{before[0], before[1], before[2], before[3],
+                                                   now[0],    now[1],    now[2],    now[3]};
+      std::size_t pair = 0;
+      for (std::size_t a = 0; a < numbers; ++a)
+        for (std::size_t b = a + 1; b < numbers; ++b) ++observed[pair++][(all[a] >> 28U) << 4U | all[b] >> 28U];
+      before = now;
+    }
+    for (std::size_t pair = 0; pair < pairs; ++pair) {
+      double chi_squared = 0.0;
+      const double expected = static_cast<double>(count) / cells;
+      for (const double n : observed[pair]) chi_squared += (n - expected) * (n - expected) / expected;
+      CAPTURE(static_cast<int>(moves), pair, chi_squared);
+      CHECK(gmis::chi_square_p_value(chi_squared, cells - 1) > alpha);
+    }
+  }
+}
+
+TEST_CASE("each bit of counter and key changes each bit of the numbers half of the time") {
+  // 192 bits in, 128 bits out: a binomial count of changes for every pair, near the normal distribution.
+  constexpr int trials = 1 << 14;
+  constexpr std::size_t families = std::size_t{192} * 128;
+  const double limit = gmis::normal_quantile(1.0 - 0.5 * gmis::sidak_level(false_alarms, families));
+  gmis::Philox inputs(gmis_test::seed(21));
+  const auto word = [&inputs] { return std::uint64_t{inputs()} << 32U | inputs(); };
+  double worst = 0.0;
+  for (unsigned bit = 0; bit < 192; ++bit) {
+    std::array<int, 128> changes{};
+    for (int n = 0; n < trials; ++n) {
+      // Like the keys of a renderer: nearly all bits are 0.
+      Counter counter{word() & word() & word() & 0xFFF0000007FU, word() & 0x0000003F00003FFFU};
+      std::uint64_t key = word() & 0xFFU;
+      const Counter before = gmis::philox2x64<7>(counter, key);
+      if (bit < 128)
+        counter[bit / 64] ^= std::uint64_t{1} << (bit % 64);
+      else
+        key ^= std::uint64_t{1} << (bit % 64);
+      const Counter after = gmis::philox2x64<7>(counter, key);
+      for (unsigned out = 0; out < 128; ++out)
+        changes[out] += static_cast<int>(((before[out / 64] ^ after[out / 64]) >> (out % 64)) & 1U);
+    }
+    for (const int n : changes) worst = std::max(worst, std::abs(n - trials / 2) / (0.5 * std::sqrt(trials)));
+  }
+  CAPTURE(worst, limit);
+  CHECK(worst < limit);
 }

@@ -213,6 +213,7 @@ TEST_CASE("The statistics hold every key that scripts rely on") {
   for (const char* key : {"/integrator",
                           "/plan",
                           "/version",
+                          "/isa",
                           "/seed",
                           "/threads",
                           "/iterations",

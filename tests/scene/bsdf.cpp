@@ -318,6 +318,25 @@ TEST_CASE("nothing is reflected to where the two normals disagree", "[bsdf][shad
   }
 }
 
+TEST_CASE("what reflects only is dark from one side to the other", "[bsdf]") {
+  using T = double;
+  Philox source(gmis_test::seed(44));
+  auto materials = rough_materials<T>();
+  materials.push_back({"smooth glass", make_dielectric<T>(1.5)});
+  for (const auto& [name, material] : materials) {
+    const SurfaceBsdf<T> bsdf(material, axis, axis);
+    CHECK(reflects_only(bsdf));
+    for (int i = 0; i < 500; ++i) {
+      const auto [a, b, c, d] = uniforms<T, 4>(source);
+      const Vec3<T> prev = square_to_sphere(Vec2<T>{a, b}), next = square_to_sphere(Vec2<T>{c, d});
+      if (glm::dot(prev, axis) * glm::dot(next, axis) > 0) continue;
+      if (!is_black(bsdf.evaluate(prev, next, TransportMode::radiance).value)) FAIL(name << ": through the surface");
+    }
+  }
+  const auto glass = make_dielectric<T>(1.5, 0.3);
+  CHECK_FALSE(reflects_only(SurfaceBsdf<T>(glass, axis, axis)));
+}
+
 TEST_CASE("materials refuse what is none", "[bsdf]") {
   CHECK_THROWS_AS(make_diffuse({-0.1, 0, 0}), std::invalid_argument);
   CHECK_THROWS_AS(make_diffuse({std::nan(""), 0, 0}), std::invalid_argument);

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "gmis/transport/photons/light_vertex_grid.hpp"
@@ -226,4 +228,69 @@ TEST_CASE("whatever the layout, the grid finds exactly the points within the rad
   SECTION("double") {
     check_random_layouts<double>(5000, 200);
   }
+}
+
+namespace {
+
+/// Runs the work from the back, or on several threads, in turns of any length.
+struct BackwardExecutor {
+  template <class Work>
+  void parallel_for(std::size_t count, Work&& work) const {
+    while (count-- > 0) work(count);
+  }
+};
+struct ThreadExecutor {
+  std::size_t threads;
+  template <class Work>
+  void parallel_for(std::size_t count, Work&& work) const {
+    std::atomic<std::size_t> next = 0;
+    std::vector<std::thread> pool;
+    for (std::size_t t = 0; t < threads; ++t)
+      pool.emplace_back([&] {
+        for (std::size_t i = next++; i < count; i = next++) work(i);
+      });
+    for (std::thread& thread : pool) thread.join();
+  }
+};
+
+/// The answers to queries around the points, in the order in which they are given.
+template <class E>
+std::vector<std::uint32_t> answers(const std::vector<Point>& points, float radius, E executor) {
+  gmis::LightVertexGrid<float> grid;
+  grid.build(
+      executor, points.size(), radius, [&](std::size_t i) { return points[i]; },
+      [](std::size_t i) { return 3 * i + 1; });
+  std::vector<std::uint32_t> all;
+  for (std::size_t i = 0; i < points.size(); i += 7) {
+    all.push_back(0);
+    grid.query(points[i] + Point(0.3F * radius), [&](std::uint32_t name) { all.push_back(name); });
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a grid is the same whoever builds it, and answers by the names of its points") {
+  std::mt19937 source(gmis_test::seed(10));
+  for (const std::size_t count : {100U, 4096U, 4097U, 30000U}) {
+    const auto points = random_points(count, source);
+    const auto serial = answers(points, 0.05F, gmis::SerialExecutor{});
+    CAPTURE(count, serial.size());
+    CHECK(serial.size() > 2 * count / 7);
+    CHECK(std::all_of(serial.begin(), serial.end(), [](std::uint32_t name) { return name == 0 || name % 3 == 1; }));
+    CHECK(answers(points, 0.05F, BackwardExecutor{}) == serial);
+    CHECK(answers(points, 0.05F, ThreadExecutor{2}) == serial);
+    CHECK(answers(points, 0.05F, ThreadExecutor{5}) == serial);
+  }
+}
+
+TEST_CASE("memory of a grid is that of its largest build") {
+  std::mt19937 source(gmis_test::seed(11));
+  gmis::LightVertexGrid<float> grid;
+  for (const std::size_t count : {5000U, 5001U, 20000U, 100U}) {
+    const auto points = random_points(count, source);
+    grid.build(points.size(), 0.05F, [&](std::size_t i) { return points[i]; });
+  }
+  // 16 bytes a point, 8 for its bucket and its place, 4 for each of at most 4 buckets a point; chunks.
+  CHECK(grid.byte_count() <= 20000U * (16 + 8 + 4 * 4) + 16 * 4096);
 }

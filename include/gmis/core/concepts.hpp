@@ -75,6 +75,19 @@ template <Bsdf B>
     return true;
 }
 
+/// `bsdf.reflects_only()`, an optional member, or false for a BSDF without it. True promises that `evaluate` is zero
+/// unless the cosines of both directions with the shading normal have one sign. Connections that would be zero then end
+/// before the BSDF is evaluated.
+template <Bsdf B>
+[[nodiscard]] constexpr bool reflects_only(const B& bsdf) noexcept {
+  if constexpr (requires {
+                  { bsdf.reflects_only() } -> std::same_as<bool>;
+                })
+    return bsdf.reflects_only();
+  else
+    return false;
+}
+
 /// A light source. No density includes the probability of choosing this light.
 ///
 /// - `is_delta()`: no ray can hit the light (point, spot, directional).
@@ -107,6 +120,7 @@ concept Light = requires {
 ///   nothing when the sample fails.
 /// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing when no pixel does.
 /// - `has_parallel_rays()`: densities are per area perpendicular to the rays, not per steradian.
+/// - `has_lens()`, optional: false when `uv_lens` is not read. No numbers are then drawn for it.
 template <class C>
 concept Camera = requires {
   typename C::Spectrum;
@@ -118,6 +132,17 @@ concept Camera = requires {
   { camera.project(point, uv) } -> std::same_as<std::optional<CameraProjection<typename C::Spectrum>>>;
   { camera.has_parallel_rays() } -> std::same_as<bool>;
 };
+
+/// False when the camera says that it has no lens.
+template <Camera C>
+[[nodiscard]] constexpr bool reads_lens_numbers(const C& camera) noexcept {
+  if constexpr (requires {
+                  { camera.has_lens() } -> std::same_as<bool>;
+                })
+    return camera.has_lens();
+  else
+    return true;
+}
 
 /// Everything that the engine requires of a scene.
 ///

@@ -55,6 +55,17 @@ class Extended {
   }
 
   [[nodiscard]] constexpr bool is_zero() const noexcept { return mantissa_ == T(0); }
+  /// True when the value is `mantissa()`: 0, or from `lower` to `upper`.
+  [[nodiscard]] constexpr bool has_no_exponent() const noexcept { return exponent_ == 0; }
+  [[nodiscard]] constexpr T mantissa() const noexcept { return mantissa_; }
+
+  /// A finite double, rounded to the precision of `T`.
+  [[nodiscard]] static constexpr Extended rounded(double value) noexcept {
+    const T mantissa = static_cast<T>(value);
+    if ((mantissa >= lower && mantissa < upper) || value == 0.0) [[likely]]
+      return Extended(mantissa, 0);
+    return rounded_from_afar(value);
+  }
 
   /// The nearest double, for printing: 0 on underflow, infinity on overflow.
   [[nodiscard]] double to_double() const noexcept {
@@ -75,6 +86,16 @@ class Extended {
 
  private:
   constexpr Extended(T mantissa, std::int32_t exponent) noexcept : mantissa_(mantissa), exponent_(exponent) {}
+
+  [[nodiscard]] [[gnu::noinline]] static constexpr Extended rounded_from_afar(double value) noexcept {
+    std::int32_t exponent = 0;
+    for (; value >= static_cast<double>(upper) && value <= std::numeric_limits<double>::max(); ++exponent)
+      value *= static_cast<double>(inverse_step);
+    for (; value < static_cast<double>(lower) && value > 0.0; --exponent) value *= static_cast<double>(step);
+    Extended result(static_cast<T>(value), exponent);
+    result.normalize();  // rounding may have reached `upper`
+    return result;
+  }
 
   constexpr void normalize() noexcept {
     if (mantissa_ >= upper) [[unlikely]] {

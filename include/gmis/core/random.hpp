@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
@@ -87,59 +88,127 @@ template <UniformSource S>
   return static_cast<std::uint32_t>((high + (low >> 32U)) >> 32U);
 }
 
-/// Four random 32-bit words from a 128-bit counter and a 64-bit key: Philox4x32-10
-/// (Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3. SC 2011).
-[[nodiscard]] constexpr std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
-                                                                std::array<std::uint32_t, 2> key) noexcept {
-  for (int round = 0; round < 10; ++round) {
-    const std::uint64_t product0 = std::uint64_t{0xD2511F53U} * counter[0];
-    const std::uint64_t product1 = std::uint64_t{0xCD9E8D57U} * counter[2];
-    counter = {static_cast<std::uint32_t>(product1 >> 32U) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(product1),
-               static_cast<std::uint32_t>(product0 >> 32U) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(product0)};
-    key[0] += 0x9E3779B9U;
-    key[1] += 0xBB67AE85U;
+namespace detail {
+
+/// The high and the low half of a 128-bit product.
+struct Product128 {
+  std::uint64_t high, low;
+};
+[[nodiscard]] constexpr Product128 multiply(std::uint64_t a, std::uint64_t b) noexcept {
+#if defined(__SIZEOF_INT128__)
+  __extension__ using Wide = unsigned __int128;
+  const Wide product = static_cast<Wide>(a) * b;
+  return {static_cast<std::uint64_t>(product >> 64U), static_cast<std::uint64_t>(product)};
+#else
+  constexpr std::uint64_t half = 0xFFFFFFFFU;
+  const std::uint64_t low = (a & half) * (b & half);
+  const std::uint64_t middle = (a >> 32U) * (b & half) + (low >> 32U);
+  const std::uint64_t other = (a & half) * (b >> 32U) + (middle & half);
+  return {(a >> 32U) * (b >> 32U) + (middle >> 32U) + (other >> 32U), a * b};
+#endif
+}
+
+}  // namespace detail
+
+/// Two random 64-bit words from a 128-bit counter and a 64-bit key: Philox2x64 with a number of rounds
+/// (Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3. SC 2011). Its authors found no failure of
+/// BigCrush from 6 rounds on.
+template <int rounds>
+[[nodiscard]] constexpr std::array<std::uint64_t, 2> philox2x64(std::array<std::uint64_t, 2> counter,
+                                                                std::uint64_t key) noexcept {
+  for (int round = 0; round < rounds; ++round) {
+    const detail::Product128 product = detail::multiply(0xD2B74407B1CE6E93U, counter[0]);
+    counter = {product.high ^ key ^ counter[1], product.low};
+    key += 0x9E3779B97F4A7C15U;
   }
   return counter;
 }
 
-/// The default uniform source: counter-based, so that a number is a pure function of where it is used and not of what
-/// was drawn before. It is keyed by (seed, iteration, path) and laid out by vertex: `at_vertex(v)` starts the numbers
-/// of vertex `v`, whatever its siblings used. A `std::uniform_random_bit_generator` of 32-bit words.
+/// Blocks of four random 32-bit words, keyed by (seed, iteration, path, stream) and laid out by vertex; made by
+/// `philox2x64<7>`: one round more than the tests of its authors ask for.
+class PhiloxBlocks {
+ public:
+  using Block = std::array<std::uint32_t, 4>;
+
+  constexpr PhiloxBlocks(std::uint64_t seed, std::uint32_t iteration, std::uint32_t path, std::uint32_t stream) noexcept
+      : key_(seed), path_(std::uint64_t{iteration} << 32U | path), place_(std::uint64_t{stream} << 56U) {}
+
+  /// Moves to the first block of vertex `vertex` (below 2^24).
+  constexpr void at_vertex(std::uint32_t vertex) noexcept {
+    place_ = (place_ & 0xFF00000000000000U) | std::uint64_t{vertex & 0x00FFFFFFU} << 32U;
+  }
+
+  constexpr Block next() noexcept {
+    const std::array<std::uint64_t, 2> words = philox2x64<7>({place_, path_}, key_);
+    // The number of the block is the low half of the counter; it wraps without touching the vertex.
+    place_ = (place_ & 0xFFFFFFFF00000000U) | static_cast<std::uint32_t>(place_ + 1);
+    return {static_cast<std::uint32_t>(words[0] >> 32U), static_cast<std::uint32_t>(words[0]),
+            static_cast<std::uint32_t>(words[1] >> 32U), static_cast<std::uint32_t>(words[1])};
+  }
+
+ private:
+  std::uint64_t key_;
+  std::uint64_t path_;   // iteration, path
+  std::uint64_t place_;  // stream, vertex, block within the vertex
+};
+
+/// A counter-based uniform source: a number is a pure function of where it is used and not of what was drawn before. It is
+/// keyed by (seed, iteration, path) and laid out by vertex: `at_vertex(v)` starts the numbers of vertex `v`, whatever its
+/// siblings used. A `std::uniform_random_bit_generator` of 32-bit words, made in blocks of four (`PhiloxBlocks`).
 ///
 /// Outside a renderer (seed, iteration, path) number streams: sources that differ in any of the three draw from disjoint
-/// parts of one sequence, 2^34 words each (then they repeat), so `Philox(seed, 0, i)` is the source of the i-th of several threads or blocks.
+/// parts of one sequence, 2^34 words each (then they repeat), so `Philox(seed, 0, i)` is the source of the i-th of several
+/// threads or blocks.
 class Philox {
  public:
   using result_type = std::uint32_t;
+  using Block = PhiloxBlocks::Block;
   static constexpr result_type min() noexcept { return 0; }
   static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
 
   constexpr explicit Philox(std::uint64_t seed = 0, std::uint32_t iteration = 0, std::uint32_t path = 0,
                             std::uint32_t stream = 0) noexcept
-      : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)},
-        counter_{0, stream << 24U, path, iteration} {}
+      : blocks_(seed, iteration, path, stream) {}
 
   /// Moves to the first number of vertex `vertex` (below 2^24) of this path.
   constexpr void at_vertex(std::uint32_t vertex) noexcept {
-    counter_[0] = 0;
-    counter_[1] = (counter_[1] & 0xFF000000U) | (vertex & 0x00FFFFFFU);
+    blocks_.at_vertex(vertex);
     used_ = 4;
   }
 
   constexpr result_type operator()() noexcept {
     if (used_ == 4) {
-      block_ = philox4x32(counter_, key_);
-      ++counter_[0];
+      block_ = blocks_.next();
       used_ = 0;
     }
     return block_[used_++];
   }
 
+  /// The next four words that no call has begun to use: words of a block that is partly used are passed over.
+  constexpr Block next_block() noexcept {
+    used_ = 4;
+    return blocks_.next();
+  }
+
  private:
-  std::array<std::uint32_t, 2> key_;
-  std::array<std::uint32_t, 4> counter_;  // block within the vertex, stream and vertex, path, iteration
-  std::array<std::uint32_t, 4> block_{};
+  PhiloxBlocks blocks_;
+  Block block_{};
   std::uint32_t used_ = 4;
 };
+
+/// `n` ≤ 4 numbers, each as by `uniform<T>`. From a source that makes words in blocks (`next_block`), floats are the
+/// first `n` of a fresh block: this costs neither a place in memory nor a test a number.
+template <std::floating_point T, std::size_t n, UniformSource S>
+[[nodiscard]] constexpr std::array<T, n> uniforms(S& source) {
+  static_assert(n <= 4);
+  std::array<T, n> result{};
+  if constexpr (std::same_as<T, float> && requires { source.next_block(); }) {
+    const auto block = source.next_block();
+    for (std::size_t i = 0; i < n; ++i) result[i] = static_cast<float>(block[i] >> 8U) * 0x1p-24F;
+  } else {
+    for (T& number : result) number = uniform<T>(source);
+  }
+  return result;
+}
 
 }  // namespace gmis

@@ -82,6 +82,7 @@ class SurfaceBsdf {
   [[nodiscard]] Spectrum albedo() const noexcept { return material_->albedo; }
   /// Scatters, and without any diffuse part.
   [[nodiscard]] bool is_glossy() const noexcept { return is_purely_glossy(*material_); }
+  [[nodiscard]] bool reflects_only() const noexcept { return material_->kind != Kind::rough_dielectric; }
   [[nodiscard]] bool has_narrow_lobe() const noexcept { return scene::has_narrow_lobe(*material_); }
 
   [[nodiscard]] int lobe_count() const noexcept {

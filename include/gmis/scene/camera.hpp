@@ -116,6 +116,7 @@ class Camera {
 
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   [[nodiscard]] bool has_parallel_rays() const noexcept { return is_orthographic_; }
+  [[nodiscard]] bool has_lens() const noexcept { return has_lens_; }
   /// The pinhole, the centre of the lens, or the point (0, 0) of an orthographic window.
   [[nodiscard]] const Vec3<T>& position() const noexcept { return position_; }
 

@@ -101,6 +101,10 @@ requires(std::same_as<typename A::Spectrum, typename B::Spectrum> &&
     return visit([](const auto& bsdf) { return gmis::has_narrow_lobe(bsdf); });
   }
 
+  [[nodiscard]] bool reflects_only() const noexcept {
+    return visit([](const auto& bsdf) { return gmis::reflects_only(bsdf); });
+  }
+
   [[nodiscard]] int lobe_count() const noexcept requires(max_lobes > 0) {
     return visit([](const auto& bsdf) { return static_cast<int>(bsdf.lobe_count()); });
   }

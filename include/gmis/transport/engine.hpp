@@ -162,7 +162,7 @@ class Engine {
     ++iteration_;
     if constexpr (has_light_side) {
       if (counts().traces_light()) trace_light(executor, context());
-      if (counts().has(Technique::merge)) build_grid(static_cast<T>(merge_radius(iteration_)));
+      if (counts().has(Technique::merge)) build_grid(executor, static_cast<T>(merge_radius(iteration_)));
     }
   }
 
@@ -172,7 +172,8 @@ class Engine {
   void measure_light_trees(E& executor);
   template <Executor E>
   void trace_light(E& executor, const Context& context);
-  void build_grid(T radius);
+  template <Executor E>
+  void build_grid(E& executor, T radius);
   template <Executor E>
   void trace_camera(E& executor, const Context& context);
   void add_splats();
@@ -389,11 +390,12 @@ void Engine<Sc, Method_, Source>::trace_light(E& executor, const Context& contex
 }
 
 template <Scene Sc, class Method_, class Source>
-void Engine<Sc, Method_, Source>::build_grid(T radius) {
+template <Executor E>
+void Engine<Sc, Method_, Source>::build_grid(E& executor, T radius) {
   const Stopwatch stopwatch(seconds_.grid);
   const std::span<const std::uint32_t> photons = cache_.photons();
   grid_.build(
-      photons.size(), radius, [&](std::size_t i) { return cache_[photons[i]].point.position; },
+      executor, photons.size(), radius, [&](std::size_t i) { return cache_[photons[i]].point.position; },
       [&](std::size_t i) { return photons[i]; });
   ++counters_.grids_built;
 }

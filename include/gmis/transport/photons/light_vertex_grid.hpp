@@ -7,60 +7,94 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
+#include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
 
 namespace gmis {
 
 /// Finds all points within a radius of a query: a hashed grid of cells, the points sorted by bucket.
 ///
-/// A query visits exactly the points whose distance (as computed in `T`) is at most the radius, each once: several
-/// cells of a query may fall into one bucket, so buckets are visited, not cells, and no bucket twice; the box around
-/// all points only ends a query early when it is farther than the radius. Memory is kept from one build to the next.
+/// Cells are long in y and z and short in x. The cells of one row, which have y and z in common, follow each other in the
+/// table of buckets, so the cells of a row that a query reaches are one range of points: mostly one or two rows are
+/// looked up, and an empty one costs two reads.
+///
+/// A query visits exactly the points whose distance (as computed in `T`) is at most the radius, each once: rows may fall
+/// on each other in the table, so ranges of points are visited, not cells, and no point of two ranges twice; the box
+/// around all points only ends a query early when it is farther than the radius. Memory is kept from one build to the
+/// next, and is no larger than the largest build asked for.
 template <std::floating_point T>
 class LightVertexGrid {
  public:
   /// Sorts `count` points; `position(i)` gives point i, which queries call `name(i)`, by default i. The result does not
-  /// depend on how many threads made the points.
+  /// depend on the executor, nor on how many threads made the points.
+  template <Executor E, class Position, class Name = std::identity>
+  void build(E& executor, std::size_t count, T radius, Position&& position, Name&& name = {}) {
+    const std::size_t chunk_count = (count + chunk_size - 1) / chunk_size;
+    const auto for_chunks = [&](auto&& work) {
+      executor.parallel_for(chunk_count, [&](std::size_t chunk) {
+        work(chunk, chunk * chunk_size, std::min(count, (chunk + 1) * chunk_size));
+      });
+    };
+
+    boxes_.resize(chunk_count);
+    for_chunks([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      Box box;
+      for (std::size_t i = begin; i < end; ++i) {
+        box.lower = glm::min(box.lower, Vec3<T>(position(i)));
+        box.upper = glm::max(box.upper, Vec3<T>(position(i)));
+      }
+      boxes_[chunk] = box;
+    });
+    lay_out(count, radius);
+
+    // Sorted in two steps, so that threads share the work: by part of the table of buckets, then each part by bucket.
+    // Both steps keep the order of the points within a bucket.
+    const std::size_t bucket_count = std::size_t{mask_} + 1;
+    const std::size_t part_count = chunk_count > 1 ? std::min<std::size_t>(256, bucket_count) : 1;
+    const std::size_t part_size = bucket_count / part_count;  // both are powers of two
+    fit(starts_, bucket_count + 1);
+    fit(bucket_of_, count);
+    fit(order_, count);
+    fit(points_, count);
+    part_ends_.assign(chunk_count * part_count + 1, 0);
+    for_chunks([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t bucket = bucket_of(position(i));
+        bucket_of_[i] = bucket;
+        ++part_ends_[bucket / part_size * chunk_count + chunk];
+      }
+    });
+    for (std::size_t i = 1; i < part_ends_.size(); ++i) part_ends_[i] += part_ends_[i - 1];
+    for_chunks([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      for (std::size_t i = end; i-- > begin;)
+        order_[--part_ends_[bucket_of_[i] / part_size * chunk_count + chunk]] = static_cast<std::uint32_t>(i);
+    });
+    // part_ends_ has moved to the beginnings.
+    executor.parallel_for(part_count, [&](std::size_t part) {
+      const std::size_t first = part * part_size, last = first + part_size;
+      const std::size_t begin = part_ends_[part * chunk_count];
+      const std::size_t end = part + 1 < part_count ? part_ends_[(part + 1) * chunk_count] : count;
+      for (std::size_t b = first; b < last; ++b) starts_[b] = 0;
+      for (std::size_t k = begin; k < end; ++k) ++starts_[bucket_of_[order_[k]]];
+      // Running sums make starts_[b] the end of bucket b. Filling from the back moves starts_[b] to the beginning of
+      // the bucket.
+      auto sum = static_cast<std::uint32_t>(begin);
+      for (std::size_t b = first; b < last; ++b) starts_[b] = sum += starts_[b];
+      for (std::size_t k = end; k-- > begin;) {
+        const std::size_t i = order_[k];
+        points_[--starts_[bucket_of_[i]]] = {position(i), static_cast<std::uint32_t>(name(i))};
+      }
+    });
+    starts_[bucket_count] = static_cast<std::uint32_t>(count);
+  }
+  /// The same on the calling thread.
   template <class Position, class Name = std::identity>
   void build(std::size_t count, T radius, Position&& position, Name&& name = {}) {
-    radius_squared_ = radius * radius;
-    lower_ = Vec3<T>(std::numeric_limits<T>::infinity());
-    upper_ = -lower_;
-    for (std::size_t i = 0; i < count; ++i) {
-      lower_ = glm::min(lower_, Vec3<T>(position(i)));
-      upper_ = glm::max(upper_, Vec3<T>(position(i)));
-    }
-    const Vec3<T> extent = count == 0 ? Vec3<T>(T(0)) : upper_ - lower_;
-    const T largest_extent = std::max({extent.x, extent.y, extent.z});
-    const Vec3<T> farthest = count == 0 ? Vec3<T>(T(0)) : glm::max(glm::abs(lower_), glm::abs(upper_));
-    // Extend the reach beyond the radius by the rounding error of a cell coordinate or a distance.
-    reach_ = radius + T(8) * std::numeric_limits<T>::epsilon() *
-                          (radius + largest_extent + std::max({farthest.x, farthest.y, farthest.z}));
-    // Cells of four times the reach keep the number of cells per query small. The lower bounds keep every coordinate in
-    // int32.
-    const T cell = std::max({cells_per_reach * reach_, largest_extent * T(0x1p-20), std::numeric_limits<T>::min()});
-    inverse_cell_ = T(1) / cell;
-
-    std::size_t bucket_count = 1;
-    while (bucket_count < 2 * count) bucket_count *= 2;
-    mask_ = static_cast<std::uint32_t>(bucket_count - 1);
-    starts_.assign(bucket_count + 1, 0);
-    bucket_of_.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Vec3<T> at = cell_coordinates(position(i));
-      const std::uint32_t bucket =
-          bucket_at(static_cast<std::int32_t>(at.x), static_cast<std::int32_t>(at.y), static_cast<std::int32_t>(at.z));
-      bucket_of_[i] = bucket;
-      ++starts_[bucket];
-    }
-    // Running sums make starts_[b] the end of bucket b. Filling from the back moves starts_[b] to the beginning of the
-    // bucket and keeps the order of the points.
-    for (std::size_t b = 1; b <= bucket_count; ++b) starts_[b] += starts_[b - 1];
-    points_.resize(count);
-    for (std::size_t i = count; i-- > 0;)
-      points_[--starts_[bucket_of_[i]]] = {position(i), static_cast<std::uint32_t>(name(i))};
+    SerialExecutor executor;
+    build(executor, count, radius, std::forward<Position>(position), std::forward<Name>(name));
   }
 
   /// Calls `visit(name)` for every point within the radius of `at`. A non-finite `at` finds nothing.
@@ -73,54 +107,133 @@ class LightVertexGrid {
     const auto x0 = static_cast<std::int32_t>(low.x), x1 = static_cast<std::int32_t>(high.x);
     const auto y0 = static_cast<std::int32_t>(low.y), y1 = static_cast<std::int32_t>(high.y);
     const auto z0 = static_cast<std::int32_t>(low.z), z1 = static_cast<std::int32_t>(high.z);
-    std::array<std::uint32_t, 27> visited;  // at most 2 cells per axis; rounding may make it 3
-    std::size_t visited_count = 0;
+    VisitedRanges visited;
+    const auto visit_buckets = [&](std::uint32_t first, std::uint32_t last) {
+      visited.visit_new(starts_[first], starts_[last + 1], [&](std::uint32_t i) {
+        const Vec3<T> offset = points_[i].position - at;
+        if (glm::dot(offset, offset) <= radius_squared_) visit(points_[i].name);
+      });
+    };
     for (std::int32_t z = z0; z <= z1; ++z)
-      for (std::int32_t y = y0; y <= y1; ++y)
-        for (std::int32_t x = x0; x <= x1; ++x) {
-          const std::uint32_t bucket = bucket_at(x, y, z);
-          const std::uint32_t begin = starts_[bucket];
-          const std::uint32_t end = starts_[bucket + 1];
-          if (begin == end) continue;
-          const auto visited_end = visited.begin() + static_cast<std::ptrdiff_t>(visited_count);
-          if (std::find(visited.begin(), visited_end, bucket) != visited_end) continue;
-          visited[visited_count++] = bucket;
-          for (std::uint32_t i = begin; i < end; ++i) {
-            const Vec3<T> offset = points_[i].position - at;
-            if (glm::dot(offset, offset) <= radius_squared_) visit(points_[i].index);
-          }
+      for (std::int32_t y = y0; y <= y1; ++y) {
+        const std::uint32_t first = bucket_at(x0, y, z);
+        const std::uint32_t last = first + static_cast<std::uint32_t>(x1 - x0);
+        if (last <= mask_) [[likely]] {
+          visit_buckets(first, last);
+        } else {  // the row goes on at the beginning of the table
+          visit_buckets(first, mask_);
+          visit_buckets(0, last & mask_);
         }
+      }
   }
 
   /// Bytes of memory held.
   [[nodiscard]] std::size_t byte_count() const noexcept {
-    return points_.capacity() * sizeof(Point) + (starts_.capacity() + bucket_of_.capacity()) * sizeof(std::uint32_t);
+    return points_.capacity() * sizeof(Point) + boxes_.capacity() * sizeof(Box) +
+           (starts_.capacity() + bucket_of_.capacity() + order_.capacity() + part_ends_.capacity()) *
+               sizeof(std::uint32_t);
   }
 
  private:
-  static constexpr T cells_per_reach = T(4);
+  static constexpr std::size_t chunk_size = 4096;
+  /// Edges of a cell in units of the reach: a query spans two cells of a row or, by rounding, three, and mostly one row.
+  static constexpr T row_step = T(2), row_width = T(8);
+  /// More than the cells of a row that a query spans, so that no bucket is visited twice in one row.
+  static constexpr std::size_t fewest_buckets = 8;
 
   struct Point {
     Vec3<T> position;
-    std::uint32_t index;
+    std::uint32_t name;
   };
+  struct Box {
+    Vec3<T> lower{std::numeric_limits<T>::infinity()}, upper{-std::numeric_limits<T>::infinity()};
+  };
+
+  /// The ranges of points that one query has visited.
+  class VisitedRanges {
+   public:
+    /// Calls `visit(i)` for each i from `begin` to `end` − 1 that is in no range before.
+    template <class Visit>
+    void visit_new(std::uint32_t begin, std::uint32_t end, Visit&& visit) {
+      if (begin == end) return;
+      std::uint32_t from = begin;
+      while (from < end) {
+        std::uint32_t to = end;
+        for (std::size_t k = 0; k < count_; ++k) {
+          const auto [other_begin, other_end] = ranges_[k];
+          if (from < other_begin) {
+            to = std::min(to, other_begin);
+          } else if (from < other_end) [[unlikely]] {
+            to = from;  // nothing new here
+            from = other_end;
+            break;
+          }
+        }
+        for (std::uint32_t i = from; i < to; ++i) visit(i);
+        from = std::max(from, to);
+      }
+      ranges_[count_++] = {begin, end};
+    }
+
+   private:
+    std::array<std::pair<std::uint32_t, std::uint32_t>, 18> ranges_;  // at most 3 × 3 rows, each in one or two pieces
+    std::size_t count_ = 0;
+  };
+
+  /// Sets the box, the size of cells and the number of buckets.
+  void lay_out(std::size_t count, T radius) {
+    radius_squared_ = radius * radius;
+    Box box;
+    for (const Box& part : boxes_) box = {glm::min(box.lower, part.lower), glm::max(box.upper, part.upper)};
+    lower_ = box.lower;
+    upper_ = box.upper;
+    const Vec3<T> extent = count == 0 ? Vec3<T>(T(0)) : upper_ - lower_;
+    const T largest_extent = std::max({extent.x, extent.y, extent.z});
+    const Vec3<T> farthest = count == 0 ? Vec3<T>(T(0)) : glm::max(glm::abs(lower_), glm::abs(upper_));
+    // Extend the reach beyond the radius by the rounding error of a cell coordinate or a distance.
+    reach_ = radius + T(8) * std::numeric_limits<T>::epsilon() *
+                          (radius + largest_extent + std::max({farthest.x, farthest.y, farthest.z}));
+    // The lower bounds keep every coordinate in int32.
+    const T smallest = std::max(largest_extent * T(0x1p-20), std::numeric_limits<T>::min());
+    const T step = std::max(row_step * reach_, smallest), width = std::max(row_width * reach_, smallest);
+    inverse_cell_ = {T(1) / step, T(1) / width, T(1) / width};
+    std::size_t bucket_count = fewest_buckets;
+    while (bucket_count < 2 * count) bucket_count *= 2;
+    mask_ = static_cast<std::uint32_t>(bucket_count - 1);
+  }
+
+  /// Makes the vector hold `count` elements of any value. It never reserves more than was asked for.
+  template <class X>
+  static void fit(std::vector<X>& vector, std::size_t count) {
+    if (vector.capacity() < count) {
+      vector = {};
+      vector.reserve(count);
+    }
+    vector.resize(count);
+  }
 
   [[nodiscard]] Vec3<T> cell_coordinates(const Vec3<T>& at) const noexcept {
     return glm::floor((at - lower_) * inverse_cell_);
   }
   [[nodiscard]] std::uint32_t bucket_at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
-    const std::uint32_t mixed = static_cast<std::uint32_t>(x) * 0x8DA6B343U ^
-                                static_cast<std::uint32_t>(y) * 0xD8163841U ^
-                                static_cast<std::uint32_t>(z) * 0xCB1AB31FU;
-    return (mixed ^ (mixed >> 15U)) & mask_;
+    std::uint32_t row = static_cast<std::uint32_t>(y) * 0xD8163841U ^ static_cast<std::uint32_t>(z) * 0xCB1AB31FU;
+    row ^= row >> 15U;
+    return (row + static_cast<std::uint32_t>(x)) & mask_;
+  }
+  [[nodiscard]] std::uint32_t bucket_of(const Vec3<T>& at) const noexcept {
+    const Vec3<T> cell = cell_coordinates(at);
+    return bucket_at(static_cast<std::int32_t>(cell.x), static_cast<std::int32_t>(cell.y),
+                     static_cast<std::int32_t>(cell.z));
   }
 
-  Vec3<T> lower_{std::numeric_limits<T>::infinity()}, upper_{-std::numeric_limits<T>::infinity()};
-  T radius_squared_{}, reach_{}, inverse_cell_{};
-  std::uint32_t mask_ = 0;
-  std::vector<std::uint32_t> starts_ = {0, 0};
-  std::vector<std::uint32_t> bucket_of_;
+  Vec3<T> lower_{std::numeric_limits<T>::infinity()}, upper_{-std::numeric_limits<T>::infinity()}, inverse_cell_{};
+  T radius_squared_{}, reach_{};
+  std::uint32_t mask_ = fewest_buckets - 1;
+  std::vector<std::uint32_t> starts_ = std::vector<std::uint32_t>(fewest_buckets + 1, 0);
   std::vector<Point> points_;
+  // Used while building.
+  std::vector<Box> boxes_;
+  std::vector<std::uint32_t> bucket_of_, order_, part_ends_;
 };
 
 }  // namespace gmis

@@ -30,6 +30,12 @@ struct Connect {
   }
 
  private:
+  /// True when the two directions, of any length, are on different sides of the surface.
+  template <std::floating_point T>
+  [[nodiscard]] static bool is_behind(const SurfacePoint<T>& point, const Vec3<T>& a, const Vec3<T>& b) noexcept {
+    return (glm::dot(point.shading_normal, a) > T(0)) != (glm::dot(point.shading_normal, b) > T(0));
+  }
+
   /// `scale`: factor on the throughput of the light vertex, V / (m n_L) for a vertex drawn from the cache, else 1.
   template <class Context, class Vertex, class Output>
   static void connect(const Context& context, const Vertex& vertex, const typename Context::StoredVertex& light,
@@ -37,14 +43,18 @@ struct Connect {
     using S = typename Vertex::S;
     using T = typename Vertex::T;
     const auto& point = vertex.hit.point;
-    const auto link = Link<T>::between(point.position, light.point.position);
-    if (!(link.distance_squared > T(0))) return;
     const auto [path_class, is_kept] =
         context.filter.join([&] { return context.filter.after_scattering(light.path, light.bsdf); },
                             [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
     if (!is_kept) return;
     ++output.counters().connections;
 
+    // Before a root and two BSDFs: hemispheres.
+    const Vec3<T> offset = light.point.position - point.position;
+    if (reflects_only(vertex.hit.bsdf) && is_behind(point, vertex.to_prev, offset)) return;
+    if (reflects_only(light.bsdf) && is_behind(light.point, light.to_prev, -offset)) return;
+    const auto link = Link<T>::along(offset);
+    if (!(link.distance_squared > T(0))) return;
     const auto camera_bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, link.direction, TransportMode::radiance);
     if (is_black(camera_bsdf.value)) return;
     const auto light_bsdf = light.bsdf.evaluate(light.to_prev, -link.direction, TransportMode::importance);

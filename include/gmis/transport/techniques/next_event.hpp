@@ -17,15 +17,14 @@ struct NextEvent {
                                Output& output) {
     using S = typename Vertex::S;
     using T = typename Vertex::T;
-    const T u = uniform<T>(source);
-    const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
+    const auto [u_light, u, v] = uniforms<T, 3>(source);
     const auto [path_class, is_kept] = context.filter.join(
         [] { return HalfPath(); }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
     if (!is_kept) return;
-    const auto choice = context.scene.sample_light(u);
+    const auto choice = context.scene.sample_light(u_light);
     if (choice.light == nullptr) return;
     const auto& point = vertex.hit.point;
-    const auto sample = choice.light->sample_next_event(point, uv);
+    const auto sample = choice.light->sample_next_event(point, Vec2<T>{u, v});
     if (!sample) return;
 
     const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, sample->to_light, TransportMode::radiance);

@@ -9,13 +9,15 @@ namespace gmis {
 /// Technique t = 1: connects a light vertex with the camera and adds to the pixel that sees it.
 struct Splat {
   /// Connects one non-specular light vertex with a point of the lens and adds the contribution to `output`. A vertex
-  /// that no pixel of the crop sees, or that the camera cannot see, adds nothing. Always draws two random numbers.
+  /// that no pixel of the crop sees, or that the camera cannot see, adds nothing. Always draws two random numbers, or none
+  /// for a camera without a lens.
   template <class Context, class Stored, class Output>
   static void at_light_vertex(const Context& context, const Stored& light, UniformSource auto& source, Output& output) {
     using S = typename Stored::S;
     using T = typename Stored::T;
     const auto& camera = context.scene.camera();
-    const Vec2<T> uv_lens{uniform<T>(source), uniform<T>(source)};
+    Vec2<T> uv_lens(T(0.5));
+    if (reads_lens_numbers(camera)) uv_lens = {uniform<T>(source), uniform<T>(source)};
     const auto [path_class, is_kept] = context.filter.join(
         [&] { return context.filter.after_scattering(light.path, light.bsdf); }, [] { return HalfPath(); });
     if (!is_kept) return;

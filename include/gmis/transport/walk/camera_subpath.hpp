@@ -45,9 +45,8 @@ class CameraSubpath {
     if (context_.max_depth < 1) return;
     number_ = number;
     source.at_vertex(0);
-    const Vec2<T> uv_pixel{uniform<T>(source), uniform<T>(source)};
-    const Vec2<T> uv_lens{uniform<T>(source), uniform<T>(source)};
-    const auto sample = context_.scene.camera().sample_ray(pixel, uv_pixel, uv_lens);
+    const auto [u, v, u_lens, v_lens] = uniforms<T, 4>(source);
+    const auto sample = context_.scene.camera().sample_ray(pixel, Vec2<T>{u, v}, Vec2<T>{u_lens, v_lens});
     if (!sample) return;
     if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight);
     Edge edge{

@@ -48,15 +48,17 @@ class LightTree {
   /// connection and merging 2 %. A tree would take a minute to compile that way.
   template <UniformSource Source>
   [[gnu::flatten]] void trace_path(Source& source, Chunk* stored) {
-    std::optional<Vertex> vertex = emit(source);
+    std::optional<Vertex> first = emit(source);
+    if (!first) return;
+    Vertex& vertex = *first;
     std::uint32_t number = 0;  // number of the vertex in its path; it keys the vertex's random numbers
-    while (vertex) {
+    for (;;) {
       source.at_vertex(++number);
-      use(*vertex, source, stored);
-      if (!goes_on(*vertex)) return;
-      const auto step = scatter(scattering_at(*vertex), source);
+      use(vertex, source, stored);
+      if (!goes_on(vertex)) return;
+      const auto step = scatter(scattering_at(vertex), source);
       if (!step) return;
-      vertex = arrive(*vertex, *step);
+      if (!arrive(vertex, *step)) return;
     }
   }
 
@@ -73,7 +75,8 @@ class LightTree {
       use(at, source, stored);
       if (!goes_on(at) || context_.split.stops_at(remaining)) continue;
       const int drawn = context_.split.expand(scattering_at(at), remaining, source, [&](const Step<S>& step) {
-        if (const std::optional<Vertex> child = arrive(at, step)) queue_.push_back(*child);
+        Vertex child = at;
+        if (arrive(child, step)) queue_.push_back(child);
       });
       expanded(at.bsdf, drawn);
       remaining -= drawn;
@@ -106,9 +109,9 @@ class LightTree {
   /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is unusable.
   template <UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
+    const auto [u_x, u_y, v_x, v_y] = uniforms<T, 4>(source);
     const auto choice = context_.scene.sample_light(uniform<T>(source));
-    const Vec2<T> uv_origin{uniform<T>(source), uniform<T>(source)};
-    const Vec2<T> uv_direction{uniform<T>(source), uniform<T>(source)};
+    const Vec2<T> uv_origin{u_x, u_y}, uv_direction{v_x, v_y};
     if (choice.light == nullptr) return std::nullopt;
     const auto emission = choice.light->sample_emission(uv_origin, uv_direction);
     if (!emission) return std::nullopt;
@@ -136,51 +139,56 @@ class LightTree {
     const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
-    const Vertex vertex = vertex_at(*hit, emission->direction, emission->weight * (T(1) / choice.selection_probability),
-                                    weights, 1, context_.lights_make_photons(), {});
+    const Vertex vertex{hit->point,
+                        hit->bsdf,
+                        -emission->direction,
+                        emission->weight * (T(1) / choice.selection_probability),
+                        weights,
+                        children_of(hit->bsdf),
+                        1,
+                        context_.lights_make_photons(),
+                        {}};
     if constexpr (observes_paths<Output>)
       output_.on_vertex(Step<S>{emission->direction, emission->weight, emission->density.first, T(0), false}, density,
                         vertex, vertex.point);
     return vertex;
   }
 
-  /// Traces one step. Returns the next vertex, or nothing when the ray leaves the scene, the path class is not wanted
-  /// or the density is unusable.
-  [[nodiscard]] std::optional<Vertex> arrive(const Vertex& from, const Step<S>& step) {
+  /// Traces one step from `vertex` and writes the next vertex in its place. Returns false when the ray leaves the scene,
+  /// the path class is not wanted or the density is unusable.
+  [[nodiscard]] bool arrive(Vertex& vertex, const Step<S>& step) {
+    const Vertex& from = vertex;
     const HalfPath path = context_.filter.after_event(from.path, from.bsdf, step.is_delta);
-    if (!context_.filter.keeps_light(path)) return std::nullopt;
+    if (!context_.filter.keeps_light(path)) return false;
     ++output_.counters().rays;
     const auto hit = context_.scene.intersect(leave(from.point, step.to_next));
-    if (!hit) return std::nullopt;
+    if (!hit) return false;
     const Vec3<T> offset = hit->point.position - from.point.position;
     const T distance_squared = glm::dot(offset, offset);
     // a_{i+1} = c ψ(x_i → x_{i+1}) |cos θ_{i+1}| / d², c being part of `forward`
     const T density =
         step.forward * solid_angle_per_area(glm::dot(hit->point.geometric_normal, step.to_next), distance_squared);
-    if (!is_usable(density)) return std::nullopt;
+    if (!is_usable(density)) return false;
     // g_i, for the reverse density at x_{i+1}  [Georgiev TR 34–36]
     const T to_area_back = solid_angle_per_area(glm::dot(from.point.geometric_normal, step.to_next), distance_squared);
-    const Vertex vertex = vertex_at(*hit, step.to_next, from.throughput * step.weight,
-                                    context_.recursion.extend_light(from.weights, from.is_photon, step.is_delta,
-                                                                    step.reverse, to_area_back, density),
-                                    from.depth + 1, context_.makes_photons(from.bsdf), path);
+    vertex.weights = context_.recursion.extend_light(from.weights, from.is_photon, step.is_delta, step.reverse,
+                                                     to_area_back, density);
+    vertex.is_photon = context_.makes_photons(from.bsdf);
+    // From here on `from` is the next vertex.
+    vertex.point = hit->point;
+    vertex.bsdf = hit->bsdf;
+    vertex.to_prev = -step.to_next;
+    vertex.throughput = vertex.throughput * step.weight;
+    vertex.children = children_of(hit->bsdf);
+    ++vertex.depth;
+    vertex.path = path;
     if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
-    return vertex;
+    return true;
   }
 
-  [[nodiscard]] Vertex vertex_at(const auto& hit, const Vec3<T>& direction, const S& throughput,
-                                 const decltype(Vertex::weights)& weights, int depth, bool is_photon,
-                                 HalfPath path) const {
-    const T survival = survival_probability(hit.bsdf);
-    return {hit.point,
-            hit.bsdf,
-            -direction,
-            throughput,
-            weights,
-            {context_.light_children(hit.bsdf, survival), context_.camera_children(survival, false)},
-            static_cast<std::int16_t>(depth),
-            is_photon,
-            path};
+  [[nodiscard]] NominalChildren<T> children_of(const typename Sc::Bsdf& bsdf) const noexcept {
+    const T survival = survival_probability(bsdf);
+    return {context_.light_children(bsdf, survival), context_.camera_children(survival, false)};
   }
 
   /// False, and counts a rejection, for a density that is zero or not finite.

@@ -74,11 +74,9 @@ template <Bsdf B>
 [[nodiscard, gnu::always_inline]] inline std::optional<Step<typename B::Spectrum>> scatter(
     const ScatteringVertex<B>& at, UniformSource auto& source) {
   using T = ScalarOf<typename B::Spectrum>;
-  const T u_survival = uniform<T>(source);
-  const T u = uniform<T>(source);
-  const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};
+  const auto [u_survival, u_lobe, u, v] = uniforms<T, 4>(source);
   if (u_survival >= at.survival) return std::nullopt;
-  const auto sample = at.bsdf.sample(at.to_prev, u, uv, at.mode);
+  const auto sample = at.bsdf.sample(at.to_prev, u_lobe, Vec2<T>{u, v}, at.mode);
   if (!sample) return std::nullopt;
 
   const SurfacePoint<T>& point = at.point;

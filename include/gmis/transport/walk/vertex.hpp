@@ -50,8 +50,9 @@ struct Link {
   T distance_squared;
 
   /// The line from `from` to `to`.
-  [[nodiscard]] static Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept {
-    const Vec3<T> offset = to - from;
+  [[nodiscard]] static Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept { return along(to - from); }
+  /// The line to a point from another, of which it is `offset` away.
+  [[nodiscard]] static Link along(const Vec3<T>& offset) noexcept {
     const T distance_squared = glm::dot(offset, offset);
     return {offset * ieee_divide(T(1), std::sqrt(distance_squared)), distance_squared};
   }

@@ -5,6 +5,7 @@
 
 #include "gmis/core/extended.hpp"
 #include "gmis/transport/techniques/technique.hpp"
+#include "gmis/transport/weights/weight_formulas.hpp"
 
 /// \file
 /// Weights of one path under many sample allocations. The sum of all densities of a path is linear in the counts of the
@@ -72,7 +73,8 @@ struct SeparateSums {
     sum.terms[static_cast<std::size_t>(technique)] = density;
     return sum;
   }
-  [[nodiscard]] static constexpr Weight weight(const Sum& own, const Sum& others) noexcept {
+  [[nodiscard]] static constexpr Weight weight(const OwnAndOthers<Sum>& of) noexcept {
+    const auto& [own, others] = of;
     const Extended<T> unit = own.terms[static_cast<std::size_t>(own.own)];
     Weight weight{own.own, {}};
     if (unit.is_zero()) return weight;
