@@ -178,9 +178,9 @@ TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]
     CHECK(candidate.merges);  // seen through the ball, the caustic is for merging alone
   }
   gmis::RenderSettings settings = request.settings;
-  *settings.radius *= 5;  // more is merged, so that few iterations see it
-  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, gmis::all_candidates(), 64);
-  for (int i = 0; i < 8; ++i) pilot.iterate(executor);
+  *settings.radius *= 20;  // more is merged, so that few iterations see it
+  gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, gmis::all_candidates(settings.counts), 64);
+  for (int i = 0; i < 16; ++i) pilot.iterate(executor);
   for (const Forecast& forecast : pilot.forecasts()) {
     if (forecast.counts.merges)
       CHECK(forecast.missing_share == 0.0);

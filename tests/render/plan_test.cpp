@@ -212,7 +212,7 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
       image.resize(whole->frame().size(), glm::dvec3(0));
       image[contribution.pixel] += glm::dvec3(contribution.value * contribution.weight);
     });
-    REQUIRE(images.size() > 10);
+    REQUIRE(images.size() > 5);
     for (const std::string list : {"no-caustics", "direct-only", "indirect-only", "emission-only", "no-specular",
                                    "no-mirrored", "no-glossy", "caustics-only", "LS+DE-only"}) {
       CAPTURE(name_of(integrator), list);
