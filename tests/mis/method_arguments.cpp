@@ -31,6 +31,16 @@ struct UnitFamily {
   double marginal_pdf(double) const { return 1.0; }
 };
 
+/// Uniform with a density that is wrong; a negative one: makes no samples.
+struct Faulty {
+  double density;
+  std::optional<double> sample(gmis::UniformSource auto& s) const {
+    if (density < 0.0) return std::nullopt;
+    return gmis::uniform<double>(s);
+  }
+  double pdf(double) const { return density < 0.0 ? 0.0 : density; }
+};
+
 /// Every method that takes counts and rounds, by number.
 constexpr int method_count = 9;
 double run(int method, const std::vector<four::Density>& proposals, const Counts& counts, std::uint64_t rounds,
@@ -171,4 +181,36 @@ TEST_CASE("methods: arguments of their own", "[mis]") {
   REJECTED(gmis::best_groups(table, 4));
   REJECTED(gmis::best_plan(table, {1.0, 1.0}, 0, source));
   REJECTED(gmis::best_plan(table, {-1.0, 1.0}, 6, source));
+}
+
+TEST_CASE("methods: what goes wrong with samples is counted", "[mis]") {
+  gmis::Philox source(1);
+  const std::array<Faulty, 4> proposals{{{-1.0}, {0.0}, {not_a_number}, {1.0}}};
+  const auto one = [](double) { return 1.0; };
+  const auto alone = [&](std::size_t k) {
+    Counts counts(4);
+    counts[k] = 2;
+    const std::array<Faulty, 1> set{proposals[k]};
+    return gmis::estimate_with_weights(gmis::RatioWeights<gmis::Balance>{}, one, set, Counts{2}, 5, source);
+  };
+  CHECK(alone(0).failed_samples == 10);
+  CHECK(alone(1).rejected.zero_density == 10);
+  CHECK(alone(2).rejected.non_finite_density == 10);
+  CHECK(alone(3).rejected.total() == 0);
+  const std::array<Faulty, 1> tiny{{{1e-300}}};
+  const auto huge = [](double) { return 1e300; };
+  const auto overflow =
+      gmis::estimate_with_weights(gmis::RatioWeights<gmis::Balance>{}, huge, tiny, Counts{2}, 5, source);
+  CHECK(overflow.rejected.non_finite_contribution == 10);
+  CHECK(overflow.mean == 0.0);
+}
+
+TEST_CASE("methods: what trials cost", "[mis]") {
+  gmis::Philox source(gmis_test::seed(103));
+  // Each sample needs trials with success 1/4: 4 on average, variance 12. False-alarm rate 1e-5.
+  const auto estimate = gmis::estimate_marginal([](double x) { return x; }, UnitFamily{}, 4.0, 10, 2000, source);
+  const double trials = static_cast<double>(estimate.density_evaluations);
+  CHECK(test::normal_p_value((trials - 4.0 * 20000.0) / std::sqrt(12.0 * 20000.0)) > 1e-5);
+  CHECK(gmis::estimate_stochastic([](double x) { return x; }, UnitFamily{}, 3, 7, source).density_evaluations == 63);
+  CHECK(gmis::estimate_continuous([](double x) { return x; }, UnitFamily{}, 3, 7, source).density_evaluations == 21);
 }

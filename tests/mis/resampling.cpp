@@ -231,6 +231,18 @@ TEST_CASE("scrambled points: strata, elementary intervals, uniformity", "[mis]")
   }
 }
 
+TEST_CASE("points of Sobol': property A", "[mis]") {
+  // The first 2^10 points have one in each of the 2^10 parts that halve every dimension [Sobol' 1976; Joe, Kuo 2008].
+  std::set<std::uint32_t> parts;
+  for (std::uint32_t i = 0; i < 1024; ++i) {
+    std::uint32_t part = 0;
+    for (std::size_t d = 0; d < gmis::ScrambledSobol::dimensions; ++d)
+      part = part << 1U | gmis::ScrambledSobol::coordinate(d, i) >> 31U;
+    parts.insert(part);
+  }
+  CHECK(parts.size() == 1024);
+}
+
 namespace {
 
 /// In one dimension 2^m scrambled points are one uniform point in each of 2^m equal parts, independently: the variance is

@@ -157,6 +157,9 @@ TEST_CASE("variance-aware factors: second moment over variance of the balance-we
   const std::array<double, 2> ends{0.0, 1.0};
   const gmis::TabulatedProblem flat([](double) { return 2.0; }, unit, gmis::composite_gauss_legendre(ends, 2));
   CHECK(gmis::variance_aware_factors(Counts{2, 0}, flat, 50.0) == std::vector<double>{50.0, 1.0});
+  // A proposal that fails every other time: E[y²] = 2, Var = 1.
+  const std::vector<double> value{1.0}, weight{1.0}, density{0.5};
+  CHECK(gmis::variance_aware_factors(Counts{1}, gmis::TabulatedProblem(value, weight, density))[0] == Approx(2.0));
 }
 
 namespace {
