@@ -6,6 +6,7 @@
 
 #include "gmis/mis/best_groups.hpp"
 #include "gmis/mis/best_scheme.hpp"
+#include "gmis/mis/counted_variance.hpp"
 #include "gmis/mis/partial_mixture.hpp"
 #include "gmis/mis/population.hpp"
 #include "gmis/mis/self_normalised.hpp"
@@ -54,10 +55,14 @@ TEST_CASE("self-normalised: means, stated covariance and effective sample size",
       }
       return sum;
     };
+    const gmis::TabulatedProblem table(target, problem.proposals, problem.nodes());
     constexpr std::uint64_t rounds = 40000;
     const auto estimate = gmis::estimate_self_normalised(target, h, problem.proposals, counts, rounds, source);
     CHECK(test::normal_p_value((estimate.normaliser - static_cast<double>(z)) / estimate.normaliser_error.value()) >
           level);
+    CHECK(
+        estimate.normaliser_error.value() ==
+        Approx(std::sqrt(gmis::exact_moments(gmis::CountsByProposal(counts), table).variance / rounds)).epsilon(0.06));
     for (std::size_t i = 0; i < 2; ++i) {
       const double exact_error = std::sqrt(static_cast<double>(covariance(i, i)) / rounds);
       CHECK(test::normal_p_value((estimate.mean[i] - static_cast<double>(mu[i])) / exact_error) > level);
@@ -96,6 +101,10 @@ TEST_CASE("self-normalised: log targets, single rounds, faults", "[mis]") {
   const auto counted = gmis::estimate_self_normalised(broken, h, proposals, Counts{1, 1}, 100, source);
   CHECK(counted.rejected.non_finite_integrand > 20);
   CHECK(std::isfinite(counted.mean[0]));
+  const auto h_broken = [](const glm::dvec3& x) { return std::array<double, 1>{x.x > 0.0 ? std::nan("") : 1.0}; };
+  const auto left_out = gmis::estimate_self_normalised(target, h_broken, proposals, Counts{1, 1}, 100, source);
+  CHECK(left_out.rejected.non_finite_integrand > 20);
+  CHECK(left_out.mean[0] == Approx(1.0));
 }
 
 // 4 problems × (unbiased, stated error) × 2 relocations; and without moves it is N3.
@@ -188,7 +197,12 @@ TEST_CASE("adaptive MIS: as N3 without adaptation, weights and proposals as defi
       fixed[i] = gmis::estimate_adaptive(problem.f, first, 10, 3, keep, source).mean;
       if (i >= 5) continue;
       const auto result = gmis::estimate_adaptive(problem.f, first, 50, 5, fit, source);
-      CHECK(result.effective_sample_size <= 250.0);
+      double sizes = 0.0, squares = 0.0;
+      for (const double weight : result.weights) {
+        sizes += std::abs(weight);
+        squares += weight * weight;
+      }
+      CHECK(result.effective_sample_size == Approx(sizes * sizes / squares).epsilon(1e-12));
       CHECK(result.density_evaluations == 50 * 25);
       double sum = 0.0;
       for (std::size_t s = 0; s < result.samples.size(); ++s) {

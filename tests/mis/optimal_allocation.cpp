@@ -221,6 +221,11 @@ TEST_CASE("allocation: costs count", "[mis]") {
   const auto counts = gmis::optimal_counts(split, 2);
   CHECK((counts[2] > 0 || (counts[0] > 0 && counts[1] > 0)));
   CHECK(gmis::inverse_variance_fractions(split)[0] == 0.0);
+  const std::vector<four::Density> two{four::uniform(0.0, 0.5), four::uniform(0.5, 1.0)};
+  const gmis::TabulatedProblem faint([](double x) { return x < 0.5 ? 1.0 : 1e-9; }, two, problems[3].nodes());
+  gmis::Philox any(2);
+  for (const auto& candidate : gmis::best_plan(faint, {1.0, 1.0}, 8, any).candidates)
+    CHECK((candidate.fractions.empty() || candidate.fractions[1] > 0.0));
   const auto defended = gmis::optimal_fractions(split, {}, 0.2);
   for (const double fraction : defended) CHECK(fraction >= 0.2);
 }

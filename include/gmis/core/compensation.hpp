@@ -17,7 +17,7 @@ namespace gmis {
 ///
 /// Only a zero of ψ = c p + (1 − c) o would bias; where the others are zero, p is positive wherever the target is. Where `others`
 /// is an approximation, keep a defence of your own. Throws std::invalid_argument for lists of different or no length, values
-/// that are negative or not finite, a target without mass, or a fraction outside (0, 1].
+/// that are negative or not finite, a target without mass, others beyond probabilities, or a fraction outside (0, 1].
 [[nodiscard]] inline std::vector<double> compensated_density(std::span<const double> target,
                                                              std::span<const double> others, double fraction) {
   if (target.empty() || target.size() != others.size())
@@ -31,15 +31,16 @@ namespace gmis {
     rest += others[i];
   }
   if (!(mass > 0.0 && std::isfinite(mass))) reject_argument("the target has no mass");
+  if (!(rest <= 1.5)) reject_argument("the others are probabilities, which sum to one at most");
 
-  // Σ max(0, λ t − (1 − c) o) rises with λ, from 0 to at least c at λ = (c + (1 − c) Σ o)/Σ t.
+  // With Σ t = 1, Σ max(0, λ t − (1 − c) o) rises with λ, from 0 to at least c at λ = c + (1 − c) Σ o.
   const auto excess = [&](double lambda) {
     double sum = 0.0;
     for (std::size_t i = 0; i < target.size(); ++i)
-      sum += std::max(0.0, lambda * target[i] - (1.0 - fraction) * others[i]);
+      sum += std::max(0.0, lambda * (target[i] / mass) - (1.0 - fraction) * others[i]);
     return sum;
   };
-  double low = 0.0, high = (fraction + (1.0 - fraction) * rest) / mass;
+  double low = 0.0, high = fraction + (1.0 - fraction) * rest;
   for (int step = 0; step < 200; ++step) {
     const double middle = 0.5 * (low + high);
     if (middle == low || middle == high) break;
@@ -48,7 +49,7 @@ namespace gmis {
   std::vector<double> density(target.size());
   const double sum = excess(high);
   for (std::size_t i = 0; i < target.size(); ++i)
-    density[i] = std::max(0.0, high * target[i] - (1.0 - fraction) * others[i]) / sum;
+    density[i] = std::max(0.0, high * (target[i] / mass) - (1.0 - fraction) * others[i]) / sum;
   return density;
 }
 
