@@ -97,7 +97,8 @@ TEST_CASE("heretical MIS: mean and variance by all outcomes", "[mis]") {
   const double level = test::sidak_level(1e-4, 16);
   gmis::Philox source(gmis_test::seed(97));
   for (const four::Problem& of : problems)
-    for (const auto& [n, size] : {std::pair<std::size_t, std::size_t>{4, 2}, {5, 2}}) {
+    for (const std::size_t n : {std::size_t{4}, std::size_t{5}}) {
+      constexpr std::size_t size = 2;
       CAPTURE(of.name, n);
       const Finite problem = finite_of(of, n);
       long double first = 0.0L, second = 0.0L, total = 0.0L;

@@ -34,8 +34,9 @@ struct AdaptiveEstimate {
 /// so far. `fit(samples, weights)` returns the next proposal from spans of the samples and of |weights|; weights are not
 /// normalised and may all be zero. For T iterations T² n densities.
 ///
-/// Not unbiased: old samples are divided by proposals that were fitted to them. The bias is of the order 1/n, below a quarter
-/// of the standard deviation with 250 samples on the problems of the tests; with a `fit` that ignores its arguments there is none. Keep the fitted tails wider than those of f. f returns one number.
+/// Not unbiased: old samples are divided by proposals that were fitted to them. The bias is of the order 1/n and the standard
+/// deviation of a run of the order 1/√n; with a `fit` that ignores its arguments there is no bias. Keep the fitted tails
+/// wider than those of f. f returns one number.
 template <class Integrand, class P, class Fit, UniformSource Source>
 requires AnyProposal<P, Source> && HasPdf<P, ValueOf<P, Source>>
 [[nodiscard]] AdaptiveEstimate<P, ValueOf<P, Source>> estimate_adaptive(Integrand&& f, const P& first,
