@@ -229,8 +229,8 @@ class EnvironmentMap {
   std::array<Vec3<T>, 3> axes_{};
   std::vector<RowEdge> row_edges_;
   std::vector<Vec3<T>> pixels_;
-  Table emission_, next_event_;  // the latter only where it differs
-  T slope_ = 0, offset_ = 0, scale_ = 1;     // of the compensated density over the radiance
+  Table emission_, next_event_;           // the latter only where it differs
+  T slope_ = 0, offset_ = 0, scale_ = 1;  // of the compensated density over the radiance
   double total_ = 0;
   T inverse_total_ = 0;
 };
