@@ -48,6 +48,10 @@ namespace gmis {
   }
   std::vector<double> density(target.size());
   const double sum = excess(high);
+  if (!(sum > 0.0)) {  // a fraction below the rounding of the others, which are in proportion to the target
+    for (std::size_t i = 0; i < target.size(); ++i) density[i] = target[i] / mass;
+    return density;
+  }
   for (std::size_t i = 0; i < target.size(); ++i)
     density[i] = std::max(0.0, high * (target[i] / mass) - (1.0 - fraction) * others[i]) / sum;
   return density;
