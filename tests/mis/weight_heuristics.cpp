@@ -317,7 +317,7 @@ TEST_CASE("compensation: no other table has a smaller second moment", "[mis]") {
   CHECK_THROWS_AS(gmis::compensated_density(one, negative, 0.5), std::invalid_argument);
   const std::vector<double> many{1e300};  // no probability; the difference would be rounding alone
   CHECK_THROWS_AS(gmis::compensated_density(one, many, 0.5), std::invalid_argument);
-  const std::vector<double> tiny{5e-324, 1e-323};  // any mass serves
+  const std::vector<double> tiny{5e-324, 1e-323};             // any mass serves
   CHECK(gmis::compensated_density(one, one, 1e-300) == one);  // and any fraction
   const std::vector<double> halves{0.5, 0.5};
   CHECK(gmis::compensated_density(tiny, halves, 1.0)[1] == Approx(2.0 / 3.0));
