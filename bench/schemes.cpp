@@ -13,6 +13,7 @@
 #include "gmis/mis/diagnostics.hpp"
 #include "schemes/bootstrap.hpp"
 #include "schemes/by_hand.hpp"
+#include "schemes/methods.hpp"
 #include "schemes/numbers.hpp"
 #include "schemes/problems.hpp"
 #include "schemes/report.hpp"
@@ -239,7 +240,7 @@ Json judge_choice(const Problem& problem, std::size_t n, double factor, gmis::Co
 
 void run(const Options& options) {
   Json report{{"complete", false}, {"seed", options.seed}, {"integral", 1.0}};
-  for (const char* part : {"schemes", "partial", "choices", "numbers"}) report[part] = Json::array();
+  for (const char* part : {"schemes", "partial", "choices", "methods", "numbers"}) report[part] = Json::array();
   const auto keep = [&](const char* part, Json row) {
     report[part].push_back(std::move(row));
     bench::write_report(report, options.out);
@@ -299,6 +300,19 @@ void run(const Options& options) {
       const gmis::CostModel costs{per_density, std::max(0.1, *with_n1 / count - per_density)};
       for (const double factor : {1.0, 16.0, 256.0})
         if (!interrupted) keep("choices", judge_choice(problem, n, factor, costs, table, options));
+    }
+
+  std::printf(
+      "\nMethods, rounds of N samples: error is the mean squared error × rounds, pilots apart\n"
+      "problem    N  method                            densities    ns/round       error        bias  efficiency/N3\n");
+  if (!interrupted)
+    for (const Json& row :
+         bench::measured_methods(options.largest, options.slices, options.slice_seconds, options.seed)) {
+      std::printf("%-7s %4d  %-32s %10.1f %11.1f %11.4g %11.2g %14.3g\n", row["problem"].get<std::string>().c_str(),
+                  row["proposals"].get<int>(), row["method"].get<std::string>().c_str(),
+                  row["density_evaluations"].get<double>(), row["nanoseconds_per_round"].get<double>(),
+                  row["error"].get<double>(), row["bias"].get<double>(), row["efficiency_over_n3"].get<double>());
+      keep("methods", row);
     }
 
   std::printf(

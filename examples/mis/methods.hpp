@@ -11,6 +11,7 @@
 #include "gmis/mis/best_groups.hpp"
 #include "gmis/mis/best_plan.hpp"
 #include "gmis/mis/compensation.hpp"
+#include "gmis/mis/heretical_mixture.hpp"
 #include "gmis/mis/optimal_weights.hpp"
 #include "gmis/mis/pairwise.hpp"
 #include "gmis/mis/population.hpp"
@@ -152,6 +153,9 @@ inline std::vector<Method> all() {
       {"chosen pairs", piloted([](const auto& p, const auto& pilot, const Counts&, auto rounds, auto& source) {
          const std::size_t size = p.f == four::highlight ? 4 : p.f == four::waves ? 3 : 2;  // pairs leave holes there
          return gmis::estimate_partial(p.f, p.proposals, gmis::best_groups(pilot, size), rounds, source);
+       })},
+      {"heretical pairs", in_rounds([](const auto& p, const Counts&, std::uint64_t rounds, auto& source) {
+         return gmis::estimate_heretical(p.f, p.proposals, 2, rounds, source);
        })},
       {"control variates",
        piloted([](const auto& p, const auto& pilot, const Counts& counts, auto rounds, auto& source) {

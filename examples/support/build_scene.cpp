@@ -43,7 +43,10 @@ struct AddLight {
   void operator()(const SpotLightDescription& l) const {
     builder.add_spot_light(l.position, l.direction, l.intensity, l.inner, l.outer);
   }
-  void operator()(const EnvironmentLightDescription& l) const { builder.add_environment(l.image, l.world_from_sky); }
+  // Every integrator lets camera subpaths hit the sky, so that next-event samples may leave out its dark part.
+  void operator()(const EnvironmentLightDescription& l) const {
+    builder.add_environment(l.image, l.world_from_sky, 0.5);
+  }
   void operator()(const InfiniteLightDescription& l) const { builder.add_environment(l.radiance); }
 };
 

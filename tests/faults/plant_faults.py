@@ -219,7 +219,7 @@ def main():
     compiler = os.environ.get("CXX", "g++")
     with tempfile.TemporaryDirectory(prefix="gmis_faults_") as folder:
         copy = pathlib.Path(folder)
-        for part in ("include", "tests"):
+        for part in ("include", "tests", "examples"):
             shutil.copytree(PROJECT / part, copy / part)
         planter = Planter(copy, compiler)
         with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:

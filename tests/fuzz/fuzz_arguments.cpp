@@ -10,6 +10,7 @@
 #include "fuzz/input.hpp"
 #include "gmis/mis.hpp"
 #include "gmis/mis/diagnostics.hpp"
+#include "gmis/mis/methods.hpp"
 
 // Arguments of the MIS core, from bytes: every call either throws std::invalid_argument, and then for a reason that is found
 // here again without the library, or does what it says.
@@ -213,11 +214,62 @@ void check_rules(fuzz::Input& input) {
   check(power);
 }
 
+/// The methods that take counts: each is rejected when counts, rounds or its own arguments do not fit, and only then.
+void check_methods(fuzz::Input& input) {
+  const std::vector<Uniform> proposals(input.below(5));
+  const std::size_t n = proposals.size();
+  std::vector<std::uint32_t> counts(input.below(4) > 0 ? n : input.below(5));
+  for (std::uint32_t& count : counts) count = input.below(4);
+  const std::uint64_t rounds = input.below(4);
+  const std::size_t canonical = input.below(5), group_size = input.below(6);
+  std::vector<double> numbers(input.below(4) > 0 ? n : input.below(5));
+  for (double& number : numbers) number = any_number(input);
+  const bool fit = counts.size() == n && std::accumulate(counts.begin(), counts.end(), 0U) > 0 && rounds > 0;
+  const auto one = [](double) { return 1; };
+  const auto check = [&](bool can_serve, double tolerance, auto method) {
+    gmis::Philox source(1);
+    double mean = 1.0;
+    const bool rejected = is_rejected([&] { mean = method(source); });
+    fuzz::require(rejected == !can_serve, "a method is rejected when its arguments do not fit, and only then");
+    fuzz::require(rejected || std::abs(mean - 1.0) <= tolerance, "a method integrates one without error");
+  };
+  check(fit, 1e-9, [&](auto& s) { return gmis::estimate_optimal_direct(one, proposals, counts, rounds, s).mean; });
+  check(fit, 1e-9, [&](auto& s) { return gmis::estimate_optimal_progressive(one, proposals, counts, rounds, s).mean; });
+  check(fit, 1e-9, [&](auto& s) { return gmis::estimate_resampled(one, one, proposals, counts, rounds, s).mean; });
+  check(fit && canonical < n && counts[canonical] > 0, 1e-9,
+        [&](auto& s) { return gmis::estimate_pairwise(one, proposals, counts, canonical, rounds, s).mean; });
+  check(n > 0 && rounds > 0 && group_size > 0 && group_size <= n, 1e-9,
+        [&](auto& s) { return gmis::estimate_heretical(one, proposals, group_size, rounds, s).mean; });
+  bool are_factors = numbers.size() == n;
+  for (std::size_t k = 0; k < numbers.size() && are_factors && counts.size() == n; ++k)
+    are_factors = std::isfinite(numbers[k]) && (numbers[k] > 0.0 || (counts[k] == 0 && !std::isnan(numbers[k])));
+  check(fit && are_factors, 1e9, [&](auto& s) {
+    return gmis::estimate_with_weights(gmis::ScaledBalance{numbers}, one, proposals, counts, rounds, s).mean;
+  });
+  gmis::Philox source(1);
+  static_cast<void>(is_rejected([&] {
+    const auto result = gmis::estimate_controlled(one, proposals, counts, numbers, rounds, source);
+    fuzz::require(numbers.size() == n, "one coefficient for each proposal");
+    static_cast<void>(result);
+  }));
+  const double fraction = any_number(input);
+  static_cast<void>(is_rejected([&] {
+    std::vector<double> others(numbers.size());
+    for (double& other : others) other = any_number(input);
+    double sum = 0.0;
+    for (const double p : gmis::compensated_density(numbers, others, fraction)) {
+      fuzz::require(p >= 0.0, "no density is negative");
+      sum += p;
+    }
+    fuzz::require(std::abs(sum - 1.0) < 1e-9, "a compensated density has the integral one");
+  }));
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
-  switch (input.below(5)) {
+  switch (input.below(6)) {
     case 0:
       check_weights(input);
       break;
@@ -229,6 +281,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       break;
     case 3:
       check_tables(input);
+      break;
+    case 4:
+      check_methods(input);
       break;
     default:
       check_rules(input);

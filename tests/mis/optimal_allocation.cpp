@@ -166,6 +166,70 @@ TEST_CASE("inverse variances: the rule, and its ends", "[mis]") {
   }
 }
 
+TEST_CASE("allocation: costs count", "[mis]") {
+  for (const four::Problem& problem : problems) {
+    CAPTURE(problem.name);
+    const auto table = test::tabulated(problem);
+    const std::size_t n = problem.proposals.size();
+    std::vector<double> costs(n);
+    for (std::size_t k = 0; k < n; ++k) costs[k] = k % 2 == 0 ? 9.0 : 1.0;
+    const auto plain = gmis::inverse_variance_fractions(table), priced = gmis::inverse_variance_fractions(table, costs);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < n; ++k) sum += plain[k] / costs[k];
+    for (std::size_t k = 0; k < n; ++k) CHECK(priced[k] == Approx(plain[k] / costs[k] / sum).margin(1e-12));
+
+    // All compositions of 6 again, by variance × cost.
+    const auto score = [&](const std::vector<std::uint32_t>& counts) {
+      double cost = 0.0;
+      for (std::size_t k = 0; k < n; ++k) cost += counts[k] * costs[k];
+      const auto moments = gmis::exact_moments(gmis::CountsByProposal(counts), table);
+      return std::abs(moments.mean - problem.integral) < 1e-6 ? moments.variance * cost : 1e300;
+    };
+    double least = 1e300;
+    std::vector<std::uint32_t> counts(n);
+    const auto search = [&](auto&& self, std::size_t k, std::uint32_t left) -> void {
+      if (k + 1 == n) {
+        counts[k] = left;
+        least = std::min(least, score(counts));
+        return;
+      }
+      for (std::uint32_t c = 0; c <= left; ++c) {
+        counts[k] = c;
+        self(self, k + 1, left - c);
+      }
+    };
+    search(search, 0, 6);
+    CHECK(score(gmis::optimal_counts(table, 6, costs)) <= 1.05 * least);
+
+    // What a plan says of its own cost.
+    gmis::Philox source(1);
+    const auto plan = gmis::best_plan(table, {2.0, 7.0}, 12, source);
+    bool has_counts = false;
+    for (const auto& candidate : plan.candidates) {
+      std::size_t used = 0;
+      for (const auto count : candidate.counts) used += count > 0 ? 1 : 0;
+      for (const double fraction : candidate.fractions) used += fraction > 0.0 ? 1 : 0;
+      if (used == 0) continue;
+      has_counts = true;
+      CHECK(candidate.round.cost == Approx(12.0 * static_cast<double>(used) * 2.0 + 12.0 * 7.0));
+    }
+    CHECK(has_counts);
+  }
+  // Two halves: no fractions or counts that leave out one of them.
+  const std::vector<four::Density> halves{four::uniform(0.0, 0.5), four::uniform(0.5, 1.0), four::uniform(0.0, 1.0)};
+  const gmis::TabulatedProblem split([](double x) { return x < 0.5 ? 1.0 : 1e-6; }, halves, problems[3].nodes());
+  const auto counts = gmis::optimal_counts(split, 2);
+  CHECK((counts[2] > 0 || (counts[0] > 0 && counts[1] > 0)));
+  CHECK(gmis::inverse_variance_fractions(split)[0] == 0.0);
+  const std::vector<four::Density> two{four::uniform(0.0, 0.5), four::uniform(0.5, 1.0)};
+  const gmis::TabulatedProblem faint([](double x) { return x < 0.5 ? 1.0 : 1e-9; }, two, problems[3].nodes());
+  gmis::Philox any(2);
+  for (const auto& candidate : gmis::best_plan(faint, {1.0, 1.0}, 8, any).candidates)
+    CHECK((candidate.fractions.empty() || candidate.fractions[1] > 0.0));
+  const auto defended = gmis::optimal_fractions(split, {}, 0.2);
+  for (const double fraction : defended) CHECK(fraction >= 0.2);
+}
+
 TEST_CASE("best plan: scheme, groups and allocation from one pilot", "[mis]") {
   gmis::Philox source(gmis_test::seed(52));
   const gmis::CostModel costs{.per_density = 1.0, .per_sample = 4.0};

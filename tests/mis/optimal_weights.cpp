@@ -266,3 +266,118 @@ TEST_CASE("control variates: channels, logarithms, pilots and faults", "[mis]") 
       gmis::estimate_optimal_direct(problem.f, problem.proposals, std::vector<std::uint32_t>{0, 0, 0}, 2, source),
       std::invalid_argument);
 }
+
+TEST_CASE("control variates: channels are as if each was alone, and fits can be merged", "[mis]") {
+  const four::Problem& problem = problems[3];
+  const auto counts = test::uneven_counts(problem);
+  const std::size_t n = counts.size();
+  const auto scalar = [&](int c) {
+    return [&, c](double x) { return c == 0 ? problem.f(x) : c == 1 ? 3.0 * x * x : std::cos(4.0 * x) - 2.0; };
+  };
+  const auto colour = [&](double x) { return glm::dvec3(scalar(0)(x), scalar(1)(x), scalar(2)(x)); };
+  std::vector<double> beta(3 * n);
+  for (std::size_t i = 0; i < beta.size(); ++i) beta[i] = 0.3 * std::sin(1.0 + 2.0 * static_cast<double>(i));
+  gmis::Philox a(11);
+  const auto controlled = gmis::estimate_controlled(colour, problem.proposals, counts, beta, 20, a);
+  const auto direct = gmis::estimate_optimal_direct(colour, problem.proposals, counts, 20, a);
+  const auto progressive = gmis::estimate_optimal_progressive(colour, problem.proposals, counts, 20, a);
+  for (int c = 0; c < 3; ++c) {
+    CAPTURE(c);
+    gmis::Philox b(11);
+    const auto same = [c](const auto& all, const auto& alone) {
+      CHECK(all.mean[c] == Approx(alone.mean).epsilon(1e-9));
+      CHECK((*all.variance)[c] == Approx(alone.variance.value()).epsilon(1e-7));
+    };
+    const auto own = std::span<const double>(beta).subspan(static_cast<std::size_t>(c) * n, n);
+    same(controlled, gmis::estimate_controlled(scalar(c), problem.proposals, counts, own, 20, b));
+    same(direct, gmis::estimate_optimal_direct(scalar(c), problem.proposals, counts, 20, b));
+    same(progressive, gmis::estimate_optimal_progressive(scalar(c), problem.proposals, counts, 20, b));
+  }
+
+  gmis::ControlFit<double> whole(3), first(3), second(3);
+  gmis::Philox source(12);
+  for (int i = 0; i < 40; ++i) {
+    const std::array<double, 3> relative{gmis::uniform<double>(source), gmis::uniform<double>(source),
+                                         gmis::uniform<double>(source)};
+    const std::array<double, 1> value{gmis::uniform<double>(source)};
+    whole.add(std::span<const double>(relative), value);
+    (i < 15 ? first : second).add(std::span<const double>(relative), value);
+  }
+  first.merge(second);
+  CHECK(first.samples() == 40);
+  const auto expected = whole.coefficients(), merged = first.coefficients();
+  for (std::size_t k = 0; k < 3; ++k) CHECK(merged[k] == Approx(expected[k]).epsilon(1e-10));
+}
+
+// The definition, in long double: least squares of f/ψ by q_k/ψ over all samples, the mean of the residuals and its spread
+// between rounds.
+TEST_CASE("optimal weights: the direct estimate and its stated error by definition", "[mis]") {
+  for (const four::Problem& problem : problems) {
+    CAPTURE(problem.name);
+    const auto counts = problem.one_each();
+    const std::size_t n = counts.size();
+    constexpr std::size_t rounds = 5;
+    std::vector<double> xs;
+    gmis::Philox source(gmis_test::seed(44));
+    const auto recorded = [&](double x) {
+      xs.push_back(x);
+      return problem.f(x);
+    };
+    const auto estimate = gmis::estimate_optimal_direct(recorded, problem.proposals, counts, rounds, source);
+    std::vector<std::vector<long double>> rows(n, std::vector<long double>(n + 1));
+    const auto relative = [&](std::size_t k, double x) {
+      return static_cast<long double>(n) * static_cast<long double>(problem.proposals[k].pdf(x)) /
+             test::expected_density(problem, counts, x);
+    };
+    const auto value = [&](double x) {
+      return static_cast<long double>(n) * static_cast<long double>(problem.f(x)) /
+             test::expected_density(problem, counts, x);
+    };
+    for (const double x : xs)
+      for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j < n; ++j) rows[i][j] += relative(i, x) * relative(j, x);
+        rows[i][n] += relative(i, x) * value(x);
+      }
+    for (std::size_t p = 0; p < n; ++p)
+      for (std::size_t i = 0; i < n; ++i) {
+        if (i == p) continue;
+        const long double factor = rows[i][p] / rows[p][p];
+        for (std::size_t j = p; j <= n; ++j) rows[i][j] -= factor * rows[p][j];
+      }
+    std::vector<long double> of_round(rounds);
+    long double sum_of_beta = 0.0L, mean = 0.0L, squares = 0.0L;
+    for (std::size_t k = 0; k < n; ++k) sum_of_beta += rows[k][n] / rows[k][k];
+    for (std::size_t s = 0; s < xs.size(); ++s) {
+      long double residual = value(xs[s]);
+      for (std::size_t k = 0; k < n; ++k) residual -= rows[k][n] / rows[k][k] * relative(k, xs[s]);
+      of_round[s / n] += residual / static_cast<long double>(n);
+    }
+    for (const long double r : of_round) mean += r / static_cast<long double>(rounds);
+    for (const long double r : of_round) squares += (r - mean) * (r - mean);
+    const long double samples = static_cast<long double>(xs.size());
+    CHECK(estimate.mean == Approx(static_cast<double>(sum_of_beta + mean)).epsilon(1e-6));
+    const double variance =
+        static_cast<double>(squares / (rounds - 1) * samples / (samples - static_cast<long double>(n)));
+    CHECK(estimate.variance.value() == Approx(variance).epsilon(1e-4).margin(1e-12));
+  }
+}
+
+TEST_CASE("semidefinite systems: columns that are almost copies get nothing either", "[mis]") {
+  const std::vector<double> matrix{1.0, 1.0, 1.0, 1.0 + 1e-13};
+  const auto x = gmis::solve_semidefinite(matrix, std::vector<double>{1.0, 1.0 + 3e-13});
+  CHECK((x[0] == 0.0 || x[1] == 0.0));
+  CHECK(x[0] + x[1] == Approx(1.0).epsilon(1e-9));
+}
+
+TEST_CASE("counted variance: samples that fail contribute zero", "[mis]") {
+  // A uniform proposal that makes a half of its samples only, density 1/2: y = 2 with probability 1/2.
+  const std::vector<double> values{1.0}, weights{1.0}, densities{0.5};
+  const gmis::TabulatedProblem table(values, weights, densities);
+  const std::vector<std::uint32_t> counts{2};
+  const auto counted = gmis::exact_moments(gmis::CountsByProposal(counts), table);
+  CHECK(counted.mean == Approx(1.0));
+  CHECK(counted.variance == Approx(0.5));
+  const auto mixed = gmis::exact_moments_of_mixture(std::vector<double>{1.0}, 2, table);
+  CHECK(mixed.mean == Approx(1.0));
+  CHECK(mixed.variance == Approx(0.5));
+}

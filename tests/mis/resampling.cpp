@@ -150,6 +150,8 @@ TEST_CASE("resampling: joined reservoirs, exact and measured", "[mis]") {
             gmis::resample([&](double x) { return of(k, x); }, set, counts[k], source, workspace, cost));
       const auto joined =
           gmis::join_reservoirs(std::span<const gmis::Reservoir<double>>(reservoirs), of, final_target, source);
+      if (static_cast<long double>(joined.sample_count()) != totals[0] + totals[1] + totals[2])
+        FAIL("samples are lost");
       value = joined.sample() ? problem.f(*joined.sample()) * joined.contribution_weight() : 0.0;
     }
     CHECK(test::mean_p_value(test::moments_of(rounds), problem.integral) > level);
@@ -229,6 +231,32 @@ TEST_CASE("scrambled points: strata, elementary intervals, uniformity", "[mis]")
     CHECK(test::mean_p_value(test::moments_of(values), 0.5) > 1e-5);
     CHECK(test::mean_p_value(test::moments_of(squares), 1.0 / 3.0) > 1e-5);
   }
+}
+
+TEST_CASE("points of Sobol': property A", "[mis]") {
+  // The first 2^10 points have one in each of the 2^10 parts that halve every dimension [Sobol' 1976; Joe, Kuo 2008].
+  std::set<std::uint32_t> parts;
+  for (std::uint32_t i = 0; i < 1024; ++i) {
+    std::uint32_t part = 0;
+    for (std::size_t d = 0; d < gmis::ScrambledSobol::dimensions; ++d)
+      part = part << 1U | gmis::ScrambledSobol::coordinate(d, i) >> 31U;
+    parts.insert(part);
+  }
+  CHECK(parts.size() == 1024);
+  // The binary digits that point 2^j begins with are the direction numbers v_j = m_j/2^j, from which the recurrence follows:
+  // those of dimensions 4 and 10, as Joe and Kuo publish them.
+  const auto first = [](std::size_t d, std::uint32_t j) {
+    return gmis::ScrambledSobol::coordinate(d, 1U << (j - 1)) >> (32 - j);
+  };
+  CHECK(std::array{first(3, 1), first(3, 2), first(3, 3)} == std::array<std::uint32_t, 3>{1, 3, 1});
+  CHECK(std::array{first(9, 1), first(9, 2), first(9, 3), first(9, 4), first(9, 5)} ==
+        std::array<std::uint32_t, 5>{1, 1, 7, 11, 19});
+  // m_k = 2 a_1 m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}: x³ + x + 1 and x⁵ + x³ + x² + x + 1.
+  for (std::uint32_t k = 4; k <= 20; ++k)
+    CHECK(first(3, k) == ((first(3, k - 2) << 2U) ^ (first(3, k - 3) << 3U) ^ first(3, k - 3)));
+  for (std::uint32_t k = 6; k <= 20; ++k)
+    CHECK(first(9, k) == ((first(9, k - 2) << 2U) ^ (first(9, k - 3) << 3U) ^ (first(9, k - 4) << 4U) ^
+                          (first(9, k - 5) << 5U) ^ first(9, k - 5)));
 }
 
 namespace {

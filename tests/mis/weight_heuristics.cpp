@@ -157,6 +157,9 @@ TEST_CASE("variance-aware factors: second moment over variance of the balance-we
   const std::array<double, 2> ends{0.0, 1.0};
   const gmis::TabulatedProblem flat([](double) { return 2.0; }, unit, gmis::composite_gauss_legendre(ends, 2));
   CHECK(gmis::variance_aware_factors(Counts{2, 0}, flat, 50.0) == std::vector<double>{50.0, 1.0});
+  // A proposal that fails every other time: E[y²] = 2, Var = 1.
+  const std::vector<double> value{1.0}, weight{1.0}, density{0.5};
+  CHECK(gmis::variance_aware_factors(Counts{1}, gmis::TabulatedProblem(value, weight, density))[0] == Approx(2.0));
 }
 
 namespace {
@@ -312,6 +315,12 @@ TEST_CASE("compensation: no other table has a smaller second moment", "[mis]") {
   CHECK(gmis::compensated_density(one, one, 0.5) == one);
   CHECK_THROWS_AS(gmis::compensated_density(none, one, 0.5), std::invalid_argument);
   CHECK_THROWS_AS(gmis::compensated_density(one, negative, 0.5), std::invalid_argument);
+  const std::vector<double> many{1e300};  // no probability; the difference would be rounding alone
+  CHECK_THROWS_AS(gmis::compensated_density(one, many, 0.5), std::invalid_argument);
+  const std::vector<double> tiny{5e-324, 1e-323};             // any mass serves
+  CHECK(gmis::compensated_density(one, one, 1e-300) == one);  // and any fraction
+  const std::vector<double> halves{0.5, 0.5};
+  CHECK(gmis::compensated_density(tiny, halves, 1.0)[1] == Approx(2.0 / 3.0));
   CHECK_THROWS_AS(gmis::compensated_density(one, two, 0.5), std::invalid_argument);
   CHECK_THROWS_AS(gmis::compensated_density(one, one, 0.0), std::invalid_argument);
 }

@@ -1,5 +1,11 @@
 #include "gmis/scene/environment_map.hpp"
 
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
 #include "gmis/core/statistics.hpp"
 #include "scene/shapes.hpp"
 #include "support/catch.hpp"
@@ -29,7 +35,7 @@ const glm::dmat3 turned(glm::normalize(glm::dvec3(1, 2, 2)), glm::normalize(glm:
 const glm::dmat3 mirrored(turned[0] * 3.0, turned[1] * -3.0, turned[2] * 3.0);
 
 // False-alarm rate of all χ² tests of this file together: 1e-3.
-const double level = sidak_level(1e-3, 16);
+const double level = sidak_level(1e-3, 41);
 
 TEST_CASE("the octahedral square keeps areas and has the inverse that it states", "[environment]") {
   using T = double;
@@ -130,6 +136,103 @@ TEMPLATE_TEST_CASE("a sky is sampled with the density that it states, which is e
         CHECK(differ <= (std::same_as<T, float> ? 10 : 0));
         CHECK(chi_square_test(counts, expected).passes(level));
       }
+}
+
+/// The compensated density per steradian of every pixel, in long double, by the definition: the largest λ-level set is found by
+/// adding pixels from the brightest down until the level no longer reaches the next one.
+std::vector<double> compensated(const EnvironmentImage& image, const std::vector<double>& angles, double fraction) {
+  const long double c = fraction, floor = (1 - c) / (4 * std::numbers::pi_v<long double>);
+  std::vector<std::size_t> order(angles.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto value = [&](std::size_t i) {
+    return (static_cast<long double>(image.radiance[i].x) + static_cast<long double>(image.radiance[i].y) +
+            static_cast<long double>(image.radiance[i].z)) /
+           3;
+  };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return value(a) > value(b); });
+  long double light = 0, angle = 0, lambda = 0;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    light += value(order[k]) * static_cast<long double>(angles[order[k]]);
+    angle += static_cast<long double>(angles[order[k]]);
+    lambda = (c + floor * angle) / light;  // Σ (λ L − floor) Ω = c over the brightest
+    if (k + 1 == order.size() || lambda * value(order[k + 1]) <= floor) break;
+  }
+  std::vector<double> density;
+  for (std::size_t i = 0; i < angles.size(); ++i)
+    density.push_back(static_cast<double>(std::max(0.0L, lambda * value(i) - floor) / c));
+  return density;
+}
+
+TEMPLATE_TEST_CASE("a compensated sky: density, samples and energy", "[environment]", float, double) {
+  using T = TestType;
+  Philox source(gmis_test::seed(85));
+  for (const SkyMapping mapping : {SkyMapping::equal_area, SkyMapping::latitude_longitude})
+    for (const double fraction : {0.25, 0.5, 0.9}) {
+      CAPTURE(static_cast<int>(mapping), fraction);
+      const EnvironmentImage image = test_image(mapping, {8, 8});
+      const EnvironmentMap<T> map(image, glm::dmat3(1), fraction);
+      const EnvironmentMap<T> plain(image, glm::dmat3(1));
+      CHECK(map.is_compensated());
+      CHECK_FALSE(plain.is_compensated());
+      std::vector<double> angles;
+      for (std::size_t i = 0; i < 64; ++i) {
+        const auto edge = [&](std::size_t row) { return std::cos(pi<double> * double(row) / 8); };
+        angles.push_back(mapping == SkyMapping::equal_area ? 4 * pi<double> / 64
+                                                           : (edge(i / 8) - edge(i / 8 + 1)) * 2 * pi<double> / 8);
+      }
+      const std::vector<double> expected = compensated(image, angles, fraction);
+      double integral = 0, compensated_moment = 0, plain_moment = 0, light = 0;
+      for (std::size_t i = 0; i < 64; ++i) {
+        const Vec3<T> radiance(image.radiance[i]);
+        const double density = static_cast<double>(map.next_event_density(radiance));
+        CHECK(density == Approx(expected[i]).epsilon(2e-4).margin(2e-4 / (4 * pi<double>)));
+        CHECK(map.density(radiance) == plain.density(radiance));
+        integral += density * angles[i];
+        // The second moment of the mixture with uniform directions, which compensation makes least.
+        const double l = static_cast<double>(mean_channel(radiance));
+        const auto moment = [&](double own) {
+          return l * l * angles[i] / (fraction * own + (1 - fraction) / (4 * pi<double>));
+        };
+        compensated_moment += moment(density);
+        plain_moment += moment(static_cast<double>(plain.next_event_density(radiance)));
+        light += l * angles[i];
+      }
+      CHECK(integral == Approx(1.0).epsilon(1e-5));
+      CHECK(compensated_moment < plain_moment);
+
+      // Samples follow it, and with uniform directions they carry all the light: balance weights, t-test at 1e-5.
+      std::vector<double> counts(64), wanted(64);
+      constexpr int samples = 60'000;
+      for (std::size_t i = 0; i < 64; ++i) wanted[i] = expected[i] * angles[i] * samples;
+      double sum = 0, squares = 0;
+      for (int n = 0; n < samples; ++n) {
+        const auto sample = map.sample_next_event(random_square<T>(source));
+        if (!(sample.density == map.next_event_density(sample.radiance))) FAIL("another density");
+        const glm::dvec3 w(sample.to_sky);
+        const double turn = std::atan2(w.y, w.x) / (2 * pi<double>);
+        const auto place =
+            mapping == SkyMapping::equal_area
+                ? octahedral_sphere_to_square(w)
+                : Vec2<double>(turn < 0 ? turn + 1 : turn, std::acos(std::clamp(w.z, -1.0, 1.0)) / pi<double>);
+        const auto cell = [](double x) { return std::min(static_cast<std::size_t>(x * 8), std::size_t{7}); };
+        const std::size_t at = cell(place.y) * 8 + cell(place.x);
+        if (wanted[at] > 0) ++counts[at];
+        const auto weighted = [&](const Vec3<T>& radiance) {
+          return static_cast<double>(mean_channel(radiance)) /
+                 (fraction * static_cast<double>(map.next_event_density(radiance)) + (1 - fraction) / (4 * pi<double>));
+        };
+        const auto elsewhere = square_to_octahedral_sphere(random_square<T>(source));
+        const double value = fraction * weighted(sample.radiance) + (1 - fraction) * weighted(map.radiance(elsewhere));
+        sum += value;
+        squares += value * value;
+      }
+      CHECK(chi_square_test(counts, wanted).passes(level));
+      const double mean = sum / samples, error = std::sqrt((squares / samples - mean * mean) / samples);
+      CHECK(t_test(mean - light, error, samples, 0).passes(level));
+    }
+  const EnvironmentImage image = test_image(SkyMapping::equal_area, {4, 4});
+  for (const double fraction : {0.0, -1.0, 1.5, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THROWS_AS(EnvironmentMap<T>(image, glm::dmat3(1), fraction), std::invalid_argument);
 }
 
 TEST_CASE("the poles of a sky are sampled evenly", "[environment]") {

@@ -16,13 +16,13 @@
 namespace gmis {
 
 /// What adaptive MIS returns: the estimate, every sample with its final weight, and every proposal that was used.
-template <class P>
+template <class P, class X = ValueOf<P>>
 struct AdaptiveEstimate {
   double mean = 0.0;  ///< of ∫ f
   double standard_error =
       0.0;  ///< as if the samples were independent draws of the final mixture: close, a little optimistic
   double effective_sample_size = 0.0;  ///< (Σ |w|)²/Σ w²
-  std::vector<ValueOf<P>> samples{};
+  std::vector<X> samples{};
   std::vector<double> weights{};  ///< f/(n ψ), ψ the mixture of all iterations: their sum is `mean`
   std::vector<P> proposals{};     ///< of each iteration, and the one fitted last
   std::uint64_t density_evaluations = 0;
@@ -34,14 +34,18 @@ struct AdaptiveEstimate {
 /// so far. `fit(samples, weights)` returns the next proposal from spans of the samples and of |weights|; weights are not
 /// normalised and may all be zero. For T iterations T² n densities.
 ///
-/// Not unbiased: old samples are divided by proposals that were fitted to them. The bias is of the order 1/n, below a quarter
-/// of the standard deviation with 250 samples on the problems of the tests; with a `fit` that ignores its arguments there is none. Keep the fitted tails wider than those of f. f returns one number.
-template <class Integrand, AnyProposal P, class Fit, UniformSource Source>
-requires HasPdf<P, ValueOf<P>>
-[[nodiscard]] AdaptiveEstimate<P> estimate_adaptive(Integrand&& f, const P& first, std::size_t samples_each,
-                                                    std::size_t iterations, Fit&& fit, Source& source) {
+/// Not unbiased: old samples are divided by proposals that were fitted to them. The bias is of the order 1/n and the standard
+/// deviation of a run of the order 1/√n; with a `fit` that ignores its arguments there is no bias. Keep the fitted tails
+/// wider than those of f. f returns one number.
+template <class Integrand, class P, class Fit, UniformSource Source>
+requires AnyProposal<P, Source> && HasPdf<P, ValueOf<P, Source>>
+[[nodiscard]] AdaptiveEstimate<P, ValueOf<P, Source>> estimate_adaptive(Integrand&& f, const P& first,
+                                                                        std::size_t samples_each,
+                                                                        std::size_t iterations, Fit&& fit,
+                                                                        Source& source) {
   if (samples_each == 0 || iterations == 0) reject_argument("give at least one sample and one iteration");
-  AdaptiveEstimate<P> result;
+  using X = ValueOf<P, Source>;
+  AdaptiveEstimate<P, X> result;
   std::vector<double> values, densities;  // f, and Σ_t q_t, at every sample
   result.proposals.push_back(first);
   for (std::size_t t = 0; t < iterations; ++t) {
@@ -75,7 +79,7 @@ requires HasPdf<P, ValueOf<P>>
       result.weights[i] = values[i] / densities[i] / static_cast<double>(samples_each);
       sizes[i] = std::abs(result.weights[i]);
     }
-    result.proposals.push_back(fit(std::span<const ValueOf<P>>(result.samples), std::span<const double>(sizes)));
+    result.proposals.push_back(fit(std::span<const X>(result.samples), std::span<const double>(sizes)));
   }
   double sizes = 0.0, squares = 0.0;
   for (const double weight : result.weights) {

@@ -67,28 +67,25 @@ class ControlFit {
   std::vector<double> right_side_;
 };
 
-/// f of a set, for the functions of this kind.
-template <class Integrand, class Set>
-using ValueOfIntegrand =
-    std::remove_cvref_t<decltype(std::declval<Integrand&>()(std::declval<const typename Set::Value&>()))>;
-
 /// True for a set whose `sample` may return nothing. Its densities integrate to less than one, and are no control variates.
-template <class Set>
+template <class Set, class Source = Philox>
 inline constexpr bool set_can_fail = SampleResult<
-    std::remove_cvref_t<decltype(std::declval<const Set&>().sample(std::size_t{}, std::declval<Philox&>()))>>::can_fail;
+    std::remove_cvref_t<decltype(std::declval<const Set&>().sample(std::size_t{}, std::declval<Source&>()))>>::can_fail;
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of N3 with counts and control variates of given `coefficients` (N for each
 /// channel, channel by channel), from a `ControlFit` of an earlier run or from `control_coefficients`. Unbiased for all
 /// coefficients when ψ > 0 wherever f or a proposal with β_k ≠ 0 is not zero. Proposals must not fail.
-template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_controlled(Integrand&& f, const P& proposals, CountsByProposal counts,
-                                       std::span<const double> coefficients, std::uint64_t rounds, Source& source) {
-  const auto& set = as_proposal_set(proposals);
+template <class Integrand, class P, class Source>
+requires(detail::explain_arguments<Integrand, P, Source>())
+    [[nodiscard]] auto estimate_controlled(Integrand&& f, const P& proposals, CountsByProposal counts,
+                                           std::span<const double> coefficients, std::uint64_t rounds, Source& source) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
-  using F = ValueOfIntegrand<Integrand, Set>;
-  static_assert(!set_can_fail<Set>, "control variates need proposals that always make a sample");
+  using F = SummandOf<Integrand, typename Set::Value>;
+  static_assert(!set_can_fail<Set, Source>, "control variates need proposals that always make a sample");
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
+  require_rounds(rounds);
   RoundMoments<F> moments;
   using Channels = typename RoundMoments<F>::Channels;
   using A = typename RoundMoments<F>::A;
@@ -100,7 +97,7 @@ template <class Integrand, Proposals P, UniformSource Source>
     Channels sum{};
     const RoundCounts cost =
         sample_counted_round(set, counts, source, workspace, [&](const auto& x, auto psi, auto relative, std::size_t) {
-          const Channels value = moments.quotient(f(x), psi);
+          const Channels value = moments.quotient(value_of(f, x), psi);
           for (std::size_t c = 0; c < sum.size(); ++c) {
             A control(0);
             for (std::size_t k = 0; k < n; ++k)
@@ -141,6 +138,7 @@ template <class Integrand, Proposals P, UniformSource Source>
                                                            const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count();
   const double total = static_cast<double>(checked_total(counts, n));
+  if (coefficients.size() != n) reject_argument("give one coefficient for each proposal");
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   double offset = 0.0;
   for (const double coefficient : coefficients) offset += coefficient;

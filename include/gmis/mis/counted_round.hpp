@@ -34,9 +34,10 @@ using CountedWorkspace = Workspace<typename Set::Density, dynamic_capacity>;
 ///
 /// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have passed `checked_total`.
 /// `before_sample(k, i)` is called before sample i of proposal k is drawn: the place to set a source to its point.
-template <ProposalSet Set, UniformSource Source, class Visit, class BeforeSample>
-RoundCounts sample_counted_round(const Set& set, CountsByProposal counts, Source& source,
-                                 CountedWorkspace<Set>& workspace, Visit&& visit, BeforeSample&& before_sample) {
+template <class Set, UniformSource Source, class Visit, class BeforeSample>
+requires ProposalSet<Set, Source> RoundCounts sample_counted_round(const Set& set, CountsByProposal counts,
+                                                                   Source& source, CountedWorkspace<Set>& workspace,
+                                                                   Visit&& visit, BeforeSample&& before_sample) {
   using T = typename Set::Density;
   const std::size_t proposal_count = set.size();
   workspace.prepare(proposal_count, 0);
@@ -74,9 +75,10 @@ RoundCounts sample_counted_round(const Set& set, CountsByProposal counts, Source
     }
   return result;
 }
-template <ProposalSet Set, UniformSource Source, class Visit>
-RoundCounts sample_counted_round(const Set& set, CountsByProposal counts, Source& source,
-                                 CountedWorkspace<Set>& workspace, Visit&& visit) {
+template <class Set, UniformSource Source, class Visit>
+requires ProposalSet<Set, Source> RoundCounts sample_counted_round(const Set& set, CountsByProposal counts,
+                                                                   Source& source, CountedWorkspace<Set>& workspace,
+                                                                   Visit&& visit) {
   return sample_counted_round(set, counts, source, workspace, visit, [](std::size_t, std::uint32_t) {});
 }
 

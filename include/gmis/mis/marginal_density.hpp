@@ -18,7 +18,8 @@ struct InverseDensity {
 
 /// `bound`: B ≥ q(x | t) for all t; a density above it throws std::invalid_argument, since the estimate would be wrong. The
 /// mean of K is B/q(x). `max_trials` ends the search; a probability of (1 − q/B)^max_trials of the estimate is then lost.
-template <TechniqueFamily Family, class X, UniformSource Source>
+template <class Family, class X, UniformSource Source>
+requires TechniqueFamily<Family, Source>
 [[nodiscard]] InverseDensity inverse_marginal_density(const Family& family, const X& x, double bound, Source& source,
                                                       std::uint64_t max_trials = 1'000'000'000) {
   for (std::uint64_t trial = 1; trial <= max_trials; ++trial) {
@@ -33,13 +34,15 @@ template <TechniqueFamily Family, class X, UniformSource Source>
 /// Estimates ∫ f with samples of the family, each weighted by an unbiased estimate of 1/q(x); the marginal is not needed.
 /// Variance of one sample: ∫ f² (2 − q/B)/q − I², so at most twice the second moment of continuous MIS, for B/q densities a
 /// sample. Unbiased when q > 0 wherever f ≠ 0 (but for `max_trials`).
-template <class Integrand, TechniqueFamily Family, UniformSource Source>
+template <class Integrand, class Family, UniformSource Source>
+requires TechniqueFamily<Family, Source>
 [[nodiscard]] auto estimate_marginal(Integrand&& f, const Family& family, double bound, std::size_t samples,
                                      std::uint64_t rounds, Source& source) {
   using X = FamilyValue<Family, Source>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const X&>()))>;
+  using F = SummandOf<Integrand, X>;
   using A = typename RoundMoments<F>::A;
   if (samples == 0) reject_argument("give a round at least one sample");
+  require_rounds(rounds);
   if (!(bound > 0.0 && std::isfinite(bound))) reject_argument("the bound must be a positive number");
   RoundMoments<F> moments;
   for (std::uint64_t round = 0; round < rounds; ++round) {
@@ -53,7 +56,7 @@ template <class Integrand, TechniqueFamily Family, UniformSource Source>
         ++cost.zero_density;
         continue;
       }
-      const auto value = moments.quotient(f(x), 1.0 / inverse.value);
+      const auto value = moments.quotient(value_of(f, x), 1.0 / inverse.value);
       for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += value[c] / static_cast<A>(samples);
     }
     moments.add_round(sum, samples, cost);

@@ -12,6 +12,7 @@
 #include "gmis/mis/correlation_aware.hpp"
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/counted_variance.hpp"
+#include "gmis/mis/heretical_mixture.hpp"
 #include "gmis/mis/marginal_density.hpp"
 #include "gmis/mis/optimal_allocation.hpp"
 #include "gmis/mis/optimal_weights.hpp"

@@ -31,17 +31,19 @@ inline void optimal_weights(std::span<const double> coefficients, CountsByPropos
 /// The progressive estimator: each round uses coefficients fitted to the rounds before it, anew whenever these have
 /// doubled. Unbiased where N3 is. The first rounds, until 4 N samples were seen, serve the fit alone: they are in
 /// `samples`, not in `rounds`. `rounds` of the result is at least 1; proposals must not fail.
-template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_optimal_progressive(Integrand&& f, const P& proposals, CountsByProposal counts,
-                                                std::uint64_t rounds, Source& source) {
-  const auto& set = as_proposal_set(proposals);
+template <class Integrand, class P, class Source>
+requires(detail::explain_arguments<Integrand, P, Source>())
+    [[nodiscard]] auto estimate_optimal_progressive(Integrand&& f, const P& proposals, CountsByProposal counts,
+                                                    std::uint64_t rounds, Source& source) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
-  using F = ValueOfIntegrand<Integrand, Set>;
+  using F = SummandOf<Integrand, typename Set::Value>;
   using Channels = typename RoundMoments<F>::Channels;
   using A = typename RoundMoments<F>::A;
-  static_assert(!set_can_fail<Set>, "optimal weights need proposals that always make a sample");
+  static_assert(!set_can_fail<Set, Source>, "optimal weights need proposals that always make a sample");
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
+  require_rounds(rounds);
   RoundMoments<F> moments;
   ControlFit<F> fit(n);
   std::vector<double> coefficients;
@@ -57,7 +59,7 @@ template <class Integrand, Proposals P, UniformSource Source>
     Channels sum{};
     const RoundCounts cost =
         sample_counted_round(set, counts, source, workspace, [&](const auto& x, auto psi, auto relative, std::size_t) {
-          const Channels value = moments.quotient(f(x), psi);
+          const Channels value = moments.quotient(value_of(f, x), psi);
           fit.add(relative, value);
           for (std::size_t c = 0; c < sum.size(); ++c) {
             A control(0);
@@ -84,16 +86,18 @@ template <class Integrand, Proposals P, UniformSource Source>
 /// The direct estimator: coefficients from all samples, applied to the same samples, which makes the estimate Σ β_k where
 /// every proposal has samples. Its bias is of the order of variance/rounds and vanishes against the standard error,
 /// which is that of the residuals between rounds, corrected for the N coefficients. Proposals must not fail.
-template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_optimal_direct(Integrand&& f, const P& proposals, CountsByProposal counts,
-                                           std::uint64_t rounds, Source& source) {
-  const auto& set = as_proposal_set(proposals);
+template <class Integrand, class P, class Source>
+requires(detail::explain_arguments<Integrand, P, Source>())
+    [[nodiscard]] auto estimate_optimal_direct(Integrand&& f, const P& proposals, CountsByProposal counts,
+                                               std::uint64_t rounds, Source& source) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
-  using F = ValueOfIntegrand<Integrand, Set>;
+  using F = SummandOf<Integrand, typename Set::Value>;
   using Channels = typename RoundMoments<F>::Channels;
-  static_assert(!set_can_fail<Set>, "optimal weights need proposals that always make a sample");
+  static_assert(!set_can_fail<Set, Source>, "optimal weights need proposals that always make a sample");
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
+  require_rounds(rounds);
   RoundMoments<F> moments;
   ControlFit<F> fit(n);
 
@@ -107,7 +111,7 @@ template <class Integrand, Proposals P, UniformSource Source>
     Channels sum{};
     const RoundCounts cost =
         sample_counted_round(set, counts, source, workspace, [&](const auto& x, auto psi, auto relative, std::size_t) {
-          const Channels value = moments.quotient(f(x), psi);
+          const Channels value = moments.quotient(value_of(f, x), psi);
           fit.add(relative, value);
           for (std::size_t c = 0; c < channels; ++c) sum[c] += value[c];
           for (std::size_t k = 0; k < n; ++k) row[channels + k] += static_cast<double>(relative[k]);

@@ -37,14 +37,19 @@ struct Pairwise {
       if (sum > 0.0) out[canonical] += of_canonical / others / sum / others;
     }
   }
+  constexpr void require_fits(CountsByProposal counts) const {
+    require_argument(canonical < counts.size() && counts[canonical] > 0,
+                     "the canonical proposal must be one of the set and have samples");
+  }
 };
 
 /// Draws one round with pairwise weights, each proposal k making counts[k] samples, and calls
 /// `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f, n = Σ counts. Unbiased when the canonical proposal
 /// has samples and is positive wherever f ≠ 0. `counts` must have passed `checked_total`.
-template <ProposalSet Set, UniformSource Source, class Visit>
-RoundCounts sample_pairwise_round(const Set& set, CountsByProposal counts, std::size_t canonical, Source& source,
-                                  CountedWorkspace<Set>& workspace, Visit&& visit) {
+template <class Set, UniformSource Source, class Visit>
+requires ProposalSet<Set, Source> RoundCounts sample_pairwise_round(const Set& set, CountsByProposal counts,
+                                                                    std::size_t canonical, Source& source,
+                                                                    CountedWorkspace<Set>& workspace, Visit&& visit) {
   using T = typename Set::Density;
   const std::size_t n = set.size();
   const T others = n > 1 ? as_factor<T>(n - 1) : T(1);
@@ -90,15 +95,16 @@ RoundCounts sample_pairwise_round(const Set& set, CountsByProposal counts, std::
 }
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of pairwise weights. As `estimate`, otherwise.
-template <class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_pairwise(Integrand&& f, const P& proposals, CountsByProposal counts, std::size_t canonical,
-                                     std::uint64_t rounds, Source& source) {
-  const auto& set = as_proposal_set(proposals);
+template <class Integrand, class P, class Source>
+requires(detail::explain_arguments<Integrand, P, Source>())
+    [[nodiscard]] auto estimate_pairwise(Integrand&& f, const P& proposals, CountsByProposal counts,
+                                         std::size_t canonical, std::uint64_t rounds, Source& source) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
+  using F = SummandOf<Integrand, typename Set::Value>;
   const std::size_t total = checked_total(counts, set.size());
-  if (canonical >= set.size() || counts[canonical] == 0)
-    reject_argument("the canonical proposal must be one of the set and have samples");
+  require_rounds(rounds);
+  require_fits(Pairwise{canonical}, counts);
   CountedWorkspace<Set> workspace;
   EstimateAccumulator<F> accumulator;
   for (std::uint64_t round = 0; round < rounds; ++round)

@@ -21,26 +21,28 @@ namespace gmis {
 /// square, and `variance` is the mean over iterations. The proposals end up in `proposals`.
 enum class Relocation : std::uint8_t { local, global };
 
-template <class Integrand, class P, class Move, UniformSource Source>
-[[nodiscard]] auto estimate_population(Integrand&& f, std::vector<P>& proposals, std::uint32_t samples_each,
-                                       std::uint64_t iterations, Move&& move, Source& source,
-                                       Relocation relocation = Relocation::local) {
-  using X = ValueOf<P>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const X&>()))>;
+template <class Integrand, class P, class Move, class Source>
+requires(detail::explain_arguments<Integrand, std::vector<P>, Source>())
+    [[nodiscard]] auto estimate_population(Integrand&& f, std::vector<P>& proposals, std::uint32_t samples_each,
+                                           std::uint64_t iterations, Move&& move, Source& source,
+                                           Relocation relocation = Relocation::local) {
+  using X = ValueOf<P, Source>;
+  using F = SummandOf<Integrand, X>;
   using A = typename RoundMoments<F>::A;
   const std::size_t n = proposals.size();
   const std::vector<std::uint32_t> counts(n, samples_each);
   const std::size_t total = checked_total(counts, n);
+  require_rounds(iterations);
   RoundMoments<F> moments;
   for (std::uint64_t iteration = 0; iteration < iterations; ++iteration) {
-    const auto set = as_proposal_set(proposals);
+    const auto set = as_proposal_set<Source>(proposals);
     CountedWorkspace<std::remove_cvref_t<decltype(set)>> workspace;
     typename RoundMoments<F>::Channels sum{};
     // One reservoir for each proposal: local ones hear of its own samples, global ones of all.
     std::vector<Reservoir<X>> chosen(n);
     const RoundCounts cost =
         sample_counted_round(set, counts, source, workspace, [&](const auto& x, auto psi, auto, std::size_t index) {
-          const auto value = moments.quotient(f(x), psi);
+          const auto value = moments.quotient(value_of(f, x), psi);
           double weight = 0.0;
           for (std::size_t c = 0; c < sum.size(); ++c) {
             sum[c] += value[c] / static_cast<A>(total);

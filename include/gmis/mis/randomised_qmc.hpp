@@ -30,14 +30,16 @@ concept PointSource = UniformSource<S> && requires(S& source, std::uint64_t numb
 ///
 /// Samplers must be smooth functions of their numbers, always as many of them in one order: inversion serves, rejection and
 /// tables of jumps gain little.
-template <class Integrand, Proposals P, PointSource Points>
-[[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,
-                                 Points& points) {
-  const auto& set = as_proposal_set(proposals);
+template <class Integrand, class P, PointSource Points>
+requires(detail::explain_arguments<Integrand, P, Points>())
+    [[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,
+                                     Points& points) {
+  const auto& set = as_proposal_set<Points>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
+  using F = SummandOf<Integrand, typename Set::Value>;
   using A = typename RoundMoments<F>::A;
   const std::size_t total = checked_total(counts, set.size());
+  require_rounds(rounds);
   RoundMoments<F> moments;
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {
@@ -47,7 +49,7 @@ template <class Integrand, Proposals P, PointSource Points>
     const RoundCounts cost = sample_counted_round(
         set, counts, points, workspace,
         [&](const auto& x, auto psi, auto, std::size_t) {
-          const auto value = moments.quotient(f(x), psi);
+          const auto value = moments.quotient(value_of(f, x), psi);
           for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += value[c];
         },
         [&](std::size_t k, std::uint32_t i) { points.start_sample(k, i); });

@@ -20,7 +20,8 @@ namespace gmis {
 
 /// Draws the candidates of one round, n_k of each proposal, weights them by p̂/(Σ n q) (balance heuristic) and keeps one.
 /// f(y) W is an unbiased estimate of ∫ f where p̂ > 0 and some n_k q_k > 0 wherever f ≠ 0. `target(x)` is p̂(x) ≥ 0.
-template <class Target, ProposalSet Set, UniformSource Source>
+template <class Target, class Set, UniformSource Source>
+requires ProposalSet<Set, Source>
 [[nodiscard]] Reservoir<typename Set::Value> resample(Target&& target, const Set& set, CountsByProposal counts,
                                                       Source& source, CountedWorkspace<Set>& workspace,
                                                       RoundCounts& cost) {
@@ -43,13 +44,15 @@ template <class Target, ProposalSet Set, UniformSource Source>
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of resampling; each evaluates f once, and the target and all densities for each of
 /// its Σ n_k candidates (the `samples` of the result).
-template <class Integrand, class Target, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_resampled(Integrand&& f, Target&& target, const P& proposals, CountsByProposal counts,
-                                      std::uint64_t rounds, Source& source) {
-  const auto& set = as_proposal_set(proposals);
+template <class Integrand, class Target, class P, class Source>
+requires(detail::explain_arguments<Integrand, P, Source>())
+    [[nodiscard]] auto estimate_resampled(Integrand&& f, Target&& target, const P& proposals, CountsByProposal counts,
+                                          std::uint64_t rounds, Source& source) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
+  using F = SummandOf<Integrand, typename Set::Value>;
   const std::size_t total = checked_total(counts, set.size());
+  require_rounds(rounds);
   RoundMoments<F> moments;
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {
@@ -57,7 +60,7 @@ template <class Integrand, class Target, Proposals P, UniformSource Source>
     const auto reservoir = resample(target, set, counts, source, workspace, cost);
     typename RoundMoments<F>::Channels value{};
     if (reservoir.contribution_weight() > 0.0)
-      value = moments.quotient(f(*reservoir.sample()), 1.0 / reservoir.contribution_weight());
+      value = moments.quotient(value_of(f, *reservoir.sample()), 1.0 / reservoir.contribution_weight());
     moments.add_round(value, total, cost);
   }
   return moments.result();

@@ -80,14 +80,16 @@ class SelfNormalisedSums {
 /// Estimates the means of h(x), a `std::array<double, M>`, under the density that `target` is proportional to, with `rounds`
 /// rounds of N3 with counts. `target` returns a number ≥ 0 or a `LogValue`. Consistent, not unbiased, where ψ > 0 wherever
 /// the target is. Samples with a target or value that is not finite are counted and left out.
-template <class Target, class Values, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_self_normalised(Target&& target, Values&& h, const P& proposals, CountsByProposal counts,
-                                            std::uint64_t rounds, Source& source) {
-  const auto& set = as_proposal_set(proposals);
+template <class Target, class Values, class P, class Source>
+requires(detail::explain_arguments<Target, P, Source>())
+    [[nodiscard]] auto estimate_self_normalised(Target&& target, Values&& h, const P& proposals,
+                                                CountsByProposal counts, std::uint64_t rounds, Source& source) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   using H = std::remove_cvref_t<decltype(h(std::declval<const typename Set::Value&>()))>;
   constexpr std::size_t m = std::tuple_size_v<H>;
   const std::size_t total = checked_total(counts, set.size());
+  require_rounds(rounds);
   SelfNormalisedSums<m> sums;
   Rejected rejected;
   std::uint64_t evaluations = 0;

@@ -42,12 +42,14 @@ using FamilyValue = std::remove_cvref_t<decltype(std::declval<const Family&>().s
 /// the balance heuristic among those drawn: Σ_i f(x_i)/Σ_j q(x_i | t_j). n² densities a round; nothing of the marginal is
 /// needed. For a finite family with equal probabilities and n = N it is scheme R2. Unbiased when q(x | t) > 0 for almost every t
 /// that can be drawn, wherever f ≠ 0.
-template <class Integrand, TechniqueFamily Family, UniformSource Source>
+template <class Integrand, class Family, UniformSource Source>
+requires TechniqueFamily<Family, Source>
 [[nodiscard]] auto estimate_stochastic(Integrand&& f, const Family& family, std::size_t techniques,
                                        std::uint64_t rounds, Source& source) {
   using X = FamilyValue<Family, Source>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const X&>()))>;
+  using F = SummandOf<Integrand, X>;
   if (techniques == 0) reject_argument("give a round at least one technique");
+  require_rounds(rounds);
   RoundMoments<F> moments;
   std::vector<TechniqueOf<Family, Source>> drawn;
   drawn.reserve(techniques);
@@ -65,7 +67,7 @@ template <class Integrand, TechniqueFamily Family, UniformSource Source>
         ++(density == 0.0 ? cost.zero_density : cost.non_finite_density);
         continue;
       }
-      const auto value = moments.quotient(f(x), density);
+      const auto value = moments.quotient(value_of(f, x), density);
       for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += value[c];
     }
     moments.add_round(sum, techniques, cost);
@@ -76,13 +78,15 @@ template <class Integrand, TechniqueFamily Family, UniformSource Source>
 /// Continuous MIS: f/q with the marginal q, which is the balance heuristic over all techniques, the best of weights for
 /// samples that come this way. `samples` ≥ 1 a round, one density each. Variance (∫ f²/q − I²)/n. Unbiased when q > 0
 /// wherever f ≠ 0.
-template <class Integrand, KnownMarginal Family, UniformSource Source>
+template <class Integrand, class Family, UniformSource Source>
+requires KnownMarginal<Family, Source>
 [[nodiscard]] auto estimate_continuous(Integrand&& f, const Family& family, std::size_t samples, std::uint64_t rounds,
                                        Source& source) {
   using X = FamilyValue<Family, Source>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const X&>()))>;
+  using F = SummandOf<Integrand, X>;
   using A = typename RoundMoments<F>::A;
   if (samples == 0) reject_argument("give a round at least one sample");
+  require_rounds(rounds);
   RoundMoments<F> moments;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     typename RoundMoments<F>::Channels sum{};
@@ -95,7 +99,7 @@ template <class Integrand, KnownMarginal Family, UniformSource Source>
         ++(density == 0.0 ? cost.zero_density : cost.non_finite_density);
         continue;
       }
-      const auto value = moments.quotient(f(x), density);
+      const auto value = moments.quotient(value_of(f, x), density);
       for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += value[c] / static_cast<A>(samples);
     }
     moments.add_round(sum, samples, cost);

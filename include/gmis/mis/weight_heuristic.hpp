@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -17,11 +18,19 @@ namespace gmis {
 /// Weights from all densities at a point and all counts: `weights(counts, densities, out)` fills `out` with numbers that
 /// sum to one wherever some n_k q_k > 0. The densities come relative to the mixture ψ of the counts, so that they are in
 /// range; a heuristic must not depend on a common factor of them. It is called once a sample: it must not allocate.
+/// It may have `require_fits(counts)`, which is called once before all samples and throws std::invalid_argument when the
+/// heuristic is made for other proposals.
 template <class H>
 concept WeightHeuristic = requires(const H& heuristic, CountsByProposal counts, std::span<const double> densities,
                                    std::span<double> out) {
   heuristic.weights(counts, densities, out);
 };
+
+/// Checks a heuristic that can be checked, once for all samples.
+template <WeightHeuristic H>
+constexpr void require_fits(const H& heuristic, CountsByProposal counts) {
+  if constexpr (requires { heuristic.require_fits(counts); }) heuristic.require_fits(counts);
+}
 
 /// `Balance`, `Power`, `Cutoff`, `Maximum`, or any function of one ratio, as a `WeightHeuristic`.
 template <Heuristic H>
@@ -31,9 +40,10 @@ struct RatioWeights {
   void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     heuristic_weights(heuristic, counts, densities, out);
   }
+  constexpr void require_fits(CountsByProposal) const { require_heuristic(heuristic); }
 };
 
-/// w_k = e_k n_k q_k / Σ e_j n_j q_j: the balance heuristic with expected densities scaled by `factors` e_k ≥ 0.
+/// w_k = e_k n_k q_k / Σ e_j n_j q_j: the balance heuristic with expected densities scaled by `factors` e_k > 0.
 /// Variance-aware and correlation-aware weights are of this form.
 struct ScaledBalance {
   std::span<const double> factors;
@@ -46,19 +56,28 @@ struct ScaledBalance {
     }
     for (std::size_t k = 0; k < out.size(); ++k) out[k] = sum > 0.0 ? out[k] / sum : 0.0;
   }
+  constexpr void require_fits(CountsByProposal counts) const {
+    require_argument(factors.size() == counts.size(), "give one factor for each proposal");
+    for (std::size_t k = 0; k < factors.size(); ++k)
+      require_argument(factors[k] <= std::numeric_limits<double>::max() && (factors[k] > 0.0 || counts[k] == 0),
+                       "the factors of proposals with samples must be positive and finite");
+  }
 };
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form Σ_k (1/n_k) Σ_i w_k f/q_k under `heuristic`. N
 /// evaluations of densities a sample. Unbiased when the weights of the proposals with samples sum to one wherever f ≠ 0.
-template <WeightHeuristic H, class Integrand, Proposals P, UniformSource Source>
-[[nodiscard]] auto estimate_with_weights(const H& heuristic, Integrand&& f, const P& proposals, CountsByProposal counts,
-                                         std::uint64_t rounds, Source& source) {
-  const auto& set = as_proposal_set(proposals);
+template <WeightHeuristic H, class Integrand, class P, class Source>
+requires(detail::explain_arguments<Integrand, P, Source>())
+    [[nodiscard]] auto estimate_with_weights(const H& heuristic, Integrand&& f, const P& proposals,
+                                             CountsByProposal counts, std::uint64_t rounds, Source& source) {
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
-  using F = std::remove_cvref_t<decltype(f(std::declval<const typename Set::Value&>()))>;
+  using F = SummandOf<Integrand, typename Set::Value>;
   using A = typename RoundMoments<F>::A;
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
+  require_rounds(rounds);
+  require_fits(heuristic, counts);
   std::vector<double> densities(n), weights(n);
   RoundMoments<F> moments;
   CountedWorkspace<Set> workspace;
@@ -69,7 +88,7 @@ template <WeightHeuristic H, class Integrand, Proposals P, UniformSource Source>
           for (std::size_t k = 0; k < n; ++k) densities[k] = static_cast<double>(relative[k]);
           heuristic.weights(counts, densities, weights);
           if (weights[index] == 0.0) return;
-          const auto value = moments.quotient(f(x), psi);
+          const auto value = moments.quotient(value_of(f, x), psi);
           const A factor = static_cast<A>(weights[index] / (counts[index] * densities[index]));
           for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += factor * value[c];
         });
@@ -83,6 +102,8 @@ template <WeightHeuristic H>
 [[nodiscard]] ExactMoments exact_moments_with_weights(const H& heuristic, CountsByProposal counts,
                                                       const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count(), nodes = problem.node_count();
+  (void)checked_total(counts, n);
+  require_fits(heuristic, counts);
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
   std::vector<double> densities(n), weights(n), contributions(n * nodes);
   for (std::size_t i = 0; i < nodes; ++i) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "gmis/core/compensation.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/core/warp.hpp"
 #include "gmis/scene/alias_table.hpp"
@@ -67,8 +68,15 @@ class EnvironmentMap {
 
   /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be perpendicular;
   /// either handedness is allowed. Throws `std::invalid_argument` when the image or the transform is invalid.
-  EnvironmentMap(const EnvironmentImage& image, const glm::dmat3& world_from_sky)
+  ///
+  /// `next_event_fraction` c in (0, 1): next-event samples are compensated (`compensated_density`) for a fraction 1 − c of samples
+  /// that fall elsewhere, uniform over the sphere, as those of diffuse surfaces on average do: they leave out the dark part of
+  /// the sky, which must then be reached by rays that scatter into it. 1: in proportion to the radiance. Emission is
+  /// always in proportion to the radiance.
+  EnvironmentMap(const EnvironmentImage& image, const glm::dmat3& world_from_sky, double next_event_fraction = 1.0)
       : resolution_(image.resolution), mapping_(image.mapping) {
+    if (!(next_event_fraction > 0 && next_event_fraction <= 1))
+      throw std::invalid_argument("the fraction of next-event samples must lie in (0, 1]");
     if (resolution_.x < 1 || resolution_.y < 1 || resolution_.x > largest_side || resolution_.y > largest_side ||
         image.radiance.size() != pixel_count())
       throw std::invalid_argument("an environment image needs one radiance per pixel and sides of 1 to 32768 pixels");
@@ -85,24 +93,15 @@ class EnvironmentMap {
         const double half = pi<double> / 2 * row / resolution_.y;
         row_edges_.push_back({static_cast<T>(square(std::sin(half))), static_cast<T>(square(std::cos(half)))});
       }
-    const auto width = static_cast<std::size_t>(resolution_.x);
-    std::vector<double> row_power, weights(width);
-    for (int row = 0; row < resolution_.y; ++row) {
-      double sum = 0;
-      for (std::size_t column = 0; column < width; ++column) {
-        const Vec3<T> radiance(image.radiance[pixels_.size()]);
-        for (int c = 0; c < 3; ++c)
-          if (!(radiance[c] >= T(0) && radiance[c] <= T(1e30)))
-            throw std::invalid_argument("the radiance of an environment image must be finite and not negative");
-        pixels_.push_back(radiance);
-        sum += weights[column] = static_cast<double>(mean_channel(radiance));
-      }
-      columns_.emplace_back(std::span<const double>(weights));
-      row_power.push_back(sum * solid_angle_in_row(row));
-      total_ += row_power.back();
+    for (const glm::vec3& pixel : image.radiance) {
+      pixels_.emplace_back(pixel);
+      for (int c = 0; c < 3; ++c)
+        if (!(pixels_.back()[c] >= T(0) && pixels_.back()[c] <= T(1e30)))
+          throw std::invalid_argument("the radiance of an environment image must be finite and not negative");
     }
-    rows_ = AliasTable<T>(std::span<const double>(row_power));
+    emission_ = table_of([](const Vec3<T>& radiance) { return static_cast<double>(mean_channel(radiance)); }, total_);
     inverse_total_ = total_ > 0 ? static_cast<T>(1 / total_) : T(0);
+    if (next_event_fraction < 1 && total_ > 0) compensate(next_event_fraction);
   }
 
   /// ∫ radiance over the sphere, mean of the channels.
@@ -121,10 +120,79 @@ class EnvironmentMap {
   /// Density per steradian with which `sample` makes a direction from which this radiance arrives.
   [[nodiscard]] T density(const Vec3<T>& radiance) const noexcept { return mean_channel(radiance) * inverse_total_; }
 
-  /// Draws a direction towards the sky. The sky must not be black.
+  /// Draws a direction towards the sky, for emission. The sky must not be black.
   [[nodiscard]] Sample sample(const Vec2<T>& uv) const noexcept {
-    const auto row = rows_.sample_and_reuse(uv.y);
-    const auto column = columns_[row.index].sample_and_reuse(uv.x);
+    Sample drawn = sample_from(emission_, uv);
+    drawn.density = density(drawn.radiance);
+    return drawn;
+  }
+
+  /// The same two for next-event samples, which may be compensated.
+  [[nodiscard]] T next_event_density(const Vec3<T>& radiance) const noexcept {
+    if (!is_compensated()) return density(radiance);
+    // Close to zero nothing but rounding is left of the difference: that counts as zero, in the table too.
+    const T excess = slope_ * mean_channel(radiance) - offset_;
+    return excess > offset_ * T(1e-4) ? excess * scale_ : T(0);
+  }
+  [[nodiscard]] Sample sample_next_event(const Vec2<T>& uv) const noexcept {
+    Sample drawn = sample_from(is_compensated() ? next_event_ : emission_, uv);
+    drawn.density = next_event_density(drawn.radiance);
+    return drawn;
+  }
+  [[nodiscard]] bool is_compensated() const noexcept { return offset_ > T(0); }
+
+ private:
+  static constexpr int largest_side = 32768;
+  struct RowEdge {
+    T sin2_half, cos2_half;  ///< sin² and cos² of half the angle from z
+  };
+
+  /// Rows, and columns given the row, in proportion to some density times solid angle.
+  struct Table {
+    std::vector<AliasTable<T>> columns;
+    AliasTable<T> rows;
+  };
+  template <class DensityOf>
+  [[nodiscard]] Table table_of(DensityOf density_of, double& total) const {
+    Table table;
+    const auto width = static_cast<std::size_t>(resolution_.x);
+    std::vector<double> row_power, weights(width);
+    total = 0;
+    for (int row = 0; row < resolution_.y; ++row) {
+      double sum = 0;
+      for (std::size_t column = 0; column < width; ++column)
+        sum += weights[column] = density_of(pixels_[static_cast<std::size_t>(row) * width + column]);
+      table.columns.emplace_back(std::span<const double>(weights));
+      row_power.push_back(sum * solid_angle_in_row(row));
+      total += row_power.back();
+    }
+    table.rows = AliasTable<T>(std::span<const double>(row_power));
+    return table;
+  }
+
+  /// The compensated density per steradian is max(0, λ L − (1 − c)/(4π))/c: it depends on the radiance L alone.
+  void compensate(double fraction) {
+    std::vector<double> target, others;
+    std::size_t brightest = 0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const double angle = solid_angle_in_row(static_cast<int>(i / static_cast<std::size_t>(resolution_.x)));
+      target.push_back(static_cast<double>(mean_channel(pixels_[i])) * angle);
+      others.push_back(angle / (4 * pi<double>));
+      if (mean_channel(pixels_[i]) > mean_channel(pixels_[brightest])) brightest = i;
+    }
+    const double offset = (1 - fraction) / (4 * pi<double> * fraction);
+    const double peak = compensated_density(target, others, fraction)[brightest] / (4 * pi<double> * others[brightest]);
+    slope_ = static_cast<T>((peak + offset) / static_cast<double>(mean_channel(pixels_[brightest])));
+    offset_ = static_cast<T>(offset);
+    double sum = 0;
+    next_event_ =
+        table_of([&](const Vec3<T>& radiance) { return static_cast<double>(next_event_density(radiance)); }, sum);
+    scale_ = static_cast<T>(1 / sum);  // rounding, and the zeros near zero
+  }
+
+  [[nodiscard]] Sample sample_from(const Table& table, const Vec2<T>& uv) const noexcept {
+    const auto row = table.rows.sample_and_reuse(uv.y);
+    const auto column = table.columns[row.index].sample_and_reuse(uv.x);
     const Vec3<T>& radiance = pixels_[row.index * static_cast<std::size_t>(resolution_.x) + column.index];
     const T u = (static_cast<T>(column.index) + column.rest) / static_cast<T>(resolution_.x);
     Vec3<T> w;
@@ -139,14 +207,8 @@ class EnvironmentMap {
       const T radius = T(2) * std::sqrt(sin2_half * cos2_half);
       w = {radius * std::cos(T(2) * pi<T> * u), radius * std::sin(T(2) * pi<T> * u), cos2_half - sin2_half};
     }
-    return {axes_[0] * w.x + axes_[1] * w.y + axes_[2] * w.z, radiance, density(radiance)};
+    return {axes_[0] * w.x + axes_[1] * w.y + axes_[2] * w.z, radiance, T(0)};
   }
-
- private:
-  static constexpr int largest_side = 32768;
-  struct RowEdge {
-    T sin2_half, cos2_half;  ///< sin² and cos² of half the angle from z
-  };
 
   [[nodiscard]] std::size_t pixel_count() const noexcept {
     return static_cast<std::size_t>(resolution_.x) * static_cast<std::size_t>(resolution_.y);
@@ -167,8 +229,8 @@ class EnvironmentMap {
   std::array<Vec3<T>, 3> axes_{};
   std::vector<RowEdge> row_edges_;
   std::vector<Vec3<T>> pixels_;
-  std::vector<AliasTable<T>> columns_;
-  AliasTable<T> rows_;
+  Table emission_, next_event_;           // the latter only where it differs
+  T slope_ = 0, offset_ = 0, scale_ = 1;  // of the compensated density over the radiance
   double total_ = 0;
   T inverse_total_ = 0;
 };

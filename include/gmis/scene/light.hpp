@@ -154,9 +154,13 @@ class Light {
         return NextEventSample<Spectrum>{
             {}, square_to_sphere(uv), emission_ * (T(4) * pi<T>), uniform_sphere, {uniform_sphere, inverse_area_}};
       case Kind::image: {
-        const auto sky = map_->sample(uv);
-        return NextEventSample<Spectrum>{
-            {}, sky.to_sky, sky.radiance * (T(1) / sky.density), sky.density, {sky.density, inverse_area_}};
+        const auto sky = map_->sample_next_event(uv);
+        if (!(sky.density > T(0))) return std::nullopt;
+        return NextEventSample<Spectrum>{{},
+                                         sky.to_sky,
+                                         sky.radiance * (T(1) / sky.density),
+                                         sky.density,
+                                         {map_->density(sky.radiance), inverse_area_}};
       }
     }
     return std::nullopt;
@@ -236,7 +240,7 @@ class Light {
       case Kind::environment:
         return uniform_sphere;
       case Kind::image:
-        return map_->density(map_->radiance(-direction));
+        return map_->next_event_density(map_->radiance(-direction));
       default:
         return T(1);
     }

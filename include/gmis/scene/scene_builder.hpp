@@ -117,8 +117,10 @@ class SceneBuilder {
     infinite_lights_.push_back(Light<T>::environment(Vec3<T>(radiance)));
   }
   /// The columns of `world_from_sky` are the axes of the image's frame (see `EnvironmentMap`). A black image is no light.
-  void add_environment(const EnvironmentImage& image, const glm::dmat3& world_from_sky = glm::dmat3(1)) {
-    auto map = std::make_shared<const EnvironmentMap<T>>(image, world_from_sky);
+  /// `next_event_fraction` below 1 compensates next-event samples; it needs rays that reach the sky by scattering.
+  void add_environment(const EnvironmentImage& image, const glm::dmat3& world_from_sky = glm::dmat3(1),
+                       double next_event_fraction = 1.0) {
+    auto map = std::make_shared<const EnvironmentMap<T>>(image, world_from_sky, next_event_fraction);
     if (!(map->total() > 0)) return;
     infinite_lights_.push_back(Light<T>::environment(*map));
     environment_maps_.push_back(std::move(map));

@@ -1,0 +1,65 @@
+#include <cmath>
+#include <gmis/core/statistics.hpp>
+#include <gmis/scene.hpp>
+#include <gmis/transport.hpp>
+
+#include "scene/sky_world.hpp"
+#include "support/catch.hpp"
+#include "support/seed.hpp"
+
+// A picture under a compensated sky has the energy of the one under a plain sky, whatever renders it: rays that scatter bring the
+// light of the directions that next-event samples leave out.
+
+namespace {
+
+using Scene = gmis::scene::BvhScene<float>;
+
+struct Measured {
+  double mean, standard_error;
+};
+
+template <class Engine>
+Measured render(const Scene& scene, const gmis::SampleCounts& counts, std::uint64_t seed, int iterations) {
+  gmis::RenderSettings settings;
+  settings.counts = counts;
+  settings.max_depth = 5;
+  settings.radius = 0.005;
+  settings.seed = seed;
+  Engine engine(scene, settings);
+  gmis::SerialExecutor executor;
+  double sum = 0, squares = 0;
+  for (int i = 0; i < iterations; ++i) {
+    engine.iterate(executor);
+    double mean = 0;
+    for (const auto& pixel : engine.frame()) mean += static_cast<double>(gmis::mean_channel(pixel));
+    mean /= static_cast<double>(engine.frame().size());
+    sum += mean;
+    squares += mean * mean;
+  }
+  const double mean = sum / iterations;
+  return {mean, std::sqrt(std::max(0.0, squares / iterations - mean * mean) / (iterations - 1))};
+}
+
+}  // namespace
+
+// 2 skies × 4 comparisons, false-alarm rate 1e-4 in all.
+TEST_CASE("a compensated sky gives no more and no less light", "[environment]") {
+  const double level = gmis::sidak_level(1e-4, 8);
+  constexpr int iterations = 100;
+  std::uint64_t seed = gmis_test::seed(86);
+  for (const auto sky : {sky_world::Sky::sunset, sky_world::Sky::sun}) {
+    CAPTURE(sky_world::name_of(sky));
+    const Scene plain = sky_world::make_scene(sky, 1.0, 24), compensated = sky_world::make_scene(sky, 0.5, 24);
+    const auto reference =
+        render<gmis::Engine<Scene, gmis::CameraSide>>(plain, gmis::integrators::pt, seed++, 4 * iterations);
+    const auto agrees = [&](const Measured& m) {
+      CAPTURE(m.mean, m.standard_error, reference.mean, reference.standard_error);
+      CHECK(gmis::t_test(m.mean - reference.mean, std::hypot(m.standard_error, reference.standard_error), iterations, 0)
+                .passes(level));
+    };
+    agrees(render<gmis::Engine<Scene, gmis::CameraSide>>(compensated, gmis::integrators::pt, seed++, iterations));
+    agrees(render<gmis::Engine<Scene, gmis::BothSides>>(compensated, gmis::integrators::bpt, seed++, iterations));
+    agrees(render<gmis::Engine<Scene, gmis::BothSides>>(compensated, gmis::integrators::vcm, seed++, iterations));
+    agrees(render<gmis::Engine<Scene, gmis::BothSides>>(compensated, gmis::integrators::lt, seed++, iterations));
+  }
+}
