@@ -403,7 +403,7 @@ void Engine<Sc, Method_, Source>::trace_light(E& executor, const Context& contex
   });
   for (const Output& output : light_outputs_) light_work_ += output.counters();
   for (const Output& output : light_outputs_) counters_ += output.counters();
-  if (counts().has(Technique::merge) || counts().draws_connections()) cache_.gather();
+  if (counts().has(Technique::merge) || counts().draws_connections()) cache_.gather(executor);
 }
 
 template <Scene Sc, class Method_, class Source>
