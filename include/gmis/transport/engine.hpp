@@ -147,8 +147,8 @@ class Engine {
         const std::uint32_t replication = (context.iteration - 1) % sobol_replications;
         const std::uint64_t index = (context.iteration - 1) / sobol_replications;
         return is_light ? SampleNumbers::sobol(context.seed, replication, 0, sobol_light_stream,
-                                               index * context.tree_count + number, 28)
-                        : SampleNumbers::sobol(context.seed, replication, number, sobol_camera_stream, index, 16);
+                                               index * context.tree_count + number, 26)
+                        : SampleNumbers::sobol(context.seed, replication, number, sobol_camera_stream, index, 12);
       }
     return Source(context.seed, context.iteration, number, is_light ? light_stream : camera_stream);
   }
