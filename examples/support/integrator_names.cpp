@@ -1,7 +1,24 @@
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
 #include "support/diagnostics.hpp"
 #include "support/options.hpp"
 
 namespace gmis::tools {
+
+namespace {
+
+/// A number above 0 as the text before `end` gives it.
+std::optional<double> positive_number_of(const char* begin, const char* end) {
+  double value = 0;
+  const auto [next, error] = std::from_chars(begin, end, value);
+  if (error != std::errc{} || next != end || !(value > 0) || !std::isfinite(value)) return {};
+  return value;
+}
+
+}  // namespace
 
 IntegratorChoice integrator_of(const std::string& name) {
   if (name == name_of(IntegratorChoice::automatic)) return IntegratorChoice::automatic;
@@ -36,6 +53,21 @@ const char* name_of(IntegratorChoice integrator) {
 const char* name_of(SplitChoice split) {
   constexpr const char* names[] = {"none", "paper", "budgeted", "adaptive", "local"};
   return names[static_cast<std::size_t>(split)];
+}
+
+RadiusChoice radius_of(const std::string& text) {
+  const bool is_in_scene_units = !text.empty() && text.back() == 'u';
+  const auto value = positive_number_of(text.data(), text.data() + text.size() - (is_in_scene_units ? 1 : 0));
+  if (!value)
+    throw InputError("--radius " + in_quotes(text) +
+                     " must be a number above 0, in pixel widths, or with a u behind, such as 0.01u, in scene units");
+  return {*value, is_in_scene_units};
+}
+
+std::string text_of(const RadiusChoice& radius) {
+  std::ostringstream text;
+  text << radius.value << (radius.is_in_scene_units ? " scene units" : " pixel widths");
+  return text.str();
 }
 
 }  // namespace gmis::tools

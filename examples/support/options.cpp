@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <sstream>
 #include <string_view>
 
 #include "gmis/transport/effects/effect_switches.hpp"
@@ -76,14 +75,6 @@ std::array<int, 4> crop_of(const std::string& text) {
   if (!crop || (*crop)[0] < 0 || (*crop)[1] < 0 || (*crop)[0] >= (*crop)[2] || (*crop)[1] >= (*crop)[3])
     throw InputError("--crop " + in_quotes(text) + " must be X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");
   return *crop;
-}
-
-/// A number above 0 as the text before `end` gives it.
-std::optional<double> positive_number_of(const char* begin, const char* end) {
-  double value = 0;
-  const auto [next, error] = std::from_chars(begin, end, value);
-  if (error != std::errc{} || next != end || !(value > 0) || !std::isfinite(value)) return {};
-  return value;
 }
 
 void require_above_zero(const char* option, double value) {
@@ -164,21 +155,6 @@ std::array<int, 2> size_of(const std::string& text) {
   if (!size || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > largest || (*size)[1] > largest)
     throw InputError("--size " + in_quotes(text) + " must be WIDTHxHEIGHT, each from 1 to 32768");
   return *size;
-}
-
-RadiusChoice radius_of(const std::string& text) {
-  const bool is_in_scene_units = !text.empty() && text.back() == 'u';
-  const auto value = positive_number_of(text.data(), text.data() + text.size() - (is_in_scene_units ? 1 : 0));
-  if (!value)
-    throw InputError("--radius " + in_quotes(text) +
-                     " must be a number above 0, in pixel widths, or with a u behind, such as 0.01u, in scene units");
-  return {*value, is_in_scene_units};
-}
-
-std::string text_of(const RadiusChoice& radius) {
-  std::ostringstream text;
-  text << radius.value << (radius.is_in_scene_units ? " scene units" : " pixel widths");
-  return text.str();
 }
 
 PathChoice path_choice_of(const std::string& text) {

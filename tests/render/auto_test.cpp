@@ -272,7 +272,7 @@ TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
     CHECK_FALSE(candidate.merges);
     CHECK((candidate.light_paths == 1.0 && candidate.camera_children == 1));
   }
-  CHECK(all_of(IntegratorChoice::vcm).size() == 3);
+  CHECK(all_of(IntegratorChoice::vcm).size() == 2);
   CHECK(all_of(IntegratorChoice::ppm).empty());
   options.connections = gmis::paired_connections;
   CHECK(all_of(IntegratorChoice::vcm).empty());

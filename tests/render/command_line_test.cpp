@@ -55,7 +55,7 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --effects emission-only,no-emission", "leaves nothing to render"},
       {"cornell --integrator vcm --camera-split 2", "--camera-split needs --integrator gmis"},
       {"cornell --split adaptive --camera-split 2", "adaptive measures it"},
-      {"cornell --split sideways", "use none"},
+      {"cornell --split sideways", "use local"},
       {"cornell --integrator vcm --split paper", "needs --integrator gmis"},
       {"cornell --scheme N4", "use R1"},
       {"cornell --size 10", "WIDTHxHEIGHT"},
@@ -209,7 +209,7 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
 TEST_CASE("The statistics hold every key that scripts rely on") {
   const ScratchFolder folder;
   REQUIRE(run(folder, small + "--quiet --out ref.pfm").exit_code == 0);
-  const Json json = statistics(folder, small + "--integrator gmis --seed 9 --reference ref.pfm");
+  const Json json = statistics(folder, small + "--integrator gmis --split budgeted --seed 9 --reference ref.pfm");
   for (const char* key : {"/integrator",
                           "/plan",
                           "/version",
@@ -281,7 +281,7 @@ TEST_CASE("Without an integrator, auto chooses; what only gmis does asks for gmi
   CHECK(json["choice"]["pilot_iterations"] == 2);
   CHECK(json["choice"]["pilot_share"].get<double>() > 0.1);
   CHECK(json["choice"]["pilot_share"].get<double>() < 1.0);
-  CHECK(json["choice"]["forecasts"].size() == 3 * (1 + 4 * 4));  // nothing to merge in that scene
+  CHECK(json["choice"]["forecasts"].size() == 3 * (1 + 3 * 3));  // nothing to merge in that scene
   CHECK(statistics(folder, small + "--scheme R3")["integrator"] == "gmis");
   CHECK(statistics(folder, small + "--split paper")["integrator"] == "gmis");
   const auto explained = run(folder, "cornell --size 16x16 --iterations 4 --explain --out a.pfm");
@@ -379,7 +379,7 @@ TEST_CASE("The images of all techniques add up to the image") {
       {"--integrator vcm", all},
       {"--integrator vcm --halves", all},
       {"--integrator vcm --crop 2,3,20,22", all},
-      {"--integrator gmis", all},
+      {"--integrator gmis --split budgeted", all},
   };
   for (const Case& c : cases) {
     CAPTURE(c.arguments);

@@ -90,6 +90,7 @@ TEST_CASE("what a surface is called is what its delta lobes are") {
     const Effects effects = effects_of_material(material);
     const SurfaceBsdf<float> bsdf(material, {0, 0, 1}, {0, 0, 1});
     CHECK(bsdf.is_glossy() == effects.purely_glossy);
+    CHECK(bsdf.has_narrow_lobe() == effects.has_narrow_lobes());
     CHECK(bsdf.is_purely_delta() == !effects.has_scattering());
     gmis::Philox source(gmis_test::seed(7));
     const glm::vec3 to_prev = glm::normalize(glm::vec3(.3F, .2F, .8F));

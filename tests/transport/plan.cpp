@@ -43,11 +43,16 @@ bool scatters(PathEvent event) {
   return event != PathEvent::specular;
 }
 
-/// From what a technique does: it joins two points that both scatter, or ends at one.
-bool makes(Technique technique, const Events& events, bool is_delta_light) {
-  bool has_scattering = false, has_pair = false;
+/// From what a technique does: it joins two points that both scatter, or ends at one. With a local count, merging joins at a
+/// point that the light reaches from a narrow lobe; in `effects` either all glossy surfaces have one or none.
+bool makes(Technique technique, const Events& events, bool is_delta_light, bool local_merges, const Effects& effects) {
+  const auto is_narrow = [&](PathEvent event) {
+    return event == PathEvent::specular || (event == PathEvent::glossy && effects.least_roughness < 0.25);
+  };
+  bool has_scattering = false, has_pair = false, has_photon = false;
   for (std::size_t i = 0; i < events.size(); ++i) {
     has_scattering = has_scattering || scatters(events[i]);
+    has_photon = has_photon || (i > 0 && is_narrow(events[i - 1]) && scatters(events[i]));
     has_pair = has_pair || (i > 0 && scatters(events[i - 1]) && scatters(events[i]));
   }
   switch (technique) {
@@ -60,7 +65,7 @@ bool makes(Technique technique, const Events& events, bool is_delta_light) {
     case Technique::connect:
       return has_pair;
     case Technique::merge:
-      return has_scattering;
+      return local_merges ? has_photon : has_scattering;
   }
   return false;
 }
@@ -136,50 +141,53 @@ TEST_CASE("no plan loses a path that all techniques together make") {
   constexpr int deepest = 6;
   const auto paths = all_events(deepest - 1);
   std::size_t plans = 0, lost = 0, wrong_classes = 0;
-  for (const Effects& effects : all_effects()) {
-    // What the paths of this scene are made by, once for all plans.
-    struct Path {
-      int depth;
-      gmis::PathClass path_class;
-      std::array<bool, 5> made;
-    };
-    std::vector<Path> occurring;
-    for (const Events& events : paths) {
-      bool can = true;
-      for (const PathEvent event : events) can = can && can_happen(event, effects);
-      if (!can) continue;
-      for (const bool is_delta : {false, true}) {
-        if (!(is_delta ? effects.has_delta_lights() && !events.empty() : effects.has_extended_lights())) continue;
-        Path path{static_cast<int>(events.size()) + 1, class_of_events(events), {}};
-        bool scatters_at_all = false;
-        for (const PathEvent event : events) scatters_at_all = scatters_at_all || scatters(event);
-        if (is_delta && !scatters_at_all) continue;  // carries no light: two delta functions that never meet
-        for (const Technique technique : all_techniques)
-          path.made[static_cast<std::size_t>(technique)] = makes(technique, events, is_delta);
-        occurring.push_back(path);
+  for (const bool local_merges : {false, true})
+    for (const Effects& effects : all_effects()) {
+      // What the paths of this scene are made by, once for all plans.
+      struct Path {
+        int depth;
+        gmis::PathClass path_class;
+        std::array<bool, 5> made;
+      };
+      std::vector<Path> occurring;
+      for (const Events& events : paths) {
+        bool can = true;
+        for (const PathEvent event : events) can = can && can_happen(event, effects);
+        if (!can) continue;
+        for (const bool is_delta : {false, true}) {
+          if (!(is_delta ? effects.has_delta_lights() && !events.empty() : effects.has_extended_lights())) continue;
+          Path path{static_cast<int>(events.size()) + 1, class_of_events(events), {}};
+          bool scatters_at_all = false;
+          for (const PathEvent event : events) scatters_at_all = scatters_at_all || scatters(event);
+          if (is_delta && !scatters_at_all) continue;  // carries no light: two delta functions that never meet
+          for (const Technique technique : all_techniques)
+            path.made[static_cast<std::size_t>(technique)] = makes(technique, events, is_delta, local_merges, effects);
+          occurring.push_back(path);
+        }
       }
-    }
-    for (int depth = 1; depth <= deepest; ++depth) {
-      PathClassSet classes;
-      for (const Path& path : occurring)
-        if (path.depth <= depth) classes.add(path.path_class);
-      for (const PathClassSet& wanted : wanted_sets()) {
-        const Plan plan = gmis::plan_for(effects, depth, wanted);
-        ++plans;
-        wrong_classes += plan.occurring == classes && plan.classes == (classes & wanted) ? 0 : 1;
-        for (const Path& path : occurring) {
-          if (path.depth > depth || !wanted.contains(path.path_class)) continue;
-          bool by_all = false, by_plan = false;
-          for (const Technique technique : all_techniques) {
-            by_all = by_all || path.made[static_cast<std::size_t>(technique)];
-            by_plan = by_plan || (plan.has(technique) && path.made[static_cast<std::size_t>(technique)]);
+      for (int depth = 1; depth <= deepest; ++depth) {
+        PathClassSet classes;
+        for (const Path& path : occurring)
+          if (path.depth <= depth) classes.add(path.path_class);
+        for (const PathClassSet& wanted : wanted_sets()) {
+          const Plan plan = gmis::plan_for(effects, depth, wanted, local_merges);
+          ++plans;
+          wrong_classes += plan.occurring == classes && plan.classes == (classes & wanted) ? 0 : 1;
+          for (const Path& path : occurring) {
+            if (path.depth > depth || !wanted.contains(path.path_class)) continue;
+            bool by_all = false, by_plan = false;
+            for (const Technique technique : all_techniques) {
+              by_all = by_all || path.made[static_cast<std::size_t>(technique)];
+              by_plan = by_plan || (plan.has(technique) && path.made[static_cast<std::size_t>(technique)]);
+              wrong_classes +=
+                  path.made[static_cast<std::size_t>(technique)] && !plan[technique].makes.contains(path.path_class);
+            }
+            lost += by_all && !by_plan ? 1 : 0;
           }
-          lost += by_all && !by_plan ? 1 : 0;
         }
       }
     }
-  }
-  CHECK(plans == 256 * deepest * wanted_sets().size());
+  CHECK(plans == 2 * 256 * deepest * wanted_sets().size());
   CHECK(wrong_classes == 0);
   CHECK(lost == 0);
 }
@@ -198,6 +206,24 @@ TEST_CASE("a technique that makes paths which are rendered is left out by two ru
         }
       }
     }
+}
+
+TEST_CASE(
+    "With a local count merging is off where no lobe is narrow, and makes no light that comes straight from a light") {
+  Effects effects = diffuse_room();
+  effects.add_glossy_lobe(0.5);
+  CHECK(gmis::plan_for(effects, 16, PathClassSet::all(), true)[Technique::merge].makes.is_empty());
+  check(gmis::plan_for(effects, 16, PathClassSet::all(), true), Technique::merge, false, PlanRule::makes_nothing);
+  effects.specular_transmission = true;
+  const Plan plan = gmis::plan_for(effects, 16, PathClassSet::all(), true);
+  CHECK(plan.has(Technique::merge));
+  const gmis::PathClass direct = class_of_events({PathEvent::diffuse}),
+                        mirrored = class_of_events({PathEvent::diffuse, PathEvent::specular}),
+                        caustic = class_of_events({PathEvent::specular, PathEvent::diffuse});
+  CHECK_FALSE(plan[Technique::merge].makes.contains(direct));
+  CHECK_FALSE(plan[Technique::merge].makes.contains(mirrored));
+  CHECK(plan[Technique::merge].makes.contains(caustic));
+  CHECK(gmis::plan_for(effects, 16)[Technique::merge].makes.contains(mirrored));
 }
 
 TEST_CASE("rule: no light") {

@@ -120,7 +120,7 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, part by pa
   const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 1.5};
   const gmis::SampleCounts made{1.0, 2, true, true};
   const auto light = [&](const gmis::SampleCounts& c) {
-    return gmis::predicted_light_cost(c, made, light_work, costs);
+    return gmis::predicted_light_cost(c, made, light_work, light_work.photons_stored, costs);
   };
   const auto camera = [&](const gmis::SampleCounts& c) { return gmis::predicted_camera_cost(c, made, work, costs); };
   CHECK(light({0.0, 0, false, false}) == 0);
@@ -164,7 +164,7 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
 
 TEST_CASE("Every candidate has its place, and none on the light side when nothing is traced there", "[pilot]") {
   const auto all = gmis::all_candidates();
-  CHECK(all.size() == 3 * (1 + 4 * 4 * 2));
+  CHECK(all.size() == 3 * (1 + 3 * 3 * 2));
   for (const auto& candidate : all)
     if (!candidate.traces_light()) CHECK((candidate.connections == 0 && !candidate.splats && !candidate.merges));
   // What is off in all is off in each.
@@ -178,4 +178,14 @@ TEST_CASE("Every candidate has its place, and none on the light side when nothin
   few.camera_children = {1, 4};
   CHECK(gmis::all_candidates({}, few) ==
         std::vector<gmis::SampleCounts>{{1.0, 2, true, true, 1}, {1.0, 2, true, true, 4}});
+  // Each radius for those that merge; the rest do not differ by it.
+  few.camera_children = {1};
+  few.merges = {false, true};
+  few.radius_factors = {2.0, 8.0};
+  gmis::SampleCounts local;
+  local.local_merges = true;
+  CHECK(gmis::all_candidates(local, few) ==
+        std::vector<gmis::SampleCounts>{{1.0, 2, true, false, 1},
+                                        {1.0, 2, true, true, 1, true, true, true, 2.0},
+                                        {1.0, 2, true, true, 1, true, true, true, 8.0}});
 }

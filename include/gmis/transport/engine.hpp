@@ -130,6 +130,11 @@ class Engine {
   /// Merging radius r_1 of the first iteration in scene units; 0 when merging is off.
   [[nodiscard]] double first_radius() const noexcept { return first_radius_; }
 
+  /// Number of light vertices that merging gathers in the latest iteration; 0 when merging is off.
+  [[nodiscard]] std::size_t photon_count() const noexcept {
+    return counts().has(Technique::merge) ? cache_.photons().size() : 0;
+  }
+
   /// Bytes held for light vertices and their grid.
   [[nodiscard]] std::size_t photon_bytes() const noexcept {
     return counts().stores_light_vertices() ? grid_.byte_count() + cache_.byte_count() : 0;

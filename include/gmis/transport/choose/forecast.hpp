@@ -101,14 +101,19 @@ struct CameraWork {
   double mean_children = 1.0;  ///< mean number of children of a first non-specular vertex in the counted run
 };
 
-/// Predicted cost of the light trees under `candidate`, from their counted `work` under `made`. Unit: `OperationCosts`.
+/// Predicted cost of the light trees under `candidate`, from their counted `work` under `made`; `photons` of the stored
+/// vertices are for merging, too. Unit: `OperationCosts`.
 [[nodiscard]] inline double predicted_light_cost(const SampleCounts& candidate, const SampleCounts& made,
-                                                 const Counters& work, const OperationCosts& costs = {}) noexcept {
+                                                 const Counters& work, std::uint64_t photons,
+                                                 const OperationCosts& costs = {}) noexcept {
   if (!candidate.traces_light()) return 0.0;
   const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
   double cost = times(costs.ray, work.rays);
   if (candidate.splats) cost += times(costs.shadow_ray, work.shadow_rays);
-  if (candidate.connections > 0 || candidate.merges) cost += times(costs.photon_stored, work.photons_stored);
+  if (candidate.connections > 0)
+    cost += times(costs.photon_stored, work.photons_stored);
+  else if (candidate.merges)
+    cost += times(costs.photon_stored, photons);
   return candidate.light_paths / made.light_paths * cost;
 }
 

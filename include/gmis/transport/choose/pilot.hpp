@@ -109,7 +109,7 @@ class RenderPilot {
       all[c].variance = std::max(least, variance_[u] - (1.0 - share) * within_[u]) / pixels_taken_;
       all[c].squared_bias = squared_bias(u);
       all[c].cost = (predicted_camera_cost(candidates_[c], made_, work_, costs) +
-                     predicted_light_cost(candidates_[c], made_, engine_.light_work(), costs)) /
+                     predicted_light_cost(candidates_[c], made_, engine_.light_work(), photons_, costs)) /
                     static_cast<double>(iterations());
       all[c].missing_share = light_ > 0.0 ? missing_[u] / light_ : 0.0;
     }
@@ -152,10 +152,10 @@ class RenderPilot {
     std::vector<double> kernel_changes;  ///< sum of `PixelRecord::kernel_change`, per tile and candidate
   };
 
-  /// Sums over tiles and pairs of iterations, for the squared bias of one candidate: of the tiles, and of the whole
-  /// picture, each with the square or the size of its noise.
+  /// Sums over pairs of iterations, for the squared bias of one candidate: that of the tiles, that of the whole picture,
+  /// and the variance of either.
   struct BiasSums {
-    double tiles = 0.0, tiles_squared = 0.0, whole = 0.0, whole_noise = 0.0;
+    double tiles = 0.0, tiles_noise = 0.0, whole = 0.0, whole_noise = 0.0;
   };
 
   static constexpr std::uint32_t not_analysed = 0xFFFFFFFFU;
@@ -198,6 +198,7 @@ class RenderPilot {
         });
       }
     });
+    photons_ += engine_.photon_count();
     all.picture.clear();
     for (const S& value : engine_.frame()) all.picture.push_back(static_cast<float>(mean_channel(value)));
     for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
@@ -267,7 +268,7 @@ class RenderPilot {
         const double change_a = a.kernel_changes[t * n + c] * unit, change_b = b.kernel_changes[t * n + c] * unit;
         const double product = tile_pixels[t] * change_a * change_b;
         biases_[c].tiles += product;
-        biases_[c].tiles_squared += square(product);
+        biases_[c].tiles_noise += square(product);
         pixels += tile_pixels[t];
         sum_a += tile_pixels[t] * change_a;
         sum_b += tile_pixels[t] * change_b;
@@ -275,7 +276,7 @@ class RenderPilot {
       }
       if (!(pixels > 0.0)) continue;
       biases_[c].whole += sum_a * sum_b / pixels;
-      biases_[c].whole_noise += 0.5 * apart / pixels;  // the variance of either sum, over the pixels
+      biases_[c].whole_noise += square(0.5 * apart / pixels);  // that of a product of two such sums, but for its mean
     }
   }
 
@@ -301,8 +302,8 @@ class RenderPilot {
     constexpr double standard_errors = 2.0;
     if (!(pixels_taken_ > 0.0)) return 0.0;
     const BiasSums& bias = biases_[c];
-    const double tiles = bias.tiles - standard_errors * std::sqrt(bias.tiles_squared);
-    return std::max({0.0, tiles, bias.whole - bias.whole_noise}) / pixels_taken_;
+    const double tiles = bias.tiles - standard_errors * std::sqrt(bias.tiles_noise);
+    return std::max({0.0, tiles, bias.whole - std::sqrt(bias.whole_noise)}) / pixels_taken_;
   }
 
   /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and
@@ -340,6 +341,7 @@ class RenderPilot {
   std::vector<BiasSums> biases_;
   std::vector<double> missing_;
   double pixels_taken_ = 0.0, light_ = 0.0;
+  std::uint64_t photons_ = 0;  // sum over iterations
 };
 
 }  // namespace gmis

@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "gmis/core/statistics.hpp"
+#include "gmis/scene.hpp"
+#include "gmis/transport/engine.hpp"
+#include "gmis/transport/integrators.hpp"
+#include "support/catch.hpp"
+#include "support/seed.hpp"
+
+// The energy of a local count of merging, at radii so large that a factor forgotten at one end of a path shows: the means of
+// whole pictures against path tracing, which has no part in it.
+
+namespace {
+
+/// The built-in surfaces without the optional member `has_narrow_lobe()`: every one of them counts as narrow then.
+class SilentBsdf {
+ public:
+  using Inner = gmis::scene::SurfaceBsdf<float>;
+  using Spectrum = Inner::Spectrum;
+  using Material = Inner::Material;
+
+  SilentBsdf() = default;
+  SilentBsdf(const Material& material, const gmis::Vec3<float>& geometric_normal,
+             const gmis::Vec3<float>& shading_normal)
+      : inner_(material, geometric_normal, shading_normal) {}
+  [[nodiscard]] auto evaluate(const gmis::Vec3<float>& to_prev, const gmis::Vec3<float>& to_next,
+                              gmis::TransportMode mode) const {
+    return inner_.evaluate(to_prev, to_next, mode);
+  }
+  [[nodiscard]] auto sample(const gmis::Vec3<float>& to_prev, float u, const gmis::Vec2<float>& uv,
+                            gmis::TransportMode mode) const {
+    return inner_.sample(to_prev, u, uv, mode);
+  }
+  [[nodiscard]] bool is_purely_delta() const { return inner_.is_purely_delta(); }
+  [[nodiscard]] Spectrum albedo() const { return inner_.albedo(); }
+
+ private:
+  Inner inner_;
+};
+
+static_assert(gmis::BsdfWithNarrowLobes<gmis::scene::SurfaceBsdf<float>>);
+static_assert(!gmis::BsdfWithNarrowLobes<SilentBsdf>);
+
+using gmis::scene::Material;
+
+/// A closed box lit by a panel and by a ball that shines and has the material `lamp`; in it a ball of the material `ball` and a
+/// coated one, which has a delta lobe beside a diffuse one.
+template <class Bsdf>
+auto box(const Material<float>& ball, const Material<float>& lamp) {
+  gmis::scene::SceneBuilder<float, Bsdf> builder;
+  const auto wall = builder.add_material(gmis::scene::make_diffuse({0.6, 0.6, 0.6}));
+  const auto coat = builder.add_material(gmis::scene::make_coated_diffuse({0.4, 0.4, 0.4}, 1.5, 0.0));
+  std::vector<glm::dvec3> corners;
+  for (int i = 0; i < 8; ++i) corners.emplace_back(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+  const std::vector<std::array<int, 3>> triangles{{0, 1, 3}, {0, 3, 2}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                                                  {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 3, 7}, {1, 7, 5}};
+  builder.add_mesh({corners, triangles}, wall);
+  const std::vector<glm::dvec3> panel{{-0.5, 0.99, -0.5}, {0.5, 0.99, -0.5}, {0.5, 0.99, 0.5}, {-0.5, 0.99, 0.5}};
+  const std::vector<std::array<int, 3>> halves{{0, 1, 2}, {0, 2, 3}};
+  builder.add_mesh({panel, halves}, wall, gmis::scene::AreaEmission{{2.0, 2.0, 2.0}, true});
+  builder.add_sphere({-0.45, -0.6, 0.3}, 0.4, builder.add_material(ball));
+  builder.add_sphere({0.5, -0.65, 0.2}, 0.3, coat);
+  builder.add_sphere({0.3, 0.3, 0.6}, 0.25, builder.add_material(lamp),
+                     gmis::scene::AreaEmission{{1.0, 1.0, 1.0}, true});
+  builder.set_camera(gmis::scene::look_at({0, 0, -0.95}, {0, -0.2, 1}, {0, 1, 0}, 80, {24, 24}));
+  return builder.build();
+}
+
+struct Mean {
+  double value, standard_error;
+  gmis::Counters counters;
+};
+
+template <class Scene>
+Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, int iterations, double radius = 0.12) {
+  gmis::RenderSettings settings;
+  settings.counts = counts;
+  settings.max_depth = 8;
+  settings.radius = radius;
+  settings.alpha = 1.0;
+  settings.seed = gmis_test::seed(41);
+  gmis::Engine<Scene> engine(scene, settings);
+  gmis::SerialExecutor executor;
+  double sum = 0.0, squares = 0.0;
+  for (int i = 0; i < iterations; ++i) {
+    engine.iterate(executor);
+    double mean = 0.0;
+    for (const auto& pixel : engine.frame())
+      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
+    sum += mean / iterations;
+    squares += mean * mean / iterations;
+  }
+  CHECK(engine.counters().rejected() == 0);
+  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1)), engine.counters()};
+}
+
+constexpr gmis::SampleCounts local_vcm = [] {
+  gmis::SampleCounts counts = gmis::integrators::vcm;
+  counts.local_merges = true;
+  return counts;
+}();
+
+/// A family of 8 comparisons: a false alarm in a thousandth of the seeds. `bias`: what merging may be off by, relative to
+/// all light; merged light is a small part of it.
+void check_equal(const Mean& a, const Mean& b, double bias) {
+  const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 8) / 2);
+  const double error = std::hypot(a.standard_error, b.standard_error);
+  CAPTURE(a.value, b.value, a.value / b.value, error / b.value);
+  CHECK(std::abs(a.value - b.value) < quantile * error + bias * b.value);
+  CHECK(quantile * error < 0.012 * b.value);  // so that 1.5 % shows
+}
+
+const Material<float> mirror = gmis::scene::make_mirror({0.9, 0.9, 0.9}), glass = gmis::scene::make_dielectric(1.5),
+                      diffuse = gmis::scene::make_diffuse({0.5, 0.5, 0.5});
+
+}  // namespace
+
+TEST_CASE("Local merging keeps the energy: mirrors, glass, lamps that are mirrors") {
+  using Bsdf = gmis::scene::SurfaceBsdf<float>;
+  for (const auto* const ball : {&mirror, &glass})
+    for (const auto* const lamp : {&diffuse, &mirror}) {
+      CAPTURE(ball == &mirror, lamp == &mirror);
+      const auto scene = box<Bsdf>(*ball, *lamp);
+      const Mean local = mean_of(scene, local_vcm, 400);
+      CHECK(local.counters.merges > 0);
+      check_equal(local, mean_of(scene, gmis::integrators::pt, 1500), 0.003);
+    }
+}
+
+TEST_CASE("Local merging keeps the energy with a BSDF that does not say whether its lobes are narrow") {
+  const auto scene = box<SilentBsdf>(glass, diffuse);
+  check_equal(mean_of(scene, local_vcm, 250, 0.04), mean_of(scene, gmis::integrators::pt, 1500), 0.003);
+}
+
+TEST_CASE("Many light trees and other techniques off: local merging keeps the energy") {
+  const auto scene = box<gmis::scene::SurfaceBsdf<float>>(mirror, mirror);
+  gmis::SampleCounts counts = local_vcm;
+  counts.light_paths = 8.0;
+  counts.connections = 0;
+  counts.splats = false;
+  const Mean truth = mean_of(scene, gmis::integrators::pt, 2500);
+  check_equal(mean_of(scene, counts, 350), truth, 0.004);
+  counts = local_vcm;
+  counts.next_events = false;
+  check_equal(mean_of(scene, counts, 800), truth, 0.004);
+}
+
+TEST_CASE(
+    "Where no lobe is narrow there are no photons: no grid point, no merge, and nothing stored without connections") {
+  gmis::scene::SceneBuilder<float> builder;
+  const auto wall = builder.add_material(diffuse);
+  builder.add_sphere({0, 0, 0}, 2, wall, gmis::scene::AreaEmission{{1.0, 1.0, 1.0}, true});
+  builder.set_camera(gmis::scene::look_at({0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 60, {12, 12}));
+  const auto scene = builder.build();
+  gmis::SampleCounts counts = local_vcm;
+  CHECK(mean_of(scene, counts, 2).counters.merges == 0);
+  counts.connections = 0;
+  CHECK(mean_of(scene, counts, 2).counters.photons_stored == 0);
+  counts.local_merges = false;
+  CHECK(mean_of(scene, counts, 2).counters.merges > 0);
+}
+
+TEST_CASE("With every count global, local merging with all surfaces narrow differs by the lights' photons alone") {
+  // Nothing but the first vertices is missing: with a radius too small to merge anything the pictures are equal but for
+  // the weights that count on those merges.
+  const auto scene = box<SilentBsdf>(mirror, diffuse);
+  gmis::SampleCounts counts = local_vcm;
+  const Mean local = mean_of(scene, counts, 3), plain = mean_of(scene, gmis::integrators::vcm, 3);
+  CHECK(local.counters.merges < plain.counters.merges);
+  CHECK(local.counters.photons_stored == plain.counters.photons_stored);
+}
