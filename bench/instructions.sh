@@ -6,7 +6,7 @@
 #
 # Usage: bench/instructions.sh [instructions|errors|--check|--keep]   (default: instructions, then errors)
 #   instructions   also writes its table into docs/smallvcm.md
-#   --check        counts small pictures anew and compares with the figures kept in bench/instructions.txt: fails when one is
+#   --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares with the figures kept in bench/instructions.txt: fails when one is
 #                  above by more than 1 %. The level of the processor is fixed (preset bench: x86-64-v3), and valgrind shows every
 #                  program the same processor, so the figures depend on the compiler and the C library, not on the machine.
 #   --keep         counts them and keeps the figures
@@ -26,7 +26,10 @@ if [[ -r /proc/cpuinfo ]] && ! grep -qE '^flags.* avx2 .*' /proc/cpuinfo; then
   exit 0
 fi
 cmake --preset bench >/dev/null
-cmake --build --preset bench --target gmis-render >/dev/null
+case $what in
+  --*) cmake --build --preset bench --target instruction_counts >/dev/null ;;
+  *) cmake --build --preset bench --target gmis-render >/dev/null ;;
+esac
 render=build/bench/examples/gmis-render
 reference=tests/render/reference
 folder=$(mktemp -d)
@@ -66,10 +69,10 @@ smallvcm_error() {
   esac
 }
 
-instructions_of() { # scene integrator iterations [option…]
+instructions_of() { # scene integrator iterations
   # shellcheck disable=SC2046 # two words or none
   valgrind --tool=callgrind --callgrind-out-file=/dev/null "$render" "$reference/$1.pbrt" --integrator "$2" \
-    $(connections "$2") "${settings[@]}" --iterations "$3" "${@:4}" --out "$folder/out.pfm" 2>&1 |
+    $(connections "$2") "${settings[@]}" --iterations "$3" --out "$folder/out.pfm" 2>&1 |
     sed -n 's/.*Collected : \([0-9]*\).*/\1/p'
 }
 
@@ -77,22 +80,20 @@ statistic() { # file key
   sed -n "s/.*\"$2\": *\([-+.0-9e]*\).*/\1/p" "$1" | head -n 1
 }
 
-# Millions of instructions an iteration, with one decimal, or three for small pictures.
-per_iteration() { # scene integrator decimals [option…]
-  local one three
-  one=$(instructions_of "$1" "$2" 1 "${@:4}")
-  three=$(instructions_of "$1" "$2" 3 "${@:4}")
-  awk -v a="$one" -v b="$three" -v d="$3" 'BEGIN { printf "%.*f\n", d, (b - a) / 2e6 }'
-}
-
 # --- Figures kept -------------------------------------------------------------------------------------------------------
 
 compiler() { echo "$(basename "${CXX:-g++}") $(${CXX:-g++} -dumpfullversion -dumpversion)"; }
 small_figures() {
-  local scene integrator
+  local scene integrator n counts
   for scene in svcm0 svcm1; do
     for integrator in pt lt ppm bpm bpt vcm; do
-      echo "$scene $integrator $(per_iteration "$scene" "$integrator" 3 --size 48x48)"
+      counts=()
+      for n in 1 2; do
+        counts+=("$(valgrind --tool=callgrind --callgrind-out-file=/dev/null build/bench/bench/instruction_counts \
+          "$reference/$scene.pbrt" "$integrator" $n 48 2>&1 | sed -n 's/.*Collected : \([0-9]*\).*/\1/p')")
+      done
+      awk -v s=$scene -v i=$integrator -v a="${counts[0]}" -v b="${counts[1]}" \
+        'BEGIN { printf "%s %s %.3f\n", s, i, (b - a) / 1e6 }'
     done
   done
 }
@@ -133,8 +134,10 @@ if [[ $what != errors ]]; then
   printf '%-6s %-4s %12s %12s %7s\n' scene '' 'M instr/it.' 'SmallVCM' ratio
   for scene in svcm0 svcm1; do
     for integrator in pt lt ppm bpm bpt vcm; do
-      awk -v s="$scene" -v i="$integrator" -v m="$(per_iteration "$scene" "$integrator" 1)" -v r="$(smallvcm_instructions "$scene" "$integrator")" \
-        'BEGIN { printf "%-6s %-4s %12.1f %12d %7.2f\n", s, i, m, r, m / r }' | tee -a "$folder/table"
+      one=$(instructions_of "$scene" "$integrator" 1)
+      three=$(instructions_of "$scene" "$integrator" 3)
+      awk -v s="$scene" -v i="$integrator" -v a="$one" -v b="$three" -v r="$(smallvcm_instructions "$scene" "$integrator")" \
+        'BEGIN { m = (b - a) / 2e6; printf "%-6s %-4s %12.1f %12d %7.2f\n", s, i, m, r, m / r }' | tee -a "$folder/table"
     done
   done
   # Into the document, between the head of its table and the next empty line.
