@@ -4,12 +4,32 @@
 # seconds differ from machine to machine: the difference between runs of 3 and of 1 iterations, so that reading the scene
 # and building its tree do not count.
 #
-# Usage: bench/instructions.sh [instructions|errors]   (default: both)
+# Usage: bench/instructions.sh [instructions|errors|--check|--keep]   (default: instructions, then errors)
+#   instructions   also writes its table into docs/smallvcm.md
+#   --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares with the figures kept in bench/instructions.txt: fails when one is
+#                  above by more than 1 %. The level of the processor is fixed (preset bench: x86-64-v3), and valgrind shows every
+#                  program the same processor, so the figures depend on the compiler and the C library, not on the machine.
+#   --keep         counts them and keeps the figures
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 what=${1:-both}
+kept=bench/instructions.txt
+case $what in
+  both | instructions | errors | --check | --keep) ;;
+  *)
+    echo "instructions: no $what: instructions, errors, --check or --keep" >&2
+    exit 2
+    ;;
+esac
+if [[ -r /proc/cpuinfo ]] && ! grep -qE '^flags.* avx2 .*' /proc/cpuinfo; then
+  echo "instructions: this processor has no AVX2: nothing is counted" >&2
+  exit 0
+fi
 cmake --preset bench >/dev/null
-cmake --build --preset bench --target gmis-render >/dev/null
+case $what in
+  --*) cmake --build --preset bench --target instruction_counts >/dev/null ;;
+  *) cmake --build --preset bench --target gmis-render >/dev/null ;;
+esac
 render=build/bench/examples/gmis-render
 reference=tests/render/reference
 folder=$(mktemp -d)
@@ -60,6 +80,56 @@ statistic() { # file key
   sed -n "s/.*\"$2\": *\([-+.0-9e]*\).*/\1/p" "$1" | head -n 1
 }
 
+# --- Figures kept -------------------------------------------------------------------------------------------------------
+
+compiler() { echo "$(basename "${CXX:-g++}") $(${CXX:-g++} -dumpfullversion -dumpversion)"; }
+small_figures() {
+  local scene integrator n counts
+  for scene in svcm0 svcm1; do
+    for integrator in pt lt ppm bpm bpt vcm; do
+      counts=()
+      for n in 1 2; do
+        counts+=("$(valgrind --tool=callgrind --callgrind-out-file=/dev/null build/bench/bench/instruction_counts \
+          "$reference/$scene.pbrt" "$integrator" $n 48 2>&1 | sed -n 's/.*Collected : \([0-9]*\).*/\1/p')")
+      done
+      awk -v s=$scene -v i=$integrator -v a="${counts[0]}" -v b="${counts[1]}" \
+        'BEGIN { printf "%s %s %.3f\n", s, i, (b - a) / 1e6 }'
+    done
+  done
+}
+if [[ $what == --keep ]]; then
+  small_figures >"$folder/figures"
+  {
+    echo "# Millions of instructions an iteration, 48x48 pixels. Written by ./run bench instructions --keep; checked by --check."
+    echo "# $(compiler)"
+    cat "$folder/figures"
+  } >$kept
+  cat $kept
+  exit
+fi
+if [[ $what == --check ]]; then
+  if [[ $(sed -n 2p $kept) != "# $(compiler)" ]]; then
+    echo "instructions: the figures kept are those of $(sed -n '2s/# //p' $kept), this is $(compiler): not compared" >&2
+    exit 0
+  fi
+  small_figures | awk '
+    NR == FNR { if ($1 != "#") kept[$1 " " $2] = $3; next }
+    {
+      key = $1 " " $2
+      change = key in kept ? 100 * ($3 / kept[key] - 1) : 0
+      grown = !(key in kept) || change > 1
+      printf "%-6s %-4s %9.3f  kept %9.3f  %+6.2f %%%s\n", $1, $2, $3, kept[key], change, grown ? "  GROWN" : ""
+      failed = failed || grown
+    }
+    END { exit failed }' $kept - || {
+    echo "instructions: a figure grew by more than 1 %. Find out why; if it must be, ./run bench instructions --keep" >&2
+    exit 1
+  }
+  exit
+fi
+
+# --- Beside SmallVCM ----------------------------------------------------------------------------------------------------
+
 if [[ $what != errors ]]; then
   printf '%-6s %-4s %12s %12s %7s\n' scene '' 'M instr/it.' 'SmallVCM' ratio
   for scene in svcm0 svcm1; do
@@ -67,9 +137,17 @@ if [[ $what != errors ]]; then
       one=$(instructions_of "$scene" "$integrator" 1)
       three=$(instructions_of "$scene" "$integrator" 3)
       awk -v s="$scene" -v i="$integrator" -v a="$one" -v b="$three" -v r="$(smallvcm_instructions "$scene" "$integrator")" \
-        'BEGIN { m = (b - a) / 2e6; printf "%-6s %-4s %12.1f %12d %7.2f\n", s, i, m, r, m / r }'
+        'BEGIN { m = (b - a) / 2e6; printf "%-6s %-4s %12.1f %12d %7.2f\n", s, i, m, r, m / r }' | tee -a "$folder/table"
     done
   done
+  # Into the document, between the head of its table and the next empty line.
+  awk -v table="$folder/table" '
+    /^\| scene \| integrator \| gmis \| SmallVCM \| ratio \|$/ { head = 1 }
+    !head || !NF { if (head == 3 && !NF) head = 0; print; next }
+    head < 3 { print; ++head }
+    head == 3 && !written { written = 1; while ((getline line < table) > 0) { split(line, f); printf "| %s | %s | %s | %s | %s |\n", f[1], f[2], f[3], f[4], f[5] } }
+  ' docs/smallvcm.md >"$folder/document"
+  cp "$folder/document" docs/smallvcm.md
 fi
 
 if [[ $what != instructions ]]; then

@@ -64,6 +64,12 @@ Scheme scheme_of(const std::string& name) {
   throw InputError("--scheme " + in_quotes(name) + " is not known: use R1, R2, R3, N1, N2 or N3");
 }
 
+Sampler sampler_of(const std::string& name) {
+  if (name == "independent") return Sampler::independent;
+  if (name == "sobol") return Sampler::sobol;
+  throw InputError("--sampler " + in_quotes(name) + " is not known: use independent or sobol");
+}
+
 std::array<int, 4> crop_of(const std::string& text) {
   const auto crop = integers_of<4>(text, ',');
   if (!crop || (*crop)[0] < 0 || (*crop)[1] < 0 || (*crop)[0] >= (*crop)[2] || (*crop)[1] >= (*crop)[3])
@@ -78,7 +84,7 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius;
+  std::string replay, aov, isa, radius, sampler = "independent";
   double seconds = 0, relative_error = 0;
 };
 
@@ -106,6 +112,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)");
   app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto chooses)");
   app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)");
+  app.add_option(
+      "--sampler", raw.sampler,
+      "How numbers are drawn: independent (the default) or sobol, 8 replications of low-discrepancy iterations");
   app.add_option("--threads", options.threads, "Threads (all cores)");
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)");
   app.add_option("--time", raw.seconds, "Stop after so many seconds");
@@ -230,6 +239,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     throw InputError(
         "--camera-split needs --split paper or budgeted: none and local do not split, and adaptive measures it");
   options.scheme = scheme_of(raw.scheme);
+  options.sampler = sampler_of(raw.sampler);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);
   if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "gmis/core/sobol_numbers.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 #include "gmis/transport/settings.hpp"
@@ -37,6 +38,7 @@ struct Options {
   IntegratorChoice integrator = IntegratorChoice::automatic;
   SplitChoice split = SplitChoice::local;
   Scheme scheme = Scheme::N3;
+  Sampler sampler = Sampler::independent;
   std::optional<std::array<int, 2>> size;
   int max_depth = 16;
   std::optional<RadiusChoice> radius;  ///< unset: 0.4 pixel widths, more where merging has a local count

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <limits>
 
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/price.hpp"
@@ -57,7 +58,8 @@ ProgressiveRender::ProgressiveRender(const BuiltScene& scene, const RenderReques
   const Timer timer(progress_.seconds, cpu_seconds_);
   engine_ = start(scene, request);
   if (request.halves) halves_.assign(2, Film<Spectrum>(film_.resolution()));
-  if (request.intervals || request.budget.relative_error) batches_.emplace(film_.resolution());
+  if (request.intervals || request.budget.relative_error)
+    batches_.emplace(film_.resolution(), is_replicated() ? sobol_replications : 0);
 }
 
 bool ProgressiveRender::advance(ThreadedExecutor& executor) {
@@ -105,6 +107,7 @@ void ProgressiveRender::take_frame() {
   }
   film_.add_iteration(frame_);
   if (batches_) batches_->add_iteration(frame_);
+  // Even and odd iterations are of different replications, too.
   if (request_.halves) halves_[progress_.iterations % 2].add_iteration(frame_);
   if (request_.techniques)
     engine_->for_each_contribution([&](const Contribution<Spectrum>& contribution) { techniques_.add(contribution); });
@@ -174,6 +177,9 @@ RenderResult ProgressiveRender::result(StopReason reason) const {
   if (request_.techniques) result.techniques = techniques_.means(progress_.iterations);
   if (request_.class_images) result.classes = classes_.result(progress_.iterations, counters_, light_work_);
   result.estimate = estimate_of(film_);
+  // The film takes iterations for independent.
+  if (is_replicated())
+    result.estimate.variance = batches_ ? variance_of_mean(*batches_) : std::numeric_limits<double>::quiet_NaN();
   result.error = error();
   if (result.error) result.prices = prices_of(log_, result.error->relative_error);
   result.counters = counters_;

@@ -47,6 +47,7 @@ class ProgressiveRender {
   void take_frame();
   void look_at_error();
   void add_to_log();
+  [[nodiscard]] bool is_replicated() const { return request_.settings.sampler == Sampler::sobol; }
 
   const RenderRequest& request_;
   glm::ivec2 resolution_;

@@ -50,6 +50,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
         options.radius->value * (options.radius->is_in_scene_units ? 1.0 : median_pixel_width(scene.scene()));
   request.settings.alpha = options.alpha;
   request.settings.scheme = options.scheme;
+  request.settings.sampler = options.sampler;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;

@@ -188,6 +188,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["techniques"] = techniques_json(result.counts, facts);
   json["version"] = GMIS_VERSION;
   json["isa"] = instruction_set;
+  json["sampler"] = facts.options->sampler == Sampler::sobol ? "sobol" : "independent";
   json["scene"] = options.scene;
   json["width"] = result.image.width;
   json["height"] = result.image.height;

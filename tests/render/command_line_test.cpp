@@ -214,6 +214,7 @@ TEST_CASE("The statistics hold every key that scripts rely on") {
                           "/plan",
                           "/version",
                           "/isa",
+                          "/sampler",
                           "/seed",
                           "/threads",
                           "/iterations",

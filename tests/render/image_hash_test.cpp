@@ -27,22 +27,22 @@ struct Pinned {
 
 const std::vector<Pinned> pinned{
     // clang-format off
-    {"--integrator pt", "1d2549e1fe99bcc2"},
-    {"--integrator lt", "b461257d4f4ff52a"},
-    {"--integrator bpt --connections 1", "a231786cc4c56110"},
-    {"--integrator bpt --connections 2", "df49693db49f520c"},
-    {"--integrator bpt --connections 4", "7fc51bbcd7a75e73"},
-    {"--integrator bpt --connections paired", "43cdd09c41e47588"},
-    {"--integrator ppm", "5b138b2c87b4f7f6"},
-    {"--integrator bpm", "1a251c25da6feb3c"},
-    {"--integrator vcm --connections 1", "1a084487d2efd9d8"},
-    {"--integrator vcm --connections 2", "cd68257bce708f9b"},
-    {"--integrator vcm --connections 4", "d4f488ad2413bbb6"},
-    {"--integrator vcm --connections paired", "082db2db0e42bdb0"},
-    {"--integrator gmis --split none --connections 1", "1a084487d2efd9d8"},
-    {"--integrator gmis --split budgeted --connections 1", "146c73d06f4ffa5d"},
-    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "99d2bc80652c0722"},
-    {"--integrator gmis --split paper --scheme R2 --connections 2", "bd9d1f6779fc9a4a"},
+    {"--integrator pt", "9b5c626d225c28f3", "71c5db21644ad275"},
+    {"--integrator lt", "282c9d3b5e4c4fbe", "5207a6cdf7e97db6"},
+    {"--integrator bpt --connections 1", "214fc70e92850a13", "f3dca0e716b8dc2d"},
+    {"--integrator bpt --connections 2", "c789191f10871cc4", "fe1405b9a990d096"},
+    {"--integrator bpt --connections 4", "ba199f287aefdec8", "96c02cfa99fc42a3"},
+    {"--integrator bpt --connections paired", "4ce8fa9ddd327a5d", "ed71fd3c3bdaf264"},
+    {"--integrator ppm", "15a85a3c5f481a40", "5804386584bb05bc"},
+    {"--integrator bpm", "504b196612856d88", "be0e3fb3342809f3"},
+    {"--integrator vcm --connections 1", "deba29de74f6fbe8", "90db106dfd03327c"},
+    {"--integrator vcm --connections 2", "20e93c51289cd750", "da22dab670e6348d"},
+    {"--integrator vcm --connections 4", "4634fee462e053f6", "066f03e75223dd6f"},
+    {"--integrator vcm --connections paired", "54e8f30bec5fd633", "c6ddbbcb9bfe856f"},
+    {"--integrator gmis --split none --connections 1", "deba29de74f6fbe8", "90db106dfd03327c"},
+    {"--integrator gmis --split budgeted --connections 1", "02602fad09762560", "2f6276edb4bb58cc"},
+    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "70274836eb55436c", "a1254821e43a5a3a"},
+    {"--integrator gmis --split paper --scheme R2 --connections 2", "baf3f89f8c6370cb", "32d343d63d7054a2"},
     // clang-format on
 };
 

@@ -32,6 +32,18 @@ std::vector<CameraDescription> cameras() {
   return {wide, mirrored, scaled, shifted, lens, scaled_lens, parallel, scaled_parallel};
 }
 
+TEST_CASE("a camera has a lens where its rays and projections depend on the numbers for one", "[camera]") {
+  for (const CameraDescription& description : cameras()) {
+    const scene::Camera<double> camera(description, glm::dvec3(0));
+    const auto one = camera.sample_ray({3, 2}, {0.25, 0.75}, {0.1, 0.9});
+    const auto other = camera.sample_ray({3, 2}, {0.25, 0.75}, {0.8, 0.3});
+    REQUIRE((one.has_value() && other.has_value()));
+    CHECK(camera.has_lens() == (one->direction != other->direction));
+    CHECK(camera.has_lens() == (one->origin.position != other->origin.position));
+    CHECK(reads_lens_numbers(camera) == camera.has_lens());
+  }
+}
+
 TEMPLATE_TEST_CASE("a point along a ray of a pixel is seen by that pixel, with the same density", "[camera]", float,
                    double) {
   using T = TestType;

@@ -75,6 +75,24 @@ template <Bsdf B>
     return true;
 }
 
+/// `bsdf.evaluate(…)` and `bsdf.sample(…)`, or with `needs_reverse` false the optional members `evaluate_forward` and
+/// `sample_forward` with the same arguments and results, where a BSDF has them: their reverse densities are not read, so
+/// they need not be computed. Path tracing calls these.
+template <bool needs_reverse, Bsdf B, class V>
+[[nodiscard]] constexpr auto evaluate_bsdf(const B& bsdf, const V& to_prev, const V& to_next, TransportMode mode) {
+  if constexpr (!needs_reverse && requires { bsdf.evaluate_forward(to_prev, to_next, mode); })
+    return bsdf.evaluate_forward(to_prev, to_next, mode);
+  else
+    return bsdf.evaluate(to_prev, to_next, mode);
+}
+template <bool needs_reverse, Bsdf B, class V, std::floating_point T>
+[[nodiscard]] constexpr auto sample_bsdf(const B& bsdf, const V& to_prev, T u, const Vec2<T>& uv, TransportMode mode) {
+  if constexpr (!needs_reverse && requires { bsdf.sample_forward(to_prev, u, uv, mode); })
+    return bsdf.sample_forward(to_prev, u, uv, mode);
+  else
+    return bsdf.sample(to_prev, u, uv, mode);
+}
+
 /// `bsdf.reflects_only()`, an optional member, or false for a BSDF without it. True promises that `evaluate` is zero
 /// unless the cosines of both directions with the shading normal have one sign. Connections that would be zero then end
 /// before the BSDF is evaluated.

@@ -26,7 +26,14 @@ inline constexpr std::uint32_t sobol_replications = 8;
 
 namespace detail {
 
-[[nodiscard]] constexpr std::uint32_t reverse_bits(std::uint32_t x) noexcept {
+/// Four numbers worked on at once, where the compiler has such a type.
+#if defined(__GNUC__)
+using FourWords __attribute__((vector_size(16))) = std::uint32_t;
+#endif
+
+/// Of a `std::uint32_t`, or of four.
+template <class Word>
+[[nodiscard]] constexpr Word reverse_bits(Word x) noexcept {
   x = ((x >> 1U) & 0x55555555U) | ((x & 0x55555555U) << 1U);
   x = ((x >> 2U) & 0x33333333U) | ((x & 0x33333333U) << 2U);
   x = ((x >> 4U) & 0x0F0F0F0FU) | ((x & 0x0F0F0F0FU) << 4U);
@@ -36,7 +43,8 @@ namespace detail {
 
 /// A permutation in which each bit of the result depends on the bits below it and the seed alone [Laine, Karras 2011;
 /// the constants of Burley 2020]. On a number with its bits reversed, it is a nested uniform scrambling.
-[[nodiscard]] constexpr std::uint32_t laine_karras(std::uint32_t x, std::uint32_t seed) noexcept {
+template <class Word>
+[[nodiscard]] constexpr Word laine_karras(Word x, Word seed) noexcept {
   x += seed;
   x ^= x * 0x6C50B47CU;
   x ^= x * 0xB82F1E52U;
@@ -108,7 +116,7 @@ class SampleNumbers {
     used_ = 4;
   }
 
-  constexpr result_type operator()() noexcept {
+  result_type operator()() noexcept {
     if (used_ == 4) {
       block_ = next_block();
       used_ = 0;
@@ -117,7 +125,7 @@ class SampleNumbers {
   }
 
   /// The next four numbers that no call has begun to use.
-  constexpr Block next_block() noexcept {
+  Block next_block() noexcept {
     used_ = 4;
     const Block words = blocks_.next();
     if (index_mask_ != 0) [[unlikely]]
@@ -128,19 +136,29 @@ class SampleNumbers {
  private:
   /// The point's coordinates, scrambled by the words. The words also shuffle the numbers of the points: so, places with
   /// other words are independent of each other.
-  [[nodiscard]] [[gnu::noinline]] static constexpr Block point(const Block& words, std::uint32_t reversed_index,
-                                                               std::uint32_t index_mask) noexcept {
+  [[nodiscard]] [[gnu::noinline]] static Block point(const Block& words, std::uint32_t reversed_index,
+                                                     std::uint32_t index_mask) noexcept {
     // All four words enter the shuffle.
     std::uint32_t shuffle = (words[0] ^ std::rotl(words[1], 9)) * 0x9E3779B1U + (words[2] ^ std::rotl(words[3], 19));
     shuffle ^= shuffle >> 15U;
     std::uint32_t bits = detail::laine_karras(reversed_index, shuffle) & index_mask;
     Block coordinates{};
+#if defined(__GNUC__)
+    detail::FourWords all{}, seeds{words[0], words[1], words[2], words[3]};
+    for (; bits != 0; bits &= bits - 1) {
+      const auto& d = detail::sobol_directions[static_cast<std::size_t>(std::countr_zero(bits))];
+      all ^= detail::FourWords{d[0], d[1], d[2], d[3]};
+    }
+    all = detail::reverse_bits(detail::laine_karras(all, seeds));
+    for (std::size_t d = 0; d < 4; ++d) coordinates[d] = all[d];
+#else
     for (; bits != 0; bits &= bits - 1) {
       const auto& direction = detail::sobol_directions[static_cast<std::size_t>(std::countr_zero(bits))];
       for (std::size_t d = 0; d < 4; ++d) coordinates[d] ^= direction[d];
     }
     for (std::size_t d = 0; d < 4; ++d)
       coordinates[d] = detail::reverse_bits(detail::laine_karras(coordinates[d], words[d]));
+#endif
     return coordinates;
   }
 

@@ -16,27 +16,35 @@ namespace gmis {
 /// There are never more than `capacity` batches, however long the run: when one more would be needed, neighbours are
 /// joined and the batches are twice as long from then on. So, once it has been reached, between capacity/2 and capacity
 /// batches are complete. Memory: capacity + 2 floats per pixel and channel.
+///
+/// Where iterations depend on each other but form independent replications (`Sampler::sobol`), iteration i belongs to
+/// batch (i − 1) mod `replications`, all batches are complete from the first iteration on, and their lengths differ by
+/// one at most. Memory: 2 floats per pixel, channel and replication.
 template <Spectrum S>
 class BatchMeans {
  public:
   static constexpr int channel_count = SpectrumTraits<S>::channel_count;
   static constexpr std::size_t capacity = 16;
 
-  /// Pixels are stored by rows.
-  explicit BatchMeans(glm::ivec2 resolution)
+  /// Pixels are stored by rows. `replications`: 0 for independent iterations, else from 2 to `capacity`.
+  explicit BatchMeans(glm::ivec2 resolution, std::size_t replications = 0)
       : resolution_(resolution),
+        replication_count_(replications),
         current_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count, 0.0) {
   }
 
   /// Adds one iteration, as `Film::add_iteration` does.
   void add_iteration(std::span<const S> frame) {
+    if (replication_count_ > 0) {
+      const std::size_t replication = static_cast<std::size_t>(iterations_ % replication_count_);
+      if (replication == replications_.size()) replications_.emplace_back(current_.size(), 0.0);
+      ++iterations_;
+      add(frame, replications_[replication], iterations_of(replication));
+      return;
+    }
     if (batches_.size() == capacity) join_neighbours();
     ++iterations_;
-    const double weight = 1.0 / static_cast<double>(++current_iterations_);
-    std::size_t i = 0;
-    for (const S& pixel : frame)
-      for (int c = 0; c < channel_count; ++c, ++i)
-        current_[i] += (static_cast<double>(SpectrumTraits<S>::channel(pixel, c)) - current_[i]) * weight;
+    add(frame, current_, ++current_iterations_);
     if (current_iterations_ < length_) return;
     batches_.emplace_back(current_.begin(), current_.end());
     current_.assign(current_.size(), 0.0);
@@ -47,17 +55,37 @@ class BatchMeans {
   /// All that were added.
   [[nodiscard]] std::uint64_t iterations() const noexcept { return iterations_; }
   /// Complete batches; what has been added since the last of them is not part of any, but `unfinished`.
-  [[nodiscard]] std::size_t batch_count() const noexcept { return batches_.size(); }
+  [[nodiscard]] std::size_t batch_count() const noexcept {
+    return replication_count_ > 0 ? replications_.size() : batches_.size();
+  }
+  /// Of independent iterations; replications differ.
   [[nodiscard]] std::uint64_t iterations_per_batch() const noexcept { return length_; }
+  [[nodiscard]] std::uint64_t iterations_of(std::size_t batch) const noexcept {
+    if (replication_count_ == 0) return length_;
+    return iterations_ / replication_count_ + (batch < iterations_ % replication_count_ ? 1 : 0);
+  }
   /// Pixels times channels.
   [[nodiscard]] std::size_t value_count() const noexcept { return current_.size(); }
-  /// The mean image of a batch, channel after channel, pixel after pixel.
+  /// The mean image of a batch, channel after channel, pixel after pixel. Of independent iterations.
   [[nodiscard]] std::span<const float> batch(std::size_t index) const noexcept { return batches_[index]; }
+  /// One value of the mean image of a batch of either kind.
+  [[nodiscard]] double value(std::size_t batch, std::size_t index) const noexcept {
+    return replication_count_ > 0 ? replications_[batch][index] : static_cast<double>(batches_[batch][index]);
+  }
   /// The iterations since the last complete batch, and their mean image.
   [[nodiscard]] std::uint64_t unfinished_iterations() const noexcept { return current_iterations_; }
   [[nodiscard]] std::span<const double> unfinished() const noexcept { return current_; }
 
  private:
+  /// Makes `mean` that of `count` frames, this one being the last.
+  static void add(std::span<const S> frame, std::vector<double>& mean, std::uint64_t count) {
+    const double weight = 1.0 / static_cast<double>(count);
+    std::size_t i = 0;
+    for (const S& pixel : frame)
+      for (int c = 0; c < channel_count; ++c, ++i)
+        mean[i] += (static_cast<double>(SpectrumTraits<S>::channel(pixel, c)) - mean[i]) * weight;
+  }
+
   void join_neighbours() {
     for (std::size_t b = 0; b < capacity / 2; ++b) {
       std::vector<float>& joined = batches_[2 * b];
@@ -70,11 +98,13 @@ class BatchMeans {
   }
 
   glm::ivec2 resolution_;
+  std::size_t replication_count_;
   std::uint64_t iterations_ = 0;
   std::uint64_t length_ = 1;
   std::uint64_t current_iterations_ = 0;
   std::vector<double> current_;
   std::vector<std::vector<float>> batches_;
+  std::vector<std::vector<double>> replications_;
 };
 
 }  // namespace gmis

@@ -27,8 +27,7 @@ class RunParts {
 
   explicit RunParts(const BatchMeans<S>& means) : means_(means), count_(means.batch_count()) {
     const double iterations = static_cast<double>(means.iterations());
-    for (std::size_t b = 0; b < count_; ++b)
-      shares_[b] = static_cast<double>(means.iterations_per_batch()) / iterations;
+    for (std::size_t b = 0; b < count_; ++b) shares_[b] = static_cast<double>(means.iterations_of(b)) / iterations;
     if (means.unfinished_iterations() > 0)
       shares_[count_++] = static_cast<double>(means.unfinished_iterations()) / iterations;
   }
@@ -36,7 +35,7 @@ class RunParts {
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
   [[nodiscard]] double share(std::size_t part) const noexcept { return shares_[part]; }
   [[nodiscard]] double value(std::size_t part, std::size_t index) const noexcept {
-    return part < means_.batch_count() ? static_cast<double>(means_.batch(part)[index]) : means_.unfinished()[index];
+    return part < means_.batch_count() ? means_.value(part, index) : means_.unfinished()[index];
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/sobol_numbers.hpp"
 #include "gmis/transport/method.hpp"
 #include "gmis/transport/photons/pixel_width.hpp"
 #include "gmis/transport/settings.hpp"
@@ -43,7 +45,7 @@ struct PhaseSeconds {
 ///
 /// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings. No other member
 /// throws, except when an allocation fails.
-template <Scene Sc, class Method_ = BothSides, class Source = Philox>
+template <Scene Sc, class Method_ = BothSides, class Source = SampleNumbers>
 class Engine {
  public:
   using S = typename Sc::Spectrum;
@@ -142,13 +144,30 @@ class Engine {
   [[nodiscard]] Context context() const { return context_for(iteration_, counts()); }
   /// The source of random numbers for one path of the context's iteration.
   [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number) {
-    return Source(context.seed, context.iteration, number, kind == PathKind::light ? light_stream : camera_stream);
+    const bool is_light = kind == PathKind::light;
+    if constexpr (std::same_as<Source, SampleNumbers>)
+      if (context.sampler == Sampler::sobol) [[unlikely]] {
+        // Camera subpaths: a sequence a pixel, over the iterations of a replication. Light trees: one sequence over all
+        // trees of all these iterations.
+        const std::uint32_t replication = (context.iteration - 1) % sobol_replications;
+        const std::uint64_t index = (context.iteration - 1) / sobol_replications;
+        return is_light ? SampleNumbers::sobol(context.seed, replication, 0, sobol_light_stream,
+                                               index * context.tree_count + number, 26)
+                        : SampleNumbers::sobol(context.seed, replication, number, sobol_camera_stream, index, 12);
+      }
+    return Source(context.seed, context.iteration, number, is_light ? light_stream : camera_stream);
   }
 
  private:
   static constexpr std::size_t chunk_size = 256;
   static constexpr std::size_t census_tree_count = 4096;
-  enum Stream : std::uint32_t { light_stream = 0, camera_stream = 1, census_stream = 2 };
+  enum Stream : std::uint32_t {  // 3: median_pixel_width
+    light_stream = 0,
+    camera_stream = 1,
+    census_stream = 2,
+    sobol_light_stream = 4,
+    sobol_camera_stream = 5
+  };
 
   void check_settings() const;
   [[nodiscard]] Context context_for(std::uint32_t iteration, const SampleCounts& counts) const;
@@ -211,7 +230,7 @@ class Engine {
 };
 
 /// Path tracing: the engine without a light side.
-template <Scene Sc, class Source = Philox>
+template <Scene Sc, class Source = SampleNumbers>
 using PathTracer = Engine<Sc, CameraSide, Source>;
 
 template <Scene Sc, class Method_, class Source>
@@ -245,6 +264,8 @@ void Engine<Sc, Method_, Source>::check_settings() const {
   require_argument(resolution_.x > 0 && resolution_.y > 0,
                    "the camera has no pixels: its resolution must be 1x1 or more");
   require_argument(pixels <= most_trees, "the picture has more than 2^32 pixels: choose a smaller one");
+  require_argument(settings_.sampler == Sampler::independent || std::same_as<Source, SampleNumbers>,
+                   "RenderSettings::sampler asks for Sobol' points: they need the source SampleNumbers, the default");
   require_argument(settings_.max_depth <= deepest, "RenderSettings::max_depth is above 256: choose 256 or less");
   require_argument(counts.light_paths >= 0.0 && counts.light_paths * pixels < most_trees,
                    "SampleCounts::light_paths is negative or asks for 2^32 light trees or more: choose fewer");
@@ -315,6 +336,7 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
           .crop = crop_,
           .resolution = resolution_,
           .seed = settings_.seed,
+          .sampler = settings_.sampler,
           .iteration = iteration,
           .max_depth = settings_.max_depth,
           .tree_count = light_tree_count_,
@@ -386,7 +408,7 @@ void Engine<Sc, Method_, Source>::trace_light(E& executor, const Context& contex
   });
   for (const Output& output : light_outputs_) light_work_ += output.counters();
   for (const Output& output : light_outputs_) counters_ += output.counters();
-  if (counts().has(Technique::merge) || counts().draws_connections()) cache_.gather();
+  if (counts().has(Technique::merge) || counts().draws_connections()) cache_.gather(executor);
 }
 
 template <Scene Sc, class Method_, class Source>

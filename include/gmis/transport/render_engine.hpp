@@ -27,7 +27,7 @@ struct Choice {
 /// With several candidates for the counts, the run begins with a pilot, whose iterations are part of the picture, and
 /// continues with the best candidate. The choice is made once, from the pilot alone: the counts of a later iteration do
 /// not depend on samples of that iteration.
-template <Scene Sc, class Source = Philox>
+template <Scene Sc, class Source = SampleNumbers>
 class RenderEngine {
  public:
   using S = typename Sc::Spectrum;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "gmis/core/sobol_numbers.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 #include "gmis/transport/sample_counts.hpp"
@@ -15,8 +16,11 @@ enum class LightSplit : std::uint8_t { none, budgeted, paper };
 
 /// The settings of a run.
 struct RenderSettings {
-  SampleCounts counts;           ///< techniques and their numbers of samples, for example one of `gmis::integrators`
-  std::uint64_t seed = 0;        ///< selects the random numbers of the run
+  SampleCounts counts;     ///< techniques and their numbers of samples, for example one of `gmis::integrators`
+  std::uint64_t seed = 0;  ///< selects the random numbers of the run
+  /// How numbers are drawn. With `sobol` the iterations of a replication are not independent of each other; error
+  /// estimates must take replications as batches (`BatchMeans`). A pilot draws independent numbers.
+  Sampler sampler = Sampler::independent;
   int max_depth = 16;            ///< greatest number of edges of a path; 1: light seen directly; at most 256
   std::optional<double> radius;  ///< r_1, times `SampleCounts::radius_factor`, in scene units; unset: 0.4 pixel widths
   double alpha = 2.0 / 3.0;      ///< r_i = r_1 i^((α−1)/2)

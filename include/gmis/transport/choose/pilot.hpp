@@ -42,7 +42,7 @@ struct SeparateWeights {
 
 /// Renders iterations with all techniques and forecasts variance, bias and cost of every candidate. A forecast needs at
 /// least two iterations.
-template <Scene Sc, class Source = Philox>
+template <Scene Sc, class Source = SampleNumbers>
 class RenderPilot {
  public:
   using S = typename Sc::Spectrum;
@@ -134,6 +134,7 @@ class RenderPilot {
         settings.radius.value_or(default_radius(scene)) * std::sqrt(mean_disk(settings.alpha, expected_iterations));
     settings.alpha = 1.0;
     settings.light_split = LightSplit::none;
+    settings.sampler = Sampler::independent;  // forecasts compare iterations
     settings.counts = made;
     return settings;
   }

@@ -7,6 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/concepts.hpp"
+#include "gmis/transport/photons/fit.hpp"
+
 namespace gmis {
 
 /// The light vertices of one iteration, in the order of their trees. Each chunk holds consecutive trees and is written
@@ -21,8 +24,15 @@ class LightVertexCache {
     void clear() noexcept {
       vertices_.clear();
       tree_ends_.clear();
+      photon_count_ = 0;
     }
-    void add(const Vertex& vertex) { vertices_.push_back(vertex); }
+    void add(const Vertex& vertex) {
+      // An eighth more at a time, not twice as much: what is reserved is held for the whole run.
+      if (vertices_.size() == vertices_.capacity()) [[unlikely]]
+        vertices_.reserve(vertices_.size() + vertices_.size() / 8 + 64);
+      vertices_.push_back(vertex);
+      photon_count_ += vertex.is_photon ? 1U : 0U;
+    }
     /// Ends the current tree; call it once per tree, also for a tree without vertices.
     void end_tree() { tree_ends_.push_back(static_cast<std::uint32_t>(vertices_.size())); }
     [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
@@ -31,6 +41,7 @@ class LightVertexCache {
     friend LightVertexCache;
     std::vector<Vertex> vertices_;
     std::vector<std::uint32_t> tree_ends_;
+    std::size_t photon_count_ = 0;
   };
 
   /// Tree t belongs to chunk t / `trees_per_chunk`.
@@ -42,14 +53,23 @@ class LightVertexCache {
 
   /// Numbers all vertices in the order of their trees, for `operator[]` and `photons`. Call it when all chunks are
   /// complete.
-  void gather() {
-    vertices_.clear();
-    photons_.clear();
-    for (const Chunk& chunk : chunks_)
-      for (const Vertex& vertex : chunk.vertices_) {
-        if (vertex.is_photon) photons_.push_back(static_cast<std::uint32_t>(vertices_.size()));
-        vertices_.push_back(&vertex);
+  template <Executor E>
+  void gather(E& executor) {
+    struct Place {
+      std::size_t vertex = 0, photon = 0;
+    };
+    std::vector<Place> places(chunks_.size() + 1);  // where each chunk begins
+    for (std::size_t i = 0; i < chunks_.size(); ++i)
+      places[i + 1] = {places[i].vertex + chunks_[i].size(), places[i].photon + chunks_[i].photon_count_};
+    detail::fit(vertices_, places.back().vertex);
+    detail::fit(photons_, places.back().photon);
+    executor.parallel_for(chunks_.size(), [&](std::size_t i) {
+      auto [vertex, photon] = places[i];
+      for (const Vertex& one : chunks_[i].vertices_) {
+        if (one.is_photon) photons_[photon++] = static_cast<std::uint32_t>(vertex);
+        vertices_[vertex++] = &one;
       }
+    });
   }
   /// Number of vertices at the last `gather`.
   [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
@@ -70,7 +90,8 @@ class LightVertexCache {
   /// it. Takes time proportional to the number of chunks.
   [[nodiscard]] std::size_t tree_of(const Vertex& vertex) const noexcept {
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
-      const auto& [vertices, ends] = chunks_[i];
+      const std::vector<Vertex>& vertices = chunks_[i].vertices_;
+      const std::vector<std::uint32_t>& ends = chunks_[i].tree_ends_;
       if (vertices.empty() || std::less<>{}(&vertex, &vertices.front()) || std::less<>{}(&vertices.back(), &vertex))
         continue;
       const auto place = static_cast<std::uint32_t>(&vertex - vertices.data());

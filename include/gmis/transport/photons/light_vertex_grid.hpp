@@ -12,6 +12,7 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
+#include "gmis/transport/photons/fit.hpp"
 
 namespace gmis {
 
@@ -55,10 +56,10 @@ class LightVertexGrid {
     const std::size_t bucket_count = std::size_t{mask_} + 1;
     const std::size_t part_count = chunk_count > 1 ? std::min<std::size_t>(256, bucket_count) : 1;
     const std::size_t part_size = bucket_count / part_count;  // both are powers of two
-    fit(starts_, bucket_count + 1);
-    fit(bucket_of_, count);
-    fit(order_, count);
-    fit(points_, count);
+    detail::fit(starts_, bucket_count + 1);
+    detail::fit(bucket_of_, count);
+    detail::fit(order_, count);
+    detail::fit(points_, count);
     part_ends_.assign(chunk_count * part_count + 1, 0);
     for_chunks([&](std::size_t chunk, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -200,16 +201,6 @@ class LightVertexGrid {
     std::size_t bucket_count = fewest_buckets;
     while (bucket_count < 2 * count) bucket_count *= 2;
     mask_ = static_cast<std::uint32_t>(bucket_count - 1);
-  }
-
-  /// Makes the vector hold `count` elements of any value. It never reserves more than was asked for.
-  template <class X>
-  static void fit(std::vector<X>& vector, std::size_t count) {
-    if (vector.capacity() < count) {
-      vector = {};
-      vector.reserve(count);
-    }
-    vector.resize(count);
   }
 
   [[nodiscard]] Vec3<T> cell_coordinates(const Vec3<T>& at) const noexcept {

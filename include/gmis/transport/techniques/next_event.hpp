@@ -27,7 +27,8 @@ struct NextEvent {
     const auto sample = choice.light->sample_next_event(point, Vec2<T>{u, v});
     if (!sample) return;
 
-    const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, sample->to_light, TransportMode::radiance);
+    const auto bsdf = evaluate_bsdf<Context::has_light_side>(vertex.hit.bsdf, vertex.to_prev, sample->to_light,
+                                                             TransportMode::radiance);
     if (is_black(bsdf.value)) return;
     const T cosine = scattering_cosine(point, vertex.to_prev, sample->to_light, TransportMode::radiance);
     const S value = vertex.throughput * bsdf.value * sample->weight * (cosine / choice.selection_probability);

@@ -132,7 +132,7 @@ class CameraSubpath {
           return;
         }
       source.at_vertex(number + 1);
-      const auto next = scatter(scattering, source);
+      const auto next = scatter<Context::has_light_side>(scattering, source);
       if (!next) return;
       if constexpr (walk == Walk::general) {
         if (context_.camera_stops() && !next->is_delta) return;

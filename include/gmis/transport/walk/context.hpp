@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "gmis/core/sobol_numbers.hpp"
 #include "gmis/transport/effects/path_filter.hpp"
 #include "gmis/transport/photons/light_vertex_cache.hpp"
 #include "gmis/transport/photons/light_vertex_grid.hpp"
@@ -41,6 +42,7 @@ struct IterationContext {
   PixelBounds crop;
   glm::ivec2 resolution;
   std::uint64_t seed;
+  Sampler sampler;
   std::uint32_t iteration;
   int max_depth;
   std::uint64_t tree_count;  ///< n_L

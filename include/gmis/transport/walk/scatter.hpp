@@ -69,14 +69,14 @@ struct ScatteringVertex {
 };
 
 /// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the subpath is
-/// terminated or the BSDF makes no sample.
-template <Bsdf B>
+/// terminated or the BSDF makes no sample. `needs_reverse`: reverse densities are read.
+template <bool needs_reverse = true, Bsdf B>
 [[nodiscard, gnu::always_inline]] inline std::optional<Step<typename B::Spectrum>> scatter(
     const ScatteringVertex<B>& at, UniformSource auto& source) {
   using T = ScalarOf<typename B::Spectrum>;
   const auto [u_survival, u_lobe, u, v] = uniforms<T, 4>(source);
   if (u_survival >= at.survival) return std::nullopt;
-  const auto sample = at.bsdf.sample(at.to_prev, u_lobe, Vec2<T>{u, v}, at.mode);
+  const auto sample = sample_bsdf<needs_reverse>(at.bsdf, at.to_prev, u_lobe, Vec2<T>{u, v}, at.mode);
   if (!sample) return std::nullopt;
 
   const SurfacePoint<T>& point = at.point;
