@@ -73,7 +73,7 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   // Nothing is to be merged where no surface makes photons.
   if (is_local && plan[Technique::merge].makes.is_empty()) counts.merges = false;
   counts.local_merges = is_local && counts.merges;
-  if (counts.local_merges && !request.settings.radius) counts.radius_factor = local_radius_factor;
+  if (counts.local_merges && !request.settings.radius) counts.radius_factor = integrators::vcm_local.radius_factor;
   if (counts.traces_light()) counts.light_paths = options.light_paths.value_or(1.0);
   if (counts.connections != 0 && options.connections) counts.connections = *options.connections;
   if (options.integrator == IntegratorChoice::gmis) counts.camera_children = options.camera_split;

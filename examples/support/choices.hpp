@@ -12,10 +12,6 @@
 
 namespace gmis::tools {
 
-/// The factor on the merging radius with local counts, unless a radius was asked for: fewer photons are merged, and each
-/// over a larger disk.
-inline constexpr double local_radius_factor = 8.0;
-
 /// By the scene's effects, the depth of paths, the classes that are wanted and whether merging has a local count.
 [[nodiscard]] Plan plan_for_scene(const BuiltScene& scene, const RenderSettings& settings);
 

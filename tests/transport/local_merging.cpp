@@ -99,8 +99,8 @@ Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, int iteration
 }
 
 constexpr gmis::SampleCounts local_vcm = [] {
-  gmis::SampleCounts counts = gmis::integrators::vcm;
-  counts.local_merges = true;
+  gmis::SampleCounts counts = gmis::integrators::vcm_local;
+  counts.radius_factor = 1.0;
   return counts;
 }();
 

@@ -11,6 +11,15 @@ namespace gmis::integrators {
 /// Vertex connection and merging: all techniques [Georgiev et al. 2012]. Together with `RenderSettings::light_split` it
 /// is the GMIS path sampler [Liu, Algorithm 1].
 inline constexpr SampleCounts vcm{};
+/// `vcm` with a local count of merging: photons are the light vertices made from a surface with a narrow lobe, where other
+/// techniques seldom find the path; the merging disk is 64 times as large (docs/weights.md). In a scene without narrow
+/// lobes it is `bpt`.
+inline constexpr SampleCounts vcm_local = [] {
+  SampleCounts counts = vcm;
+  counts.local_merges = true;
+  counts.radius_factor = 8.0;
+  return counts;
+}();
 /// Path tracing with next-event estimation.
 inline constexpr SampleCounts pt =
     vcm.only([](Technique t) { return t == Technique::emitter_hit || t == Technique::next_event; });
