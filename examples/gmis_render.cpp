@@ -91,7 +91,7 @@ std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem:
 void print_summary(const RenderResult& result, const RenderRequest& request, const gmis::Plan& plan,
                    const std::vector<std::filesystem::path>& written, const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
-              result.stopped_by.c_str(), result.estimate.mean);
+              gmis::name_of(result.stopped_by), result.estimate.mean);
   if (result.error && result.error->relative_error > 0) {
     std::printf(", relative error %.4f", result.error->relative_error);
     if (result.error->is_calibrated())
@@ -183,17 +183,18 @@ int run(Options options) {
   if (plan.classes.is_empty() && !request.budget.iterations && !request.budget.seconds) request.budget.iterations = 1;
 
   WriteFailures failures;
-  request.interrupted = &interrupt_flag();
-  request.reference = reference ? &*reference : nullptr;
+  request.interrupt = &interrupt_flag();
+  if (reference) request.reference = reference->rgb;
   request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty();
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
-  request.on_picture = [&](const Image& image) {
+  request.on_picture = [&](const gmis::Picture& picture) {
+    const Image image = image_of(picture);
     WriteFailures on_the_way;  // what counts is the last picture
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output); });
   };
   ProgressBar bar(request, !options.quiet);
-  if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
+  if (bar.is_shown()) request.on_iteration = [&](const gmis::RunState& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);
   bar.finish();
   if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
@@ -220,9 +221,8 @@ int run(Options options) {
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());
-  const bool is_trustworthy = !request.rejection_limit.is_exceeded(result.counters);
-  if (!is_trustworthy) print_distrust(result, request.rejection_limit.share);
-  return failures.first().empty() && is_trustworthy ? done : failed;
+  if (!result.is_trustworthy) print_distrust(result, request.rejection_limit.share);
+  return failures.first().empty() && result.is_trustworthy ? done : failed;
 }
 
 }  // namespace
