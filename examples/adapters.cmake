@@ -10,3 +10,4 @@ function(gmis_add_example name)
 endfunction()
 
 gmis_add_example(render_a_scene render_a_scene.cpp)
+gmis_add_example(bring_your_own bring_your_own/main.cpp)

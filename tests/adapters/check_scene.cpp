@@ -1,9 +1,13 @@
 #include "gmis/check/check_scene.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "adapters/broken_scene.hpp"
+#include "bring_your_own/adapter.hpp"
+#include "bring_your_own/world.hpp"
+#include "gmis/core/check.hpp"
 #include "gmis/scene/scene_builder.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -145,6 +149,23 @@ TEST_CASE("the same mistakes in double precision") {
   }
 }
 
+TEST_CASE("the same mistakes in the adapter of a renderer of another style") {
+  const theirs::World world = theirs::make_world(64, 48);
+  const adapter::Scene scene(world);
+  CHECK(check_scene(scene, settings()).text() == "");
+  CHECK(check_scene(BrokenScene(scene, Mistake::none), settings()).text() == "");
+  // It has no delta light, no infinite light, and a distance of its own that keeps rays off surfaces.
+  const std::vector<Mistake> impossible{Mistake::no_offset, Mistake::infinite_lights_empty, Mistake::delta_density_zero,
+                                        Mistake::delta_light_falls_linearly, Mistake::disk_area_halved};
+  for (const Planted& one : planted) {
+    if (std::find(impossible.begin(), impossible.end(), one.mistake) != impossible.end()) continue;
+    const gmis::Findings findings = check_scene(BrokenScene(scene, one.mistake), settings());
+    INFO("mistake " << static_cast<int>(one.mistake) << ", wanted: " << sentence_of(one.wanted));
+    INFO("said:\n" << findings.text());
+    CHECK(findings.is_broken(one.wanted));
+  }
+}
+
 TEST_CASE("every convention has a sentence of its own") {
   for (std::size_t i = 0; i < gmis::convention_count; ++i) {
     const auto sentence = sentence_of(static_cast<Convention>(i));
@@ -159,4 +180,39 @@ TEST_CASE("every convention has a sentence of its own") {
   CHECK(findings.text().find("t_max [6 of 103 cases]") != std::string::npos);
   findings.judge(Convention::bsdf_energy, true);
   CHECK(findings.broken().size() == 1);
+}
+
+TEST_CASE("a BSDF that is made for one to_prev is checked with the to_prev of each ray") {
+  // Cosine-weighted reflection around the normal on the side of `to_prev`, which the BSDF has stored.
+  struct OneSided {
+    using Spectrum = float;
+    gmis::Vec3<float> normal;
+    [[nodiscard]] gmis::BsdfValue<float> evaluate(const gmis::Vec3<float>& to_prev, const gmis::Vec3<float>& to_next,
+                                                  gmis::TransportMode) const {
+      const float prev = glm::dot(to_prev, normal), next = glm::dot(to_next, normal);
+      if (next <= 0) return {};
+      return {0.5F / gmis::pi<float>, {{next / gmis::pi<float>}, {std::abs(prev) / gmis::pi<float>}}};
+    }
+    [[nodiscard]] std::optional<gmis::ScatterSample<float>> sample(const gmis::Vec3<float>& to_prev, float,
+                                                                   const gmis::Vec2<float>& uv,
+                                                                   gmis::TransportMode mode) const {
+      const auto to_next = gmis::Frame<float>::around(normal).to_world(gmis::square_to_cosine_hemisphere(uv));
+      const auto f = evaluate(to_prev, to_next, mode);
+      if (!(f.pdf.forward.value > 0)) return std::nullopt;
+      return gmis::ScatterSample<float>{to_next, 0.5F, f.pdf, false, 1.0F};
+    }
+    [[nodiscard]] bool is_purely_delta() const { return false; }
+    [[nodiscard]] float albedo() const { return 0.5F; }
+  };
+  using V = gmis::Vec3<float>;
+  const V up(0, 0, 1), to_prev = glm::normalize(V(0.3F, 0.2F, -0.7F));
+  const auto bsdf_for = [&](const V& from) { return OneSided{glm::dot(from, up) > 0 ? up : -up}; };
+  gmis::CheckSettings few;
+  few.samples = 20'000;
+  few.bins = 100;
+  gmis::Philox source(gmis_test::seed(6));
+  const gmis::BsdfCheck check = gmis::check_bsdf(bsdf_for, up, to_prev, source, few);
+  CHECK(check.passes(1e-6));
+  // Stored once, for another side, the same BSDF is no BSDF of this point.
+  CHECK_FALSE(gmis::check_bsdf(OneSided{up}, up, to_prev, source, few).reverse_error < 1e-3);
 }
