@@ -18,7 +18,6 @@
 /// version 4, behind RTC_VERSION_MAJOR, were not.
 
 namespace embree {
-
 #if RTC_VERSION_MAJOR >= 4
 inline constexpr auto find_nearest = [](RTCScene in, RTCRayHit& ray) { rtcIntersect1(in, &ray, nullptr); };
 inline constexpr auto find_any = [](RTCScene in, RTCRay& ray) { rtcOccluded1(in, &ray, nullptr); };

@@ -30,7 +30,7 @@ struct SceneCheckSettings {
 /// Samples a scene of one's own and names the conventions that it breaks. It finds mistakes that compile, such as a
 /// density per area in place of one per steradian; most of them change the picture only where techniques are combined.
 ///
-/// Call it once, from a test or at the start of a program while the adapter is written; it takes about a second. What it
+/// Call it once, from a test or at the start of a program while the adapter is written; it takes a fraction of a second. What it
 /// finds is certain but for rounding and `level`. What it does not find may still be wrong: it sees only what subpaths
 /// from the camera and from the lights meet, and nothing of the renderer's own picture.
 template <Scene Sc>
