@@ -80,9 +80,20 @@ class TechniqueSums {
     return result;
   }
 
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(sums_);
+  }
+
  private:
   struct Sums {
     std::vector<double> weighted, unweighted;
+
+    template <class Archive>
+    void exchange_state(Archive& archive) {
+      archive(weighted, unweighted);
+    }
   };
 
   detail::CropSums crop_;
@@ -128,6 +139,12 @@ class ClassSums {
         result.classes.push_back({static_cast<PathClass>(i), crop_.mean_of(sums_[i], iterations), work_[i].total(),
                                   share(costs.classes[i])});
     return result;
+  }
+
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(sums_, work_);
   }
 
  private:

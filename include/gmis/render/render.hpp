@@ -9,12 +9,17 @@
 #include <ctime>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
+#include "gmis/core/state_archive.hpp"
 #include "gmis/render/contribution_sums.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
+#include "gmis/render/run_identity.hpp"
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/transport/render_engine.hpp"
@@ -71,15 +76,15 @@ class Render {
   using Engine = RenderEngine<Sc, Source>;
 
   Render(const Sc& scene, RenderRequest request)
-      : request_(std::move(request)),
+      : scene_(scene),
+        request_(std::move(request)),
         resolution_(scene.camera().resolution()),
         crop_(clipped(request_.crop, resolution_)),
         film_(crop_.upper - crop_.lower),
         techniques_(resolution_, crop_),
         classes_(resolution_, crop_) {
     const detail::RunTimer timer(state_.seconds, cpu_seconds_);
-    engine_.emplace(scene, request_.settings, request_.candidates, request_.expected_iterations, request_.crop);
-    engine_->keep_contributions(request_.techniques || request_.class_pictures);
+    make_engine();
     if (request_.halves) halves_.assign(2, Film<S>(film_.resolution()));
     if (request_.intervals || request_.budget.relative_error) batches_.emplace(film_.resolution());
   }
@@ -136,6 +141,46 @@ class Render {
     update_error();
     if (log_.is_due(state_.iterations)) add_to_log();
     return true;
+  }
+
+  /// The state after the latest iteration, from which the same program can go on (`resume`). To be written to a file
+  /// that replaces the one before it.
+  [[nodiscard]] std::vector<std::byte> checkpoint() {
+    StateWriter state;
+    state(request_.expected_iterations);
+    exchange_state(state);
+    const std::vector<std::byte>& bytes = state.bytes();
+    std::string format{checkpoint_format};
+    RunIdentity identity = identity_of_this();
+    std::uint64_t digest = digest_of(bytes), size = bytes.size();
+    StateWriter whole;
+    whole(format, identity, digest, size);
+    std::vector<std::byte> result = whole.bytes();
+    result.insert(result.end(), bytes.begin(), bytes.end());
+    return result;
+  }
+
+  /// Goes on from a checkpoint of a run with the same scene and request; limits, threads and callbacks may differ. The
+  /// pictures then have the bits of a run that was never interrupted. Throws `std::invalid_argument` that says what
+  /// differs, or that the bytes are damaged; this rendering is then unchanged. Call it before the first iteration.
+  void resume(std::span<const std::byte> bytes) {
+    StateReader header(bytes);
+    std::string format;
+    RunIdentity identity;
+    std::uint64_t digest = 0, size = 0;
+    header(format);
+    if (header.is_broken() || format != checkpoint_format) refuse("this is no checkpoint of this version");
+    header(identity, digest, size);
+    if (header.is_broken()) refuse("the checkpoint is cut short");
+    if (const std::string difference = identity.difference_to(identity_of_this()); !difference.empty())
+      refuse("the checkpoint is of another run: " + difference);
+    if (size != header.left().size()) refuse("the checkpoint is cut short or longer than it says");
+    if (digest != digest_of(header.left())) refuse("the checkpoint is damaged: its digest differs");
+    StateReader state(header.left());
+    state(request_.expected_iterations);  // the choice of a pilot depends on it
+    make_engine();
+    exchange_state(state);
+    if (state.is_broken() || !state.is_at_end()) refuse("the checkpoint is damaged");
   }
 
   /// Adds the latest iteration to the convergence log unless it is there.
@@ -206,6 +251,25 @@ class Render {
   }
 
  private:
+  static constexpr std::string_view checkpoint_format = "gmis checkpoint 1\n";
+
+  [[noreturn]] static void refuse(const std::string& message) { reject_argument(message.c_str()); }
+  [[nodiscard]] RunIdentity identity_of_this() const {
+    return identity_of(request_, resolution_, Film<S>::channel_count, sizeof(ScalarOf<S>));
+  }
+  void make_engine() {
+    engine_.emplace(scene_, request_.settings, request_.candidates, request_.expected_iterations, request_.crop);
+    engine_->keep_contributions(request_.techniques || request_.class_pictures);
+  }
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(*engine_, film_, techniques_, classes_, log_, state_, cpu_seconds_, latest_error_, estimated_after_,
+            next_estimate_, counters_, light_work_, rejected_paths_, phases_, film_seconds_);
+    // The request, which is the same, says whether these are there.
+    if (batches_) archive(*batches_);
+    for (Film<S>& half : halves_) archive(half);
+  }
+
   [[nodiscard]] static PixelBounds clipped(const std::optional<PixelBounds>& crop, glm::ivec2 resolution) {
     PixelBounds part = crop.value_or(PixelBounds{{0, 0}, resolution});
     part.lower = glm::clamp(part.lower, glm::ivec2(0), glm::max(resolution, glm::ivec2(0)));
@@ -272,6 +336,7 @@ class Render {
     if (request_.on_log) request_.on_log(log_.points().back());
   }
 
+  const Sc& scene_;
   RenderRequest request_;
   glm::ivec2 resolution_;
   PixelBounds crop_;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "gmis/render/picture.hpp"
@@ -27,6 +28,9 @@ struct RenderRequest {
   Budget budget;                   ///< its first limit that is met ends the run, after at least 1 iteration
   RejectionLimit rejection_limit;  ///< a run that surely exceeds it ends
   const std::atomic<bool>* interrupt = nullptr;  ///< set to true from anywhere, it ends the run
+
+  /// Identifies the scene in checkpoints, for example by a digest of its files.
+  std::string scene_name;
 
   // Kept on request, because each costs memory and time.
   bool intervals = false;       ///< batches of iterations, for the error and its interval; implied by an error budget

@@ -57,6 +57,12 @@ class BatchMeans {
   [[nodiscard]] std::uint64_t unfinished_iterations() const noexcept { return current_iterations_; }
   [[nodiscard]] std::span<const double> unfinished() const noexcept { return current_; }
 
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(iterations_, length_, current_iterations_, current_, batches_);
+  }
+
  private:
   void join_neighbours() {
     for (std::size_t b = 0; b < capacity / 2; ++b) {

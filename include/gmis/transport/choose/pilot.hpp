@@ -115,6 +115,13 @@ class RenderPilot {
     return all;
   }
 
+  /// The state for a later run (`core/state_archive.hpp`), between two iterations.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(engine_, first_, earlier_, earlier_iterations_, work_, variance_, within_, biases_, missing_, pixels_taken_,
+            light_);
+  }
+
  private:
   /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts) {
@@ -153,6 +160,11 @@ class RenderPilot {
     // One value per analysed pixel and candidate: A, B, ∫ f²/D with the pairs of A, and W.
     std::vector<float> means, splats, second_moments, within;
     std::vector<double> tile_sums;  ///< sum of A + B, per tile and candidate
+
+    template <class Archive>
+    void exchange_state(Archive& archive) {
+      archive(picture, means, splats, second_moments, within, tile_sums);
+    }
   };
 
   /// Sums over tiles and pairs of iterations, for the squared bias of one candidate.
