@@ -1,11 +1,18 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <new>
+#include <span>
+#include <string>
+#include <vector>
 
+#include "gmis/core/state_archive.hpp"
 #include "support/choices.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
@@ -32,9 +39,11 @@ void check_outputs(const Options& options) {
   for (const auto& output : options.outputs) require_folder(output, "--out");
   require_folder(options.statistics_file, "--stats");
   require_folder(options.log_file, "--log");
+  require_folder(options.checkpoint_file, "--checkpoint");
   for (const auto& output : options.outputs) require_writable(output);
   if (!options.statistics_file.empty()) require_writable(options.statistics_file);
   if (!options.log_file.empty()) require_writable(options.log_file);
+  if (!options.checkpoint_file.empty()) require_writable(options.checkpoint_file);
   if (options.techniques_folder.empty()) return;
   std::error_code error;
   std::filesystem::create_directories(options.techniques_folder, error);
@@ -53,6 +62,27 @@ std::filesystem::path default_output(const BuiltScene& scene, bool is_quiet) {
   }
   require_writable(file);
   return file;
+}
+
+/// The bytes of a regular file.
+std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(file.string() + ": there is no such file, or it is no regular file");
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream || text.empty()) throw InputError(file.string() + ": this file cannot be read or is empty");
+  std::vector<std::byte> bytes(text.size());
+  std::memcpy(bytes.data(), text.data(), text.size());
+  return bytes;
+}
+
+/// The scene as checkpoints name it: its file's name, a digest of that file, and the size of what it describes.
+std::string scene_identity(const std::filesystem::path& file, const BuiltScene& scene) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(gmis::digest_of(bytes_of(file))));
+  return file.filename().string() + " (" + text + ", " + scene.summary() + ", half diagonal " +
+         std::to_string(scene.half_diagonal()) + ")";
 }
 
 /// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
@@ -185,7 +215,16 @@ int run(Options options) {
   WriteFailures failures;
   request.interrupt = &interrupt_flag();
   if (reference) request.reference = reference->rgb;
-  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty();
+  const bool is_kept = !options.checkpoint_file.empty() || !options.resume_file.empty();
+  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept;
+  if (is_kept) request.scene_name = scene_identity(find_scene(options.scene), scene);
+  if (!options.resume_file.empty()) request.resume = bytes_of(options.resume_file);
+  if (!options.checkpoint_file.empty())
+    request.on_checkpoint = [&](std::span<const std::byte> state) {
+      failures.attempt([&] {
+        write_whole(std::string(reinterpret_cast<const char*>(state.data()), state.size()), options.checkpoint_file);
+      });
+    };
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
   request.on_picture = [&](const gmis::Picture& picture) {

@@ -1,5 +1,8 @@
 #include "support/render.hpp"
 
+#include <stdexcept>
+#include <string>
+
 #include "support/progressive_render.hpp"
 
 namespace gmis::tools {
@@ -19,6 +22,11 @@ std::unique_ptr<SceneEngine> start(const BuiltScene& scene, const RenderRequest&
 
 RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
   ProgressiveRender rendering(scene, request);
+  if (!request.resume.empty()) try {
+      rendering.resume(request.resume);
+    } catch (const std::invalid_argument& error) {
+      throw InputError(std::string("--resume: ") + error.what());
+    }
   const gmis::RenderResult rendered = rendering.run(executor);
   RenderResult result{rendered, image_of(rendered.picture), image_of(rendered.half_a), image_of(rendered.half_b), {},
                       {}};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -18,6 +19,7 @@ namespace gmis::tools {
 struct RenderRequest : gmis::RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
   SplitChoice split = SplitChoice::budgeted;
+  std::vector<std::byte> resume;  ///< the checkpoint to go on from; empty: a new run
 };
 
 /// The part of the image that one technique makes.

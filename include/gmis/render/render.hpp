@@ -100,6 +100,7 @@ class Render {
     };
     stop_when(nullptr);
     double last_picture = state_.seconds;
+    std::optional<double> last_checkpoint;  // in seconds of the run
     std::optional<StopReason> reason;
     if (state_.iterations > 0) reason = reason_to_stop();
     while (!reason) {
@@ -112,6 +113,11 @@ class Render {
       if (!reason && request_.on_picture && state_.seconds - last_picture >= request_.seconds_between_pictures) {
         last_picture = state_.seconds;
         request_.on_picture(picture());
+      }
+      if (request_.on_checkpoint &&
+          (reason || !last_checkpoint || state_.seconds - *last_checkpoint >= request_.seconds_between_pictures)) {
+        last_checkpoint = state_.seconds;
+        request_.on_checkpoint(checkpoint());
       }
       stop_when(request_.interrupt);  // from now on there is a picture
     }

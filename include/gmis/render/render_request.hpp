@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -45,7 +46,9 @@ struct RenderRequest {
   std::function<void(const RunState&)> on_iteration;
   std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the convergence log
   std::function<void(const Picture&)> on_picture;       ///< with the picture so far, now and then
-  double seconds_between_pictures = 30.0;               ///< between calls of `on_picture`; 0: after every iteration
+  /// With the state of the run (`Render::checkpoint`): after the first iteration, now and then, and after the last one.
+  std::function<void(std::span<const std::byte>)> on_checkpoint;
+  double seconds_between_pictures = 30.0;  ///< and between checkpoints; 0: after every iteration
 };
 
 }  // namespace gmis
