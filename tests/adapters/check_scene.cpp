@@ -7,6 +7,7 @@
 #include "adapters/broken_scene.hpp"
 #include "bring_your_own/adapter.hpp"
 #include "bring_your_own/world.hpp"
+#include "gmis/check/explain.hpp"
 #include "gmis/core/check.hpp"
 #include "gmis/scene/scene_builder.hpp"
 #include "support/catch.hpp"
@@ -166,6 +167,18 @@ TEST_CASE("the same mistakes in the adapter of a renderer of another style") {
     INFO("said:\n" << findings.text());
     CHECK(findings.is_broken(one.wanted));
   }
+}
+
+TEST_CASE("what an adapter leaves out is listed, with what it costs") {
+  CHECK(explain(built_in_scene<float>()) == "");
+  const std::string furnace = explain(gmis_test::FurnaceScene<float>(0.7F, 1.0F, 16, 2));
+  CHECK(furnace.find("Scene::effects() is missing") != std::string::npos);
+  CHECK(furnace.find("BsdfWithLobes") == std::string::npos);
+  const theirs::World world = theirs::make_world(8, 6);
+  const std::string other = explain(adapter::Scene(world));
+  CHECK(other.find("effects()") == std::string::npos);
+  CHECK(other.find("BsdfWithLobes") != std::string::npos);
+  CHECK(other.find("is_glossy() is missing") != std::string::npos);
 }
 
 TEST_CASE("every convention has a sentence of its own") {
