@@ -1,11 +1,18 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <new>
+#include <span>
+#include <string>
+#include <vector>
 
+#include "gmis/core/state_archive.hpp"
 #include "support/choices.hpp"
 #include "support/instruction_set.hpp"
 #include "support/plan_text.hpp"
@@ -33,9 +40,11 @@ void check_outputs(const Options& options) {
   for (const auto& output : options.outputs) require_folder(output, "--out");
   require_folder(options.statistics_file, "--stats");
   require_folder(options.log_file, "--log");
+  require_folder(options.checkpoint_file, "--checkpoint");
   for (const auto& output : options.outputs) require_writable(output);
   if (!options.statistics_file.empty()) require_writable(options.statistics_file);
   if (!options.log_file.empty()) require_writable(options.log_file);
+  if (!options.checkpoint_file.empty()) require_writable(options.checkpoint_file);
   if (options.techniques_folder.empty()) return;
   std::error_code error;
   std::filesystem::create_directories(options.techniques_folder, error);
@@ -54,6 +63,27 @@ std::filesystem::path default_output(const BuiltScene& scene, bool is_quiet) {
   }
   require_writable(file);
   return file;
+}
+
+/// The bytes of a regular file.
+std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(file.string() + ": there is no such file, or it is no regular file");
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream || text.empty()) throw InputError(file.string() + ": this file cannot be read or is empty");
+  std::vector<std::byte> bytes(text.size());
+  std::memcpy(bytes.data(), text.data(), text.size());
+  return bytes;
+}
+
+/// The scene as checkpoints name it: its file's name, a digest of that file, and the size of what it describes.
+std::string scene_identity(const std::filesystem::path& file, const BuiltScene& scene) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(gmis::digest_of(bytes_of(file))));
+  return file.filename().string() + " (" + text + ", " + scene.summary() + ", half diagonal " +
+         std::to_string(scene.half_diagonal()) + ")";
 }
 
 /// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
@@ -92,7 +122,7 @@ std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem:
 void print_summary(const RenderResult& result, const RenderRequest& request, const gmis::Plan& plan,
                    const std::vector<std::filesystem::path>& written, const std::optional<gmis::ImageError>& error) {
   std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
-              result.stopped_by.c_str(), result.estimate.mean);
+              gmis::name_of(result.stopped_by), result.estimate.mean);
   if (result.error && result.error->relative_error > 0) {
     std::printf(", relative error %.4f", result.error->relative_error);
     if (result.error->is_calibrated())
@@ -184,17 +214,27 @@ int run(Options options) {
   if (plan.classes.is_empty() && !request.budget.iterations && !request.budget.seconds) request.budget.iterations = 1;
 
   WriteFailures failures;
-  request.interrupted = &interrupt_flag();
-  request.reference = reference ? &*reference : nullptr;
-  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty();
+  request.interrupt = &interrupt_flag();
+  if (reference) request.reference = reference->rgb;
+  const bool is_kept = !options.checkpoint_file.empty() || !options.resume_file.empty();
+  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept;
+  if (is_kept) request.scene_name = scene_identity(find_scene(options.scene), scene);
+  if (!options.resume_file.empty()) request.resume = bytes_of(options.resume_file);
+  if (!options.checkpoint_file.empty())
+    request.on_checkpoint = [&](std::span<const std::byte> state) {
+      failures.attempt([&] {
+        write_whole(std::string(reinterpret_cast<const char*>(state.data()), state.size()), options.checkpoint_file);
+      });
+    };
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
-  request.on_picture = [&](const Image& image) {
+  request.on_picture = [&](const gmis::Picture& picture) {
+    const Image image = image_of(picture);
     WriteFailures on_the_way;  // what counts is the last picture
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output); });
   };
   ProgressBar bar(request, !options.quiet);
-  if (bar.is_shown()) request.on_iteration = [&](const Progress& progress) { bar.show(progress); };
+  if (bar.is_shown()) request.on_iteration = [&](const gmis::RunState& progress) { bar.show(progress); };
   const RenderResult result = render(scene, request, executor);
   bar.finish();
   if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
@@ -221,9 +261,8 @@ int run(Options options) {
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());
-  const bool is_trustworthy = !request.rejection_limit.is_exceeded(result.counters);
-  if (!is_trustworthy) print_distrust(result, request.rejection_limit.share);
-  return failures.first().empty() && is_trustworthy ? done : failed;
+  if (!result.is_trustworthy) print_distrust(result, request.rejection_limit.share);
+  return failures.first().empty() && result.is_trustworthy ? done : failed;
 }
 
 }  // namespace

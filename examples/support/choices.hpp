@@ -1,9 +1,6 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "gmis/transport/effects/plan.hpp"
+#include "gmis/render/automatic_request.hpp"
 #include "support/render.hpp"
 
 /// \file
@@ -17,22 +14,6 @@ namespace gmis::tools {
 
 /// The counts of an integrator; those of `auto` are all techniques of the plan, each once.
 [[nodiscard]] SampleCounts counts_of(IntegratorChoice integrator, const Plan& plan);
-
-/// The counts that are left open: what a pilot may choose.
-struct OpenCounts {
-  bool light_paths = false, connections = false, camera_children = false;
-  bool radius = false;      ///< the factor on the merging radius
-  bool techniques = false;  ///< the plan's techniques may be left out where others make the same classes
-};
-
-/// Counts to choose from. Every candidate makes some paths of each class that the plan's techniques make. Only one when
-/// nothing is open.
-[[nodiscard]] std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& counts, OpenCounts open);
-
-/// The expected number of iterations of a budget, before anything was rendered: the number that it names, at most as many
-/// as fit in its time by the nominal speed of each thread (no clock is read); 64 where it has neither. `pixels`: of the
-/// crop.
-[[nodiscard]] std::uint32_t expected_iterations(const Budget& budget, std::size_t pixels, int threads);
 
 /// Sets the counts of `request` and the candidates that it chooses from, by what its integrator and split policy mean in
 /// this scene. `options` say which counts were asked for by number.

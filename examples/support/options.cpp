@@ -140,8 +140,12 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->allow_extra_args(false);
   app.add_option("--stats", options.statistics_file, "Write what was done and how long it took, as JSON");
   app.add_option("--log", options.log_file, "Write how the error fell with time, as CSV, while it does");
+  app.add_option("--checkpoint", options.checkpoint_file,
+                 "Keep the state of the run in this file, so that --resume can go on from it");
+  app.add_option("--resume", options.resume_file,
+                 "Go on from this checkpoint of a run with the same scene and options");
   app.add_option("--write-every", options.write_every,
-                 "Keep the picture on disk current: write it after so many seconds again (30)");
+                 "Keep picture and checkpoint on disk current: write them after so many seconds again (30)");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");

@@ -63,7 +63,8 @@ struct Options {
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;
   std::filesystem::path log_file;
-  double write_every = 30;  ///< seconds between pictures on disk while the run goes on
+  std::filesystem::path checkpoint_file, resume_file;
+  double write_every = 30;  ///< seconds between pictures and checkpoints on disk while the run goes on
   std::filesystem::path reference_file;
   bool explain = false;
   bool quiet = false;

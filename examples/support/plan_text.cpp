@@ -57,22 +57,6 @@ std::string text_of(PathClassSet classes) {
   return text.empty() ? "none" : text;
 }
 
-PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts) {
-  const PathClassSet lacking = PathClassSet::where([&](const PathFeatures& f) {
-    for (const bool is_delta : {false, true}) {
-      if (!(is_delta ? plan.effects.has_delta_lights() && f.scatterings > 0 : plan.effects.has_extended_lights()))
-        continue;
-      bool is_made = false;
-      for (const TechniquePlan& technique : plan.techniques)
-        is_made = is_made || (counts.has(technique.technique) &&
-                              makes_some(technique.technique, f, is_delta, counts.local_merges));
-      if (!is_made) return true;
-    }
-    return false;
-  });
-  return lacking & plan.classes;
-}
-
 std::string explain_plan(const RenderRequest& request, const Plan& plan) {
   std::ostringstream text;
   text << "effects     " << text_of(plan.effects) << "\n";

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "gmis/render/automatic_request.hpp"
 #include "gmis/result/price.hpp"
-#include "gmis/transport/effects/plan.hpp"
 #include "support/render.hpp"
 
 /// \file
@@ -19,9 +19,6 @@ namespace gmis::tools {
 [[nodiscard]] std::string text_of(const Effects& effects);
 /// The names of the classes, with spaces between.
 [[nodiscard]] std::string text_of(PathClassSet classes);
-
-/// The classes that carry light and are rendered, of which no technique of these counts makes all paths that there may be.
-[[nodiscard]] PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts);
 
 /// Lines of --explain: effects, classes, and each technique with on or off and why.
 [[nodiscard]] std::string explain_plan(const RenderRequest& request, const Plan& plan);

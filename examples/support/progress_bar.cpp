@@ -14,7 +14,7 @@ ProgressBar::ProgressBar(const RenderRequest& goal, bool is_wanted)
       relative_error_(goal.budget.relative_error),
       is_shown_(is_wanted && isatty(STDERR_FILENO) == 1) {}
 
-double ProgressBar::fraction_done(const Progress& progress) const {
+double ProgressBar::fraction_done(const RunState& progress) const {
   double fraction = 0;
   if (iterations_) fraction = std::max(fraction, static_cast<double>(progress.iterations) / *iterations_);
   if (seconds_) fraction = std::max(fraction, progress.seconds / *seconds_);
@@ -26,7 +26,7 @@ double ProgressBar::fraction_done(const Progress& progress) const {
   return std::clamp(fraction, 0.0, 1.0);
 }
 
-void ProgressBar::show(const Progress& progress) {
+void ProgressBar::show(const RunState& progress) {
   constexpr double seconds_between = 0.1;
   if (!is_shown_ || (has_drawn_ && progress.seconds - last_drawn_ < seconds_between)) return;
   has_drawn_ = true;

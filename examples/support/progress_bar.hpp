@@ -13,12 +13,12 @@ class ProgressBar {
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   [[nodiscard]] bool is_shown() const { return is_shown_; }
-  void show(const Progress& progress);
+  void show(const RunState& progress);
   /// Clears the line.
   void finish();
 
  private:
-  [[nodiscard]] double fraction_done(const Progress& progress) const;
+  [[nodiscard]] double fraction_done(const RunState& progress) const;
 
   std::optional<std::uint32_t> iterations_;
   std::optional<double> seconds_, relative_error_;

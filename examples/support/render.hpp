@@ -1,20 +1,12 @@
 #pragma once
 
-#include <atomic>
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "gmis/result/budget.hpp"
-#include "gmis/result/convergence_log.hpp"
-#include "gmis/result/counters.hpp"
-#include "gmis/result/error_estimate.hpp"
-#include "gmis/result/film.hpp"
-#include "gmis/result/price.hpp"
-#include "gmis/result/rejection_limit.hpp"
+#include "gmis/render/render_request.hpp"
+#include "gmis/render/render_result.hpp"
 #include "support/build_scene.hpp"
 #include "support/executor.hpp"
 #include "support/image/image.hpp"
@@ -23,31 +15,11 @@
 
 namespace gmis::tools {
 
-/// How far a rendering is; seconds are wall time.
-using Progress = RunState;
-
-struct RenderRequest {
+/// A request, and the names on the command line that it comes from.
+struct RenderRequest : gmis::RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
   SplitChoice split = SplitChoice::local;
-  RenderSettings settings;
-  std::vector<SampleCounts> candidates;   ///< to choose the counts from; with fewer than two nothing is chosen
-  std::uint32_t expected_iterations = 0;  ///< that the choice is made for
-  std::optional<PixelBounds> crop;
-  // Stops at the first one met; at least one iteration is done.
-  Budget budget;                   ///< in wall time
-  RejectionLimit rejection_limit;  ///< past it by more than chance the run stops
-  const std::atomic<bool>* interrupted = nullptr;
-  bool halves = false;
-  bool techniques = false;
-  bool class_images = false;         ///< with `settings.path_classes`
-  bool intervals = false;            ///< keeps batches, for the error and its interval
-  const Image* reference = nullptr;  ///< of the crop's size, for the log
-  std::function<void(const Progress&)> on_iteration;
-  std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the log
-  /// While the run goes on, with the picture so far, whenever so many seconds have passed since it began or since the last
-  /// time; with 0 after every iteration.
-  std::function<void(const Image&)> on_picture;
-  double seconds_between_pictures = 30;
+  std::vector<std::byte> resume;  ///< the checkpoint to go on from; empty: a new run
 };
 
 /// The part of the image that one technique makes.
@@ -70,26 +42,15 @@ struct PathClassResult {
   double unattributed_cost = 0;  ///< share of operations that nothing came of
 };
 
-struct RenderResult {
+/// `gmis::RenderResult` with images that can be written to files.
+struct RenderResult : RenderSummary {
   Image image;
   Image half_a, half_b;  ///< means of the odd and of the even iterations, when asked for
   std::vector<TechniqueImage> techniques;
   PathClassResult classes;
-  ImageEstimate estimate;
-  std::optional<ErrorEstimate> error;  ///< when asked for, from the second iteration on
-  std::optional<PriceTable> prices;    ///< of the usual errors, then of half the last one, when the log knows enough
-  Counters counters;
-  std::vector<RejectedPath> rejected_paths;  ///< the first of them
-  SampleCounts counts;                       ///< that the last iteration was made with
-  std::optional<Choice> choice;              ///< how they were chosen
-  double radius = 0;                         ///< of merging in the first iteration, in scene units; 0: nothing merges
-  PhaseSeconds phases;
-  double wall_seconds = 0;
-  double cpu_seconds = 0;
-  std::uint32_t iterations = 0;
-  std::string stopped_by;
-  std::size_t photon_bytes = 0;
 };
+
+[[nodiscard]] Image image_of(const Picture& picture);
 
 /// Renders on the threads of `executor`, until the budget is met.
 [[nodiscard]] RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor);

@@ -57,7 +57,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.rejection_limit = {options.max_rejected};
   request.halves = options.halves;
   request.techniques = !options.techniques_folder.empty();
-  request.class_images = options.class_images;
+  request.class_pictures = options.class_images;
   request.settings.path_classes = options.path_classes;
   if (options.class_images && !options.path_classes) request.settings.path_classes = PathClassSet::all();
   if (options.crop) {

@@ -201,7 +201,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["seed"] = options.seed;
   json["threads"] = facts.threads;
   json["iterations"] = result.iterations;
-  json["stopped_by"] = result.stopped_by;
+  json["stopped_by"] = gmis::name_of(result.stopped_by);
   json["image_hash"] = image_hash(result.image);
   json["seconds"] = {{"wall", result.wall_seconds},
                      {"cpu", result.cpu_seconds},

@@ -145,7 +145,7 @@ TEST_CASE("Every contribution is of the class that a walk along its path finds")
   const auto scene = make_scene();
   RenderRequest request;
   request.integrator = IntegratorChoice::vcm;
-  request.class_images = true;
+  request.class_pictures = true;
   request.settings.path_classes = gmis::PathClassSet::all();
   request.settings.max_depth = 7;
   request.settings.radius = 0.2;

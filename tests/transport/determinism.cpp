@@ -1,8 +1,7 @@
-#include <atomic>
 #include <cstring>
-#include <thread>
 #include <vector>
 
+#include "gmis/render/thread_executor.hpp"
 #include "gmis/transport/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -10,25 +9,6 @@
 #include "transport/ways.hpp"
 
 namespace {
-
-/// Chunks are taken by whichever thread is free, so their order differs from run to run.
-class ThreadExecutor {
- public:
-  explicit ThreadExecutor(unsigned threads) : threads_(threads) {}
-  template <class Work>
-  void parallel_for(std::size_t count, Work&& work) {
-    std::atomic<std::size_t> next{0};
-    std::vector<std::thread> threads;
-    for (unsigned t = 0; t < threads_; ++t)
-      threads.emplace_back([&] {
-        for (std::size_t i = next++; i < count; i = next++) work(i);
-      });
-    for (std::thread& thread : threads) thread.join();
-  }
-
- private:
-  unsigned threads_;
-};
 
 /// Connections draw from the cache of all trees.
 gmis::RenderSettings settings() {
@@ -40,10 +20,10 @@ gmis::RenderSettings settings() {
 }
 
 template <class I>
-std::vector<float> frame_with(unsigned threads, const gmis::RenderSettings& render_settings, int iterations) {
+std::vector<float> frame_with(int threads, const gmis::RenderSettings& render_settings, int iterations) {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
   typename I::template Engine<gmis_test::FurnaceScene<float>> engine(scene, I::settings(render_settings));
-  ThreadExecutor executor(threads);
+  gmis::ThreadExecutor executor(threads);
   for (int i = 0; i < iterations; ++i) engine.iterate(executor);
   return {engine.frame().begin(), engine.frame().end()};
 }
@@ -51,7 +31,7 @@ std::vector<float> frame_with(unsigned threads, const gmis::RenderSettings& rend
 template <class I>
 void check_threads(const gmis::RenderSettings& render_settings = settings(), int iterations = 2) {
   const auto one = frame_with<I>(1, render_settings, iterations);
-  for (const unsigned threads : {2U, 7U, 16U}) {
+  for (const int threads : {2, 7, 16}) {
     const auto many = frame_with<I>(threads, render_settings, iterations);
     CAPTURE(threads);
     CHECK(std::memcmp(one.data(), many.data(), one.size() * sizeof(float)) == 0);
@@ -94,10 +74,10 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
     check_threads<Gmis>();
   }
   SECTION("a pilot and the counts that it chooses") {
-    const auto frames_with = [](unsigned threads) {
+    const auto frames_with = [](int threads) {
       const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
       gmis::RenderEngine<gmis_test::FurnaceScene<float>> engine(scene, settings(), gmis::all_candidates(), 64);
-      ThreadExecutor executor(threads);
+      gmis::ThreadExecutor executor(threads);
       std::vector<float> frames;
       for (int i = 0; i < 4; ++i) {
         engine.iterate(executor);
@@ -106,7 +86,7 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
       return frames;
     };
     const auto one = frames_with(1);
-    for (const unsigned threads : {2U, 7U}) {
+    for (const int threads : {2, 7}) {
       const auto many = frames_with(threads);
       CAPTURE(threads);
       CHECK(std::memcmp(one.data(), many.data(), one.size() * sizeof(float)) == 0);
@@ -116,14 +96,14 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
 
 TEST_CASE("a pilot forecasts the same for any number of threads") {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 24, 2);
-  const auto forecasts_with = [&](unsigned threads) {
+  const auto forecasts_with = [&](int threads) {
     gmis::RenderPilot<gmis_test::FurnaceScene<float>> pilot(scene, settings(), gmis::all_candidates(), 8);
-    ThreadExecutor executor(threads);
+    gmis::ThreadExecutor executor(threads);
     for (int i = 0; i < 2; ++i) pilot.iterate(executor);
     return pilot.forecasts();
   };
   const auto one = forecasts_with(1);
-  for (const unsigned threads : {2U, 7U}) {
+  for (const int threads : {2, 7}) {
     const auto many = forecasts_with(threads);
     CAPTURE(threads);
     REQUIRE(many.size() == one.size());

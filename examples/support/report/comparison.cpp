@@ -108,13 +108,14 @@ Image estimated_pixel_error(const Film<SceneSpectrum>& film) {
 
 /// One integrator with one seed, on its way.
 struct Runner {
-  Runner(const BuiltScene& scene, RenderRequest render_request, ContenderRecord& its_record)
-      : request(std::move(render_request)), rendering(scene, request), record(&its_record) {}
+  Runner(const BuiltScene& scene, const RenderRequest& request, const Image& scene_reference,
+         ContenderRecord& its_record)
+      : rendering(scene, request), reference(scene_reference), record(&its_record) {}
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
 
-  RenderRequest request;  // the rendering refers to it
   ProgressiveRender rendering;
+  const Image& reference;  // empty when there is none
   ContenderRecord* record;
   bool is_done = false;
 
@@ -135,8 +136,8 @@ struct Runner {
     run.points = rendering.log().points();
     if (record->image.rgb.empty()) {
       record->image = rendering.image();
-      record->pixel_error = request.reference != nullptr ? pixel_error(record->image, *request.reference)
-                                                         : estimated_pixel_error(rendering.film());
+      record->pixel_error =
+          reference.rgb.empty() ? estimated_pixel_error(rendering.film()) : pixel_error(record->image, reference);
     }
     record->runs.push_back(std::move(run));
   }
@@ -150,8 +151,8 @@ bool run_seed(const ComparisonRequest& request, const BuiltScene& scene, SceneRe
     RenderRequest render =
         render_request(request, scene, request.contenders[i].integrator, request.contenders[i].split);
     render.settings.seed = seed;
-    if (!record.reference.rgb.empty()) render.reference = &record.reference;
-    runners.push_back(std::make_unique<Runner>(scene, std::move(render), record.contenders[i]));
+    render.reference = record.reference.rgb;
+    runners.push_back(std::make_unique<Runner>(scene, render, record.reference, record.contenders[i]));
   }
   bool is_whole = true;
   while (is_whole) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <numeric>
 #include <optional>
@@ -223,12 +224,17 @@ struct BsdfCheck {
 /// Checks a BSDF at one point whose shading normal is `normal`, for light from `to_prev`: the sampler against its
 /// density, reverse densities, reciprocity and energy. Reciprocity is that of light with its reverse, which refraction has
 /// too: what carries importance one way carries radiance the other way [Veach 1997, section 5.2].
-template <Bsdf B, UniformSource Source>
-[[nodiscard]] BsdfCheck check_bsdf(const B& bsdf, const Vec3<ScalarOf<typename B::Spectrum>>& normal,
-                                   const Vec3<ScalarOf<typename B::Spectrum>>& to_prev, Source& source,
-                                   const CheckSettings& settings = {}) {
+///
+/// `bsdf_for(to_prev)` makes the BSDF as a ray that arrives from `to_prev` finds it. An engine evaluates a BSDF only with
+/// the `to_prev` of the ray that made its hit, so that a BSDF may store what depends on it.
+template <class BsdfFor, std::floating_point T, UniformSource Source>
+requires Bsdf < std::remove_cvref_t < std::invoke_result_t < const BsdfFor&, const Vec3<T>
+& >>> [[nodiscard]] BsdfCheck check_bsdf(const BsdfFor& bsdf_for, const Vec3<T>& normal, const Vec3<T>& to_prev,
+                                         Source& source, const CheckSettings& settings = {}) {
+  using B = std::remove_cvref_t<std::invoke_result_t<const BsdfFor&, const Vec3<T>&>>;
+  const B bsdf = bsdf_for(to_prev);
   using S = typename B::Spectrum;
-  using T = ScalarOf<S>;
+  static_assert(std::same_as<T, ScalarOf<S>>);
   constexpr auto mode = TransportMode::importance;  // no change of radiance by refraction
   BsdfCheck result;
   const auto differ = [](double a, double b) {
@@ -258,7 +264,7 @@ template <Bsdf B, UniformSource Source>
     for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i)
       compare(result.sample_error, channel(drawn->weight, i) * static_cast<double>(value.pdf.forward.value),
               channel(value.value, i) * static_cast<double>(cosine));
-    const auto swapped = bsdf.evaluate(drawn->to_next, to_prev, TransportMode::radiance);
+    const auto swapped = bsdf_for(drawn->to_next).evaluate(drawn->to_next, to_prev, TransportMode::radiance);
     compare(result.reverse_error, static_cast<double>(swapped.pdf.forward.value),
             static_cast<double>(value.pdf.reverse.value));
     for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i)
@@ -287,6 +293,15 @@ template <Bsdf B, UniformSource Source>
   }
   result.reflected_share = share + delta_share / static_cast<double>(settings.samples);
   return result;
+}
+
+/// The same for a BSDF that serves every `to_prev`.
+template <Bsdf B, UniformSource Source>
+[[nodiscard]] BsdfCheck check_bsdf(const B& bsdf, const Vec3<ScalarOf<typename B::Spectrum>>& normal,
+                                   const Vec3<ScalarOf<typename B::Spectrum>>& to_prev, Source& source,
+                                   const CheckSettings& settings = {}) {
+  using T = ScalarOf<typename B::Spectrum>;
+  return check_bsdf([&bsdf](const Vec3<T>&) -> const B& { return bsdf; }, normal, to_prev, source, settings);
 }
 
 }  // namespace gmis

@@ -76,6 +76,12 @@ class BatchMeans {
   [[nodiscard]] std::uint64_t unfinished_iterations() const noexcept { return current_iterations_; }
   [[nodiscard]] std::span<const double> unfinished() const noexcept { return current_; }
 
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(iterations_, length_, current_iterations_, current_, batches_, replications_);
+  }
+
  private:
   /// Makes `mean` that of `count` frames, this one being the last.
   static void add(std::span<const S> frame, std::vector<double>& mean, std::uint64_t count) {

@@ -29,9 +29,9 @@ struct Budget {
   /// uncertain.
   static constexpr std::uint32_t fewest_iterations_for_error = 8;
 
-  std::optional<std::uint32_t> iterations;
-  std::optional<double> seconds;
-  std::optional<double> relative_error;
+  std::optional<std::uint32_t> iterations{};
+  std::optional<double> seconds{};
+  std::optional<double> relative_error{};
 
   /// The reason to stop after the iterations so far (at least one), or nothing to go on. The run ends at the whole
   /// iteration nearest to the time limit: one more iteration begins only when half of a mean iteration still fits.

@@ -40,6 +40,12 @@ class ConvergenceLog {
 
   [[nodiscard]] const std::vector<ConvergencePoint>& points() const noexcept { return points_; }
 
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(next_, points_);
+  }
+
  private:
   std::uint64_t next_ = 1;
   std::vector<ConvergencePoint> points_;

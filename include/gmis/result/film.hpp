@@ -54,6 +54,12 @@ class Film {
     return at(pixel, channel).sum_of_squares / (n * (n - 1.0));
   }
 
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(iterations_, moments_);
+  }
+
  private:
   struct Moments {
     double mean = 0.0;

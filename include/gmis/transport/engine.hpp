@@ -70,6 +70,13 @@ class Engine {
   /// merging radius goes on shrinking. Call it before the first iteration.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
+  /// The state for a later run (`core/state_archive.hpp`), between two iterations. What is measured before the first
+  /// iteration is measured again, with the same result.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(iteration_, counters_, light_work_, rejections_, seconds_);
+  }
+
   /// Prepares the engine to replay paths of `iteration` (output/replay.hpp): traces the light trees of that iteration.
   /// The engine must not have rendered anything. The same iteration may be prepared again, but no other one.
   template <Executor E>

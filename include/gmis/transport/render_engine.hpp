@@ -19,6 +19,11 @@ struct Choice {
   std::uint32_t expected_iterations = 0;  ///< length of the run for which the objective was minimised
   std::uint32_t pilot_iterations = 0;     ///< iterations of the pilot; they are part of the picture
   double pilot_cost = 0.0;                ///< cost of all pilot iterations; unit: `OperationCosts`
+
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(forecasts, chosen, expected_iterations, pilot_iterations, pilot_cost);
+  }
 };
 
 /// Selects the engine for the settings of a run, at run time: `CameraSide` when no light subpath is traced,
@@ -123,6 +128,25 @@ class RenderEngine {
         engine_);
   }
 
+  /// The state for a later run (`core/state_archive.hpp`), between two iterations. A reading engine must have been made
+  /// with the same arguments.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    bool is_choosing = has_pilot();
+    archive(is_choosing, choice_, pilot_);
+    if constexpr (Archive::is_reading)
+      if (has_pilot() && !is_choosing) {
+        if (choice_ && choice_->chosen && *choice_->chosen < choice_->forecasts.size())
+          settings_.counts = choice_->forecasts[*choice_->chosen].counts;
+        start();
+      }
+    std::visit(
+        [&](auto& engine) {
+          if constexpr (requires { engine.exchange_state(archive); }) archive(engine);
+        },
+        engine_);
+  }
+
   /// Number of pilot iterations for a run of this length: 2 to 16, an even number because forecasts use pairs. A pilot
   /// iteration costs about two to three times an iteration with the chosen counts.
   [[nodiscard]] static constexpr std::uint32_t pilot_iterations_for(std::uint32_t expected_iterations) noexcept {
@@ -140,6 +164,11 @@ class RenderEngine {
     Counters counters, light_work;
     PhaseSeconds seconds;
     RejectionLog rejections;
+
+    template <class Archive>
+    void exchange_state(Archive& archive) {
+      archive(counters, light_work, seconds, rejections);
+    }
   };
 
   [[nodiscard]] bool has_pilot() const noexcept { return std::holds_alternative<Pilot>(engine_); }

@@ -116,6 +116,13 @@ class RenderPilot {
     return all;
   }
 
+  /// The state for a later run (`core/state_archive.hpp`), between two iterations.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(engine_, first_, earlier_, earlier_iterations_, work_, variance_, within_, biases_, missing_, pixels_taken_,
+            light_, photons_);
+  }
+
  private:
   /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance; with a local count of
   /// merging fewer light trees, because the largest disk has many photons.
@@ -150,6 +157,11 @@ class RenderPilot {
     // One value per analysed pixel and candidate: A, B, ∫ f²/D with the pairs of A, and W.
     std::vector<float> means, splats, second_moments, within;
     std::vector<double> kernel_changes;  ///< sum of `PixelRecord::kernel_change`, per tile and candidate
+
+    template <class Archive>
+    void exchange_state(Archive& archive) {
+      archive(picture, means, splats, second_moments, within, kernel_changes);
+    }
   };
 
   /// Sums over pairs of iterations, for the squared bias of one candidate: that of the tiles, that of the whole picture,

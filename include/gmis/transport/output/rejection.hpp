@@ -71,6 +71,12 @@ class RejectionLog {
     for (std::size_t i = first; i < paths_.size(); ++i) paths_[i].path.iteration = iteration;
   }
 
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(paths_);
+  }
+
  private:
   std::vector<RejectedPath> paths_;
 };

@@ -1,0 +1,26 @@
+find_package(Threads REQUIRED)
+
+# gmis_add_example(NAME sources…): a program that is run as a test, too.
+function(gmis_add_example name)
+  add_executable(${name} ${ARGN})
+  target_link_libraries(${name} PRIVATE gmis::gmis gmis_warnings Threads::Threads)
+  if(GMIS_BUILD_TESTS)
+    add_test(NAME example_${name} COMMAND ${name})
+  endif()
+endfunction()
+
+gmis_add_example(render_a_scene render_a_scene.cpp)
+gmis_add_example(bring_your_own bring_your_own/main.cpp)
+
+# Embree, version 3 as Debian 12 has it, or 4.
+foreach(version 4 3)
+  if(NOT TARGET embree)
+    find_package(embree ${version} QUIET GLOBAL)
+  endif()
+endforeach()
+if(TARGET embree)
+  gmis_add_example(render_with_embree embree/main.cpp)
+  target_link_libraries(render_with_embree PRIVATE embree)
+else()
+  message(STATUS "gmis: no Embree here (Debian: libembree-dev): examples/embree is not built")
+endif()

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "gmis/check/findings.hpp"
+#include "gmis/core/concepts.hpp"
+#include "gmis/core/random.hpp"
+
+namespace gmis {
+
+/// Checks a camera of one's own: rays through pixels, projections, densities. `distance`: how far the scene is, in scene
+/// units.
+template <Camera C, UniformSource Source>
+[[nodiscard]] Findings check_camera(const C& camera, Source& source, double distance = 1.0, std::size_t rays = 512) {
+  using S = typename C::Spectrum;
+  using T = ScalarOf<S>;
+  using V = Vec3<double>;
+  Findings findings;
+  const glm::ivec2 size = camera.resolution();
+  constexpr double epsilon = static_cast<double>(std::numeric_limits<T>::epsilon());
+  const auto inside = [&source](double margin) {
+    return static_cast<T>(margin + (1.0 - 2.0 * margin) * uniform<double>(source));
+  };
+  for (std::size_t i = 0; i < rays; ++i) {
+    const glm::ivec2 pixel{static_cast<int>(uniform<double>(source) * size.x),
+                           static_cast<int>(uniform<double>(source) * size.y)};
+    const Vec2<T> uv{inside(0.2), inside(0.2)}, lens{inside(0.0), inside(0.0)};
+    const auto ray = camera.sample_ray(pixel, uv, lens);
+    if (!ray) continue;
+    const V direction(ray->direction), origin(ray->origin.position);
+    findings.count(Convention::camera_ray_unit, detail::nearly(glm::length(direction), 1.0, 1e-3));
+
+    // A point on the ray must project to the pixel, as seen from the same point of the lens.
+    const double t = distance * (0.2 + 2.0 * uniform<double>(source));
+    const Vec3<T> point(origin + t * direction);
+    const auto seen = camera.project(point, lens);
+    if (!seen) {
+      findings.count(Convention::camera_pixel, false);
+    } else if (const V offset = V(seen->origin.position) - origin; glm::length(offset) <= 1e-3 * t) {
+      findings.count(Convention::camera_pixel, seen->pixel == pixel);
+      const V to_camera(seen->to_camera);
+      findings.count(Convention::camera_to_camera, glm::length(to_camera + direction) <= 0.02);
+      findings.count(Convention::camera_two_densities,
+                     detail::nearly(static_cast<double>(seen->density), static_cast<double>(ray->density)));
+      findings.count(Convention::camera_two_weights, detail::nearly(static_cast<double>(max_channel(seen->weight)),
+                                                                    static_cast<double>(max_channel(ray->weight))));
+    }
+
+    // The density is 1 / |∂x/∂u × ∂x/∂v|, with x the direction or, for parallel rays, the origin.
+    const bool is_parallel = camera.has_parallel_rays();
+    const auto place = [&](T u, T v) -> V {
+      const auto sample = camera.sample_ray(pixel, {u, v}, lens);
+      if (!sample) return V(std::numeric_limits<double>::quiet_NaN());
+      return is_parallel ? V(sample->origin.position) : V(sample->direction);
+    };
+    const T step = T(0.15);
+    const V along_u = (place(uv.x + step, uv.y) - place(uv.x - step, uv.y)) / (2.0 * static_cast<double>(step));
+    const V along_v = (place(uv.x, uv.y + step) - place(uv.x, uv.y - step)) / (2.0 * static_cast<double>(step));
+    const double area = glm::length(glm::cross(along_u, along_v));
+    if (!std::isfinite(area)) continue;
+    const double magnitude = is_parallel ? glm::length(origin) : 1.0;
+    const double rounding = 8.0 * epsilon * magnitude / std::sqrt(std::max(area, 1e-30));
+    if (rounding > 0.05) continue;  // a pixel too small for these differences to say anything
+    findings.count(Convention::camera_density,
+                   detail::nearly(static_cast<double>(ray->density) * area, 1.0, 0.05 + 2.0 * rounding));
+  }
+  return findings;
+}
+
+}  // namespace gmis

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <span>
+#include <vector>
+
+#include "gmis/result/film.hpp"
+#include "gmis/transport/effects/path_class.hpp"
+#include "gmis/transport/techniques/technique.hpp"
+
+namespace gmis {
+
+/// An image as plain numbers: linear values in the unit of radiance, rows from the upper left, the channels of a pixel
+/// side by side.
+struct Picture {
+  glm::ivec2 size{0, 0};  ///< width and height in pixels
+  int channels = 0;       ///< `SpectrumTraits<S>::channel_count`
+  std::vector<float> values;
+
+  Picture() = default;
+  Picture(glm::ivec2 size_in_pixels, int channels_of_a_pixel)
+      : size(size_in_pixels),
+        channels(channels_of_a_pixel),
+        values(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+               static_cast<std::size_t>(channels)) {}
+
+  /// One channel of the pixel in column `x` and row `y`.
+  [[nodiscard]] float at(int x, int y, int channel) const noexcept {
+    return values[(static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)) *
+                      static_cast<std::size_t>(channels) +
+                  static_cast<std::size_t>(channel)];
+  }
+};
+
+/// The means of a film.
+template <Spectrum S>
+[[nodiscard]] Picture picture_of(const Film<S>& film) {
+  constexpr int channels = Film<S>::channel_count;
+  Picture picture(film.resolution(), channels);
+  for (std::size_t pixel = 0, i = 0; pixel < film.pixel_count(); ++pixel)
+    for (int c = 0; c < channels; ++c, ++i) picture.values[i] = static_cast<float>(film.mean(pixel, c));
+  return picture;
+}
+
+/// The part of the picture that one technique makes.
+struct TechniquePicture {
+  TechniqueId id;
+  Picture weighted;    ///< as it adds to the picture
+  Picture unweighted;  ///< as if it were the only technique
+};
+
+/// The part of the picture that the paths of one class make.
+struct ClassPicture {
+  PathClass path_class = PathClass::unclassified;
+  Picture picture;
+  std::uint64_t contributions = 0;
+  double cost = 0.0;  ///< share of all counted operations, as `costs_of_classes` attributes them
+};
+
+}  // namespace gmis

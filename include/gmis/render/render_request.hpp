@@ -1,0 +1,54 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gmis/render/picture.hpp"
+#include "gmis/result/budget.hpp"
+#include "gmis/result/convergence_log.hpp"
+#include "gmis/result/rejection_limit.hpp"
+#include "gmis/transport/settings.hpp"
+#include "gmis/transport/walk/context.hpp"
+
+namespace gmis {
+
+/// Settings and limits of a whole rendering, and which results it keeps. `automatic_request` fills in the counts and the
+/// candidates by the scene.
+struct RenderRequest {
+  RenderSettings settings;
+  std::vector<SampleCounts> candidates;   ///< counts that a pilot chooses from; below two: `settings.counts` are used
+  std::uint32_t expected_iterations = 0;  ///< length of the run that the pilot chooses for
+  std::optional<PixelBounds> crop;        ///< the part of the frame to render; unset: the whole frame
+
+  Budget budget;                   ///< its first limit that is met ends the run, after at least 1 iteration
+  RejectionLimit rejection_limit;  ///< a run that surely exceeds it ends
+  const std::atomic<bool>* interrupt = nullptr;  ///< set to true from anywhere, it ends the run
+
+  /// Identifies the scene in checkpoints, for example by a digest of its files.
+  std::string scene_name;
+
+  // Kept on request, because each costs memory and time.
+  bool intervals = false;       ///< batches of iterations, for the error and its interval; implied by an error budget
+  bool halves = false;          ///< the means of the odd and of the even iterations
+  bool techniques = false;      ///< a picture of each technique; not during a pilot, so give no candidates
+  bool class_pictures = false;  ///< a picture of each of `settings.path_classes`; give no candidates
+
+  /// The true picture, laid out like `Picture::values` of the crop, for the errors in the log. It must outlive the run.
+  std::span<const float> reference;
+
+  // Called between iterations by the thread that renders.
+  std::function<void(const RunState&)> on_iteration;
+  std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the convergence log
+  std::function<void(const Picture&)> on_picture;       ///< with the picture so far, now and then
+  /// With the state of the run (`Render::checkpoint`): after the first iteration, now and then, and after the last one.
+  std::function<void(std::span<const std::byte>)> on_checkpoint;
+  double seconds_between_pictures = 30.0;  ///< and between checkpoints; 0: after every iteration
+};
+
+}  // namespace gmis

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "gmis/render/contribution_sums.hpp"
+#include "gmis/render/picture.hpp"
+#include "gmis/result/budget.hpp"
+#include "gmis/result/error_estimate.hpp"
+#include "gmis/result/film.hpp"
+#include "gmis/result/price.hpp"
+#include "gmis/transport/render_engine.hpp"
+
+namespace gmis {
+
+/// Everything about a finished run except its pictures.
+struct RenderSummary {
+  StopReason stopped_by = StopReason::iterations;
+  std::uint32_t iterations = 0;
+  double wall_seconds = 0.0;  ///< of iterations and of estimates of the error
+  double cpu_seconds = 0.0;   ///< of all threads of the process, during iterations
+  PhaseSeconds phases;
+  ImageEstimate estimate;
+  std::optional<ErrorEstimate> error;  ///< with `RenderRequest::intervals`, from the second iteration on
+  std::optional<PriceTable> prices;    ///< of the usual errors, then of half the present one; empty while unknown
+  std::vector<ConvergencePoint> log;   ///< its last point is the last iteration
+  Counters counters;
+  bool is_trustworthy = true;                ///< false: rejections exceed `RenderRequest::rejection_limit`
+  std::vector<RejectedPath> rejected_paths;  ///< the first ones
+  SampleCounts counts;                       ///< of the last iteration
+  std::optional<Choice> choice;              ///< of a pilot that has finished
+  double radius = 0.0;  ///< merging radius of the first iteration in scene units; 0: merging is off
+  std::size_t photon_bytes = 0;
+};
+
+/// A finished run.
+struct RenderResult : RenderSummary {
+  Picture picture;
+  Picture half_a, half_b;                    ///< with `RenderRequest::halves`: iterations 1, 3, 5 … and 2, 4, 6 …
+  std::vector<TechniquePicture> techniques;  ///< with `RenderRequest::techniques`
+  ClassPictures classes;                     ///< with `RenderRequest::class_pictures`
+};
+
+}  // namespace gmis

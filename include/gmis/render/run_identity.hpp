@@ -1,0 +1,99 @@
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gmis/render/render_request.hpp"
+
+namespace gmis {
+
+/// What a checkpoint must have in common with the run that goes on from it: each property with its value in words. What
+/// changes no sample is left out: limits, threads, callbacks, the reference.
+struct RunIdentity {
+  struct Property {
+    std::string name, value;
+
+    template <class Archive>
+    void exchange_state(Archive& archive) {
+      archive(name, value);
+    }
+  };
+  std::vector<Property> properties;
+
+  void add(std::string_view name, std::string value) { properties.push_back({std::string(name), std::move(value)}); }
+  void add(std::string_view name, double value) {
+    char text[32];
+    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+    add(name, std::string(text, end));
+  }
+
+  /// The first property that differs, in words; empty when none does.
+  [[nodiscard]] std::string difference_to(const RunIdentity& other) const {
+    for (std::size_t i = 0; i < std::max(properties.size(), other.properties.size()); ++i) {
+      if (i >= properties.size() || i >= other.properties.size() || properties[i].name != other.properties[i].name)
+        return "its format differs";
+      if (properties[i].value != other.properties[i].value)
+        return properties[i].name + " differs: " + properties[i].value + ", not " + other.properties[i].value;
+    }
+    return {};
+  }
+
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(properties);
+  }
+};
+
+/// The identity of a run with this request. `resolution`: of the camera; `scalar_bytes`: of the scalar.
+[[nodiscard]] inline RunIdentity identity_of(const RenderRequest& request, glm::ivec2 resolution, int channels,
+                                             std::size_t scalar_bytes) {
+  RunIdentity identity;
+  const RenderSettings& settings = request.settings;
+  const auto counts_text = [](const SampleCounts& counts) {
+    RunIdentity one;
+    one.add("", counts.light_paths);
+    one.add("", counts.radius_factor);
+    std::string text = one.properties[0].value + " " + one.properties[1].value;
+    for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, counts.camera_children,
+                            int{counts.next_events}, int{counts.emitter_hits}, int{counts.local_merges}})
+      text += " " + std::to_string(count);
+    return text;
+  };
+  identity.add("the scene", request.scene_name);
+  identity.add("the size of the picture", std::to_string(resolution.x) + "x" + std::to_string(resolution.y));
+  identity.add("the number of channels", channels);
+  identity.add("the precision", static_cast<double>(scalar_bytes));
+  const PixelBounds crop = request.crop.value_or(PixelBounds{{0, 0}, resolution});
+  identity.add("the crop", std::to_string(crop.lower.x) + "," + std::to_string(crop.lower.y) + "," +
+                               std::to_string(crop.upper.x) + "," + std::to_string(crop.upper.y));
+  identity.add("the seed", std::to_string(settings.seed));
+  identity.add("the sampler", static_cast<int>(settings.sampler));
+  identity.add("the greatest depth", settings.max_depth);
+  identity.add("the merging radius", settings.radius ? *settings.radius : 0.0);
+  identity.add("alpha", settings.alpha);
+  identity.add("the splitting of light trees", static_cast<int>(settings.light_split));
+  identity.add("the scheme", static_cast<int>(settings.scheme));
+  identity.add("the number of rounds", settings.rounds);
+  identity.add("the budget of light trees", settings.light_tree_budget);
+  std::string classes = "all, unclassified";
+  if (settings.path_classes) {
+    classes.clear();
+    settings.path_classes->for_each([&](PathClass path_class) { classes += std::string(name_of(path_class)) + " "; });
+  }
+  identity.add("the set of path classes", classes);
+  identity.add("the number of samples of the techniques", counts_text(settings.counts));
+  std::string candidates;
+  for (const SampleCounts& one : request.candidates) candidates += counts_text(one) + ";";
+  identity.add("the set of candidates", candidates);
+  identity.add("what is kept", std::to_string(request.intervals || request.budget.relative_error) +
+                                   std::to_string(request.halves) + std::to_string(request.techniques) +
+                                   std::to_string(request.class_pictures));
+  return identity;
+}
+
+}  // namespace gmis
