@@ -55,13 +55,14 @@ struct RunIdentity {
   RunIdentity identity;
   const RenderSettings& settings = request.settings;
   const auto counts_text = [](const SampleCounts& counts) {
-    RunIdentity one;
-    one.add("", counts.light_paths);
-    one.add("", counts.radius_factor);
-    std::string text = one.properties[0].value + " " + one.properties[1].value;
+    RunIdentity parts;
+    parts.add("", counts.light_paths);
+    parts.add("", counts.radius_factor);
     for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, counts.camera_children,
                             int{counts.next_events}, int{counts.emitter_hits}, int{counts.local_merges}})
-      text += " " + std::to_string(count);
+      parts.add("", count);
+    std::string text;
+    for (const RunIdentity::Property& part : parts.properties) text.append(part.value).append(1, ' ');
     return text;
   };
   identity.add("the scene", request.scene_name);
