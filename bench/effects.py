@@ -47,6 +47,11 @@ for name in ("bpt", "vcm"):
         for connections in (1, 2):
             FIXED[f"{name} {light_paths:g} {connections}"] = [
                 "--integrator", name, "--light-paths", str(light_paths), "--connections", str(connections)]
+# A local count of merging: light trees a pixel, factor on the radius.
+for light_paths, factor in ((0.25, 4), (0.25, 12), (0.5, 8), (1, 8)):
+    FIXED[f"local {light_paths:g} x{factor}"] = [
+        "--integrator", "gmis", "--split", "local", "--connections", "1", "--light-paths", str(light_paths), "--radius",
+        f"{0.4 * factor:g}"]
 PLAIN = {"vcm": ["--integrator", "vcm"], "auto": ["--integrator", "auto"]}
 
 
@@ -103,6 +108,8 @@ def describe(stats):
     chosen = choice["chosen"]
     words = f"{chosen['light_paths']:g} light paths, {chosen['connections']} connections, merging " + (
         "on" if chosen["merges"] else "off") if chosen["light_paths"] > 0 else "pt"
+    if chosen["merges"] and chosen["local_merges"]:
+        words += f" x{chosen['radius_factor']:g}"
     if chosen["camera_children"] > 1:
         words += f", {chosen['camera_children']} children"
     return words, choice["pilot_share"]
