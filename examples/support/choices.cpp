@@ -41,7 +41,8 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   // Nothing is to be merged where no surface makes photons.
   if (is_local && plan[Technique::merge].makes.is_empty()) counts.merges = false;
   counts.local_merges = is_local && counts.merges;
-  if (counts.local_merges && !request.settings.radius) counts.radius_factor = integrators::vcm_local.radius_factor;
+  const bool is_radius_free = counts.local_merges && !request.settings.radius;
+  counts.radius_factor = is_radius_free ? integrators::vcm_local.radius_factor : 1.0;
   if (counts.traces_light()) counts.light_paths = options.light_paths.value_or(1.0);
   if (counts.connections != 0 && options.connections) counts.connections = *options.connections;
   if (options.integrator == IntegratorChoice::gmis) counts.camera_children = options.camera_split;
@@ -58,7 +59,7 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   open.light_paths = is_automatic && !options.light_paths;
   open.connections = !options.connections;
   open.camera_children = is_automatic || split == SplitChoice::adaptive;
-  open.radius = counts.local_merges && !request.settings.radius;
+  open.radius = is_radius_free;
   if (auto candidates = candidates_for(plan, counts, open); candidates.size() > 1)
     request.candidates = std::move(candidates);
 }

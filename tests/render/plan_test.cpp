@@ -229,7 +229,8 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
       }
       CHECK(worst < 1e-5);  // sums of some hundred floats
       const Counters &less = part->counters(), &all = whole->counters();
-      CHECK(less.contributions < all.contributions);
+      // What was left out may be what so few paths did not find.
+      CHECK(less.contributions <= all.contributions);
       // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's do.
       const bool has_light_side = integrator == IntegratorChoice::vcm;
       if (has_light_side) CHECK(brightest > 0);
