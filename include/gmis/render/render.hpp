@@ -179,7 +179,7 @@ class Render {
     header(identity, digest, size);
     if (header.is_broken()) refuse("the checkpoint is cut short");
     if (const std::string difference = identity.difference_to(identity_of_this()); !difference.empty())
-      refuse("the checkpoint is of another run: " + difference);
+      refuse(std::string("the checkpoint is of another run: ").append(difference));
     if (size != header.left().size()) refuse("the checkpoint is cut short or longer than it says");
     if (digest != digest_of(header.left())) refuse("the checkpoint is damaged: its digest differs");
     StateReader state(header.left());
