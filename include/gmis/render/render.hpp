@@ -95,7 +95,7 @@ class Render {
   /// after the first iteration leaves out the iteration under way; with another executor that iteration is finished.
   template <Executor E>
   RenderResult run(E& executor) {
-    const auto stop_when = [&executor](const std::atomic<bool>* flag) {
+    const auto stop_when = [&](const std::atomic<bool>* flag) {
       if constexpr (StoppableExecutor<E>) executor.stop_when(flag);
     };
     stop_when(nullptr);
