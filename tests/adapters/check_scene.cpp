@@ -171,11 +171,11 @@ TEST_CASE("the same mistakes in the adapter of a renderer of another style") {
 
 TEST_CASE("what an adapter leaves out is listed, with what it costs") {
   CHECK(explain(built_in_scene<float>()) == "");
-  const std::string furnace = explain(gmis_test::FurnaceScene<float>(0.7F, 1.0F, 16, 2));
+  const std::string furnace = gmis::explain(gmis_test::FurnaceScene<float>(0.7F, 1.0F, 16, 2));
   CHECK(furnace.find("Scene::effects() is missing") != std::string::npos);
   CHECK(furnace.find("BsdfWithLobes") == std::string::npos);
   const theirs::World world = theirs::make_world(8, 6);
-  const std::string other = explain(adapter::Scene(world));
+  const std::string other = gmis::explain(adapter::Scene(world));
   CHECK(other.find("effects()") == std::string::npos);
   CHECK(other.find("BsdfWithLobes") != std::string::npos);
   CHECK(other.find("is_glossy() is missing") != std::string::npos);

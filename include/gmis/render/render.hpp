@@ -97,7 +97,7 @@ class Render {
   /// after the first iteration leaves out the iteration under way; with another executor that iteration is finished.
   template <Executor E>
   RenderResult run(E& executor) {
-    const auto stop_when = [&executor](const std::atomic<bool>* flag) {
+    const auto stop_when = [&](const std::atomic<bool>* flag) {
       if constexpr (StoppableExecutor<E>) executor.stop_when(flag);
     };
     stop_when(nullptr);
@@ -181,7 +181,7 @@ class Render {
     header(identity, digest, size);
     if (header.is_broken()) refuse("the checkpoint is cut short");
     if (const std::string difference = identity.difference_to(identity_of_this()); !difference.empty())
-      refuse("the checkpoint is of another run: " + difference);
+      refuse(std::string("the checkpoint is of another run: ").append(difference));
     if (size != header.left().size()) refuse("the checkpoint is cut short or longer than it says");
     if (digest != digest_of(header.left())) refuse("the checkpoint is damaged: its digest differs");
     StateReader state(header.left());
