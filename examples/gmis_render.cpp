@@ -141,13 +141,29 @@ int print_replay(const RenderRequest& request, const PathChoice& choice, const B
   return done;
 }
 
+int print_check(const std::filesystem::path& file, bool is_quiet) {
+  const Diagnostics diagnostics = check_scene_file(file);
+  if (!is_quiet)
+    for (const Diagnostic& diagnostic : diagnostics.all()) std::printf("%s\n", diagnostic.to_string().c_str());
+  const std::size_t errors = diagnostics.error_count();
+  if (errors == 0) {
+    if (!is_quiet) std::printf("%s: all of it is understood\n", file.c_str());
+    return done;
+  }
+  std::fprintf(stderr, "gmis-render: %s: %zu %s not understood\n", file.c_str(), errors,
+               errors == 1 ? "thing is" : "things are");
+  return bad_input;
+}
+
 int run(Options options) {
   if (options.list_scenes) {
     for (const std::string& name : built_in_scene_names()) std::printf("%s\n", name.c_str());
     return done;
   }
+  if (options.check) return print_check(find_scene(options.scene), options.quiet);
   if (!options.replay) check_outputs(options);
-  LoadedScene loaded = load_scene(find_scene(options.scene), options.size);
+  LoadedScene loaded =
+      load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)

@@ -1,5 +1,6 @@
 #include "support/build_scene.hpp"
 
+#include <cmath>
 #include <type_traits>
 
 #include "gmis/scene/scene_builder.hpp"
@@ -61,6 +62,17 @@ std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
+/// Pixels whose corner is in the window, as pbrt has it.
+std::optional<PixelBounds> crop_of(const FilmDescription& film) {
+  if (!film.crop_window) return {};
+  const auto& [x0, x1, y0, y1] = *film.crop_window;
+  const auto pixel = [](double part, int size) { return static_cast<int>(std::ceil(part * size)); };
+  PixelBounds crop{{pixel(x0, film.width), pixel(y0, film.height)}, {pixel(x1, film.width), pixel(y1, film.height)}};
+  if (!(crop.lower.x < crop.upper.x && crop.lower.y < crop.upper.y))
+    throw InputError(film.where, "cropwindow holds no pixel: make it larger");
+  return crop;
+}
+
 }  // namespace
 
 std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics) {
@@ -89,7 +101,7 @@ std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Dia
   const std::string summary = counted(facts.triangle_count, "triangle", "triangles") + ", " +
                               counted(facts.sphere_count, "sphere", "spheres") + ", " +
                               counted(facts.light_count, "light", "lights");
-  return std::make_unique<BuiltScene>(std::move(built), film.file_name, summary);
+  return std::make_unique<BuiltScene>(std::move(built), film.file_name, summary, crop_of(film));
 }
 
 }  // namespace gmis::tools

@@ -127,6 +127,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--write-every", options.write_every,
                  "Keep the picture on disk current: write it after so many seconds again (30)");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)");
+  app.add_flag("--check", options.check, "List all in the scene that is not supported, and render nothing");
+  app.add_flag("--lenient", options.lenient, "Render although the scene has what is not supported; warn of it");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");
 }

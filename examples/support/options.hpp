@@ -57,6 +57,8 @@ struct Options {
   std::filesystem::path log_file;
   double write_every = 30;  ///< seconds between pictures on disk while the run goes on
   std::filesystem::path reference_file;
+  bool check = false;    ///< read the scene, and say all that is not supported
+  bool lenient = false;  ///< input that is not supported is a warning
   bool explain = false;
   bool quiet = false;
 };

@@ -47,7 +47,9 @@ bool append(const aiMesh& from, MeshDescription& to) {
 
 MeshDescription read_ply(const std::filesystem::path& file, const SourcePosition& where) {
   if (!std::filesystem::is_regular_file(file))
-    throw InputError(where, "the mesh " + in_quotes(file.string()) + " cannot be read: check its name");
+    throw InputError(where, "the mesh " + in_quotes(file.string()) +
+                                (std::filesystem::exists(file) ? " is no regular file" : " is missing") +
+                                ": check its name");
   if (!is_whole_ply(file))
     throw InputError(where, "the mesh " + in_quotes(file.string()) + " is no PLY file, or is not whole");
   Assimp::Importer importer;

@@ -130,6 +130,7 @@ struct FilmDescription {
   int width = 1280;
   int height = 720;
   std::string file_name = "pbrt.exr";
+  std::optional<std::array<double, 4>> crop_window;  ///< x0, x1, y0, y1 as fractions of width and height, y down
   SourcePosition where;
 };
 

@@ -14,11 +14,24 @@
 
 namespace gmis::tools {
 
-LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size) {
+Diagnostics check_scene_file(const std::filesystem::path& file) {
+  Diagnostics diagnostics(Strictness::check);
+  const SourcePosition start{std::make_shared<const std::string>(file.string()), 1};
+  try {
+    const SceneDescription description = read_pbrt_scene(file, diagnostics);
+    if (diagnostics.error_count() == 0) (void)build_scene(description, diagnostics);
+  } catch (const InputError& error) {
+    diagnostics.error(error.where().value_or(start), error.message());
+  }
+  return diagnostics;
+}
+
+LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size,
+                       Strictness strictness) {
   using Clock = std::chrono::steady_clock;
   LoadedScene loaded;
   const auto start = Clock::now();
-  Diagnostics diagnostics;
+  Diagnostics diagnostics(strictness);
   SceneDescription description = read_pbrt_scene(file, diagnostics);
   const auto read = Clock::now();
   if (size) {
@@ -57,6 +70,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.class_images = options.class_images;
   request.settings.path_classes = options.path_classes;
   if (options.class_images && !options.path_classes) request.settings.path_classes = PathClassSet::all();
+  if (!options.crop) request.crop = scene.film_crop();
   if (options.crop) {
     const auto& [x0, y0, x1, y1] = *options.crop;
     if (x1 > resolution.x || y1 > resolution.y)

@@ -541,11 +541,22 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   std::ofstream(folder / "odd.pbrt")
       << "Sampler \"halton\"\nWorldBegin\nFoo 1 2\n"
          "LightSource \"point\" \"point3 from\" [ 0 0 -3 ]\nTranslate 0 0 3 Shape \"sphere\"\n";
-  const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm");
+  const Outcome refused = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm");
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("odd.pbrt:3: the directive \"Foo\"") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "b.pfm"));
+  const Outcome checked = run(folder, "odd.pbrt --check --out b.pfm");
+  CHECK(checked.exit_code == 2);
+  CHECK(checked.out.find("odd.pbrt:1: note: ") != std::string::npos);
+  CHECK(checked.out.find("odd.pbrt:3: error: the directive \"Foo\"") != std::string::npos);
+  CHECK(checked.err.find("1 thing is not understood") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "b.pfm"));
+  CHECK(run(folder, "cornell --check").exit_code == 0);
+  const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --lenient");
   CHECK(warned.exit_code == 0);
   CHECK(warned.err.find("odd.pbrt:1: note: ") != std::string::npos);
   CHECK(warned.err.find("odd.pbrt:3: warning: ") != std::string::npos);
-  const Outcome quiet = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --quiet");
+  const Outcome quiet = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --quiet --lenient");
   CHECK(quiet.exit_code == 0);
   CHECK(quiet.out.empty());
   CHECK(quiet.err.empty());

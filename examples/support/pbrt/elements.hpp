@@ -22,19 +22,23 @@ namespace gmis::tools::pbrt {
                                                          const Transform& world_from_light,
                                                          const std::filesystem::path& folder, Diagnostics& diagnostics);
 
+/// Makes a light brighter by this factor.
+void expose(LightDescription& light, double factor);
+
 /// What an area light emits, before it is known how large it is.
 struct AreaLight {
   EmissionDescription emission;
   std::optional<double> power;  ///< of the whole shape, over all directions and (if so) both sides
   SourcePosition where;
 };
-[[nodiscard]] AreaLight make_area_light(const std::string& kind, Parameters& parameters);
+[[nodiscard]] AreaLight make_area_light(const std::string& kind, Parameters& parameters, Diagnostics& diagnostics);
 /// The emission of `light` on `shape`; nothing when it is black.
 [[nodiscard]] std::optional<EmissionDescription> emission_of(const AreaLight& light, const ShapeDescription& shape);
 
-/// A shape in its own space, without material and emission.
-[[nodiscard]] ShapeDescription make_shape(const std::string& kind, Parameters& parameters, bool reverse_orientation,
-                                          const std::filesystem::path& folder, Diagnostics& diagnostics);
+/// A shape in its own space, without material and emission; nothing when it is of a kind that is not supported.
+[[nodiscard]] std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& parameters,
+                                                         bool reverse_orientation, const std::filesystem::path& folder,
+                                                         Diagnostics& diagnostics);
 
 [[nodiscard]] double luminance(const Rgb& color);
 

@@ -56,11 +56,12 @@ double alpha_of(Parameters& parameters, Diagnostics& diagnostics) {
   const double u = parameters.number_or("uroughness", roughness);
   const double v = parameters.number_or("vroughness", roughness);
   if (u < 0 || v < 0 || roughness < 0) parameters.fail("roughness", "is negative: use values from 0 to 1");
-  if (u > 1 || v > 1) parameters.fail("roughness", "is above 1: use values from 0 to 1");
+  if (u > 1 || v > 1)
+    diagnostics.warning(parameters.where(), parameters.directive() + ": a roughness above 1 is cut to 1");
   if (u != v)
     diagnostics.warning(parameters.where(),
                         parameters.directive() + ": anisotropic roughness is not supported, the mean of both is used");
-  const double mean = (u + v) / 2;
+  const double mean = (std::min(u, 1.0) + std::min(v, 1.0)) / 2;
   const double alpha = parameters.boolean_or("remaproughness", true) ? std::sqrt(mean) : mean;
   return alpha < specular_below ? 0 : alpha;
 }
@@ -121,9 +122,10 @@ PhongDescription make_phong(Parameters& parameters, Diagnostics& diagnostics) {
 MaterialDescription make_material(const std::string& kind, Parameters& parameters, Diagnostics& diagnostics) {
   MaterialDescription result;
   result.where = parameters.where();
-  if (parameters.has("displacement") || parameters.has("normalmap")) {
-    parameters.ignore({"displacement", "normalmap"});
-    diagnostics.warning(parameters.where(), "displacement and normal maps are not supported: the surface stays smooth");
+  for (const char* name : {"displacement", "normalmap"}) {
+    if (!parameters.has(name)) continue;
+    parameters.ignore({name});
+    parameters.unsupported(name, "is not supported: the surface stays smooth without it", diagnostics);
   }
   if (kind == "diffuse") {
     result.kind = DiffuseDescription{reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics)};
@@ -148,9 +150,12 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
                      "a smooth coat");
     result.kind = coated;
   } else {
-    throw InputError(parameters.where(),
-                     "the material " + in_quotes(kind) +
-                         " is not understood: use diffuse, conductor, dielectric, coateddiffuse, phong or mirror");
+    diagnostics.unsupported(
+        parameters.where(),
+        "the material " + in_quotes(kind) +
+            " is not understood: use diffuse, conductor, dielectric, coateddiffuse, phong or mirror");
+    parameters.ignore_all();
+    result.kind = DiffuseDescription{Rgb(0.5)};
   }
   return result;
 }

@@ -42,6 +42,16 @@ void Parameters::fail(const std::string& name, const std::string& message) const
   throw InputError(where_, directive_ + ": parameter " + in_quotes(name) + " " + message);
 }
 
+const SourcePosition& Parameters::where(const std::string& name) const {
+  for (const Parameter& parameter : parameters_)
+    if (parameter.name == name) return parameter.where;
+  return where_;
+}
+
+void Parameters::unsupported(const std::string& name, const std::string& message, Diagnostics& diagnostics) const {
+  diagnostics.unsupported(where(name), directive_ + ": parameter " + in_quotes(name) + " " + message);
+}
+
 void Parameters::require_type(const Parameter& parameter, std::initializer_list<const char*> types) const {
   if (parameter.is_of(types)) return;
   std::string wanted;

@@ -70,6 +70,10 @@ class Parameters {
   void warn_of_unused(Diagnostics& diagnostics) const;
 
   [[noreturn]] void fail(const std::string& name, const std::string& message) const;
+  /// Where the parameter stands, or the directive without it.
+  [[nodiscard]] const SourcePosition& where(const std::string& name) const;
+  /// For `Diagnostics::unsupported`: the parameter is understood, and can have no effect.
+  void unsupported(const std::string& name, const std::string& message, Diagnostics& diagnostics) const;
 
  private:
   [[nodiscard]] Parameter* find(const std::string& name);

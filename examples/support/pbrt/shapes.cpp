@@ -88,8 +88,8 @@ void check_normals(MeshDescription& mesh, const Parameters& parameters, Diagnost
 
 }  // namespace
 
-ShapeDescription make_shape(const std::string& kind, Parameters& parameters, bool reverse_orientation,
-                            const std::filesystem::path& folder, Diagnostics& diagnostics) {
+std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& parameters, bool reverse_orientation,
+                                           const std::filesystem::path& folder, Diagnostics& diagnostics) {
   ShapeDescription shape;
   shape.where = parameters.where();
   if (parameters.has("alpha") && parameters.number("alpha") != 1.0)
@@ -111,8 +111,11 @@ ShapeDescription make_shape(const std::string& kind, Parameters& parameters, boo
     mesh = read_ply(folder / *file, parameters.where());
     parameters.ignore({"edgelength"});
   } else {
-    throw InputError(parameters.where(), "the shape " + in_quotes(kind) +
-                                             " is not understood: use sphere, trianglemesh, plymesh or bilinearmesh");
+    diagnostics.unsupported(
+        parameters.where(),
+        "the shape " + in_quotes(kind) + " is not understood: use sphere, trianglemesh, plymesh or bilinearmesh");
+    parameters.ignore_all();
+    return {};
   }
   parameters.ignore({"uv", "S", "faceIndices"});
   check_normals(mesh, parameters, diagnostics);

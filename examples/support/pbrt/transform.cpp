@@ -70,15 +70,33 @@ bool swaps_handedness(const Transform& m) {
   return glm::determinant(glm::dmat3(m)) < 0;
 }
 
-std::optional<double> similarity_scale(const Transform& m) {
+namespace {
+
+std::optional<double> similarity_scale(const Transform& m, double tolerance) {
   const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
   const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(m))));
-  constexpr double tolerance = 1e-5;
   const double square = scale * scale;
   const auto differs = [&](double dot, double wanted) { return !(std::abs(dot - wanted) <= tolerance * square); };
   if (differs(glm::dot(x, x), square) || differs(glm::dot(y, y), square) || differs(glm::dot(z, z), square)) return {};
   if (differs(glm::dot(x, y), 0) || differs(glm::dot(y, z), 0) || differs(glm::dot(x, z), 0)) return {};
   return scale;
+}
+
+}  // namespace
+
+std::optional<double> similarity_scale(const Transform& m) {
+  return similarity_scale(m, 1e-5);
+}
+
+std::optional<Transform> made_similarity(const Transform& m) {
+  const std::optional<double> scale = similarity_scale(m, 4e-3);  // of squares and products: 1e-3 of the axes
+  if (!scale) return {};
+  // The polar decomposition by Newton's iteration: R ← (R + R⁻ᵀ)/2 ends at the nearest orthogonal matrix.
+  glm::dmat3 axes = glm::dmat3(m) / *scale;
+  for (int step = 0; step < 8; ++step) axes = (axes + glm::transpose(glm::inverse(axes))) * 0.5;
+  Transform result(axes * *scale);
+  result[3] = m[3];
+  return result;
 }
 
 namespace {
