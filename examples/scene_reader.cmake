@@ -6,6 +6,12 @@ find_package(OpenEXR CONFIG QUIET)
 find_package(PNG QUIET)
 find_package(assimp CONFIG QUIET)
 find_package(TBB CONFIG QUIET)
+find_package(ZLIB QUIET)
+find_path(GMIS_STB_FOLDER stb/stb_image.h)
+if(GMIS_STB_FOLDER AND NOT TARGET gmis_stb)
+  add_library(gmis_stb INTERFACE)
+  target_include_directories(gmis_stb SYSTEM INTERFACE ${GMIS_STB_FOLDER})
+endif()
 if(GMIS_FETCH_DEPENDENCIES)
   gmis_find_dependency(CLI11 CLI11::CLI11 https://github.com/CLIUtils/CLI11.git v2.4.2)
   gmis_find_dependency(nlohmann_json nlohmann_json::nlohmann_json https://github.com/nlohmann/json.git v3.11.3)
@@ -41,6 +47,7 @@ add_library(gmis_scene_reader STATIC
   ${support}/image/image.cpp
   ${support}/image/pfm.cpp
   ${support}/image/png.cpp
+  ${support}/image/texture_image.cpp
   ${support}/pbrt/directives.cpp
   ${support}/pbrt/lexer.cpp
   ${support}/pbrt/lights.cpp
@@ -49,6 +56,9 @@ add_library(gmis_scene_reader STATIC
   ${support}/pbrt/parser.cpp
   ${support}/pbrt/reader.cpp
   ${support}/pbrt/shapes.cpp
+  ${support}/pbrt/smooth_shapes.cpp
+  ${support}/pbrt/spectra.cpp
+  ${support}/pbrt/textures.cpp
   ${support}/pbrt/transform.cpp
   ${support}/ply_layout.cpp
   ${support}/ply_mesh.cpp
@@ -60,4 +70,6 @@ target_compile_options(gmis_scene_reader PRIVATE $<$<CONFIG:Debug>:-O0>)  # much
 gmis_optional_part(OpenEXR::OpenEXR GMIS_HAS_OPENEXR "gmis-render reads and writes no .exr")
 gmis_optional_part(PNG::PNG GMIS_HAS_PNG "gmis-render writes no .png")
 gmis_optional_part(assimp::assimp GMIS_HAS_ASSIMP "gmis-render reads no plymesh")
+gmis_optional_part(gmis_stb GMIS_HAS_STB "gmis-render reads no textures from .png, .tga and .jpg")
+gmis_optional_part(ZLIB::ZLIB GMIS_HAS_ZLIB "gmis-render reads no plymesh from .ply.gz")
 gmis_optional_part(TBB::tbb GMIS_HAS_TBB "gmis-render runs on one thread")

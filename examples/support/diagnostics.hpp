@@ -106,4 +106,13 @@ class Diagnostics {
   return result + "\"";
 }
 
+/// The same for the name of a file, of which the end counts.
+[[nodiscard]] inline std::string file_in_quotes(std::string_view name) {
+  constexpr std::size_t longest = 100;
+  std::string result = name.size() > longest ? "\"…" : "\"";
+  for (const char c : name.substr(name.size() > longest ? name.size() - longest : 0))
+    result += (c >= ' ' && c < '\x7f') ? c : '?';
+  return result + "\"";
+}
+
 }  // namespace gmis::tools

@@ -94,7 +94,7 @@ TEST_CASE("checkerboards, products and mixtures are what they are of their parts
   CHECK(board->at({0.6F, 0.6F}) == glm::vec3(1, 0, 0));
   CHECK(board->at({-0.1F, 0.1F}) == glm::vec3(0, 0, 0.5));
   CHECK(board->at({-0.1F, -0.1F}) == glm::vec3(1, 0, 0));
-  CHECK(board->mean() == glm::vec3(0.5, 0, 0.25));
+  CHECK(board->mean() == glm::dvec3(0.5, 0, 0.25));
   CHECK_FALSE(board->is_constant());
   const auto half = Tex::product(board, Tex::constant(glm::dvec3(0.5)));
   CHECK(half->at({0.1F, 0.1F}) == glm::vec3(0.5, 0, 0));

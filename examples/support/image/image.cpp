@@ -85,7 +85,8 @@ Image read_image(const std::filesystem::path& file) {
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
     throw InputError(file.string() + ": this is no regular file: name an image");
-  if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": this image is missing: check its name");
+  if (!std::filesystem::exists(file, error))
+    throw InputError(file.string() + ": this image is missing: check its name");
   switch (format_of(file, true)) {
     case Format::exr:
       return read_exr(file);

@@ -340,17 +340,34 @@ void Parser::texture() {
   const std::string type = expect_string("float or spectrum");
   const std::string kind = expect_string("a kind of texture");
   Parameters parameters = parse_parameters(name, "texture");
-  if (kind != "constant")
-    throw InputError(directive_.where, "the texture " + in_quotes(name) + " is of kind " + in_quotes(kind) +
-                                           ", which is not supported: use constant");
-  if (type == "float") {
-    textures_.numbers[name] = parameters.number_or("value", 1);
-  } else if (type == "spectrum") {
-    textures_.colors[name] = parameters.color("value").value_or(Rgb(1));
-  } else {
+  if (type != "float" && type != "spectrum")
     throw InputError(directive_.where, "a texture is of type float or spectrum, not " + in_quotes(type));
-  }
+  const bool is_color = type == "spectrum";
+  TextureHandle& texture = is_color ? textures_.colors[name] : textures_.numbers[name];
+  // So that one with an error is not reported at each use, too.
+  if (!texture) texture = scene::Texture<float>::constant(glm::dvec3(0.5));
+  const TextureHandle made = make_texture(kind, is_color, parameters, textures_.find, diagnostics_);
+  texture = made;
   parameters.warn_of_unused(diagnostics_);
+}
+
+MaterialDescription Parser::any_material(const std::string& kind, Parameters& parameters) {
+  if (kind != "mix") return make_material(kind, parameters, textures_.find, diagnostics_);
+  MixDescription mix;
+  const std::vector<std::string> names = parameters.strings("materials");
+  if (names.size() != 2)
+    throw InputError(parameters.where(), parameters.directive() + ": add \"string materials\" with two names");
+  for (const std::string& part : names) {
+    const auto found = named_materials_.find(part);
+    if (found == named_materials_.end())
+      parameters.fail("materials", "names " + in_quotes(part) + ", which is not defined above this line");
+    if (interfaces_.contains(part))
+      parameters.unsupported("materials", "names an interface, which a mixture cannot have here", diagnostics_);
+    (part == names[0] ? mix.first : mix.second) = found->second;
+  }
+  if (names[0] == names[1]) mix.second = mix.first;
+  mix.amount = parameters.number_texture("amount").value_or(scene::Texture<float>::constant(glm::dvec3(0.5)));
+  return {mix, parameters.where(), {}};
 }
 
 void Parser::material() {
@@ -358,7 +375,7 @@ void Parser::material() {
   Parameters parameters = parse_parameters(kind, "material");
   state_.is_interface = kind == "interface" || kind == "none" || kind.empty();
   if (state_.is_interface) return;
-  scene_.materials.push_back(make_material(kind, parameters, diagnostics_));
+  scene_.materials.push_back(any_material(kind, parameters));
   parameters.warn_of_unused(diagnostics_);
   state_.material = scene_.materials.size() - 1;
 }
@@ -375,7 +392,7 @@ void Parser::make_named_material() {
     interfaces_.insert(name);
     return;
   }
-  scene_.materials.push_back(make_material(*kind, parameters, diagnostics_));
+  scene_.materials.push_back(any_material(*kind, parameters));
   parameters.warn_of_unused(diagnostics_);
   named_materials_[name] = scene_.materials.size() - 1;
 }
@@ -409,11 +426,15 @@ void Parser::shape() {
   const std::string kind = expect_string("a kind of shape");
   Parameters parameters = parse_parameters(kind, "shape");
   std::optional<ShapeDescription> made =
-      make_shape(kind, parameters, state_.reverse_orientation, folder_, diagnostics_);
+      make_shape(kind, parameters, state_.reverse_orientation, textures_.find, diagnostics_);
   parameters.warn_of_unused(diagnostics_);
   if (!made || is_unseen_interface()) return;
   ShapeDescription& shape = *made;
   shape.material = state_.material;
+  if (shape.opacity && state_.area_light) {
+    diagnostics_.unsupported(shape.where, "a light with alpha is not supported: leave out one of the two");
+    shape.opacity = nullptr;
+  }
   if (open_object_.empty()) return place_shape(std::move(shape), state_.transform);
   if (state_.area_light)
     diagnostics_.warning(shape.where, "a shape inside ObjectBegin cannot be a light: it does not shine");

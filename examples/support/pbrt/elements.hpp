@@ -14,7 +14,15 @@
 
 namespace gmis::tools::pbrt {
 
-[[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters,
+/// The file that a name in a scene stands for.
+using FileFinder = std::function<std::filesystem::path(const std::string&)>;
+
+/// `is_color`: of type spectrum, else of type float.
+[[nodiscard]] TextureHandle make_texture(const std::string& kind, bool is_color, Parameters& parameters,
+                                         const FileFinder& find, Diagnostics& diagnostics);
+
+/// Any but a mixture.
+[[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters, const FileFinder& find,
                                                 Diagnostics& diagnostics);
 
 /// Nothing when the light is black. Images are looked for in `folder`.
@@ -37,7 +45,7 @@ struct AreaLight {
 
 /// A shape in its own space, without material and emission; nothing when it is of a kind that is not supported.
 [[nodiscard]] std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& parameters,
-                                                         bool reverse_orientation, const std::filesystem::path& folder,
+                                                         bool reverse_orientation, const FileFinder& find,
                                                          Diagnostics& diagnostics);
 
 [[nodiscard]] double luminance(const Rgb& color);

@@ -10,7 +10,8 @@ namespace gmis::tools::pbrt {
 
 Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics)
     : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics) {
-  scene_.materials.push_back({DiffuseDescription{}, {}});  // for shapes before the first Material
+  scene_.materials.push_back({DiffuseDescription{}, {}, {}});  // for shapes before the first Material
+  textures_.find = [this](const std::string& file) { return resolve(file); };
 }
 
 const std::map<std::string, Parser::Directive>& Parser::directives() {
@@ -70,7 +71,7 @@ void Parser::parse_file(const std::filesystem::path& file) {
                                : std::filesystem::exists(file, error) ? " cannot be read: check its rights"
                                                                       : " is missing: check its name";
     if (lexer_ == nullptr) throw InputError(file.string() + ": this file" + reason);
-    throw InputError(directive_.where, "the file " + in_quotes(file.string()) + reason);
+    throw InputError(directive_.where, "the file " + file_in_quotes(file.string()) + reason);
   }
   parse_text({std::istreambuf_iterator<char>(stream), {}}, file.string());
 }
@@ -208,7 +209,7 @@ Parameters Parser::parse_parameters(const std::string& kind, const char* default
       parameters.back().is_used = true;  // it may be meant for another kind
     }
   }
-  return {named_directive(kind), directive_.where, std::move(parameters), textures_};
+  return {named_directive(kind), directive_.where, std::move(parameters), textures_, diagnostics_};
 }
 
 std::string Parser::named_directive(const std::string& kind) const {

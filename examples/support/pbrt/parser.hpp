@@ -67,6 +67,8 @@ class Parser {
   [[nodiscard]] bool is_unseen_interface();
   void place_shape(ShapeDescription shape, const Transform& world_from_shape);
 
+  [[nodiscard]] MaterialDescription any_material(const std::string& kind, Parameters& parameters);
+
   // One for each directive.
   void accelerator() { ignored_with_note(); }
   void active_transform();

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "support/pbrt/smooth_shapes.hpp"
+
 namespace gmis::tools::pbrt {
 
 Transform translation(const glm::dvec3& by) {
@@ -112,14 +114,27 @@ void face_forward(MeshDescription& mesh) {
   }
 }
 
+/// The sphere as a mesh, which may become an ellipsoid.
+ShapeDescription stretchable(ShapeDescription shape) {
+  const SphereDescription sphere = std::get<SphereDescription>(shape.geometry);
+  MeshDescription mesh = mesh_of(PartialSphere{sphere.radius, -sphere.radius, sphere.radius, 360});
+  for (Point& p : mesh.positions) p = sphere.axes * p + sphere.center;
+  for (glm::dvec3& n : mesh.normals) n = sphere.axes * (sphere.normal_points_inward ? -n : n);
+  if ((glm::determinant(sphere.axes) < 0) != sphere.normal_points_inward)
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  shape.geometry = std::move(mesh);
+  return shape;
+}
+
 }  // namespace
 
 std::optional<ShapeDescription> transformed(ShapeDescription shape, const Transform& m) {
   if (auto* sphere = std::get_if<SphereDescription>(&shape.geometry)) {
     const std::optional<double> scale = similarity_scale(m);
-    if (!scale) return {};
+    if (!scale) return transformed(stretchable(shape), m);
     sphere->center = transform_point(m, sphere->center);
     sphere->radius *= *scale;
+    sphere->axes = glm::dmat3(m) * sphere->axes / *scale;
     return shape;
   }
   auto& mesh = std::get<MeshDescription>(shape.geometry);

@@ -54,7 +54,8 @@ class Texture {
 
   [[nodiscard]] static Handle constant(const glm::dvec3& value) {
     Texture result(Kind::constant);
-    result.lower_ = result.upper_ = result.mean_ = Vec3<T>(value);
+    result.lower_ = result.upper_ = Vec3<T>(value);
+    result.mean_ = value;
     return std::make_shared<const Texture>(std::move(result));
   }
 
@@ -89,7 +90,8 @@ class Texture {
     const auto turned = [&](const Vec3<T>& v) { return is_inverted ? glm::max(Vec3<T>(1) - v, Vec3<T>(0)) : v; };
     result.lower_ = turned(Vec3<T>(is_inverted ? upper : lower));
     result.upper_ = turned(Vec3<T>(is_inverted ? lower : upper));
-    result.mean_ = turned(Vec3<T>(sum / (double(size.x) * size.y)));
+    const glm::dvec3 mean = sum / (double(size.x) * size.y);
+    result.mean_ = is_inverted ? glm::max(1.0 - mean, glm::dvec3(0)) : mean;
     return std::make_shared<const Texture>(std::move(result));
   }
 
@@ -99,13 +101,13 @@ class Texture {
     result.place(placement);
     result.lower_ = glm::min(even->lower_, odd->lower_);
     result.upper_ = glm::max(even->upper_, odd->upper_);
-    result.mean_ = (even->mean_ + odd->mean_) / T(2);
+    result.mean_ = (even->mean_ + odd->mean_) / 2.0;
     result.parts_ = {std::move(even), std::move(odd), nullptr};
     return result.shared();
   }
 
   [[nodiscard]] static Handle product(Handle a, Handle b) {
-    if (a->is_constant() && b->is_constant()) return constant(glm::dvec3(a->mean_ * b->mean_));
+    if (a->is_constant() && b->is_constant()) return constant(a->mean_ * b->mean_);
     Texture result(Kind::product);
     const Vec3<T> ends[] = {a->lower_ * b->lower_, a->lower_ * b->upper_, a->upper_ * b->lower_, a->upper_ * b->upper_};
     result.lower_ = glm::min(glm::min(ends[0], ends[1]), glm::min(ends[2], ends[3]));
@@ -117,9 +119,9 @@ class Texture {
 
   /// first · (1 − amount) + second · amount, with an amount cut to [0, 1].
   [[nodiscard]] static Handle mix(Handle first, Handle second, Handle amount) {
-    const T share = std::clamp(mean_channel(amount->mean_), T(0), T(1));
-    const Vec3<T> mean = first->mean_ * (T(1) - share) + second->mean_ * share;
-    if (first->is_constant() && second->is_constant() && amount->is_constant()) return constant(glm::dvec3(mean));
+    const double share = std::clamp(mean_channel(amount->mean_), 0.0, 1.0);
+    const glm::dvec3 mean = first->mean_ * (1 - share) + second->mean_ * share;
+    if (first->is_constant() && second->is_constant() && amount->is_constant()) return constant(mean);
     Texture result(Kind::mix);
     result.lower_ = glm::min(first->lower_, second->lower_);
     result.upper_ = glm::max(first->upper_, second->upper_);
@@ -131,7 +133,7 @@ class Texture {
   [[nodiscard]] Vec3<T> at(const Vec2<T>& uv) const noexcept {
     switch (kind_) {
       case Kind::constant:
-        return mean_;
+        return lower_;
       case Kind::image:
         return image_at(placed(uv));
       case Kind::checkerboard: {
@@ -146,7 +148,7 @@ class Texture {
         return parts_[0]->at(uv) * (T(1) - amount) + parts_[1]->at(uv) * amount;
       }
     }
-    return mean_;
+    return lower_;
   }
 
   [[nodiscard]] bool is_constant() const noexcept { return kind_ == Kind::constant; }
@@ -154,7 +156,7 @@ class Texture {
   [[nodiscard]] const Vec3<T>& lower() const noexcept { return lower_; }
   [[nodiscard]] const Vec3<T>& upper() const noexcept { return upper_; }
   /// About the mean, exact for one image or a constant.
-  [[nodiscard]] const Vec3<T>& mean() const noexcept { return mean_; }
+  [[nodiscard]] const glm::dvec3& mean() const noexcept { return mean_; }
 
  private:
   enum class Kind : std::uint8_t { constant, image, checkerboard, product, mix };
@@ -218,7 +220,8 @@ class Texture {
   TextureFilter filter_ = TextureFilter::bilinear;
   bool is_inverted_ = false;
   Vec2<T> scale_{1}, offset_{0};
-  Vec3<T> lower_{0}, upper_{0}, mean_{0};
+  Vec3<T> lower_{0}, upper_{0};
+  glm::dvec3 mean_{0};
   std::shared_ptr<const TextureImage> image_;
   std::array<Handle, 3> parts_;
 };
