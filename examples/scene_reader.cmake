@@ -7,6 +7,7 @@ find_package(PNG QUIET)
 find_package(assimp CONFIG QUIET)
 find_package(TBB CONFIG QUIET)
 find_package(ZLIB QUIET)
+find_package(TinyGLTF CONFIG QUIET)
 find_path(GMIS_STB_FOLDER stb/stb_image.h)
 if(GMIS_STB_FOLDER AND NOT TARGET gmis_stb)
   add_library(gmis_stb INTERFACE)
@@ -43,6 +44,7 @@ endif()
 
 set(support ${CMAKE_CURRENT_LIST_DIR}/support)
 add_library(gmis_scene_reader STATIC
+  ${support}/gltf/reader.cpp
   ${support}/image/exr.cpp
   ${support}/image/image.cpp
   ${support}/image/pfm.cpp
@@ -62,6 +64,7 @@ add_library(gmis_scene_reader STATIC
   ${support}/pbrt/transform.cpp
   ${support}/ply_layout.cpp
   ${support}/ply_mesh.cpp
+  ${support}/read_scene.cpp
   ${support}/scene_description.cpp
   ${support}/whole_file.cpp)
 target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
@@ -71,5 +74,9 @@ gmis_optional_part(OpenEXR::OpenEXR GMIS_HAS_OPENEXR "gmis-render reads and writ
 gmis_optional_part(PNG::PNG GMIS_HAS_PNG "gmis-render writes no .png")
 gmis_optional_part(assimp::assimp GMIS_HAS_ASSIMP "gmis-render reads no plymesh")
 gmis_optional_part(gmis_stb GMIS_HAS_STB "gmis-render reads no textures from .png, .tga and .jpg")
+gmis_optional_part(TinyGLTF::TinyGLTF GMIS_HAS_TINYGLTF "gmis-render reads no glTF")
+if(TARGET TinyGLTF::TinyGLTF)
+  target_sources(gmis_scene_reader PRIVATE ${support}/gltf/materials.cpp)
+endif()
 gmis_optional_part(ZLIB::ZLIB GMIS_HAS_ZLIB "gmis-render reads no plymesh from .ply.gz")
 gmis_optional_part(TBB::tbb GMIS_HAS_TBB "gmis-render runs on one thread")
