@@ -32,8 +32,11 @@ namespace gmis::tools::gltf {
   const auto element = static_cast<std::size_t>(bytes * components);
   const std::size_t stride = view.byteStride > 0 ? view.byteStride : element;
   const std::size_t first = view.byteOffset + accessor.byteOffset;
-  if (first > data.size() || accessor.count > data.size() ||
-      (accessor.count > 0 && (stride > data.size() || (accessor.count - 1) * stride + element > data.size() - first)))
+  const std::size_t size = view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset
+                               ? 0
+                               : view.byteOffset + view.byteLength;
+  if (first > size || accessor.count > size || stride > size ||
+      (accessor.count > 0 && (accessor.count - 1) * stride + element > size - first))
     throw fail("goes beyond the end of its buffer");
   std::vector<double> result;
   result.reserve(accessor.count * static_cast<std::size_t>(components));
