@@ -51,6 +51,9 @@ struct Options {
   std::string effects;                       ///< as given; empty: all
   std::optional<PathClassSet> path_classes;  ///< those that --effects leaves
   bool class_images = false;                 ///< --aov classes
+  bool layers = false;                       ///< --aov layers
+  double exposure = 0;                       ///< of .png, in powers of two
+  std::string command_line;
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;

@@ -8,8 +8,8 @@
 
 #include "support/choices.hpp"
 #include "support/image/formats.hpp"
-#include "support/pbrt/reader.hpp"
 #include "support/plan_text.hpp"
+#include "support/read_scene.hpp"
 #include "support/technique_sheet.hpp"
 
 namespace gmis::tools {
@@ -18,7 +18,7 @@ Diagnostics check_scene_file(const std::filesystem::path& file) {
   Diagnostics diagnostics(Strictness::check);
   const SourcePosition start{std::make_shared<const std::string>(file.string()), 1};
   try {
-    const SceneDescription description = read_pbrt_scene(file, diagnostics);
+    const SceneDescription description = read_scene(file, diagnostics);
     if (diagnostics.error_count() == 0) (void)build_scene(description, diagnostics);
   } catch (const InputError& error) {
     diagnostics.error(error.where().value_or(start), error.message());
@@ -32,7 +32,7 @@ LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::arr
   LoadedScene loaded;
   const auto start = Clock::now();
   Diagnostics diagnostics(strictness);
-  SceneDescription description = read_pbrt_scene(file, diagnostics);
+  SceneDescription description = read_scene(file, diagnostics);
   const auto read = Clock::now();
   if (size) {
     description.film.width = (*size)[0];
@@ -156,15 +156,18 @@ Image read_reference(const std::filesystem::path& file, const RenderRequest& req
   return reference;
 }
 
-void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves) {
-  write_image(result.image, output);
+void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves,
+                  const ImageExtras& extras) {
+  write_image(result.image, output, extras);
   if (!halves) return;
   const auto beside = [&](const char* suffix) {
     auto file = output;
     return file.replace_filename(output.stem().string() + suffix + output.extension().string());
   };
-  write_image(result.half_a, beside("_a"));
-  write_image(result.half_b, beside("_b"));
+  ImageExtras of_halves = extras;
+  of_halves.layers.clear();
+  write_image(result.half_a, beside("_a"), of_halves);
+  write_image(result.half_b, beside("_b"), of_halves);
 }
 
 std::filesystem::path class_folder(const std::filesystem::path& output) {

@@ -43,8 +43,9 @@ struct LoadedScene {
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);
 
-/// Writes the image, and the halves beside it with `_a` and `_b` before the ending.
-void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves);
+/// Writes the image, and the halves beside it with `_a` and `_b` before the ending; layers go to the image alone.
+void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves,
+                  const ImageExtras& extras);
 /// Where the images of path classes go: `NAME_classes` beside an output.
 [[nodiscard]] std::filesystem::path class_folder(const std::filesystem::path& output);
 /// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of them side by side:

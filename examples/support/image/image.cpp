@@ -66,16 +66,16 @@ void require_writable_format(const std::filesystem::path& file) {
   (void)format_of(file);
 }
 
-void write_image(const Image& image, const std::filesystem::path& file) {
+void write_image(const Image& image, const std::filesystem::path& file, const ImageExtras& extras) {
   const Format format = format_of(file);
   write_whole(file, [&](const std::filesystem::path& part) {
     switch (format) {
       case Format::exr:
-        return write_exr(image, part);
+        return write_exr(image, part, extras);
       case Format::pfm:
         return write_pfm(image, part);
       case Format::png:
-        return write_png(image, part);
+        return write_png(image, part, extras.exposure);
     }
   });
 }
