@@ -1,5 +1,6 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -14,6 +15,7 @@
 
 #include "gmis/core/state_archive.hpp"
 #include "support/choices.hpp"
+#include "support/first_hit_layers.hpp"
 #include "support/instruction_set.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
@@ -172,13 +174,43 @@ int print_replay(const RenderRequest& request, const PathChoice& choice, const B
   return done;
 }
 
-int run(Options options) {
-  if (options.list_scenes) {
-    for (const std::string& name : built_in_scene_names()) std::printf("%s\n", name.c_str());
+/// What an .exr says of how it was made.
+std::vector<std::pair<std::string, std::string>> notes_of(const Options& options, const RenderResult& result,
+                                                          const std::string& plan) {
+  std::vector<std::pair<std::string, std::string>> notes{{"gmis:version", GMIS_VERSION},
+                                                         {"gmis:commandLine", options.command_line},
+                                                         {"gmis:seed", std::to_string(options.seed)},
+                                                         {"gmis:iterations", std::to_string(result.iterations)},
+                                                         {"gmis:plan", plan},
+                                                         {"gmis:radius", std::to_string(result.radius)}};
+  if (result.error) notes.emplace_back("gmis:relativeError", std::to_string(result.error->relative_error));
+  return notes;
+}
+
+int print_check(const std::filesystem::path& file, bool is_quiet) {
+  const Diagnostics diagnostics = check_scene_file(file);
+  if (!is_quiet)
+    for (const Diagnostic& diagnostic : diagnostics.all()) std::printf("%s\n", diagnostic.to_string().c_str());
+  const std::size_t errors = diagnostics.error_count();
+  if (errors == 0) {
+    if (!is_quiet) std::printf("%s: all of it is understood\n", file.c_str());
     return done;
   }
+  std::fprintf(stderr, "gmis-render: %s: %zu %s not understood\n", file.c_str(), errors,
+               errors == 1 ? "thing is" : "things are");
+  return bad_input;
+}
+
+int run(Options options) {
+  if (options.list_scenes) {
+    for (const std::string& name : built_in_scene_names())
+      std::printf("%-10s  %s\n", name.c_str(), line_of_scene(name).c_str());
+    return done;
+  }
+  if (options.check) return print_check(find_scene(options.scene), options.quiet);
   if (!options.replay) check_outputs(options);
-  LoadedScene loaded = load_scene(find_scene(options.scene), options.size);
+  LoadedScene loaded =
+      load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
@@ -226,12 +258,14 @@ int run(Options options) {
         write_whole(std::string(reinterpret_cast<const char*>(state.data()), state.size()), options.checkpoint_file);
       });
     };
+  ImageExtras extras;
+  extras.exposure = static_cast<float>(std::exp2(options.exposure));
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
   request.on_picture = [&](const gmis::Picture& picture) {
     const Image image = image_of(picture);
     WriteFailures on_the_way;  // what counts is the last picture
-    for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output); });
+    for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output, extras); });
   };
   ProgressBar bar(request, !options.quiet);
   if (bar.is_shown()) request.on_iteration = [&](const gmis::RunState& progress) { bar.show(progress); };
@@ -250,9 +284,14 @@ int run(Options options) {
     facts.error =
         gmis::image_error(std::span<const float>(result.image.rgb), std::span<const float>(reference->rgb), 3);
 
+  extras.notes = notes_of(options, result, facts.plan);
+  if (options.layers) extras.layers = first_hit_layers(scene, request.crop, executor);
+  if (options.layers)
+    for (const ClassImage& one : result.classes.classes)
+      extras.layers.push_back({std::string(gmis::name_of(one.path_class)), "RGB", one.image});
   std::vector<std::filesystem::path> written;
   for (const auto& output : options.outputs)
-    if (failures.attempt([&] { write_output(result, output, options.halves); })) written.push_back(output);
+    if (failures.attempt([&] { write_output(result, output, options.halves, extras); })) written.push_back(output);
   if (!options.techniques_folder.empty())
     failures.attempt([&] { write_techniques(result, options.techniques_folder); });
   if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });

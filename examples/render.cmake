@@ -13,6 +13,7 @@ add_library(gmis_render_session STATIC
   support/engines/pilot.cpp
   support/engines/split_trees.cpp
   support/executor.cpp
+  support/first_hit_layers.cpp
   support/integrator_names.cpp
   support/plan_text.cpp
   support/progressive_render.cpp
@@ -56,5 +57,6 @@ foreach(program render compare demo)
   target_link_libraries(gmis-${program} PRIVATE gmis_report gmis_warnings)
 endforeach()
 target_link_libraries(gmis-render PRIVATE gmis_render_program)
+target_compile_definitions(gmis-render PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 target_link_libraries(gmis-compare PRIVATE gmis_render_program CLI11::CLI11)
 target_compile_definitions(gmis-compare PRIVATE GMIS_VERSION="${PROJECT_VERSION}")

@@ -6,12 +6,25 @@ find_package(OpenEXR CONFIG QUIET)
 find_package(PNG QUIET)
 find_package(assimp CONFIG QUIET)
 find_package(TBB CONFIG QUIET)
+find_package(ZLIB QUIET)
+find_path(GMIS_STB_FOLDER stb/stb_image.h)
+if(GMIS_STB_FOLDER AND NOT TARGET gmis_stb)
+  add_library(gmis_stb INTERFACE)
+  target_include_directories(gmis_stb SYSTEM INTERFACE ${GMIS_STB_FOLDER})
+endif()
 if(GMIS_FETCH_DEPENDENCIES)
   gmis_find_dependency(CLI11 CLI11::CLI11 https://github.com/CLIUtils/CLI11.git v2.4.2)
   gmis_find_dependency(nlohmann_json nlohmann_json::nlohmann_json https://github.com/nlohmann/json.git v3.11.3)
 else()
   find_package(CLI11 CONFIG QUIET)
   find_package(nlohmann_json CONFIG QUIET)
+endif()
+find_path(GMIS_TINYGLTF_FOLDER tiny_gltf.h)
+if(GMIS_TINYGLTF_FOLDER AND TARGET nlohmann_json::nlohmann_json AND NOT TARGET gmis_tinygltf)
+  # As a header: packages differ in how the library was compiled.
+  add_library(gmis_tinygltf INTERFACE)
+  target_include_directories(gmis_tinygltf SYSTEM INTERFACE ${GMIS_TINYGLTF_FOLDER})
+  target_link_libraries(gmis_tinygltf INTERFACE nlohmann_json::nlohmann_json)
 endif()
 unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
 
@@ -37,10 +50,12 @@ endif()
 
 set(support ${CMAKE_CURRENT_LIST_DIR}/support)
 add_library(gmis_scene_reader STATIC
+  ${support}/gltf/reader.cpp
   ${support}/image/exr.cpp
   ${support}/image/image.cpp
   ${support}/image/pfm.cpp
   ${support}/image/png.cpp
+  ${support}/image/texture_image.cpp
   ${support}/pbrt/directives.cpp
   ${support}/pbrt/lexer.cpp
   ${support}/pbrt/lights.cpp
@@ -49,9 +64,13 @@ add_library(gmis_scene_reader STATIC
   ${support}/pbrt/parser.cpp
   ${support}/pbrt/reader.cpp
   ${support}/pbrt/shapes.cpp
+  ${support}/pbrt/smooth_shapes.cpp
+  ${support}/pbrt/spectra.cpp
+  ${support}/pbrt/textures.cpp
   ${support}/pbrt/transform.cpp
   ${support}/ply_layout.cpp
   ${support}/ply_mesh.cpp
+  ${support}/read_scene.cpp
   ${support}/scene_description.cpp
   ${support}/whole_file.cpp)
 target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
@@ -60,4 +79,10 @@ target_compile_options(gmis_scene_reader PRIVATE $<$<CONFIG:Debug>:-O0>)  # much
 gmis_optional_part(OpenEXR::OpenEXR GMIS_HAS_OPENEXR "gmis-render reads and writes no .exr")
 gmis_optional_part(PNG::PNG GMIS_HAS_PNG "gmis-render writes no .png")
 gmis_optional_part(assimp::assimp GMIS_HAS_ASSIMP "gmis-render reads no plymesh")
+gmis_optional_part(gmis_stb GMIS_HAS_STB "gmis-render reads no textures from .png, .tga and .jpg")
+gmis_optional_part(gmis_tinygltf GMIS_HAS_TINYGLTF "gmis-render reads no glTF")
+if(TARGET gmis_tinygltf)
+  target_sources(gmis_scene_reader PRIVATE ${support}/gltf/materials.cpp ${support}/gltf/model.cpp)
+endif()
+gmis_optional_part(ZLIB::ZLIB GMIS_HAS_ZLIB "gmis-render reads no plymesh from .ply.gz")
 gmis_optional_part(TBB::tbb GMIS_HAS_TBB "gmis-render runs on one thread")

@@ -1,6 +1,11 @@
 #include "support/build_scene.hpp"
 
+#include <cmath>
+#include <glm/common.hpp>
+#include <map>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "gmis/scene/scene_builder.hpp"
 
@@ -9,8 +14,20 @@ namespace {
 
 using Builder = scene::SceneBuilder<float>;
 
+/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of that place.
+template <class Step>
+void at(const SourcePosition& where, Step&& step) {
+  try {
+    step();
+  } catch (const std::invalid_argument& error) {
+    throw InputError(where, error.what());
+  }
+}
+
 struct MakeMaterial {
   using Material = scene::Material<float>;
+  const std::vector<Material>& made;
+
   Material operator()(const DiffuseDescription& m) const { return scene::make_diffuse(m.reflectance); }
   Material operator()(const PhongDescription& m) const {
     return scene::make_phong(m.reflectance, m.specular, m.exponent);
@@ -23,16 +40,83 @@ struct MakeMaterial {
   Material operator()(const CoatedDiffuseDescription& m) const {
     return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha);
   }
+  Material operator()(const DiffuseTransmissionDescription& m) const {
+    return scene::make_diffuse_transmission(m.reflectance, m.transmittance);
+  }
+  Material operator()(const CoatedConductorDescription& m) const {
+    return scene::make_coated_conductor(m.eta, m.k, m.alpha, m.coat_eta, m.coat_alpha);
+  }
+  Material operator()(const MixDescription& m) const {
+    return scene::make_mix(made.at(m.first), made.at(m.second), m.amount);
+  }
 };
 
-void add_shape(Builder& builder, const ShapeDescription& shape) {
+scene::Material<float> material_of(const MaterialDescription& description,
+                                   const std::vector<scene::Material<float>>& made) {
+  // What a texture replaces must be there to be replaced, if only by a lobe of its own.
+  MaterialDescription there = description;
+  const MaterialTexturesDescription& given = description.textures;
+  if (given.color || given.transmittance) {
+    const auto show = [](Rgb& color, const TextureHandle& texture) {
+      if (texture) color = glm::clamp(Rgb(texture->upper()), Rgb(1e-3), Rgb(1));
+    };
+    if (auto* diffuse = std::get_if<DiffuseDescription>(&there.kind)) show(diffuse->reflectance, given.color);
+    if (auto* phong = std::get_if<PhongDescription>(&there.kind)) show(phong->reflectance, given.color);
+    if (auto* mirror = std::get_if<MirrorDescription>(&there.kind)) show(mirror->reflectance, given.color);
+    if (auto* coated = std::get_if<CoatedDiffuseDescription>(&there.kind)) show(coated->reflectance, given.color);
+    if (auto* sheet = std::get_if<DiffuseTransmissionDescription>(&there.kind)) {
+      show(sheet->reflectance, given.color);
+      show(sheet->transmittance, given.transmittance);
+      if (max_channel(sheet->transmittance) == 0) sheet->transmittance = Rgb(1e-6);
+    }
+  }
+  const scene::Material<float> plain = std::visit(MakeMaterial{made}, there.kind);
+  if (given.is_empty()) return plain;
+  scene::MaterialTextures<float> textures;
+  textures.color = given.color;
+  textures.transmittance = given.transmittance;
+  textures.roughness = given.roughness;
+  textures.is_remapped = given.is_remapped;
+  textures.height = given.height;
+  textures.normal_map = given.normal_map;
+  return scene::with_textures(plain, std::move(textures));
+}
+
+/// The materials as the builder numbers them; those of shapes with an opacity are made when the first such shape comes.
+class Materials {
+ public:
+  Materials(Builder& builder, const std::vector<MaterialDescription>& descriptions) : builder_(builder) {
+    for (const MaterialDescription& description : descriptions)
+      at(description.where, [&] {
+        made_.push_back(material_of(description, made_));
+        builder.add_material(made_.back());
+      });
+  }
+  [[nodiscard]] std::size_t number_of(const ShapeDescription& shape) {
+    if (!shape.opacity) return shape.material;
+    const auto [place, is_new] = cut_.try_emplace({shape.material, shape.opacity.get()}, 0);
+    if (is_new) {
+      scene::MaterialTextures<float> textures;
+      textures.opacity = shape.opacity;
+      place->second = builder_.add_material(scene::with_textures(made_.at(shape.material), std::move(textures)));
+    }
+    return place->second;
+  }
+
+ private:
+  Builder& builder_;
+  std::vector<scene::Material<float>> made_;
+  std::map<std::pair<std::size_t, const void*>, std::size_t> cut_;
+};
+
+void add_shape(Builder& builder, const ShapeDescription& shape, std::size_t material) {
   std::optional<scene::AreaEmission> emission;
   if (shape.emission) emission = scene::AreaEmission{shape.emission->radiance, shape.emission->is_two_sided};
   if (const auto* sphere = std::get_if<SphereDescription>(&shape.geometry)) {
-    builder.add_sphere(sphere->center, sphere->radius, shape.material, emission, sphere->normal_points_inward);
+    builder.add_sphere(sphere->center, sphere->radius, material, emission, sphere->normal_points_inward, sphere->axes);
   } else {
     const auto& mesh = std::get<MeshDescription>(shape.geometry);
-    builder.add_mesh({mesh.positions, mesh.triangles, mesh.normals}, shape.material, emission);
+    builder.add_mesh({mesh.positions, mesh.triangles, mesh.normals, mesh.uv}, material, emission);
   }
 }
 
@@ -50,27 +134,28 @@ struct AddLight {
   void operator()(const InfiniteLightDescription& l) const { builder.add_environment(l.radiance); }
 };
 
-/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of that place.
-template <class Step>
-void at(const SourcePosition& where, Step&& step) {
-  try {
-    step();
-  } catch (const std::invalid_argument& error) {
-    throw InputError(where, error.what());
-  }
-}
-
 std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+/// Pixels whose corner is in the window, as pbrt has it.
+std::optional<PixelBounds> crop_of(const FilmDescription& film) {
+  if (!film.crop_window) return {};
+  const auto& [x0, x1, y0, y1] = *film.crop_window;
+  const auto pixel = [](double part, int size) { return static_cast<int>(std::ceil(part * size)); };
+  PixelBounds crop{{pixel(x0, film.width), pixel(y0, film.height)}, {pixel(x1, film.width), pixel(y1, film.height)}};
+  if (!(crop.lower.x < crop.upper.x && crop.lower.y < crop.upper.y))
+    throw InputError(film.where, "cropwindow holds no pixel: make it larger");
+  return crop;
 }
 
 }  // namespace
 
 std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics) {
   Builder builder;
-  for (const MaterialDescription& material : description.materials)
-    at(material.where, [&] { builder.add_material(std::visit(MakeMaterial{}, material.kind)); });
-  for (const ShapeDescription& shape : description.shapes) at(shape.where, [&] { add_shape(builder, shape); });
+  Materials materials(builder, description.materials);
+  for (const ShapeDescription& shape : description.shapes)
+    at(shape.where, [&] { add_shape(builder, shape, materials.number_of(shape)); });
   for (const LightDescription& light : description.lights)
     at(light.where, [&] { std::visit(AddLight{builder}, light.kind); });
   const FilmDescription& film = description.film;
@@ -92,7 +177,7 @@ std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Dia
   const std::string summary = counted(facts.triangle_count, "triangle", "triangles") + ", " +
                               counted(facts.sphere_count, "sphere", "spheres") + ", " +
                               counted(facts.light_count, "light", "lights");
-  return std::make_unique<BuiltScene>(std::move(built), film.file_name, summary);
+  return std::make_unique<BuiltScene>(std::move(built), film.file_name, summary, crop_of(film));
 }
 
 }  // namespace gmis::tools

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <sstream>
 #include <string_view>
 
 #include "gmis/transport/effects/effect_switches.hpp"
@@ -90,7 +91,7 @@ struct RawOptions {
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene", options.scene, "A .pbrt file or the name of a built-in scene");
-  app.add_flag("--list-scenes", options.list_scenes, "Print the names of the built-in scenes");
+  app.add_flag("--list-scenes", options.list_scenes, "Print the built-in scenes, a line each");
   app.add_option(
       "--integrator", raw.integrator,
       "auto (what the scene calls for and what pays in it; the default), pt, lt, bpt, ppm, bpm, vcm or gmis");
@@ -132,7 +133,11 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--replay", raw.replay,
                  "Render nothing, print all about one path: ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE");
   app.add_option("--techniques", options.techniques_folder, "Write an image per technique into this folder");
-  app.add_option("--aov", raw.aov, "classes: write an image per path class into the folder NAME_classes by the output");
+  app.add_option(
+      "--aov", raw.aov,
+      "classes: write an image per path class into the folder NAME_classes by the output; layers: albedo, normal "
+      "and depth as layers of each .exr; or both, with a comma");
+  app.add_option("--exposure", options.exposure, "Make .png files 2^EV times as bright (0)");
   app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
   app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
@@ -147,6 +152,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--write-every", options.write_every,
                  "Keep picture and checkpoint on disk current: write them after so many seconds again (30)");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)");
+  app.add_flag("--check", options.check, "List all in the scene that is not supported, and render nothing");
+  app.add_flag("--lenient", options.lenient, "Render although the scene has what is not supported; warn of it");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");
 }
@@ -229,8 +236,12 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     options.path_classes = effects.classes;
   }
   if (given("--aov")) {
-    if (raw.aov != "classes") throw InputError("--aov " + in_quotes(raw.aov) + " is not known: use classes");
-    options.class_images = true;
+    std::stringstream names(raw.aov);
+    for (std::string name; std::getline(names, name, ',');) {
+      if (name != "classes" && name != "layers")
+        throw InputError("--aov " + in_quotes(name) + " is not known: use classes or layers");
+      (name == "classes" ? options.class_images : options.layers) = true;
+    }
   }
   options.connections = connections_of(raw.connections);
   if (given("--connections") && !connects(options.integrator))
@@ -271,6 +282,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   if (!(options.max_rejected >= 0)) throw InputError("--max-rejected must be a number from 0 on");
   if (!(options.write_every >= 0)) throw InputError("--write-every must be a number of seconds from 0 on");
+  if (!(std::abs(options.exposure) <= 100)) throw InputError("--exposure must be from -100 to 100");
+  for (int i = 0; i < argc; ++i) options.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
   if (given("--replay")) options.replay = path_choice_of(raw.replay);
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
   if (!options.list_scenes && options.scene.empty())

@@ -59,6 +59,9 @@ struct Options {
   std::string effects;                       ///< as given; empty: all
   std::optional<PathClassSet> path_classes;  ///< those that --effects leaves
   bool class_images = false;                 ///< --aov classes
+  bool layers = false;                       ///< --aov layers
+  double exposure = 0;                       ///< of .png, in powers of two
+  std::string command_line;
   bool halves = false;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;
@@ -66,6 +69,8 @@ struct Options {
   std::filesystem::path checkpoint_file, resume_file;
   double write_every = 30;  ///< seconds between pictures and checkpoints on disk while the run goes on
   std::filesystem::path reference_file;
+  bool check = false;    ///< read the scene, and say all that is not supported
+  bool lenient = false;  ///< input that is not supported is a warning
   bool explain = false;
   bool quiet = false;
 };

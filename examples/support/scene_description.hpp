@@ -11,6 +11,7 @@
 
 #include "gmis/scene/environment_map.hpp"
 #include "gmis/scene/microfacet.hpp"
+#include "gmis/scene/texture.hpp"
 #include "support/diagnostics.hpp"
 
 /// \file
@@ -21,6 +22,8 @@ namespace gmis::tools {
 
 using Rgb = glm::dvec3;
 using Point = glm::dvec3;
+
+using TextureHandle = std::shared_ptr<const scene::Texture<float>>;
 
 struct DiffuseDescription {
   Rgb reflectance{0.5};
@@ -52,11 +55,37 @@ struct CoatedDiffuseDescription {
   double eta = 1.5;
 };
 
+/// A thin sheet that scatters to both sides.
+struct DiffuseTransmissionDescription {
+  Rgb reflectance{0.25}, transmittance{0.25};
+};
+/// A metal under a dielectric coat; alpha 0 is smooth.
+struct CoatedConductorDescription {
+  Rgb eta{1}, k{1};
+  double alpha = 0;
+  double coat_eta = 1.5;
+  double coat_alpha = 0;
+};
+/// The second material at this share of the points, the first elsewhere; both stand before this one.
+struct MixDescription {
+  std::size_t first = 0, second = 0;
+  TextureHandle amount;
+};
+
+/// What replaces a number or a colour of the description where it varies over the surface; else null.
+struct MaterialTexturesDescription {
+  TextureHandle color, transmittance, roughness, height, normal_map;
+  bool is_remapped = false;  ///< α = √roughness
+
+  [[nodiscard]] bool is_empty() const { return !color && !transmittance && !roughness && !height && !normal_map; }
+};
+
 struct MaterialDescription {
   std::variant<DiffuseDescription, PhongDescription, MirrorDescription, ConductorDescription, DielectricDescription,
-               CoatedDiffuseDescription>
+               CoatedDiffuseDescription, DiffuseTransmissionDescription, CoatedConductorDescription, MixDescription>
       kind;
   SourcePosition where;
+  MaterialTexturesDescription textures{};
 };
 
 /// The geometric normal of a triangle is that of its winding, (b − a) × (c − a); the reader has already applied
@@ -65,12 +94,14 @@ struct MeshDescription {
   std::vector<Point> positions;
   std::vector<glm::dvec3> normals;  ///< one per position, unit, or none
   std::vector<std::array<int, 3>> triangles;
+  std::vector<glm::dvec2> uv;  ///< one per position, or none
 };
 
 struct SphereDescription {
   Point center{0};
   double radius = 1;
   bool normal_points_inward = false;
+  glm::dmat3 axes{1};  ///< unit; of its coordinates (u, v)
 };
 
 struct EmissionDescription {
@@ -83,6 +114,7 @@ struct ShapeDescription {
   std::size_t material = 0;  ///< index into `SceneDescription::materials`
   std::optional<EmissionDescription> emission;
   SourcePosition where;
+  TextureHandle opacity;  ///< the share of the surface that is there; null where it is all there
 };
 
 struct PointLightDescription {
@@ -130,6 +162,7 @@ struct FilmDescription {
   int width = 1280;
   int height = 720;
   std::string file_name = "pbrt.exr";
+  std::optional<std::array<double, 4>> crop_window;  ///< x0, x1, y0, y1 as fractions of width and height, y down
   SourcePosition where;
 };
 

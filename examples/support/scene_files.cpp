@@ -1,6 +1,7 @@
 #include "support/scene_files.hpp"
 
 #include <algorithm>
+#include <fstream>
 
 namespace gmis::tools {
 namespace fs = std::filesystem;
@@ -24,13 +25,16 @@ std::vector<std::string> built_in_scene_names() {
   return names;
 }
 
+std::string line_of_scene(const std::string& name) {
+  std::ifstream stream(built_in_scene_folder() / (name + ".pbrt"));
+  std::string line;
+  std::getline(stream, line);
+  return line.starts_with("# ") ? line.substr(2) : "";
+}
+
 fs::path find_scene(const std::string& name) {
   std::error_code error;
-  if (fs::is_regular_file(name, error)) {
-    if (fs::path(name).extension() == ".gltf" || fs::path(name).extension() == ".glb")
-      throw InputError(name + ": glTF scenes are not understood yet: use a .pbrt file");
-    return name;
-  }
+  if (fs::is_regular_file(name, error)) return name;
   const bool is_plain_name = name.find('/') == std::string::npos;
   if (is_plain_name) {
     const fs::path file = built_in_scene_folder() / (fs::path(name).extension() == ".pbrt" ? name : name + ".pbrt");

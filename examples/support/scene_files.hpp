@@ -11,6 +11,8 @@ namespace gmis::tools {
 /// The folder of the built-in scenes: where it was when this program was built, or else beside the program.
 [[nodiscard]] std::filesystem::path built_in_scene_folder();
 [[nodiscard]] std::vector<std::string> built_in_scene_names();
+/// What a built-in scene shows: the comment in its first line.
+[[nodiscard]] std::string line_of_scene(const std::string& name);
 
 /// The file that SCENE on the command line means. Throws `InputError` when there is none.
 [[nodiscard]] std::filesystem::path find_scene(const std::string& name);

@@ -8,18 +8,31 @@
 
 #include "support/choices.hpp"
 #include "support/image/formats.hpp"
-#include "support/pbrt/reader.hpp"
 #include "support/plan_text.hpp"
+#include "support/read_scene.hpp"
 #include "support/technique_sheet.hpp"
 
 namespace gmis::tools {
 
-LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size) {
+Diagnostics check_scene_file(const std::filesystem::path& file) {
+  Diagnostics diagnostics(Strictness::check);
+  const SourcePosition start{std::make_shared<const std::string>(file.string()), 1};
+  try {
+    const SceneDescription description = read_scene(file, diagnostics);
+    if (diagnostics.error_count() == 0) (void)build_scene(description, diagnostics);
+  } catch (const InputError& error) {
+    diagnostics.error(error.where().value_or(start), error.message());
+  }
+  return diagnostics;
+}
+
+LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size,
+                       Strictness strictness) {
   using Clock = std::chrono::steady_clock;
   LoadedScene loaded;
   const auto start = Clock::now();
-  Diagnostics diagnostics;
-  SceneDescription description = read_pbrt_scene(file, diagnostics);
+  Diagnostics diagnostics(strictness);
+  SceneDescription description = read_scene(file, diagnostics);
   const auto read = Clock::now();
   if (size) {
     description.film.width = (*size)[0];
@@ -60,6 +73,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.class_pictures = options.class_images;
   request.settings.path_classes = options.path_classes;
   if (options.class_images && !options.path_classes) request.settings.path_classes = PathClassSet::all();
+  if (!options.crop) request.crop = scene.film_crop();
   if (options.crop) {
     const auto& [x0, y0, x1, y1] = *options.crop;
     if (x1 > resolution.x || y1 > resolution.y)
@@ -148,15 +162,18 @@ Image read_reference(const std::filesystem::path& file, const RenderRequest& req
   return reference;
 }
 
-void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves) {
-  write_image(result.image, output);
+void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves,
+                  const ImageExtras& extras) {
+  write_image(result.image, output, extras);
   if (!halves) return;
   const auto beside = [&](const char* suffix) {
     auto file = output;
     return file.replace_filename(output.stem().string() + suffix + output.extension().string());
   };
-  write_image(result.half_a, beside("_a"));
-  write_image(result.half_b, beside("_b"));
+  ImageExtras of_halves = extras;
+  of_halves.layers.clear();
+  write_image(result.half_a, beside("_a"), of_halves);
+  write_image(result.half_b, beside("_b"), of_halves);
 }
 
 std::filesystem::path class_folder(const std::filesystem::path& output) {

@@ -24,7 +24,11 @@ struct LoadedScene {
 };
 
 /// `size` replaces that of the film.
-[[nodiscard]] LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size);
+[[nodiscard]] LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size,
+                                     Strictness strictness = Strictness::strict);
+
+/// Reads the scene and builds nothing: all that there is to say of it, errors included.
+[[nodiscard]] Diagnostics check_scene_file(const std::filesystem::path& file);
 
 /// What the options mean for this scene. Throws `InputError` when the crop lies outside the picture.
 [[nodiscard]] RenderRequest request_of(const Options& options, const BuiltScene& scene);
@@ -39,8 +43,9 @@ struct LoadedScene {
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);
 
-/// Writes the image, and the halves beside it with `_a` and `_b` before the ending.
-void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves);
+/// Writes the image, and the halves beside it with `_a` and `_b` before the ending; layers go to the image alone.
+void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves,
+                  const ImageExtras& extras);
 /// Where the images of path classes go: `NAME_classes` beside an output.
 [[nodiscard]] std::filesystem::path class_folder(const std::filesystem::path& output);
 /// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of them side by side:

@@ -9,9 +9,11 @@
 
 #include "program.hpp"
 #include "support/catch.hpp"
+#include "support/first_hit_layers.hpp"
 #include "support/image/formats.hpp"
 #include "support/plan_text.hpp"
 #include "support/seed.hpp"
+#include "support/session.hpp"
 #include "support/technique_sheet.hpp"
 
 using namespace program;
@@ -193,17 +195,22 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
   for (const char* option :
-       {"--integrator", "--effects", "--split",       "--scheme",     "--size",    "--max-depth",
-        "--radius",     "--alpha",   "--light-paths", "--seed",       "--threads", "--iterations",
-        "--time",       "--error",   "--crop",        "--techniques", "--halves",  "--out",
-        "--stats",      "--log",     "--reference",   "--explain",    "--quiet",   "--list-scenes"}) {
+       {"--integrator", "--effects",     "--split",       "--scheme",  "--size",       "--max-depth", "--radius",
+        "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
+        "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
+        "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
   CHECK(run(folder, "--version").exit_code == 0);
   const Outcome list = run(folder, "--list-scenes");
   CHECK(list.exit_code == 0);
-  CHECK(list.out == "cornell\npaper1\npaper2\npaper3\npaper4\nstudio\n");
+  for (const char* line : {"cornell     The classic box", "paper1      Two metal balls", "paper2      ",
+                           "paper3      The back wall", "paper4      A glossy floor", "studio      Rough glass"}) {
+    CAPTURE(line);
+    CHECK(list.out.find(line) != std::string::npos);
+  }
+  CHECK(std::count(list.out.begin(), list.out.end(), '\n') == 6);
 }
 
 TEST_CASE("The statistics hold every key that scripts rely on") {
@@ -543,14 +550,53 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   std::ofstream(folder / "odd.pbrt")
       << "Sampler \"halton\"\nWorldBegin\nFoo 1 2\n"
          "LightSource \"point\" \"point3 from\" [ 0 0 -3 ]\nTranslate 0 0 3 Shape \"sphere\"\n";
-  const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm");
+  const Outcome refused = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm");
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("odd.pbrt:3: the directive \"Foo\"") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "b.pfm"));
+  const Outcome checked = run(folder, "odd.pbrt --check --out b.pfm");
+  CHECK(checked.exit_code == 2);
+  CHECK(checked.out.find("odd.pbrt:1: note: ") != std::string::npos);
+  CHECK(checked.out.find("odd.pbrt:3: error: the directive \"Foo\"") != std::string::npos);
+  CHECK(checked.err.find("1 thing is not understood") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "b.pfm"));
+  CHECK(run(folder, "cornell --check").exit_code == 0);
+  const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --lenient");
   CHECK(warned.exit_code == 0);
   CHECK(warned.err.find("odd.pbrt:1: note: ") != std::string::npos);
   CHECK(warned.err.find("odd.pbrt:3: warning: ") != std::string::npos);
-  const Outcome quiet = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --quiet");
+  const Outcome quiet = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --quiet --lenient");
   CHECK(quiet.exit_code == 0);
   CHECK(quiet.out.empty());
   CHECK(quiet.err.empty());
+}
+
+TEST_CASE("Exposure changes a .png alone, and layers are what is seen first") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "square.pbrt")
+      << "Camera \"orthographic\" \"float screenwindow\" [ -1 1 -1 1 ]\nWorldBegin\nLightSource \"infinite\"\n"
+         "Material \"diffuse\" \"rgb reflectance\" [ .125 .25 .5 ]\nTranslate 0 0 4\nShape \"trianglemesh\" \"integer "
+         "indices\" [ 0 1 2 ]"
+         " \"point3 P\" [ -9 -9 0  9 -9 0  0 9 0 ]\n";
+  const std::string options = "square.pbrt --size 8x8 --iterations 4 --integrator pt --quiet ";
+  REQUIRE(run(folder, options + "--out a.pfm --out a.png").exit_code == 0);
+  REQUIRE(run(folder, options + "--out b.pfm --out b.png --exposure 1").exit_code == 0);
+  CHECK(text_of(folder / "a.pfm") == text_of(folder / "b.pfm"));
+  CHECK(text_of(folder / "a.png") != text_of(folder / "b.png"));
+  CHECK(run(folder, options + "--exposure many").exit_code == 2);
+  CHECK(run(folder, options + "--aov depths").exit_code == 2);
+  using namespace gmis::tools;
+  Diagnostics diagnostics;
+  const LoadedScene loaded = load_scene(folder / "square.pbrt", std::array{8, 8});
+  ThreadedExecutor executor(1);
+  const auto layers = first_hit_layers(*loaded.built, {}, executor);
+  REQUIRE(layers.size() == 3);
+  const std::size_t middle = layers[0].image.index(4, 4);
+  CHECK(layers[0].image.rgb[middle] == Approx(.125));
+  CHECK(layers[0].image.rgb[middle + 2] == Approx(.5));
+  CHECK(layers[1].image.rgb[middle + 2] == Approx(-1));
+  CHECK(layers[2].image.rgb[middle] == Approx(4));
+  CHECK(layers[2].image.rgb[layers[2].image.index(0, 0)] == 4.0F);
 }
 
 TEST_CASE("A caution names the pixels that rule the error, and what made the first of them") {

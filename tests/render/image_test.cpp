@@ -19,6 +19,13 @@
 #include <png.h>
 #endif
 
+#if GMIS_HAS_OPENEXR
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#endif
+
 using namespace gmis::tools;
 namespace fs = std::filesystem;
 
@@ -171,3 +178,33 @@ TEST_CASE("Image errors, by hand") {
     CHECK(gmis::image_error(std::span<const float>(none), std::span<const float>(none), 3).relmse == 0.0);
   }
 }
+
+#if GMIS_HAS_OPENEXR
+
+TEST_CASE("An .exr keeps layers and notes beside the picture") {
+  const ScratchFolder folder;
+  Image picture(2, 1), albedo(2, 1), depth(2, 1);
+  picture.rgb = {1, 2, 3, 4, 5, 6};
+  albedo.rgb = {.1F, .2F, .3F, .4F, .5F, .6F};
+  depth.rgb = {7, 0, 0, 8, 0, 0};
+  ImageExtras extras;
+  extras.notes = {{"gmis:seed", "42"}};
+  extras.layers = {{"albedo", "RGB", albedo}, {"depth", "Z", depth}};
+  write_image(picture, folder.path / "a.exr", extras);
+  CHECK(read_image(folder.path / "a.exr").rgb == picture.rgb);
+  Imf::InputFile file((folder.path / "a.exr").string().c_str());
+  CHECK(file.header().typedAttribute<Imf::StringAttribute>("gmis:seed").value() == "42");
+  float found[2][4] = {};
+  Imf::FrameBuffer frame;
+  const char* const names[] = {"albedo.R", "albedo.G", "albedo.B", "depth.Z"};
+  for (std::size_t c = 0; c < 4; ++c)
+    frame.insert(names[c], {Imf::FLOAT, reinterpret_cast<char*>(&found[0][c]), sizeof found[0], sizeof found});
+  file.setFrameBuffer(frame);
+  file.readPixels(0, 0);
+  for (std::size_t x = 0; x < 2; ++x) {
+    for (std::size_t c = 0; c < 3; ++c) CHECK(found[x][c] == albedo.rgb[3 * x + c]);
+    CHECK(found[x][3] == depth.rgb[3 * x]);
+  }
+}
+
+#endif

@@ -1,3 +1,6 @@
+#include <string>
+#include <vector>
+
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
 
@@ -7,6 +10,7 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
 #endif
 
 namespace gmis::tools {
@@ -28,7 +32,7 @@ Imf::Slice slice_of(float* first, const Image& image) {
 
 }  // namespace
 
-void write_exr(const Image& image, const std::filesystem::path& file) {
+void write_exr(const Image& image, const std::filesystem::path& file, const ImageExtras& extras) {
   try {
     Imf::Header header(image.width, image.height);
     Imf::FrameBuffer frame;
@@ -37,6 +41,14 @@ void write_exr(const Image& image, const std::filesystem::path& file) {
       header.channels().insert(channel_names[c], Imf::Channel(Imf::FLOAT));
       frame.insert(channel_names[c], slice_of(rgb.data() + c, image));
     }
+    std::vector<ImageLayer> layers = extras.layers;
+    for (ImageLayer& layer : layers)
+      for (std::size_t c = 0; c < layer.channels.size() && c < 3; ++c) {
+        const std::string name = layer.name + "." + layer.channels[c];
+        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        frame.insert(name, slice_of(layer.image.rgb.data() + c, layer.image));
+      }
+    for (const auto& [name, text] : extras.notes) header.insert(name, Imf::StringAttribute(text));
     Imf::OutputFile output(file.string().c_str(), header);
     output.setFrameBuffer(frame);
     output.writePixels(image.height);
@@ -76,7 +88,7 @@ bool has_exr() {
   return false;
 }
 
-void write_exr(const Image&, const std::filesystem::path& file) {
+void write_exr(const Image&, const std::filesystem::path& file, const ImageExtras&) {
   throw InputError(file.string() + ": this program was built without OpenEXR: use .pfm");
 }
 

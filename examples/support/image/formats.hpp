@@ -15,14 +15,14 @@ void write_pfm(const Image& image, const std::filesystem::path& file);
 /// Colour or grey, either byte order.
 [[nodiscard]] Image read_pfm(const std::filesystem::path& file);
 
-/// Float RGB, ZIP-compressed.
+/// Float RGB, ZIP-compressed; a layer has its name and a dot before the letters of its channels, notes are attributes.
 [[nodiscard]] bool has_exr();
-void write_exr(const Image& image, const std::filesystem::path& file);
+void write_exr(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
 [[nodiscard]] Image read_exr(const std::filesystem::path& file);
 
-/// 8 bits a channel with the sRGB curve; values outside [0, 1] are cut.
+/// 8 bits a channel: each value times `exposure`, cut to [0, 1], with the sRGB curve.
 [[nodiscard]] bool has_png();
-void write_png(const Image& image, const std::filesystem::path& file);
+void write_png(const Image& image, const std::filesystem::path& file, float exposure = 1);
 /// The bytes of such a file, each value times `exposure`.
 [[nodiscard]] std::vector<std::uint8_t> png_of(const Image& image, float exposure = 1);
 

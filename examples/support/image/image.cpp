@@ -66,16 +66,16 @@ void require_writable_format(const std::filesystem::path& file) {
   (void)format_of(file);
 }
 
-void write_image(const Image& image, const std::filesystem::path& file) {
+void write_image(const Image& image, const std::filesystem::path& file, const ImageExtras& extras) {
   const Format format = format_of(file);
   write_whole(file, [&](const std::filesystem::path& part) {
     switch (format) {
       case Format::exr:
-        return write_exr(image, part);
+        return write_exr(image, part, extras);
       case Format::pfm:
         return write_pfm(image, part);
       case Format::png:
-        return write_png(image, part);
+        return write_png(image, part, extras.exposure);
     }
   });
 }
@@ -85,6 +85,8 @@ Image read_image(const std::filesystem::path& file) {
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
     throw InputError(file.string() + ": this is no regular file: name an image");
+  if (!std::filesystem::exists(file, error))
+    throw InputError(file.string() + ": this image is missing: check its name");
   switch (format_of(file, true)) {
     case Format::exr:
       return read_exr(file);

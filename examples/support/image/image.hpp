@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gmis::tools {
@@ -31,10 +32,23 @@ struct Image {
 /// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
 [[nodiscard]] std::string image_hash(const Image& image);
 
+/// A picture of the same size as the main one, in the same file; `channels` is RGB, XYZ or Z (the first of three).
+struct ImageLayer {
+  std::string name, channels;
+  Image image;
+};
+
+/// What goes into a file with a picture.
+struct ImageExtras {
+  float exposure = 1;                                        ///< factor on all values; of .png alone
+  std::vector<std::pair<std::string, std::string>> notes{};  ///< names and texts; of .exr alone
+  std::vector<ImageLayer> layers{};                          ///< of .exr alone
+};
+
 /// Picks the format by the ending of the name. These throw `InputError` when it is not known or not in this build or
 /// when the file cannot be read or is no regular file, and `OutputError` when it cannot be written. A file that is
 /// there already stays as it is until the new one is whole.
-void write_image(const Image& image, const std::filesystem::path& file);
+void write_image(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
 [[nodiscard]] Image read_image(const std::filesystem::path& file);
 /// Throws what `write_image` would throw because of the ending: to be called before the work.
 void require_writable_format(const std::filesystem::path& file);

@@ -44,8 +44,8 @@ std::vector<std::uint8_t> png_of(const Image& image, float exposure) {
   return file;
 }
 
-void write_png(const Image& image, const std::filesystem::path& file) {
-  const std::vector<std::uint8_t> bytes = png_of(image);
+void write_png(const Image& image, const std::filesystem::path& file, float exposure) {
+  const std::vector<std::uint8_t> bytes = png_of(image, exposure);
   std::ofstream stream(file, std::ios::binary);
   stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.flush())
@@ -62,7 +62,7 @@ std::vector<std::uint8_t> png_of(const Image&, float) {
   throw InputError("this program was built without libpng: it makes no .png");
 }
 
-void write_png(const Image&, const std::filesystem::path& file) {
+void write_png(const Image&, const std::filesystem::path& file, float) {
   throw InputError(file.string() + ": this program was built without libpng: use .pfm");
 }
 

@@ -15,6 +15,12 @@ constexpr double farthest = 1e9;
 Transform matrix_of(const std::vector<double>& numbers) {
   Transform m(1);
   for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = numbers[static_cast<std::size_t>(i)];
+  // Written with few digits the last column may be a hair off; a common factor is divided out, as pbrt does.
+  const double w = m[3][3];
+  if (w == 0 || !(std::abs(m[0][3]) + std::abs(m[1][3]) + std::abs(m[2][3]) <= 1e-9 * std::abs(w))) return m;
+  m /= w;
+  m[0][3] = m[1][3] = m[2][3] = 0;
+  m[3][3] = 1;
   return m;
 }
 
@@ -40,6 +46,12 @@ void Parser::ignored_with_note() {
 // ---- transforms ----------------------------------------------------------------------------------------------------
 
 void Parser::concat(const Transform& m) {
+  // A motion: the transforms of its end alone.
+  if (state_.is_at_end_time) {
+    if (m != Transform(1))
+      diagnostics_.unsupported(directive_.where, "motion is not supported: only transforms of the start time are used");
+    return;
+  }
   const Transform next = state_.transform * m;
   if (!is_invertible_affine(m) || !is_invertible_affine(next))
     throw InputError(directive_.where, directive_.text +
@@ -75,12 +87,61 @@ void Parser::look_at_directive() {
 }
 
 void Parser::transform() {
-  state_.transform = Transform(1);
-  concat_transform();
+  const Transform m = matrix_of(expect_numbers(16));
+  if (!state_.is_at_end_time) state_.transform = Transform(1);
+  concat(m);
 }
 
 void Parser::concat_transform() {
   concat(matrix_of(expect_numbers(16)));
+}
+
+void Parser::active_transform() {
+  const Token which = lexer_->next();
+  if (which.text != "All" && which.text != "StartTime" && which.text != "EndTime")
+    throw InputError(which.where,
+                     "ActiveTransform " + in_quotes(which.text) + " is not understood: use All, StartTime or EndTime");
+  state_.is_at_end_time = which.text == "EndTime";
+}
+
+void Parser::transform_times() {
+  (void)expect_numbers(2);  // without a motion there is nothing that they change
+}
+
+// ---- media -----------------------------------------------------------------------------------------------------------
+
+void Parser::make_named_medium() {
+  const std::string name = expect_string("the name of a medium");
+  Parameters parameters = parse_parameters(name);
+  parameters.ignore_all();  // MediumInterface says where it is used, if it is
+}
+
+void Parser::medium_interface() {
+  const std::string inside = expect_string("the name of a medium");
+  const std::string outside =
+      lexer_->peek().kind == Token::Kind::string ? expect_string("the name of a medium") : inside;
+  if (!inside.empty() || !outside.empty())
+    diagnostics_.unsupported(directive_.where, "MediumInterface " + in_quotes(inside.empty() ? outside : inside) +
+                                                   ": media such as fog are not supported: leave it out");
+}
+
+// ---- settings that only sometimes change the picture -------------------------------------------------------------------
+
+void Parser::color_space() {
+  const std::string name = expect_string("the name of a colour space");
+  if (name == "srgb")
+    diagnostics_.note(directive_.where, "ColorSpace \"srgb\" is what all colours are in");
+  else
+    diagnostics_.unsupported(directive_.where,
+                             "the colour space " + in_quotes(name) + " is not supported: give colours in srgb");
+}
+
+void Parser::option() {
+  const Parameter parameter = parse_parameter();
+  if (parameter.name == "forcediffuse" && parameter.strings == std::vector<std::string>{"true"})
+    diagnostics_.unsupported(directive_.where, "Option \"forcediffuse\" is not supported: leave it out");
+  else
+    diagnostics_.note(directive_.where, "Option " + in_quotes(parameter.name) + " is ignored");
 }
 
 void Parser::coordinate_system() {
@@ -145,7 +206,12 @@ void Parser::import() {
   const std::string file = expect_string("a file name");
   save("the end of the imported file");
   const std::size_t depth = saved_.size();
-  parse_file(resolve(file));
+  try {
+    parse_file(resolve(file));
+  } catch (const InputError&) {
+    saved_.resize(depth - 1);
+    throw;
+  }
   if (saved_.size() > depth)
     throw InputError(saved_.back().where, "this is never closed: add " + saved_.back().closed_by);
   state_ = std::move(saved_.back().state);
@@ -166,7 +232,10 @@ void Parser::world_begin() {
 void Parser::film() {
   const std::string kind = expect_string("a kind of film");
   Parameters parameters = parse_parameters(kind);
-  if (kind != "rgb") diagnostics_.warning(directive_.where, "the film " + in_quotes(kind) + " is taken for \"rgb\"");
+  if (kind != "rgb" && kind != "gbuffer" && kind != "spectral" && kind != "image")
+    diagnostics_.unsupported(directive_.where, "the film " + in_quotes(kind) + " is not understood: use \"rgb\"");
+  else if (kind != "rgb")
+    diagnostics_.warning(directive_.where, "the film " + in_quotes(kind) + " is taken for \"rgb\"");
   FilmDescription& film = scene_.film;
   film.width = parameters.integer("xresolution").value_or(film.width);
   film.height = parameters.integer("yresolution").value_or(film.height);
@@ -174,11 +243,39 @@ void Parser::film() {
     if (size < 1 || size > 32768) parameters.fail(name, "must be from 1 to 32768");
   film.file_name = parameters.string("filename").value_or(film.file_name);
   film.where = directive_.where;
-  for (const char* name : {"sensor", "iso", "maxcomponentvalue"})
-    if (parameters.has(name))
-      diagnostics_.note(directive_.where, "Film: sensor and exposure are ignored, the picture holds plain radiance");
-  parameters.ignore({"sensor", "iso", "maxcomponentvalue", "diagonal", "savefp16", "imagingratio", "exposuretime"});
+  read_crop(parameters);
+  if (const auto sensor = parameters.string("sensor"); sensor && *sensor != "cie1931")
+    diagnostics_.unsupported(
+        directive_.where, "the sensor " + in_quotes(*sensor) + " is not supported: leave it out, for plain radiance");
+  if (parameters.number_or("whitebalance", 0) != 0)
+    parameters.unsupported("whitebalance", "is not supported: leave it out", diagnostics_);
+  // As pbrt has it, with a shutter that is open for a second unless Camera says otherwise.
+  film_exposure_ = parameters.number_or("iso", 100) / 100 * parameters.number_or("exposuretime", 1) *
+                   parameters.number_or("imagingratio", 1);
+  if (!(film_exposure_ > 0 && film_exposure_ <= 1e12)) parameters.fail("iso", "must be above 0, and at most 1e12");
+  if (parameters.has("maxcomponentvalue"))
+    diagnostics_.note(directive_.where, "Film: maxcomponentvalue is ignored, no sample is cut");
+  parameters.ignore({"maxcomponentvalue", "diagonal", "savefp16"});
   parameters.warn_of_unused(diagnostics_);
+}
+
+void Parser::read_crop(Parameters& parameters) {
+  FilmDescription& film = scene_.film;
+  if (parameters.has("cropwindow")) {
+    const auto window = parameters.numbers("cropwindow");
+    if (window.size() != 4 || !(window[0] >= 0 && window[0] < window[1] && window[1] <= 1) ||
+        !(window[2] >= 0 && window[2] < window[3] && window[3] <= 1))
+      parameters.fail("cropwindow", "must be four numbers x0 x1 y0 y1 from 0 to 1 with x0 < x1 and y0 < y1");
+    film.crop_window = std::array{window[0], window[1], window[2], window[3]};
+  }
+  if (parameters.has("pixelbounds")) {
+    const auto bounds = parameters.integers("pixelbounds");
+    if (bounds.size() != 4 || bounds[0] < 0 || bounds[2] < 0 || bounds[0] >= bounds[1] || bounds[2] >= bounds[3])
+      parameters.fail("pixelbounds", "must be four numbers x0 x1 y0 y1 with x0 < x1 and y0 < y1");
+    const double w = film.width, h = film.height;
+    film.crop_window = std::array{std::min(bounds[0] / w, 1.0), std::min(bounds[1] / w, 1.0),
+                                  std::min(bounds[2] / h, 1.0), std::min(bounds[3] / h, 1.0)};
+  }
 }
 
 void Parser::pixel_filter() {
@@ -194,8 +291,8 @@ void Parser::camera() {
   const std::string kind = expect_string("a kind of camera");
   Parameters parameters = parse_parameters(kind);
   if (kind != "perspective" && kind != "orthographic")
-    throw InputError(directive_.where,
-                     "the camera " + in_quotes(kind) + " is not understood: use perspective or orthographic");
+    diagnostics_.unsupported(directive_.where,
+                             "the camera " + in_quotes(kind) + " is not understood: use perspective or orthographic");
   CameraDescription& camera = scene_.camera;
   camera.where = directive_.where;
   camera.is_orthographic = kind == "orthographic";
@@ -220,11 +317,19 @@ void Parser::camera() {
     diagnostics_.warning(directive_.where, "a camera with parallel rays is without a lens here: all is sharp");
     camera.lens_radius = 0;
   }
-  parameters.ignore({"shutteropen", "shutterclose"});
+  camera_exposure_ = parameters.number_or("shutterclose", 1) - parameters.number_or("shutteropen", 0);
+  if (!(camera_exposure_ > 0 && camera_exposure_ <= 1e12))
+    parameters.fail("shutterclose", "must be above \"shutteropen\": the shutter never opens");
+  if (kind != "perspective" && kind != "orthographic") parameters.ignore_all();
   parameters.warn_of_unused(diagnostics_);
-  if (!similarity_scale(state_.transform))
-    throw InputError(directive_.where, "the transforms above Camera stretch space: scale all axes alike");
-  camera.world_from_camera = glm::inverse(state_.transform);
+  Transform camera_from_world = state_.transform;
+  if (!similarity_scale(camera_from_world)) {
+    const std::optional<Transform> upright = made_similarity(camera_from_world);
+    if (!upright) throw InputError(directive_.where, "the transforms above Camera stretch space: scale all axes alike");
+    camera_from_world = *upright;
+    diagnostics_.note(directive_.where, "the axes of the camera are a little off: they are made perpendicular");
+  }
+  camera.world_from_camera = glm::inverse(camera_from_world);
   coordinate_systems_["camera"] = camera.world_from_camera;
 }
 
@@ -235,23 +340,42 @@ void Parser::texture() {
   const std::string type = expect_string("float or spectrum");
   const std::string kind = expect_string("a kind of texture");
   Parameters parameters = parse_parameters(name, "texture");
-  if (kind != "constant")
-    throw InputError(directive_.where, "the texture " + in_quotes(name) + " is of kind " + in_quotes(kind) +
-                                           ", which is not supported: use constant");
-  if (type == "float") {
-    textures_.numbers[name] = parameters.number_or("value", 1);
-  } else if (type == "spectrum") {
-    textures_.colors[name] = parameters.color("value").value_or(Rgb(1));
-  } else {
+  if (type != "float" && type != "spectrum")
     throw InputError(directive_.where, "a texture is of type float or spectrum, not " + in_quotes(type));
-  }
+  const bool is_color = type == "spectrum";
+  TextureHandle& texture = is_color ? textures_.colors[name] : textures_.numbers[name];
+  // So that one with an error is not reported at each use, too.
+  if (!texture) texture = scene::Texture<float>::constant(glm::dvec3(0.5));
+  const TextureHandle made = make_texture(kind, is_color, parameters, textures_.find, diagnostics_);
+  texture = made;
   parameters.warn_of_unused(diagnostics_);
+}
+
+MaterialDescription Parser::any_material(const std::string& kind, Parameters& parameters) {
+  if (kind != "mix") return make_material(kind, parameters, textures_.find, diagnostics_);
+  MixDescription mix;
+  const std::vector<std::string> names = parameters.strings("materials");
+  if (names.size() != 2)
+    throw InputError(parameters.where(), parameters.directive() + ": add \"string materials\" with two names");
+  for (const std::string& part : names) {
+    const auto found = named_materials_.find(part);
+    if (found == named_materials_.end())
+      parameters.fail("materials", "names " + in_quotes(part) + ", which is not defined above this line");
+    if (interfaces_.contains(part))
+      parameters.unsupported("materials", "names an interface, which a mixture cannot have here", diagnostics_);
+    (part == names[0] ? mix.first : mix.second) = found->second;
+  }
+  if (names[0] == names[1]) mix.second = mix.first;
+  mix.amount = parameters.number_texture("amount").value_or(scene::Texture<float>::constant(glm::dvec3(0.5)));
+  return {mix, parameters.where(), {}};
 }
 
 void Parser::material() {
   const std::string kind = expect_string("a material");
   Parameters parameters = parse_parameters(kind, "material");
-  scene_.materials.push_back(make_material(kind, parameters, diagnostics_));
+  state_.is_interface = kind == "interface" || kind == "none" || kind.empty();
+  if (state_.is_interface) return;
+  scene_.materials.push_back(any_material(kind, parameters));
   parameters.warn_of_unused(diagnostics_);
   state_.material = scene_.materials.size() - 1;
 }
@@ -263,7 +387,12 @@ void Parser::make_named_material() {
   if (!kind) throw InputError(directive_.where, "MakeNamedMaterial " + in_quotes(name) + ": add \"string type\"");
   if (named_materials_.contains(name))
     throw InputError(directive_.where, "the material " + in_quotes(name) + " is defined twice: rename one");
-  scene_.materials.push_back(make_material(*kind, parameters, diagnostics_));
+  named_materials_[name] = 0;  // so that a material with an error is not reported at each use, too
+  if (*kind == "interface" || *kind == "none" || kind->empty()) {
+    interfaces_.insert(name);
+    return;
+  }
+  scene_.materials.push_back(any_material(*kind, parameters));
   parameters.warn_of_unused(diagnostics_);
   named_materials_[name] = scene_.materials.size() - 1;
 }
@@ -274,6 +403,7 @@ void Parser::named_material() {
   if (found == named_materials_.end())
     throw InputError(directive_.where,
                      "the material " + in_quotes(name) + " is not defined above this line: add MakeNamedMaterial");
+  state_.is_interface = interfaces_.contains(name);
   state_.material = found->second;
 }
 
@@ -288,22 +418,36 @@ void Parser::light_source() {
 void Parser::area_light_source() {
   const std::string kind = expect_string("a kind of area light");
   Parameters parameters = parse_parameters(kind, "light");
-  state_.area_light = make_area_light(kind, parameters);
+  state_.area_light = make_area_light(kind, parameters, diagnostics_);
   parameters.warn_of_unused(diagnostics_);
 }
 
 void Parser::shape() {
   const std::string kind = expect_string("a kind of shape");
   Parameters parameters = parse_parameters(kind, "shape");
-  ShapeDescription shape = make_shape(kind, parameters, state_.reverse_orientation, folder_, diagnostics_);
+  std::optional<ShapeDescription> made =
+      make_shape(kind, parameters, state_.reverse_orientation, textures_.find, diagnostics_);
   parameters.warn_of_unused(diagnostics_);
+  if (!made || is_unseen_interface()) return;
+  ShapeDescription& shape = *made;
   shape.material = state_.material;
+  if (shape.opacity && state_.area_light) {
+    diagnostics_.unsupported(shape.where, "a light with alpha is not supported: leave out one of the two");
+    shape.opacity = nullptr;
+  }
   if (open_object_.empty()) return place_shape(std::move(shape), state_.transform);
   if (state_.area_light)
     diagnostics_.warning(shape.where, "a shape inside ObjectBegin cannot be a light: it does not shine");
   auto placed = transformed(std::move(shape), state_.transform);
   if (!placed) throw InputError(directive_.where, "a sphere cannot be stretched: scale all axes alike");
   objects_[open_object_].push_back(std::move(*placed));
+}
+
+bool Parser::is_unseen_interface() {
+  if (state_.is_interface && state_.area_light)
+    diagnostics_.unsupported(directive_.where,
+                             "a light of the material \"interface\" is not supported: give it another material");
+  return state_.is_interface;
 }
 
 void Parser::place_shape(ShapeDescription shape, const Transform& world_from_shape) {

@@ -14,7 +14,15 @@
 
 namespace gmis::tools::pbrt {
 
-[[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters,
+/// The file that a name in a scene stands for.
+using FileFinder = std::function<std::filesystem::path(const std::string&)>;
+
+/// `is_color`: of type spectrum, else of type float.
+[[nodiscard]] TextureHandle make_texture(const std::string& kind, bool is_color, Parameters& parameters,
+                                         const FileFinder& find, Diagnostics& diagnostics);
+
+/// Any but a mixture.
+[[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters, const FileFinder& find,
                                                 Diagnostics& diagnostics);
 
 /// Nothing when the light is black. Images are looked for in `folder`.
@@ -22,19 +30,23 @@ namespace gmis::tools::pbrt {
                                                          const Transform& world_from_light,
                                                          const std::filesystem::path& folder, Diagnostics& diagnostics);
 
+/// Makes a light brighter by this factor.
+void expose(LightDescription& light, double factor);
+
 /// What an area light emits, before it is known how large it is.
 struct AreaLight {
   EmissionDescription emission;
   std::optional<double> power;  ///< of the whole shape, over all directions and (if so) both sides
   SourcePosition where;
 };
-[[nodiscard]] AreaLight make_area_light(const std::string& kind, Parameters& parameters);
+[[nodiscard]] AreaLight make_area_light(const std::string& kind, Parameters& parameters, Diagnostics& diagnostics);
 /// The emission of `light` on `shape`; nothing when it is black.
 [[nodiscard]] std::optional<EmissionDescription> emission_of(const AreaLight& light, const ShapeDescription& shape);
 
-/// A shape in its own space, without material and emission.
-[[nodiscard]] ShapeDescription make_shape(const std::string& kind, Parameters& parameters, bool reverse_orientation,
-                                          const std::filesystem::path& folder, Diagnostics& diagnostics);
+/// A shape in its own space, without material and emission; nothing when it is of a kind that is not supported.
+[[nodiscard]] std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& parameters,
+                                                         bool reverse_orientation, const FileFinder& find,
+                                                         Diagnostics& diagnostics);
 
 [[nodiscard]] double luminance(const Rgb& color);
 

@@ -151,8 +151,10 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
     }
     parameters.ignore({"portal"});
   } else {
-    throw InputError(parameters.where(),
-                     "the light " + in_quotes(kind) + " is not understood: use point, spot, distant or infinite");
+    diagnostics.unsupported(parameters.where(), "the light " + in_quotes(kind) +
+                                                    " is not understood: use point, spot, distant or infinite");
+    parameters.ignore_all();
+    return {};
   }
   if (color == Rgb(0)) {
     diagnostics.note(parameters.where(), "a black light is left out");
@@ -161,11 +163,29 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
   return light;
 }
 
-AreaLight make_area_light(const std::string& kind, Parameters& parameters) {
+void expose(LightDescription& light, double factor) {
+  if (factor == 1) return;
+  struct {
+    double factor;
+    void operator()(PointLightDescription& l) const { l.intensity *= factor; }
+    void operator()(SpotLightDescription& l) const { l.intensity *= factor; }
+    void operator()(DistantLightDescription& l) const { l.irradiance *= factor; }
+    void operator()(InfiniteLightDescription& l) const { l.radiance *= factor; }
+    void operator()(EnvironmentLightDescription& l) const {
+      for (glm::vec3& pixel : l.image.radiance) pixel *= static_cast<float>(factor);
+    }
+  } brighten{factor};
+  std::visit(brighten, light.kind);
+}
+
+AreaLight make_area_light(const std::string& kind, Parameters& parameters, Diagnostics& diagnostics) {
   if (kind != "diffuse")
     throw InputError(parameters.where(), "the area light " + in_quotes(kind) + " is not understood: use diffuse");
-  if (parameters.has("filename"))
-    parameters.fail("filename", "names an emission image, which is not supported: give a constant L");
+  if (parameters.has("filename")) {
+    parameters.ignore({"filename"});
+    parameters.unsupported("filename", "names an emission image, which is not supported: give a constant L",
+                           diagnostics);
+  }
   AreaLight light;
   light.where = parameters.where();
   light.emission.radiance = emitted(parameters, "L");

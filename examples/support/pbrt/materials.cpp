@@ -2,41 +2,12 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "support/image/texture_image.hpp"
 #include "support/pbrt/elements.hpp"
+#include "support/pbrt/spectra.hpp"
 
 namespace gmis::tools::pbrt {
 namespace {
-
-struct NamedMetal {
-  const char* name;
-  Rgb eta, k;
-};
-
-// The measured spectra behind pbrt's names, brought to linear sRGB.
-constexpr std::array known_metals{
-    NamedMetal{"Cu", {0.200438, 0.924033, 1.10221}, {3.91295, 2.45285, 2.14219}},
-    NamedMetal{"Au", {0.143119, 0.374957, 1.44248}, {3.98316, 2.38572, 1.60322}},
-    NamedMetal{"Ag", {0.155265, 0.116723, 0.138381}, {4.82834, 3.12225, 2.14705}},
-    NamedMetal{"Al", {1.65746, 0.880369, 0.521229}, {9.22387, 6.26952, 4.83700}},
-};
-
-struct NamedGlass {
-  const char* name;
-  double eta;  ///< at 587.6 nm
-};
-
-constexpr std::array known_glasses{
-    NamedGlass{"glass-BK7", 1.5168},   NamedGlass{"glass-BAF10", 1.6700}, NamedGlass{"glass-FK51A", 1.4866},
-    NamedGlass{"glass-LASF9", 1.8503}, NamedGlass{"glass-SF11", 1.7847},
-};
-
-std::optional<Rgb> named_metal(const std::string& name) {
-  for (const NamedMetal& metal : known_metals) {
-    if (name == std::string("metal-") + metal.name + "-eta") return metal.eta;
-    if (name == std::string("metal-") + metal.name + "-k") return metal.k;
-  }
-  return {};
-}
 
 Rgb reflectance_or(Parameters& parameters, const std::string& name, const Rgb& otherwise, Diagnostics& diagnostics) {
   const Rgb value = parameters.color(name).value_or(otherwise);
@@ -49,6 +20,14 @@ Rgb reflectance_or(Parameters& parameters, const std::string& name, const Rgb& o
   return value;
 }
 
+/// The same where it may vary over the surface: then `texture` is set, and the value is the mean.
+Rgb reflectance_or(Parameters& parameters, const std::string& name, const Rgb& otherwise, Diagnostics& diagnostics,
+                   TextureHandle& texture) {
+  if (!parameters.varies(name)) return reflectance_or(parameters, name, otherwise, diagnostics);
+  texture = *parameters.color_texture(name);
+  return glm::clamp(Rgb(texture->mean()), Rgb(0), Rgb(1));
+}
+
 /// GGX alpha; 0 for a smooth surface.
 double alpha_of(Parameters& parameters, Diagnostics& diagnostics) {
   constexpr double specular_below = 1e-3;
@@ -56,56 +35,111 @@ double alpha_of(Parameters& parameters, Diagnostics& diagnostics) {
   const double u = parameters.number_or("uroughness", roughness);
   const double v = parameters.number_or("vroughness", roughness);
   if (u < 0 || v < 0 || roughness < 0) parameters.fail("roughness", "is negative: use values from 0 to 1");
-  if (u > 1 || v > 1) parameters.fail("roughness", "is above 1: use values from 0 to 1");
+  if (u > 1 || v > 1)
+    diagnostics.warning(parameters.where(), parameters.directive() + ": a roughness above 1 is cut to 1");
   if (u != v)
     diagnostics.warning(parameters.where(),
                         parameters.directive() + ": anisotropic roughness is not supported, the mean of both is used");
-  const double mean = (u + v) / 2;
+  const double mean = (std::min(u, 1.0) + std::min(v, 1.0)) / 2;
   const double alpha = parameters.boolean_or("remaproughness", true) ? std::sqrt(mean) : mean;
   return alpha < specular_below ? 0 : alpha;
 }
 
-double index_of_refraction(Parameters& parameters, Diagnostics& diagnostics, double otherwise) {
+/// The same where it may vary over the surface: then `textures` has it, and the value is any of a rough surface.
+double alpha_of(Parameters& parameters, Diagnostics& diagnostics, MaterialTexturesDescription& textures) {
+  const char* varying = nullptr;
+  for (const char* name : {"roughness", "uroughness", "vroughness"})
+    if (varying == nullptr && parameters.varies(name)) varying = name;
+  if (varying == nullptr) return alpha_of(parameters, diagnostics);
+  textures.roughness = *parameters.number_texture(varying);
+  textures.is_remapped = parameters.boolean_or("remaproughness", true);
+  for (const char* name : {"roughness", "uroughness", "vroughness"}) {
+    const auto other = parameters.number_texture(name);
+    if (other && *other != textures.roughness)
+      diagnostics.warning(parameters.where(), parameters.directive() + ": anisotropic roughness is not supported, " +
+                                                  in_quotes(varying) + " is used both ways");
+  }
+  return 0.5;
+}
+
+double index_of_refraction(Parameters& parameters, Diagnostics& diagnostics, double otherwise,
+                           const char* name = "eta") {
   double eta = otherwise;
-  if (parameters.is_spectrum("eta")) {
-    const auto glass = [](const std::string& name) -> std::optional<Rgb> {
-      for (const NamedGlass& known : known_glasses)
-        if (name == known.name) return Rgb(known.eta);
-      return {};
-    };
-    eta = parameters.color("eta", glass)->x;
+  if (parameters.is_spectrum(name)) {
+    eta = parameters.color(name)->y;
     diagnostics.note(parameters.where(), "glass has one index of refraction here, that of yellow light: no dispersion");
   } else {
-    eta = parameters.number_or("eta", otherwise);
+    eta = parameters.number_or(name, otherwise);
   }
-  if (!(eta > 0.1 && eta < 10)) parameters.fail("eta", "must be between 0.1 and 10");
+  if (!(eta > 0.1 && eta < 10)) parameters.fail(name, "must be between 0.1 and 10");
   return eta;
 }
 
-ConductorDescription make_conductor(Parameters& parameters, Diagnostics& diagnostics) {
-  ConductorDescription result;
-  if (parameters.has("reflectance")) {
-    if (parameters.has("eta") || parameters.has("k"))
-      parameters.fail("reflectance", "cannot stand beside eta and k: give one or the other");
+/// The index of a metal, whose parameters begin with `prefix`.
+void read_metal(Parameters& parameters, Diagnostics& diagnostics, const std::string& prefix, Rgb& eta, Rgb& k,
+                TextureHandle* texture) {
+  const std::string reflectance = "reflectance";
+  const std::string eta_name = prefix + "eta", k_name = prefix + "k";
+  if (parameters.has(reflectance)) {
+    if (parameters.has(eta_name) || parameters.has(k_name))
+      parameters.fail(reflectance, "cannot stand beside eta and k: give one or the other");
     // eta = 1 and the k that gives this reflectance head on.
-    const Rgb r = glm::min(reflectance_or(parameters, "reflectance", Rgb(0), diagnostics), Rgb(0.9999));
-    result.eta = Rgb(1);
-    result.k = 2.0 * glm::sqrt(r) / glm::sqrt(1.0 - r);
-  } else {
-    result.eta = parameters.color("eta", named_metal).value_or(known_metals[0].eta);
-    result.k = parameters.color("k", named_metal).value_or(known_metals[0].k);
-    for (int c = 0; c < 3; ++c) {
-      if (!(result.eta[c] > 0 && result.eta[c] < 100)) parameters.fail("eta", "must be above 0 and below 100");
-      if (!(result.k[c] >= 0 && result.k[c] < 100)) parameters.fail("k", "must be from 0 to 100");
-    }
+    const Rgb value = texture != nullptr ? reflectance_or(parameters, reflectance, Rgb(0), diagnostics, *texture)
+                                         : reflectance_or(parameters, reflectance, Rgb(0), diagnostics);
+    const Rgb r = glm::min(value, Rgb(0.9999));
+    eta = Rgb(1);
+    k = 2.0 * glm::sqrt(r) / glm::sqrt(1.0 - r);
+    return;
   }
-  result.alpha = alpha_of(parameters, diagnostics);
+  eta = parameters.color(eta_name).value_or(*named_spectrum("metal-Cu-eta"));
+  k = parameters.color(k_name).value_or(*named_spectrum("metal-Cu-k"));
+  for (int c = 0; c < 3; ++c) {
+    if (!(eta[c] > 0 && eta[c] < 100)) parameters.fail(eta_name, "must be above 0 and below 100");
+    if (!(k[c] >= 0 && k[c] < 100)) parameters.fail(k_name, "must be from 0 to 100");
+  }
+}
+
+ConductorDescription make_conductor(Parameters& parameters, Diagnostics& diagnostics,
+                                    MaterialTexturesDescription& textures) {
+  ConductorDescription result;
+  read_metal(parameters, diagnostics, "", result.eta, result.k, &textures.color);
+  result.alpha = alpha_of(parameters, diagnostics, textures);
   return result;
 }
 
-PhongDescription make_phong(Parameters& parameters, Diagnostics& diagnostics) {
+/// GGX alpha of one of two layers.
+double layer_alpha(Parameters& parameters, Diagnostics& diagnostics, const std::string& prefix, double otherwise) {
+  const double both = parameters.number_or(prefix + "roughness", otherwise);
+  double mean = 0;
+  for (const char* axis : {"u", "v"}) {
+    const double one = parameters.number_or(prefix + axis + "roughness", both);
+    if (one < 0) parameters.fail(prefix + "roughness", "is negative: use values from 0 to 1");
+    if (one > 1) diagnostics.warning(parameters.where(), parameters.directive() + ": a roughness above 1 is cut to 1");
+    mean += std::min(one, 1.0) / 2;
+  }
+  const double alpha = parameters.boolean_or("remaproughness", true) ? std::sqrt(mean) : mean;
+  return alpha < 1e-3 ? 0 : alpha;
+}
+
+CoatedConductorDescription make_coated_conductor(Parameters& parameters, Diagnostics& diagnostics) {
+  CoatedConductorDescription result;
+  read_metal(parameters, diagnostics, "conductor.", result.eta, result.k, nullptr);
+  result.alpha = layer_alpha(parameters, diagnostics, "conductor.", 0);
+  result.coat_alpha = layer_alpha(parameters, diagnostics, "interface.", 0);
+  result.coat_eta = index_of_refraction(parameters, diagnostics, 1.5, "interface.eta");
+  if (result.coat_eta < 1) parameters.fail("interface.eta", "of a coat must be at least 1");
+  if (parameters.has("albedo") && parameters.color("albedo") != Rgb(0))
+    parameters.unsupported("albedo", "is not supported: the coat is clear", diagnostics);
+  parameters.ignore({"thickness", "g", "maxdepth", "nsamples", "interface.thickness"});
+  diagnostics.note(parameters.where(),
+                   "coatedconductor becomes a glossy lobe over another; light between the two is summed as for smooth "
+                   "layers");
+  return result;
+}
+
+PhongDescription make_phong(Parameters& parameters, Diagnostics& diagnostics, MaterialTexturesDescription& textures) {
   PhongDescription result;
-  result.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics);
+  result.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics, textures.color);
   result.specular = reflectance_or(parameters, "specular", Rgb(0), diagnostics);
   result.exponent = parameters.number_or("exponent", 1);
   if (!(result.exponent >= 0 && result.exponent <= 1e6)) parameters.fail("exponent", "must be from 0 to 1000000");
@@ -118,39 +152,63 @@ PhongDescription make_phong(Parameters& parameters, Diagnostics& diagnostics) {
 
 }  // namespace
 
-MaterialDescription make_material(const std::string& kind, Parameters& parameters, Diagnostics& diagnostics) {
+MaterialDescription make_material(const std::string& kind, Parameters& parameters, const FileFinder& find,
+                                  Diagnostics& diagnostics) {
   MaterialDescription result;
   result.where = parameters.where();
-  if (parameters.has("displacement") || parameters.has("normalmap")) {
-    parameters.ignore({"displacement", "normalmap"});
-    diagnostics.warning(parameters.where(), "displacement and normal maps are not supported: the surface stays smooth");
+  MaterialTexturesDescription& textures = result.textures;
+  if (const auto height = parameters.number_texture("displacement"); height && !(*height)->is_constant())
+    textures.height = *height;
+  if (const auto file = parameters.string("normalmap")) {
+    TextureEncoding encoding;
+    encoding.curve = TextureEncoding::Curve::linear;
+    textures.normal_map = scene::Texture<float>::image(
+        read_texture_image(find(*file), encoding, TexturePart::color, parameters.where("normalmap")));
   }
   if (kind == "diffuse") {
-    result.kind = DiffuseDescription{reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics)};
+    result.kind = DiffuseDescription{reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics, textures.color)};
   } else if (kind == "phong") {
-    result.kind = make_phong(parameters, diagnostics);
+    result.kind = make_phong(parameters, diagnostics, textures);
   } else if (kind == "mirror") {
-    result.kind = MirrorDescription{reflectance_or(parameters, "reflectance", Rgb(1), diagnostics)};
+    result.kind = MirrorDescription{reflectance_or(parameters, "reflectance", Rgb(1), diagnostics, textures.color)};
   } else if (kind == "conductor") {
-    result.kind = make_conductor(parameters, diagnostics);
+    result.kind = make_conductor(parameters, diagnostics, textures);
   } else if (kind == "dielectric") {
     const double eta = index_of_refraction(parameters, diagnostics, 1.5);
-    result.kind = DielectricDescription{eta, alpha_of(parameters, diagnostics)};
+    result.kind = DielectricDescription{eta, alpha_of(parameters, diagnostics, textures)};
+  } else if (kind == "diffusetransmission") {
+    DiffuseTransmissionDescription sheet;
+    const double scale = parameters.number_or("scale", 1);
+    if (!(scale >= 0 && scale <= 1e6)) parameters.fail("scale", "must be from 0 to 1000000");
+    sheet.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.25), diagnostics, textures.color) * scale;
+    sheet.transmittance =
+        reflectance_or(parameters, "transmittance", Rgb(0.25), diagnostics, textures.transmittance) * scale;
+    for (TextureHandle* texture : {&textures.color, &textures.transmittance})
+      if (*texture && scale != 1)
+        *texture = scene::Texture<float>::product(*texture, scene::Texture<float>::constant(glm::dvec3(scale)));
+    result.kind = sheet;
+  } else if (kind == "coatedconductor") {
+    result.kind = make_coated_conductor(parameters, diagnostics);
   } else if (kind == "coateddiffuse") {
     CoatedDiffuseDescription coated;
-    coated.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics);
-    coated.alpha = alpha_of(parameters, diagnostics);
+    coated.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics, textures.color);
+    coated.alpha = alpha_of(parameters, diagnostics, textures);
     coated.eta = index_of_refraction(parameters, diagnostics, 1.5);
     if (coated.eta < 1) parameters.fail("eta", "of a coat must be at least 1");
-    parameters.ignore({"thickness", "albedo", "g", "maxdepth", "nsamples"});
+    if (parameters.has("albedo") && parameters.color("albedo") != Rgb(0))
+      parameters.unsupported("albedo", "is not supported: the coat is clear", diagnostics);
+    parameters.ignore({"thickness", "g", "maxdepth", "nsamples"});
     diagnostics.note(parameters.where(),
                      "coateddiffuse becomes a diffuse lobe under a glossy one; light between the two is summed as for "
                      "a smooth coat");
     result.kind = coated;
   } else {
-    throw InputError(parameters.where(),
-                     "the material " + in_quotes(kind) +
-                         " is not understood: use diffuse, conductor, dielectric, coateddiffuse, phong or mirror");
+    diagnostics.unsupported(parameters.where(),
+                            "the material " + in_quotes(kind) +
+                                " is not understood: use diffuse, conductor, dielectric, coateddiffuse, "
+                                "coatedconductor, diffusetransmission, mix, phong or mirror");
+    parameters.ignore_all();
+    result.kind = DiffuseDescription{Rgb(0.5)};
   }
   return result;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "support/pbrt/spectra.hpp"
+
 namespace gmis::tools::pbrt {
 
 bool is_parameter_type(const std::string& type) {
@@ -42,6 +44,16 @@ void Parameters::fail(const std::string& name, const std::string& message) const
   throw InputError(where_, directive_ + ": parameter " + in_quotes(name) + " " + message);
 }
 
+const SourcePosition& Parameters::where(const std::string& name) const {
+  for (const Parameter& parameter : parameters_)
+    if (parameter.name == name) return parameter.where;
+  return where_;
+}
+
+void Parameters::unsupported(const std::string& name, const std::string& message, Diagnostics& diagnostics) const {
+  diagnostics.unsupported(where(name), directive_ + ": parameter " + in_quotes(name) + " " + message);
+}
+
 void Parameters::require_type(const Parameter& parameter, std::initializer_list<const char*> types) const {
   if (parameter.is_of(types)) return;
   std::string wanted;
@@ -59,11 +71,10 @@ std::optional<double> Parameters::number(const std::string& name) {
   const Parameter* parameter = find(name);
   if (!parameter) return {};
   if (parameter->type == "texture") {
-    require_count(*parameter, 1);
-    const auto texture = textures_->numbers.find(parameter->strings[0]);
-    if (texture == textures_->numbers.end())
-      fail(name, "uses the float texture " + in_quotes(parameter->strings[0]) + ", which is not defined above it");
-    return texture->second;
+    const TextureHandle& found = texture(*parameter, false);
+    if (!found->is_constant())
+      unsupported(name, "varies over the surface, which is not supported here: its mean is used", *diagnostics_);
+    return found->mean().x;
   }
   require_type(*parameter, {"float", "integer"});
   require_count(*parameter, 1);
@@ -107,6 +118,13 @@ bool Parameters::boolean_or(const std::string& name, bool otherwise) {
   return parameter->strings[0] == "true";
 }
 
+std::vector<std::string> Parameters::strings(const std::string& name) {
+  const Parameter* parameter = find(name);
+  if (!parameter) return {};
+  require_type(*parameter, {"string"});
+  return parameter->strings;
+}
+
 std::optional<std::string> Parameters::string(const std::string& name) {
   const Parameter* parameter = find(name);
   if (!parameter) return {};
@@ -143,39 +161,94 @@ std::vector<Point> Parameters::normals(const std::string& name) {
   return triples(name, {"normal", "normal3", "vector3", "vector"});
 }
 
-std::optional<Rgb> Parameters::color(const std::string& name, const NamedSpectra& named) {
+const TextureHandle& Parameters::texture(const Parameter& parameter, bool is_color) const {
+  require_count(parameter, 1);
+  const auto& textures = is_color ? textures_->colors : textures_->numbers;
+  const auto found = textures.find(parameter.strings[0]);
+  if (found == textures.end())
+    fail(parameter.name, std::string("uses the ") + (is_color ? "spectrum" : "float") + " texture " +
+                             in_quotes(parameter.strings[0]) + ", which is not defined above it");
+  return found->second;
+}
+
+bool Parameters::varies(const std::string& name) const {
+  for (const Parameter& parameter : parameters_) {
+    if (parameter.name != name || parameter.type != "texture" || parameter.strings.size() != 1) continue;
+    for (const auto* textures : {&textures_->numbers, &textures_->colors})
+      if (const auto found = textures->find(parameter.strings[0]); found != textures->end())
+        return !found->second->is_constant();
+  }
+  return false;
+}
+
+std::optional<TextureHandle> Parameters::number_texture(const std::string& name) {
+  const Parameter* parameter = find(name);
+  if (!parameter) return {};
+  if (parameter->type == "texture") return texture(*parameter, false);
+  return scene::Texture<float>::constant(glm::dvec3(*number(name)));
+}
+
+std::optional<TextureHandle> Parameters::color_texture(const std::string& name) {
+  const Parameter* parameter = find(name);
+  if (!parameter) return {};
+  if (parameter->type == "texture") return texture(*parameter, true);
+  return scene::Texture<float>::constant(*color(name));
+}
+
+std::optional<Rgb> Parameters::color(const std::string& name) {
   const Parameter* parameter = find(name);
   if (!parameter) return {};
   if (parameter->type == "texture") {
-    require_count(*parameter, 1);
-    const auto texture = textures_->colors.find(parameter->strings[0]);
-    if (texture == textures_->colors.end())
-      fail(name, "uses the spectrum texture " + in_quotes(parameter->strings[0]) + ", which is not defined above it");
-    return texture->second;
+    const TextureHandle& found = texture(*parameter, true);
+    if (!found->is_constant())
+      unsupported(name, "varies over the surface, which is not supported here: its mean is used", *diagnostics_);
+    return found->mean();
   }
-  require_type(*parameter, {"rgb", "spectrum", "color"});
-  const Rgb value = parameter->type == "spectrum" ? spectrum(*parameter, named) : Rgb(0);
-  if (parameter->type == "spectrum") return value;
+  require_type(*parameter, {"rgb", "spectrum", "color", "blackbody"});
+  if (parameter->type == "spectrum") return spectrum(*parameter);
+  if (parameter->type == "blackbody") {
+    if (parameter->numbers.size() != 1 && parameter->numbers.size() != 2)
+      fail(name, "must be a temperature in kelvins, and perhaps a factor");
+    const double kelvins = parameter->numbers[0];
+    if (!(kelvins >= 500 && kelvins <= 1e6)) fail(name, "must be a temperature from 500 to 1000000 kelvins");
+    return blackbody(kelvins) * (parameter->numbers.size() == 2 ? parameter->numbers[1] : 1.0);
+  }
   require_count(*parameter, 3);
   return Rgb(parameter->numbers[0], parameter->numbers[1], parameter->numbers[2]);
 }
 
-Rgb Parameters::spectrum(const Parameter& parameter, const NamedSpectra& named) const {
+Rgb Parameters::spectrum(const Parameter& parameter) const {
+  std::vector<double> pairs = parameter.numbers;
   if (!parameter.strings.empty()) {
     require_count(parameter, 1);
-    const std::optional<Rgb> value = named ? named(parameter.strings[0]) : std::nullopt;
-    if (!value)
-      fail(parameter.name,
-           "names the spectrum " + in_quotes(parameter.strings[0]) + ", which is not known: give it as rgb");
-    return *value;
+    const std::string& name = parameter.strings[0];
+    if (const std::optional<Rgb> known = named_spectrum(name)) return *known;
+    const auto read = textures_->find ? read_spectrum(textures_->find(name)) : std::nullopt;
+    if (!read)
+      fail(parameter.name, "names the spectrum " + in_quotes(name) +
+                               ", which is not known and no file of pairs: known are " + known_spectra());
+    pairs = *read;
   }
-  // Pairs of wavelength and value: a constant is a colour, anything else would need the colour-matching functions.
-  if (parameter.numbers.size() < 2 || parameter.numbers.size() % 2 != 0)
-    fail(parameter.name, "must list pairs of wavelength and value");
-  for (std::size_t i = 1; i < parameter.numbers.size(); i += 2)
-    if (parameter.numbers[i] != parameter.numbers[1])
-      fail(parameter.name, "is a spectrum that varies with the wavelength: give it as rgb");
-  return Rgb(parameter.numbers[1]);
+  if (pairs.size() < 2 || pairs.size() % 2 != 0) fail(parameter.name, "must list pairs of wavelength and value");
+  bool is_constant = true;
+  for (std::size_t i = 0; i < pairs.size(); i += 2) {
+    if (!std::isfinite(pairs[i]) || !std::isfinite(pairs[i + 1])) fail(parameter.name, "has a value that is no number");
+    is_constant = is_constant && pairs[i + 1] == pairs[1];
+    if (i > 0 && !(pairs[i] > pairs[i - 2])) fail(parameter.name, "must list its wavelengths from low to high");
+  }
+  return is_constant ? Rgb(pairs[1]) : rgb_of_spectrum(pairs);
+}
+
+std::vector<glm::dvec2> Parameters::pairs(const std::string& name) {
+  const Parameter* parameter = find(name);
+  if (!parameter) return {};
+  require_type(*parameter, {"point2", "vector2", "float"});
+  if (parameter->numbers.size() % 2 != 0)
+    fail(name, "has " + std::to_string(parameter->numbers.size()) + " numbers: they must come in twos");
+  std::vector<glm::dvec2> result;
+  for (std::size_t i = 0; i < parameter->numbers.size(); i += 2)
+    result.emplace_back(parameter->numbers[i], parameter->numbers[i + 1]);
+  return result;
 }
 
 void Parameters::ignore(std::initializer_list<const char*> names) {

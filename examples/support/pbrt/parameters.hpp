@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -23,10 +24,10 @@ struct Parameter {
   [[nodiscard]] bool is_of(std::initializer_list<const char*> types) const;
 };
 
-/// The constant textures known so far.
+/// The textures known so far, and where files are.
 struct Textures {
-  std::map<std::string, double> numbers;
-  std::map<std::string, Rgb> colors;
+  std::map<std::string, TextureHandle> numbers, colors;
+  std::function<std::filesystem::path(const std::string&)> find;
 };
 
 /// The parameters of one directive, with typed access. A getter marks its parameter as understood, and throws
@@ -34,11 +35,14 @@ struct Textures {
 class Parameters {
  public:
   /// `directive` is what messages call it, e.g. `Shape "sphere"`.
-  Parameters(std::string directive, SourcePosition where, std::vector<Parameter> parameters, const Textures& textures)
+  /// Where a texture varies and nothing may, `diagnostics` hears of it.
+  Parameters(std::string directive, SourcePosition where, std::vector<Parameter> parameters, const Textures& textures,
+             Diagnostics& diagnostics)
       : directive_(std::move(directive)),
         where_(std::move(where)),
         parameters_(std::move(parameters)),
-        textures_(&textures) {}
+        textures_(&textures),
+        diagnostics_(&diagnostics) {}
 
   [[nodiscard]] const SourcePosition& where() const { return where_; }
   [[nodiscard]] const std::string& directive() const { return directive_; }
@@ -50,17 +54,23 @@ class Parameters {
   [[nodiscard]] double number_or(const std::string& name, double otherwise) { return number(name).value_or(otherwise); }
   [[nodiscard]] std::optional<int> integer(const std::string& name);
   [[nodiscard]] bool boolean_or(const std::string& name, bool otherwise);
+  [[nodiscard]] std::vector<std::string> strings(const std::string& name);
   [[nodiscard]] std::optional<std::string> string(const std::string& name);
   [[nodiscard]] std::optional<Point> point(const std::string& name);
   [[nodiscard]] std::vector<Point> points(const std::string& name);
+  [[nodiscard]] std::vector<glm::dvec2> pairs(const std::string& name);
   [[nodiscard]] std::vector<Point> normals(const std::string& name);
   [[nodiscard]] std::vector<int> integers(const std::string& name);
   [[nodiscard]] std::vector<double> numbers(const std::string& name);
 
-  /// A colour given as `rgb`, as a constant `spectrum`, or as a constant `texture`. `named` turns the name of a
-  /// spectrum into a colour, or gives nothing when it does not know it.
-  using NamedSpectra = std::function<std::optional<Rgb>(const std::string&)>;
-  [[nodiscard]] std::optional<Rgb> color(const std::string& name, const NamedSpectra& named = {});
+  /// A colour given as `rgb`, `spectrum` (named, a file, or pairs), `blackbody` or `texture`; of a texture that varies,
+  /// its mean, which is reported as not supported.
+  [[nodiscard]] std::optional<Rgb> color(const std::string& name);
+  /// The same as a texture, constant or not; and that of a number.
+  [[nodiscard]] std::optional<TextureHandle> color_texture(const std::string& name);
+  [[nodiscard]] std::optional<TextureHandle> number_texture(const std::string& name);
+  /// Whether a texture is given that is not the same everywhere.
+  [[nodiscard]] bool varies(const std::string& name) const;
 
   /// Understood, without effect.
   void ignore(std::initializer_list<const char*> names);
@@ -70,11 +80,17 @@ class Parameters {
   void warn_of_unused(Diagnostics& diagnostics) const;
 
   [[noreturn]] void fail(const std::string& name, const std::string& message) const;
+  /// Where the parameter stands, or the directive without it.
+  [[nodiscard]] const SourcePosition& where(const std::string& name) const;
+  /// For `Diagnostics::unsupported`: the parameter is understood, and can have no effect.
+  void unsupported(const std::string& name, const std::string& message, Diagnostics& diagnostics) const;
 
  private:
   [[nodiscard]] Parameter* find(const std::string& name);
   [[nodiscard]] std::vector<Point> triples(const std::string& name, std::initializer_list<const char*> types);
-  [[nodiscard]] Rgb spectrum(const Parameter& parameter, const NamedSpectra& named) const;
+  [[nodiscard]] Rgb spectrum(const Parameter& parameter) const;
+  /// The texture that the parameter names, of one of the two types.
+  [[nodiscard]] const TextureHandle& texture(const Parameter& parameter, bool is_color) const;
   void require_type(const Parameter& parameter, std::initializer_list<const char*> types) const;
   void require_count(const Parameter& parameter, std::size_t count) const;
 
@@ -82,6 +98,7 @@ class Parameters {
   SourcePosition where_;
   std::vector<Parameter> parameters_;
   const Textures* textures_;
+  Diagnostics* diagnostics_;
 };
 
 /// True when `type` is one that pbrt-v4 knows for parameters.

@@ -10,19 +10,21 @@ namespace gmis::tools::pbrt {
 
 Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics)
     : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics) {
-  scene_.materials.push_back({DiffuseDescription{}, {}});  // for shapes before the first Material
+  scene_.materials.push_back({DiffuseDescription{}, {}, {}});  // for shapes before the first Material
+  textures_.find = [this](const std::string& file) { return resolve(file); };
 }
 
 const std::map<std::string, Parser::Directive>& Parser::directives() {
   using Place = Directive::Place;
   static const std::map<std::string, Directive> table{
       {"Accelerator", {&Parser::accelerator, Place::before_world}},
+      {"ActiveTransform", {&Parser::active_transform}},
       {"AreaLightSource", {&Parser::area_light_source, Place::in_world}},
       {"Attribute", {&Parser::attribute}},
       {"AttributeBegin", {&Parser::attribute_begin, Place::in_world}},
       {"AttributeEnd", {&Parser::attribute_end, Place::in_world}},
       {"Camera", {&Parser::camera, Place::before_world}},
-      {"ColorSpace", {&Parser::accelerator}},
+      {"ColorSpace", {&Parser::color_space}},
       {"ConcatTransform", {&Parser::concat_transform}},
       {"CoordSysTransform", {&Parser::coord_sys_transform}},
       {"CoordinateSystem", {&Parser::coordinate_system}},
@@ -34,11 +36,14 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
       {"LightSource", {&Parser::light_source, Place::in_world}},
       {"LookAt", {&Parser::look_at_directive}},
       {"MakeNamedMaterial", {&Parser::make_named_material, Place::in_world}},
+      {"MakeNamedMedium", {&Parser::make_named_medium}},
       {"Material", {&Parser::material, Place::in_world}},
+      {"MediumInterface", {&Parser::medium_interface}},
       {"NamedMaterial", {&Parser::named_material, Place::in_world}},
       {"ObjectBegin", {&Parser::object_begin, Place::in_world}},
       {"ObjectEnd", {&Parser::object_end, Place::in_world}},
       {"ObjectInstance", {&Parser::object_instance, Place::in_world}},
+      {"Option", {&Parser::option}},
       {"PixelFilter", {&Parser::pixel_filter, Place::before_world}},
       {"ReverseOrientation", {&Parser::reverse_orientation, Place::in_world}},
       {"Rotate", {&Parser::rotate}},
@@ -49,6 +54,7 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
       {"Transform", {&Parser::transform}},
       {"TransformBegin", {&Parser::transform_begin}},
       {"TransformEnd", {&Parser::transform_end}},
+      {"TransformTimes", {&Parser::transform_times, Place::before_world}},
       {"Translate", {&Parser::translate}},
       {"WorldBegin", {&Parser::world_begin, Place::before_world}},
   };
@@ -61,9 +67,11 @@ void Parser::parse_file(const std::filesystem::path& file) {
   std::ifstream stream;
   if (!is_special) stream.open(file, std::ios::binary);  // a pipe or a device might never end
   if (!stream.is_open()) {
-    const std::string reason = is_special ? " is no regular file: name a scene" : " cannot be read: check its name";
+    const std::string reason = is_special                             ? " is no regular file: name a scene"
+                               : std::filesystem::exists(file, error) ? " cannot be read: check its rights"
+                                                                      : " is missing: check its name";
     if (lexer_ == nullptr) throw InputError(file.string() + ": this file" + reason);
-    throw InputError(directive_.where, "the file " + in_quotes(file.string()) + reason);
+    throw InputError(directive_.where, "the file " + file_in_quotes(file.string()) + reason);
   }
   parse_text({std::istreambuf_iterator<char>(stream), {}}, file.string());
 }
@@ -77,9 +85,23 @@ void Parser::parse_nested(Lexer& lexer) {
   constexpr int deepest = 32;
   if (++include_depth_ > deepest)
     throw InputError(directive_.where, "files include each other more than 32 deep: does one include itself?");
+  const int depth = include_depth_;
   require_scene(lexer);
   Lexer* const outer = std::exchange(lexer_, &lexer);
-  for (Token token = lexer.next(); token.kind != Token::Kind::end; token = lexer.next()) parse_directive(token);
+  for (Token token = lexer.next(); token.kind != Token::Kind::end; token = lexer.next()) {
+    if (!diagnostics_.is_check()) {
+      parse_directive(token);
+      continue;
+    }
+    try {
+      parse_directive(token);
+    } catch (const InputError& error) {
+      lexer_ = &lexer;
+      include_depth_ = depth;
+      diagnostics_.error(error.where().value_or(token.where), error.message());
+      skip_to_directive();
+    }
+  }
   lexer_ = outer;
   --include_depth_;
 }
@@ -87,8 +109,6 @@ void Parser::parse_nested(Lexer& lexer) {
 void Parser::require_scene(const Lexer& lexer) {
   const std::string_view word = lexer.first_word();
   if (lexer.is_at_end() || directives().contains(std::string(word))) return;
-  for (const char* other : {"ActiveTransform", "MakeNamedMedium", "MediumInterface", "Option", "TransformTimes"})
-    if (word == other) return;
   throw InputError(lexer.here(),
                    "this is no pbrt-v4 scene: it does not begin with a directive like Film or WorldBegin");
 }
@@ -108,6 +128,13 @@ void Parser::parse_directive(const Token& word) {
   (this->*found->second.handler)();
 }
 
+void Parser::skip_to_directive() {
+  const auto begins_directive = [](const Token& token) {
+    return token.kind == Token::Kind::word && token.text != "true" && token.text != "false";
+  };
+  while (lexer_->peek().kind != Token::Kind::end && !begins_directive(lexer_->peek())) (void)lexer_->next();
+}
+
 void Parser::skip_unknown(const Token& word) {
   const bool could_be_directive = std::all_of(word.text.begin(), word.text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
@@ -115,7 +142,8 @@ void Parser::skip_unknown(const Token& word) {
   if (!could_be_directive)
     throw InputError(word.where,
                      "found " + in_quotes(word.text) + ", which no scene file holds: is this a pbrt-v4 scene?");
-  diagnostics_.warning(word.where, "the directive " + in_quotes(word.text) + " is not understood and is ignored");
+  diagnostics_.unsupported(word.where, "the directive " + in_quotes(word.text) +
+                                           " is not understood, or cut off: correct it, or use --lenient");
   bool in_brackets = false;
   for (bool is_first = true;; is_first = false) {
     const Token& token = lexer_->peek();
@@ -181,7 +209,7 @@ Parameters Parser::parse_parameters(const std::string& kind, const char* default
       parameters.back().is_used = true;  // it may be meant for another kind
     }
   }
-  return {named_directive(kind), directive_.where, std::move(parameters), textures_};
+  return {named_directive(kind), directive_.where, std::move(parameters), textures_, diagnostics_};
 }
 
 std::string Parser::named_directive(const std::string& kind) const {
@@ -253,6 +281,10 @@ void Parser::finish(const std::string& name) {
     throw InputError(where(saved_.back().where), "this is never closed: add " + saved_.back().closed_by);
   if (!open_object_.empty()) throw InputError(open_object_where_, "this is never closed: add ObjectEnd");
   if (!in_world_) throw InputError(name + ":1: there is no WorldBegin: is this a whole pbrt-v4 scene?");
+  const double exposure = film_exposure_ * camera_exposure_;
+  for (LightDescription& light : scene_.lights) expose(light, exposure);
+  for (ShapeDescription& one : scene_.shapes)
+    if (one.emission) one.emission->radiance *= exposure;
   if (scene_.shapes.empty()) throw InputError(name + ":1: the scene holds no shape: add one after WorldBegin");
   const bool has_light = !scene_.lights.empty() || std::any_of(scene_.shapes.begin(), scene_.shapes.end(),
                                                                [](const auto& s) { return s.emission.has_value(); });

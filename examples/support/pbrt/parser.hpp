@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,9 @@ class Parser {
   struct GraphicsState {
     Transform transform{1};
     bool reverse_orientation = false;
+    bool is_at_end_time = false;  ///< ActiveTransform EndTime: transforms are those of the end of a motion
     std::size_t material = 0;
+    bool is_interface = false;  ///< the material is the boundary of a medium alone, and cannot be seen
     std::optional<AreaLight> area_light;
     std::map<std::string, std::vector<Parameter>> defaults;  ///< by target of the directive Attribute
   };
@@ -43,6 +46,7 @@ class Parser {
   // Reading.
   void parse_directive(const Token& word);
   void skip_unknown(const Token& word);
+  void skip_to_directive();
   [[nodiscard]] std::string expect_string(const char* what);
   [[nodiscard]] std::vector<double> expect_numbers(std::size_t count);
   [[nodiscard]] Parameters parse_parameters(const std::string& kind, const char* defaults_of = nullptr);
@@ -59,15 +63,21 @@ class Parser {
   void concat(const Transform& m);
   void save(const std::string& closed_by);
   void restore(const std::string& closed_by);
+  /// The current material is one that light passes through unchanged: the boundary of a medium.
+  [[nodiscard]] bool is_unseen_interface();
   void place_shape(ShapeDescription shape, const Transform& world_from_shape);
+
+  [[nodiscard]] MaterialDescription any_material(const std::string& kind, Parameters& parameters);
 
   // One for each directive.
   void accelerator() { ignored_with_note(); }
+  void active_transform();
   void attribute();
   void attribute_begin() { save("AttributeEnd"); }
   void attribute_end() { restore("AttributeEnd"); }
   void area_light_source();
   void camera();
+  void color_space();
   void concat_transform();
   void coordinate_system();
   void coord_sys_transform();
@@ -78,12 +88,16 @@ class Parser {
   void light_source();
   void look_at_directive();
   void make_named_material();
+  void make_named_medium();
   void material();
+  void medium_interface();
   void named_material();
   void object_begin();
   void object_end();
   void object_instance();
+  void option();
   void pixel_filter();
+  void read_crop(Parameters& parameters);
   void reverse_orientation() { state_.reverse_orientation = !state_.reverse_orientation; }
   void rotate();
   void scale();
@@ -92,6 +106,7 @@ class Parser {
   void transform();
   void transform_begin();
   void transform_end();
+  void transform_times();
   void translate();
   void world_begin();
 
@@ -107,10 +122,12 @@ class Parser {
   Textures textures_;
   std::map<std::string, Transform> coordinate_systems_;
   std::map<std::string, std::size_t> named_materials_;
+  std::set<std::string> interfaces_;  ///< named materials that cannot be seen
   std::map<std::string, std::vector<ShapeDescription>> objects_;
   std::string open_object_;
   SourcePosition open_object_where_;
   std::size_t triangle_count_ = 0;
+  double film_exposure_ = 1, camera_exposure_ = 1;  ///< factors on all light
 };
 
 }  // namespace gmis::tools::pbrt

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "support/pbrt/smooth_shapes.hpp"
+
 namespace gmis::tools::pbrt {
 
 Transform translation(const glm::dvec3& by) {
@@ -70,15 +72,33 @@ bool swaps_handedness(const Transform& m) {
   return glm::determinant(glm::dmat3(m)) < 0;
 }
 
-std::optional<double> similarity_scale(const Transform& m) {
+namespace {
+
+std::optional<double> similarity_scale(const Transform& m, double tolerance) {
   const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
   const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(m))));
-  constexpr double tolerance = 1e-5;
   const double square = scale * scale;
   const auto differs = [&](double dot, double wanted) { return !(std::abs(dot - wanted) <= tolerance * square); };
   if (differs(glm::dot(x, x), square) || differs(glm::dot(y, y), square) || differs(glm::dot(z, z), square)) return {};
   if (differs(glm::dot(x, y), 0) || differs(glm::dot(y, z), 0) || differs(glm::dot(x, z), 0)) return {};
   return scale;
+}
+
+}  // namespace
+
+std::optional<double> similarity_scale(const Transform& m) {
+  return similarity_scale(m, 1e-5);
+}
+
+std::optional<Transform> made_similarity(const Transform& m) {
+  const std::optional<double> scale = similarity_scale(m, 4e-3);  // of squares and products: 1e-3 of the axes
+  if (!scale) return {};
+  // The polar decomposition by Newton's iteration: R ← (R + R⁻ᵀ)/2 ends at the nearest orthogonal matrix.
+  glm::dmat3 axes = glm::dmat3(m) / *scale;
+  for (int step = 0; step < 8; ++step) axes = (axes + glm::transpose(glm::inverse(axes))) * 0.5;
+  Transform result(axes * *scale);
+  result[3] = m[3];
+  return result;
 }
 
 namespace {
@@ -94,14 +114,27 @@ void face_forward(MeshDescription& mesh) {
   }
 }
 
+/// The sphere as a mesh, which may become an ellipsoid.
+ShapeDescription stretchable(ShapeDescription shape) {
+  const SphereDescription sphere = std::get<SphereDescription>(shape.geometry);
+  MeshDescription mesh = mesh_of(PartialSphere{sphere.radius, -sphere.radius, sphere.radius, 360});
+  for (Point& p : mesh.positions) p = sphere.axes * p + sphere.center;
+  for (glm::dvec3& n : mesh.normals) n = sphere.axes * (sphere.normal_points_inward ? -n : n);
+  if ((glm::determinant(sphere.axes) < 0) != sphere.normal_points_inward)
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  shape.geometry = std::move(mesh);
+  return shape;
+}
+
 }  // namespace
 
 std::optional<ShapeDescription> transformed(ShapeDescription shape, const Transform& m) {
   if (auto* sphere = std::get_if<SphereDescription>(&shape.geometry)) {
     const std::optional<double> scale = similarity_scale(m);
-    if (!scale) return {};
+    if (!scale) return transformed(stretchable(shape), m);
     sphere->center = transform_point(m, sphere->center);
     sphere->radius *= *scale;
+    sphere->axes = glm::dmat3(m) * sphere->axes / *scale;
     return shape;
   }
   auto& mesh = std::get<MeshDescription>(shape.geometry);

@@ -27,6 +27,9 @@ using Transform = glm::dmat4;
 /// is no similarity to 1e-5.
 [[nodiscard]] std::optional<double> similarity_scale(const Transform& m);
 
+/// The similarity nearest to `m`, which is one to 1e-3; nothing when `m` is farther from any.
+[[nodiscard]] std::optional<Transform> made_similarity(const Transform& m);
+
 /// Moves a shape from the space it is described in by `m`; the surface keeps the side its normals point to.
 /// Nothing when `m` would make an ellipsoid of a sphere.
 [[nodiscard]] std::optional<ShapeDescription> transformed(ShapeDescription shape, const Transform& m);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/scene/material.hpp"
 #include "gmis/scene/material_effects.hpp"
 #include "gmis/scene/rough_dielectric.hpp"
+#include "gmis/scene/varying_material.hpp"
 
 namespace gmis::scene {
 
@@ -33,23 +35,43 @@ class SurfaceBsdf {
         geometric_normal_(geometric_normal),
         shading_normal_(shading_normal),
         is_flat_(geometric_normal == shading_normal) {}
+  /// The same for a material that may vary over the surface.
+  SurfaceBsdf(const Material& material, const Vec3<T>& geometric_normal, const Vec3<T>& shading_normal,
+              const SurfaceCoordinates<T>& at) noexcept
+      : SurfaceBsdf(material, geometric_normal, shading_normal) {
+    const Material& part = part_at(material, at);
+    material_ = &part;
+    uv_ = at.uv;
+    if (!part.is_varying) return;
+    shading_normal_ = perturbed_normal(part, at, geometric_normal, shading_normal);
+    is_flat_ = geometric_normal_ == shading_normal_;
+  }
+
+  /// Under a bump or normal map another than that of the shape.
+  [[nodiscard]] const Vec3<T>& shading_normal() const noexcept { return shading_normal_; }
 
   [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const noexcept {
+    if (is_varying()) [[unlikely]]
+      return at_point([&](const SurfaceBsdf& here) { return here.evaluate(to_prev, to_next, mode); });
     if (is_purely_delta()) return {};
     const T prev = glm::dot(shading_normal_, to_prev);
     const T next = glm::dot(shading_normal_, to_next);
     if (material_->kind == Kind::rough_dielectric) return through_facets(to_prev, to_next, prev, next, mode);
+    if (material_->kind == Kind::diffuse_transmission) return through_sheet(to_prev, to_next, prev, next);
     if (!are_reflection(to_prev, to_next, prev, next)) return {};
     return reflect(to_prev, to_next, std::abs(prev), std::abs(next));
   }
 
   [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv,
                                              TransportMode mode) const noexcept {
+    if (is_varying()) [[unlikely]]
+      return at_point([&](const SurfaceBsdf& here) { return here.sample(to_prev, u, uv, mode); });
     const T cos_prev = glm::dot(shading_normal_, to_prev);
     if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
-    const Material& m = *material_;
+    const PlainMaterial<T>& m = *material_;
     switch (m.kind) {
       case Kind::black:
+      case Kind::mix:
         return std::nullopt;
       case Kind::mirror:
         return mirrored(to_prev, cos_prev, m.specular, T(1));
@@ -59,7 +81,12 @@ class SurfaceBsdf {
         return through_dielectric(to_prev, cos_prev, u, mode);
       case Kind::rough_dielectric:
         return sample_facet(to_prev, cos_prev, u, uv, mode);
+      case Kind::diffuse_transmission:
+        return sample_sheet(to_prev, cos_prev, u, uv);
+      case Kind::coated_mirror:
+        return mirrored(to_prev, cos_prev, coated_metal_reflectance(std::abs(cos_prev)), T(1));
       case Kind::smooth_coated:
+      case Kind::smooth_coated_conductor:
         if (u >= m.diffuse_probability) {
           const T chance = T(1) - m.diffuse_probability;
           const T reflectance = fresnel_dielectric(std::abs(cos_prev), m.eta).reflectance;
@@ -79,7 +106,11 @@ class SurfaceBsdf {
   }
 
   [[nodiscard]] bool is_purely_delta() const noexcept { return lobe_count() == 0; }
-  [[nodiscard]] Spectrum albedo() const noexcept { return material_->albedo; }
+  [[nodiscard]] Spectrum albedo() const noexcept {
+    if (is_varying()) [[unlikely]]
+      return at_point([](const SurfaceBsdf& here) { return here.albedo(); });
+    return material_->albedo;
+  }
   /// Scatters, and without any diffuse part.
   [[nodiscard]] bool is_glossy() const noexcept { return is_purely_glossy(*material_); }
   [[nodiscard]] bool reflects_only() const noexcept { return material_->kind != Kind::rough_dielectric; }
@@ -89,13 +120,16 @@ class SurfaceBsdf {
     switch (material_->kind) {
       case Kind::diffuse:
       case Kind::conductor:
+      case Kind::smooth_coated_conductor:
         return 1;
       case Kind::smooth_coated:
         return material_->diffuse_probability > T(0) ? 1 : 0;
       case Kind::phong:
       case Kind::coated:
+      case Kind::diffuse_transmission:
         return material_->diffuse_probability > T(0) ? 2 : 1;
       case Kind::rough_dielectric:
+      case Kind::coated_conductor:
         return 2;
       default:
         return 0;
@@ -103,23 +137,37 @@ class SurfaceBsdf {
   }
   [[nodiscard]] T lobe_weight(int k) const noexcept {
     if (lobe_count() < 2) return T(1);
+    if (is_varying()) [[unlikely]]
+      return at_point([&](const SurfaceBsdf& here) { return here.lobe_weight(k); });
     const T first =
         material_->kind == Kind::rough_dielectric ? material_->reflection_probability : material_->diffuse_probability;
     return k == 0 ? first : T(1) - first;
   }
   [[nodiscard]] std::optional<Vec3<T>> sample_lobe(int k, const Vec3<T>& to_prev, const Vec2<T>& uv,
-                                                   TransportMode) const noexcept {
+                                                   TransportMode mode) const noexcept {
+    if (is_varying()) [[unlikely]]
+      return at_point([&](const SurfaceBsdf& here) { return here.sample_lobe(k, to_prev, uv, mode); });
     const T cos_prev = glm::dot(shading_normal_, to_prev);
     if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
     if (material_->kind == Kind::rough_dielectric) {
       const RoughDielectric<T> facets = facets_seen_at(cos_prev);
       return follow_facet(facets, to_prev, cos_prev, facets.sample_facet(to_prev, uv), k == 0);
     }
+    if (material_->kind == Kind::diffuse_transmission) {
+      const bool reflects = is_diffuse_lobe(k);
+      const Vec3<T> to_next = draw_diffuse(reflects ? cos_prev : -cos_prev, uv);
+      const T cos_next = glm::dot(shading_normal_, to_next);
+      const bool is_there = reflects ? are_reflection(to_prev, to_next, cos_prev, cos_next)
+                                     : are_transmission(to_prev, to_next, cos_prev, cos_next);
+      return is_there ? std::optional(to_next) : std::nullopt;
+    }
     const Vec3<T> to_next = draw(is_diffuse_lobe(k), to_prev, cos_prev, uv);
     if (!are_reflection(to_prev, to_next, cos_prev, glm::dot(shading_normal_, to_next))) return std::nullopt;
     return to_next;
   }
   void lobe_pdfs(const Vec3<T>& to_prev, const Vec3<T>& to_next, T* pdfs) const noexcept {
+    if (is_varying()) [[unlikely]]
+      return at_point([&](const SurfaceBsdf& here) { here.lobe_pdfs(to_prev, to_next, pdfs); });
     const T prev = glm::dot(shading_normal_, to_prev);
     const T next = glm::dot(shading_normal_, to_next);
     const bool reflects = are_reflection(to_prev, to_next, prev, next);
@@ -131,9 +179,17 @@ class SurfaceBsdf {
                     : T(0);
       return;
     }
+    if (material_->kind == Kind::diffuse_transmission) {
+      const T other = are_transmission(to_prev, to_next, prev, next) ? std::abs(next) / pi<T> : T(0);
+      for (int k = 0; k < lobe_count(); ++k)
+        pdfs[k] = !is_diffuse_lobe(k) ? other : reflects ? std::abs(next) / pi<T> : T(0);
+      return;
+    }
     for (int k = 0; k < lobe_count(); ++k) {
       if (!reflects)
         pdfs[k] = T(0);
+      else if (k == 0 && is_coated_metal())
+        pdfs[k] = ggx_pdf(material_->base_alpha, to_prev, to_next, std::abs(prev));
       else if (is_diffuse_lobe(k))
         pdfs[k] = std::abs(next) / pi<T>;
       else
@@ -141,18 +197,30 @@ class SurfaceBsdf {
     }
   }
   [[nodiscard]] bool has_delta_lobes() const noexcept {
-    return lobe_count() == 0 || material_->kind == Kind::smooth_coated;
+    return lobe_count() == 0 || material_->kind == Kind::smooth_coated ||
+           material_->kind == Kind::smooth_coated_conductor;
   }
   /// Phong's glossy lobe alone misses the part of the hemisphere that the diffuse one covers, and each lobe of a rough
-  /// dielectric the other side.
+  /// dielectric or a thin sheet the other side.
   [[nodiscard]] bool lobes_have_full_support() const noexcept {
-    return material_->kind != Kind::phong && material_->kind != Kind::rough_dielectric;
+    return material_->kind != Kind::phong && material_->kind != Kind::rough_dielectric &&
+           material_->kind != Kind::diffuse_transmission;
   }
 
-  [[nodiscard]] const Material& material() const noexcept { return *material_; }
+  [[nodiscard]] const PlainMaterial<T>& material() const noexcept { return *material_; }
 
  private:
   using Kind = typename Material::Kind;
+
+  [[nodiscard]] bool is_varying() const noexcept { return material_->is_varying; }
+  /// Calls `use` with the BSDF of the plain material that a material with textures is at this point.
+  template <class Use>
+  [[nodiscard]] decltype(auto) at_point(Use&& use) const noexcept {
+    const PlainMaterial<T> plain = resolved(static_cast<const Material&>(*material_), uv_);
+    SurfaceBsdf here(*this);
+    here.material_ = &plain;
+    return use(here);
+  }
 
   [[nodiscard]] bool is_usable_side(const Vec3<T>& direction, T cos_shading) const noexcept {
     if (is_flat_) return cos_shading != T(0);
@@ -174,9 +242,13 @@ class SurfaceBsdf {
   }
   [[nodiscard]] bool is_diffuse_lobe(int k) const noexcept { return k == 0 && diffuse_probability() > T(0); }
 
+  [[nodiscard]] bool is_coated_metal() const noexcept {
+    return material_->kind == Kind::coated_conductor || material_->kind == Kind::smooth_coated_conductor;
+  }
+
   /// f and both densities of `sample`; both directions are on one side, cosines positive.
   [[nodiscard]] Value reflect(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
-    const Material& m = *material_;
+    const PlainMaterial<T>& m = *material_;
     const T forward = next * (T(1) / pi<T>);
     const T reverse = prev * (T(1) / pi<T>);
     if (m.kind == Kind::diffuse) return {m.diffuse, {{forward}, {reverse}}};
@@ -188,6 +260,8 @@ class SurfaceBsdf {
               {{p * forward + glossy}, {p * reverse + glossy}}};
     }
     if (m.kind == Kind::smooth_coated) return {m.diffuse * transmitted(prev, next), {{p * forward}, {p * reverse}}};
+
+    if (is_coated_metal()) return reflect_coated_metal(to_prev, to_next, prev, next);
 
     const Ggx<T> ggx{m.alpha, m.masking};
     const Vec3<T> sum = to_prev + to_next;
@@ -210,11 +284,74 @@ class SurfaceBsdf {
 
   /// Per steradian, of the glossy lobe alone.
   [[nodiscard]] T glossy_pdf(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev) const noexcept {
-    const Material& m = *material_;
+    const PlainMaterial<T>& m = *material_;
     if (m.kind == Kind::phong) return (m.exponent + T(1)) / (T(2) * pi<T>)*phong_power(to_prev, to_next);
-    const Ggx<T> ggx{m.alpha, m.masking};
+    return ggx_pdf(m.alpha, to_prev, to_next, prev);
+  }
+  /// Per steradian, of a reflection at visible facets.
+  [[nodiscard]] T ggx_pdf(T alpha, const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev) const noexcept {
+    const Ggx<T> ggx{alpha, material_->masking};
     return ggx.distribution(glm::normalize(to_prev + to_next), shading_normal_) * ggx.visibility(ggx.lambda(prev)) /
            (T(4) * prev);
+  }
+
+  /// A metal under a coat, without a smooth coat's delta lobe; see `make_coated_conductor`.
+  [[nodiscard]] Value reflect_coated_metal(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev,
+                                           T next) const noexcept {
+    const PlainMaterial<T>& m = *material_;
+    const Vec3<T> sum = to_prev + to_next;
+    const T length = glm::length(sum);
+    const T cos_facet = length / T(2);
+    const Vec3<T> half = sum * (T(1) / length);
+    const auto coat = fresnel_dielectric(cos_facet, m.eta);
+    const Spectrum metal = fresnel_conductor(coat.cos_transmitted, m.metal_eta, m.metal_k);
+    const auto lobe = [&](T alpha) {
+      const Ggx<T> ggx{alpha, m.masking};
+      const T distribution = ggx.distribution(half, shading_normal_);
+      const T lambda_prev = ggx.lambda(prev), lambda_next = ggx.lambda(next);
+      return std::array{distribution * ggx.visibility(lambda_prev, lambda_next) / (T(4) * prev * next),
+                        distribution * ggx.visibility(lambda_prev) / (T(4) * prev),
+                        distribution * ggx.visibility(lambda_next) / (T(4) * next)};
+    };
+    const T p = m.diffuse_probability;
+    const auto base = lobe(m.base_alpha);
+    Value result{metal / (Spectrum(T(1)) - metal * coat.reflectance) * (transmitted(prev, next) * base[0]),
+                 {{p * base[1]}, {p * base[2]}}};
+    if (m.kind == Kind::smooth_coated_conductor) return result;
+    const auto top = lobe(m.alpha);
+    result.value += Spectrum(coat.reflectance * top[0]);
+    result.pdf.forward.value += (T(1) - p) * top[1];
+    result.pdf.reverse.value += (T(1) - p) * top[2];
+    return result;
+  }
+  /// Of a smooth metal under a smooth coat.
+  [[nodiscard]] Spectrum coated_metal_reflectance(T cosine) const noexcept {
+    const auto coat = fresnel_dielectric(cosine, material_->eta);
+    const Spectrum metal = fresnel_conductor(coat.cos_transmitted, material_->metal_eta, material_->metal_k);
+    const T through = T(1) - coat.reflectance;
+    return Spectrum(coat.reflectance) + metal * (through * through) / (Spectrum(T(1)) - metal * coat.reflectance);
+  }
+
+  /// Diffuse transmission.
+  [[nodiscard]] Value through_sheet(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
+    const bool reflects = are_reflection(to_prev, to_next, prev, next);
+    if (!reflects && !are_transmission(to_prev, to_next, prev, next)) return {};
+    const T share = (reflects ? material_->diffuse_probability : T(1) - material_->diffuse_probability) / pi<T>;
+    return {reflects ? material_->diffuse : material_->specular, {{share * std::abs(next)}, {share * std::abs(prev)}}};
+  }
+  [[nodiscard]] std::optional<Sample> sample_sheet(const Vec3<T>& to_prev, T cos_prev, T u,
+                                                   const Vec2<T>& uv) const noexcept {
+    const bool reflects = u < material_->diffuse_probability;
+    const Vec3<T> to_next = draw_diffuse(reflects ? cos_prev : -cos_prev, uv);
+    const T cos_next = glm::dot(shading_normal_, to_next);
+    const Value value = through_sheet(to_prev, to_next, cos_prev, cos_next);
+    if (!(value.pdf.forward.value > T(0))) return std::nullopt;
+    return Sample{to_next, value.value * (std::abs(cos_next) / value.pdf.forward.value), value.pdf, false, T(1)};
+  }
+  /// Cosine-distributed, on the side that the sign of `side` says.
+  [[nodiscard]] Vec3<T> draw_diffuse(T side, const Vec2<T>& uv) const noexcept {
+    const Vec3<T> normal = side < T(0) ? -shading_normal_ : shading_normal_;
+    return Frame<T>::around(normal).to_world(square_to_cosine_hemisphere(uv));
   }
 
   /// cosⁿ of the angle between `to_next` and the mirror image of `to_prev`; the same both ways round.
@@ -231,9 +368,9 @@ class SurfaceBsdf {
   }
 
   [[nodiscard]] Vec3<T> draw(bool diffuse, const Vec3<T>& to_prev, T cos_prev, const Vec2<T>& uv) const noexcept {
-    const Material& m = *material_;
+    const PlainMaterial<T>& m = *material_;
     const Vec3<T> normal = cos_prev < T(0) ? -shading_normal_ : shading_normal_;
-    if (diffuse) return Frame<T>::around(normal).to_world(square_to_cosine_hemisphere(uv));
+    if (diffuse && !is_coated_metal()) return Frame<T>::around(normal).to_world(square_to_cosine_hemisphere(uv));
     if (m.kind == Kind::phong) {
       // The cosine is u^(1/(n + 1)); 1 − cos keeps its digits in narrow lobes.
       const T drop = -std::expm1(std::log(uv.x) / (m.exponent + T(1)));
@@ -243,7 +380,8 @@ class SurfaceBsdf {
           .to_world({sine * std::cos(angle), sine * std::sin(angle), T(1) - drop});
     }
     const auto frame = Frame<T>::around(normal);
-    const Vec3<T> half = Ggx<T>{m.alpha, m.masking}.sample_visible(frame.to_local(to_prev), uv);
+    const T alpha = diffuse ? m.base_alpha : m.alpha;
+    const Vec3<T> half = Ggx<T>{alpha, m.masking}.sample_visible(frame.to_local(to_prev), uv);
     return glm::normalize(reflect_about(to_prev, frame.to_world(half)));
   }
 
@@ -323,9 +461,10 @@ class SurfaceBsdf {
                   reflects ? T(1) : facets.eta};
   }
 
-  const Material* material_ = nullptr;
+  const PlainMaterial<T>* material_ = nullptr;  ///< a `Material` where it varies
   Vec3<T> geometric_normal_{};
   Vec3<T> shading_normal_{};
+  Vec2<T> uv_{};
   bool is_flat_ = true;
 };
 

@@ -53,6 +53,8 @@ class BvhScene {
   ~BvhScene() = default;
 
   [[nodiscard]] std::optional<Hit> intersect(const Ray<T>& ray) const noexcept {
+    if (has_cut_surfaces_) [[unlikely]]
+      return intersect_cut_surfaces(ray);
     const BvhHit<T> found = bvh_.closest(ray);
     switch (found.kind) {
       case BvhChild::triangles:
@@ -63,7 +65,11 @@ class BvhScene {
         return std::nullopt;
     }
   }
-  [[nodiscard]] bool visible(const Ray<T>& ray) const noexcept { return !bvh_.is_blocked(ray); }
+  [[nodiscard]] bool visible(const Ray<T>& ray) const noexcept {
+    if (has_cut_surfaces_) [[unlikely]]
+      return !intersect_cut_surfaces(ray);
+    return !bvh_.is_blocked(ray);
+  }
 
   [[nodiscard]] LightChoice<T, Light> sample_light(T u) const noexcept {
     if (light_choice_.is_empty()) return {nullptr, T(0)};
@@ -131,6 +137,13 @@ class BvhScene {
       const T side = glm::dot(sum, triangle.normal);
       if (length > T(0) && side != T(0)) shading_normal = sum * (std::copysign(T(1), side) / length);
     }
+    if constexpr (VaryingSurfaceModel<Bsdf, T>) {
+      if (triangle.material->is_varying) [[unlikely]] {
+        Bsdf bsdf(*triangle.material, triangle.normal, shading_normal, coordinates_at(found, {b0, b1, b2}, position));
+        const Vec3<T> normal = bsdf.shading_normal();
+        return {{position, triangle.normal, normal, triangle.position_error}, std::move(bsdf), triangle.light};
+      }
+    }
     return {{position, triangle.normal, shading_normal, triangle.position_error},
             Bsdf(*triangle.material, triangle.normal, shading_normal),
             triangle.light};
@@ -140,9 +153,67 @@ class BvhScene {
     const Sphere& sphere = spheres_[found.slot];
     const Vec3<T> outward = glm::normalize((ray.origin - sphere.center) + ray.direction * found.t);
     const Vec3<T> normal = outward * sphere.side;
+    if constexpr (VaryingSurfaceModel<Bsdf, T>) {
+      if (sphere.material->is_varying) [[unlikely]] {
+        Bsdf bsdf(*sphere.material, normal, normal, coordinates_at(found, outward));
+        const Vec3<T> shading_normal = bsdf.shading_normal();
+        return {{sphere.center + outward * sphere.radius, normal, shading_normal, sphere.position_error},
+                std::move(bsdf),
+                sphere.light};
+      }
+    }
     return {{sphere.center + outward * sphere.radius, normal, normal, sphere.position_error},
             Bsdf(*sphere.material, normal, normal),
             sphere.light};
+  }
+
+  /// The coordinates of a triangle's or a sphere's point; only where there are materials that vary.
+  [[nodiscard]] SurfaceCoordinates<T> coordinates_at(const BvhHit<T>& found, const Vec3<T>& weights,
+                                                     const Vec3<T>& position) const noexcept {
+    const TrianglePacket<T>& packet = bvh_.triangles[found.slot / lane_count];
+    const std::size_t lane = found.slot % lane_count;
+    const auto corner = [&](std::size_t i) {
+      return Vec3<T>(packet.corners[i][0][lane], packet.corners[i][1][lane], packet.corners[i][2][lane]);
+    };
+    auto at = triangle_coordinates<T>(coordinates_[found.slot], {corner(0), corner(1), corner(2)}, weights, position);
+    at.set_cell(triangles_[found.slot].position_error);
+    return at;
+  }
+  [[nodiscard]] SurfaceCoordinates<T> coordinates_at(const BvhHit<T>& found, const Vec3<T>& outward) const noexcept {
+    const Sphere& sphere = spheres_[found.slot];
+    auto at = sphere_coordinates<T>(sphere_axes_[found.slot], sphere.radius, outward,
+                                    sphere.center + outward * sphere.radius);
+    at.set_cell(sphere.position_error);
+    return at;
+  }
+
+  /// The nearest hit where there is a surface. Points without one are passed, each from a safe distance behind it.
+  [[nodiscard]] std::optional<Hit> intersect_cut_surfaces(Ray<T> ray) const noexcept {
+    if constexpr (VaryingSurfaceModel<Bsdf, T>) {
+      constexpr int most_passed = 1 << 16;
+      for (int passed = 0; passed < most_passed; ++passed) {
+        const BvhHit<T> found = bvh_.closest(ray);
+        if (found.kind == BvhChild::nothing) return std::nullopt;
+        const bool is_triangle = found.kind == BvhChild::triangles;
+        const Material& material = is_triangle ? *triangles_[found.slot].material : *spheres_[found.slot].material;
+        const Hit hit = is_triangle ? triangle_hit(found) : sphere_hit(found, ray);
+        if (!has_opacity(material)) return hit;
+        const Vec3<T>& position = hit.point.position;
+        const SurfaceCoordinates<T> at =
+            is_triangle ? coordinates_at(found, corner_weights_of(found), position)
+                        : coordinates_at(found, glm::normalize(position - spheres_[found.slot].center));
+        if (!is_cut_away(material, at)) return hit;
+        const Ray<T> behind = leave(hit.point, ray.direction);
+        ray.t_max -= glm::dot(behind.origin - ray.origin, ray.direction);
+        if (!(ray.t_max > T(0))) return std::nullopt;
+        ray.origin = behind.origin;
+      }
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] static Vec3<T> corner_weights_of(const BvhHit<T>& found) noexcept {
+    const auto& w = found.corner_weights;
+    return Vec3<T>(w[0], w[1], w[2]) / (w[0] + w[1] + w[2]);
   }
 
   Bvh<T> bvh_;
@@ -150,6 +221,8 @@ class BvhScene {
   std::vector<SharpEdges> sharp_edges_;  ///< by slot, too
   std::vector<Sphere> spheres_;
   std::vector<Vec3<T>> vertex_normals_;
+  std::vector<TriangleCoordinates<T>> coordinates_;  ///< by slot; empty where nothing varies over the surface
+  std::vector<std::array<Vec3<T>, 3>> sphere_axes_;  ///< the same
   std::vector<Material> materials_;
   std::vector<std::shared_ptr<const EnvironmentMap<T>>> environment_maps_;
   std::vector<Light> lights_;
@@ -158,6 +231,7 @@ class BvhScene {
   Camera camera_;
   SceneStatistics statistics_;
   Effects effects_;
+  bool has_cut_surfaces_ = false;  ///< some surface is not everywhere
 };
 
 static_assert(gmis::SceneWithEffects<BvhScene<float>>);

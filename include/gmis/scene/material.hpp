@@ -3,6 +3,7 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 
 #include "gmis/core/spectrum.hpp"
@@ -14,8 +15,10 @@ namespace gmis::scene {
 /// How a surface scatters, made by the `make_…` functions below. All materials are two-sided: the side that a
 /// direction is on counts, not which of the two it is, except that a dielectric has its inside behind the geometric
 /// normal. RGB, linear.
+///
+/// This is what a surface is at one point; `Material` adds what varies over the surface.
 template <std::floating_point T = float>
-struct Material {
+struct PlainMaterial {
   enum class Kind {
     black,          ///< scatters nothing
     diffuse,        ///< Lambert
@@ -25,12 +28,18 @@ struct Material {
     conductor,      ///< GGX with the Fresnel reflectance of a metal
     smooth_conductor,
     mirror,
-    dielectric,       ///< a smooth interface
-    rough_dielectric  ///< GGX, reflecting and refracting
+    dielectric,               ///< a smooth interface
+    rough_dielectric,         ///< GGX, reflecting and refracting
+    diffuse_transmission,     ///< Lambert on both sides of a thin sheet
+    coated_conductor,         ///< a GGX metal under a rough coat
+    smooth_coated_conductor,  ///< a GGX metal under a coat that is a delta mirror
+    coated_mirror,            ///< a smooth metal under a smooth coat
+    mix                       ///< one of two materials at each point, see `make_mix`
   };
   using Rgb = Vec3<T>;
 
   Kind kind = Kind::black;
+  bool is_varying = false;  ///< it is a `Material` with textures
   Masking masking = Masking::height_correlated;
   /// Chance of the diffuse lobe in `sample`, where there are two lobes.
   T diffuse_probability = 1;
@@ -40,10 +49,22 @@ struct Material {
   T alpha = 0;       ///< of GGX
   T eta = 1;         ///< of a dielectric or a coat, inside over outside
   Rgb diffuse{0};    ///< f of the diffuse lobe, reflectance / π; under a coat without the two transmittances
-  Rgb specular{0};   ///< Phong: specular reflectance; mirror: reflectance; coat: scale of its Fresnel reflectance
+  Rgb specular{0};   ///< Phong: specular reflectance; mirror: reflectance; coat: scale of its Fresnel reflectance;
+                     ///< diffuse transmission: f of the transmitting lobe, transmittance / π
   Rgb metal_eta{1};  ///< index of a conductor …
   Rgb metal_k{0};    ///< … and its extinction
   Rgb albedo{0};     ///< about the share of light scattered on
+  T base_alpha = 0;  ///< of GGX, of a metal under a coat
+  T coat_reflectance = 0;  ///< of a coat over a Lambertian base, for diffuse light from outside
+};
+
+template <std::floating_point T>
+struct MaterialTextures;
+
+/// How a surface scatters. `with_textures` and `make_mix` (varying_material.hpp) make one that varies over the surface.
+template <std::floating_point T = float>
+struct Material : PlainMaterial<T> {
+  std::shared_ptr<const MaterialTextures<T>> textures;
 };
 
 /// GGX with a smaller alpha is taken for a delta lobe.
@@ -168,6 +189,7 @@ template <std::floating_point T = float>
   result.alpha = static_cast<T>(alpha);
   result.masking = masking;
   result.specular = Vec3<T>(static_cast<T>(specular_scale));
+  result.coat_reflectance = static_cast<T>(from_outside);
   result.diffuse = Vec3<T>(base / pi<double>);
   // Albedo under diffuse light: of the base (1 − F)² base, of the coat its mean Fresnel reflectance.
   const glm::dvec3 diffuse_albedo = base * (1 - from_outside) * (1 - from_outside);
@@ -177,6 +199,55 @@ template <std::floating_point T = float>
   result.diffuse_probability =
       static_cast<T>(std::min(max_channel(diffuse_albedo) / (max_channel(diffuse_albedo) + glossy_albedo), 0.9));
   result.albedo = Vec3<T>(glm::min(diffuse_albedo + glossy_albedo, glm::dvec3(1)));
+  return result;
+}
+
+/// A thin sheet: f = reflectance / π between directions on one side, transmittance / π between the two sides.
+template <std::floating_point T = float>
+[[nodiscard]] inline Material<T> make_diffuse_transmission(const glm::dvec3& reflectance,
+                                                           const glm::dvec3& transmittance) {
+  Material<T> result = make_diffuse<T>(reflectance);
+  detail::checked(transmittance, "a diffuse transmittance must be finite and not negative");
+  if (max_channel(transmittance) == 0) return result;
+  result.kind = Material<T>::Kind::diffuse_transmission;
+  result.specular = Vec3<T>(transmittance / pi<double>);
+  result.albedo = Vec3<T>(reflectance + transmittance);
+  result.diffuse_probability =
+      static_cast<T>(max_channel(reflectance) / (max_channel(reflectance) + max_channel(transmittance)));
+  return result;
+}
+
+/// A metal of index `eta` + i `k` and GGX `alpha` under a dielectric coat of index `coat_eta` and GGX `coat_alpha`. Light
+/// that goes to and fro between coat and metal is summed as for two smooth parallel layers, which is exact where both are
+/// smooth: with F of the coat and R of the metal within it, F + (1 − F)² R / (1 − F R). A rough coat blurs the metal too:
+/// its α is then √(alpha² + coat_alpha²). f = F D G / (4 cos cos) of the coat + the same of the metal, with
+/// (1 − F(prev)) (1 − F(next)) R / (1 − F R) in place of F, F and R inside the fraction at the facet.
+template <std::floating_point T = float>
+[[nodiscard]] inline Material<T> make_coated_conductor(const glm::dvec3& eta, const glm::dvec3& k, double alpha,
+                                                       double coat_eta, double coat_alpha,
+                                                       Masking masking = Masking::height_correlated) {
+  if (!(coat_eta >= 1 && coat_eta < 100))
+    throw std::invalid_argument("a coat's index of refraction must be from 1 to 100");
+  if (!(coat_alpha >= 0 && coat_alpha <= 1)) throw std::invalid_argument("GGX alpha must be from 0 to 1");
+  Material<T> result = make_conductor<T>(eta, k, alpha, masking);
+  if (coat_eta == 1) return result;
+  using Kind = typename Material<T>::Kind;
+  const bool is_rough_coat = coat_alpha >= smallest_alpha;
+  const double base_alpha = is_rough_coat ? std::min(std::hypot(alpha, coat_alpha), 1.0) : alpha;
+  result.kind = is_rough_coat                  ? Kind::coated_conductor
+                : base_alpha >= smallest_alpha ? Kind::smooth_coated_conductor
+                                               : Kind::coated_mirror;
+  result.eta = static_cast<T>(coat_eta);
+  result.alpha = static_cast<T>(coat_alpha);
+  result.base_alpha = static_cast<T>(base_alpha);
+  result.metal_eta = Vec3<T>(eta / coat_eta);
+  result.metal_k = Vec3<T>(k / coat_eta);
+  result.specular = Vec3<T>(1);
+  const Vec3<T> metal = fresnel_conductor(T(1), result.metal_eta, result.metal_k);
+  const T coat = static_cast<T>(fresnel_diffuse_reflectance(coat_eta));
+  const T under = max_channel(metal) * square(T(1) - coat);
+  result.diffuse_probability = std::clamp(under / (under + coat), T(0.1), T(0.9));
+  result.albedo = glm::max(metal * square(T(1) - coat) + coat, Vec3<T>(T(0.1)));
   return result;
 }
 

@@ -27,6 +27,7 @@ struct MeshShape {
   std::span<const glm::dvec3> positions;
   std::span<const std::array<int, 3>> triangles;
   std::span<const glm::dvec3> normals{};  ///< for shading, one per position; or none, and the mesh is flat
+  std::span<const glm::dvec2> uv{};       ///< for textures, one per position; or none: (0, 0), (1, 0), (1, 1)
 };
 
 /// Takes a scene in double precision and world coordinates and makes a `BvhScene` of it.
@@ -60,6 +61,10 @@ class SceneBuilder {
     if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
       fail("a mesh needs as many normals as positions, or none");
     for (const glm::dvec3& normal : mesh.normals) check_place(normal);
+    if (!mesh.uv.empty() && mesh.uv.size() != mesh.positions.size())
+      fail("a mesh needs as many coordinates (u, v) as positions, or none");
+    for (const glm::dvec2& uv : mesh.uv) check_place(glm::dvec3(uv, 0));
+    const bool needs_uv = varies(materials_[material]);
     for (const auto& triangle : mesh.triangles) {
       Triangle added;
       added.surface = surfaces_.size();
@@ -72,17 +77,27 @@ class SceneBuilder {
         if (!mesh.normals.empty()) added.normals[corner] = mesh.normals[static_cast<std::size_t>(index)];
       }
       added.has_normals = !mesh.normals.empty();
+      if (needs_uv) {
+        added.coordinates = static_cast<std::uint32_t>(coordinates_.size());
+        TriangleCoordinates<T> uv{Vec2<T>(0, 0), Vec2<T>(1, 0), Vec2<T>(1, 1)};
+        if (!mesh.uv.empty())
+          for (std::size_t corner = 0; corner < 3; ++corner)
+            uv[corner] = Vec2<T>(mesh.uv[static_cast<std::size_t>(triangle[corner])]);
+        coordinates_.push_back(uv);
+      }
       triangles_.push_back(added);
     }
     surfaces_.push_back({material, emission});
   }
 
+  /// `axes`, of unit length and perpendicular, are those of the coordinates (u, v), see `sphere_coordinates`.
   void add_sphere(const glm::dvec3& center, double radius, std::size_t material,
-                  const std::optional<AreaEmission>& emission = {}, bool normal_points_inward = false) {
+                  const std::optional<AreaEmission>& emission = {}, bool normal_points_inward = false,
+                  const glm::dmat3& axes = glm::dmat3(1)) {
     check_surface(material, emission);
     check_place(center);
     if (!(radius > 0 && radius < largest_coordinate)) fail("a sphere's radius must be positive and finite");
-    spheres_.push_back({center, radius, normal_points_inward, surfaces_.size()});
+    spheres_.push_back({center, radius, normal_points_inward, surfaces_.size(), axes});
     surfaces_.push_back({material, emission});
   }
 
@@ -203,10 +218,12 @@ class SceneBuilder {
     std::size_t material;
     std::optional<AreaEmission> emission;
   };
+  static constexpr std::uint32_t no_coordinates = std::numeric_limits<std::uint32_t>::max();
   struct Triangle {
     std::array<glm::dvec3, 3> corners{};
     std::array<glm::dvec3, 3> normals{};
     bool has_normals = false;
+    std::uint32_t coordinates = no_coordinates;  ///< in `coordinates_`
     std::size_t surface = 0;
   };
   struct Sphere {
@@ -214,6 +231,7 @@ class SceneBuilder {
     double radius;
     bool normal_points_inward;
     std::size_t surface;
+    glm::dmat3 axes;
   };
   struct PointLight {
     glm::dvec3 position, intensity;
@@ -249,6 +267,15 @@ class SceneBuilder {
   void check_surface(std::size_t material, const std::optional<AreaEmission>& emission) const {
     if (material >= materials_.size()) fail("a shape refers to a material that was not added");
     if (emission) check_color(emission->radiance);
+    if (emission && cuts(materials_[material])) fail("a surface with an opacity cannot be a light");
+  }
+  [[nodiscard]] static bool varies(const Material& material) {
+    if constexpr (VaryingSurfaceModel<Bsdf_, T>) return material.is_varying;
+    return false;
+  }
+  [[nodiscard]] static bool cuts(const Material& material) {
+    if constexpr (VaryingSurfaceModel<Bsdf_, T>) return has_opacity(material);
+    return false;
   }
   [[nodiscard]] bool emits(std::size_t surface) const {
     const auto& emission = surfaces_[surface].emission;
@@ -363,6 +390,11 @@ class SceneBuilder {
 
     scene.triangles_.resize(built.triangle_in_slot.size());
     scene.sharp_edges_.resize(built.triangle_in_slot.size());
+    const bool has_varying = std::any_of(materials_.begin(), materials_.end(), varies);
+    if (has_varying) scene.coordinates_.resize(built.triangle_in_slot.size());
+    if (has_varying) scene.sphere_axes_.resize(built.sphere_in_slot.size());
+    scene.has_cut_surfaces_ = std::any_of(surfaces_.begin(), surfaces_.end(),
+                                          [&](const Surface& surface) { return cuts(materials_[surface.material]); });
     for (std::size_t slot = 0; slot < built.triangle_in_slot.size(); ++slot) {
       const std::uint32_t i = built.triangle_in_slot[slot];
       if (i == BuiltBvh<T>::empty_slot) continue;
@@ -377,6 +409,7 @@ class SceneBuilder {
                   Scene::Triangle::flat,
                   largest_edge_margin(corners[i], sharp[i], error)};
       scene.sharp_edges_[slot] = sharp[i];
+      if (source.coordinates != no_coordinates) scene.coordinates_[slot] = coordinates_[source.coordinates];
       if (!source.has_normals) continue;
       triangle.vertex_normals = static_cast<std::uint32_t>(scene.vertex_normals_.size());
       for (const glm::dvec3& n : source.normals) {
@@ -388,6 +421,9 @@ class SceneBuilder {
     for (std::size_t slot = 0; slot < built.sphere_in_slot.size(); ++slot) {
       const std::uint32_t i = built.sphere_in_slot[slot];
       if (i == BuiltBvh<T>::empty_slot) continue;
+      if (has_varying)
+        for (int axis = 0; axis < 3; ++axis)
+          scene.sphere_axes_[slot][static_cast<std::size_t>(axis)] = Vec3<T>(spheres_[i].axes[axis]);
       scene.spheres_[slot] = {balls[i].center,
                               balls[i].radius,
                               spheres_[i].normal_points_inward ? T(-1) : T(1),
@@ -400,6 +436,7 @@ class SceneBuilder {
   std::vector<Material> materials_;
   std::vector<Surface> surfaces_;
   std::vector<Triangle> triangles_;
+  std::vector<TriangleCoordinates<T>> coordinates_;
   std::vector<Sphere> spheres_;
   std::vector<PointLight> point_lights_;
   std::vector<SpotLight> spot_lights_;

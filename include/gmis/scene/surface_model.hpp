@@ -4,6 +4,7 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
+#include "gmis/scene/surface_coordinates.hpp"
 
 namespace gmis::scene {
 
@@ -20,6 +21,24 @@ concept SurfaceModel = Bsdf<B> && std::same_as<typename B::Spectrum, Vec3<T>> &&
 } && std::copyable<typename B::Material> && std::constructible_from < B, const typename B::Material&, const Vec3<T>
 &, const Vec3<T>& > &&requires(const typename B::Material& material, Effects& effects) {
   {add_effects_of(material, effects)};
+};
+
+/// A surface model whose materials may vary over the surface.
+///
+/// - `material.is_varying`: this material does, at least somewhere.
+/// - `B(material, geometric_normal, shading_normal, coordinates)`: the BSDF at this point of such a surface, made instead
+///   of the one above. `shading_normal()` is then the normal that it uses, of unit length and in the hemisphere of the
+///   geometric normal.
+/// - `has_opacity(material)` and `is_cut_away(material, coordinates)`: whether there may be points without a surface, and
+///   whether this is one; functions of the surface point alone.
+template <class B, class T>
+concept VaryingSurfaceModel = SurfaceModel<B, T> &&
+    requires(const typename B::Material& material, const Vec3<T>& normal, const SurfaceCoordinates<T>& at, const B& b) {
+  { material.is_varying } -> std::convertible_to<bool>;
+  {B(material, normal, normal, at)};
+  { b.shading_normal() } -> std::convertible_to<Vec3<T>>;
+  { has_opacity(material) } -> std::same_as<bool>;
+  { is_cut_away(material, at) } -> std::same_as<bool>;
 };
 
 }  // namespace gmis::scene

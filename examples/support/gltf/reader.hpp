@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "support/scene_description.hpp"
+
+/// \file
+/// Reads glTF 2.0, as docs/scene-files.md describes it.
+
+namespace gmis::tools {
+
+/// True when this build can read glTF.
+[[nodiscard]] bool can_read_gltf();
+
+/// Reads a .gltf or .glb file. What changes the picture and is not understood goes to `diagnostics`, like notes of what
+/// stands in for what. Throws `InputError` for a file that is none, or when this build cannot read glTF.
+[[nodiscard]] SceneDescription read_gltf_scene(const std::filesystem::path& file, Diagnostics& diagnostics);
+
+}  // namespace gmis::tools

@@ -1,0 +1,188 @@
+#include "support/image/texture_image.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+#include "support/image/image.hpp"
+
+#if GMIS_HAS_STB
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#define STBI_ONLY_TGA
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_BMP
+#define STBI_ONLY_HDR
+#define STBI_NO_STDIO
+#define STBI_MAX_DIMENSIONS 32768
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+#endif
+
+namespace gmis::tools {
+namespace {
+
+using Shared = std::shared_ptr<const scene::TextureImage>;
+
+float decode(double code, const TextureEncoding& encoding) {
+  switch (encoding.curve) {
+    case TextureEncoding::Curve::linear:
+      return static_cast<float>(code);
+    case TextureEncoding::Curve::gamma:
+      return static_cast<float>(std::pow(code, encoding.gamma));
+    case TextureEncoding::Curve::srgb:
+      break;
+  }
+  return static_cast<float>(code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4));
+}
+
+Shared from_floats(const Image& image, TexturePart part) {
+  auto result = std::make_shared<scene::TextureImage>();
+  result->resolution = {image.width, image.height};
+  if (part == TexturePart::color) {
+    result->floats = image.rgb;
+    return result;
+  }
+  result->channels = 1;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+    result->floats.push_back(part == TexturePart::alpha ? 1 : (image.rgb[i] + image.rgb[i + 1] + image.rgb[i + 2]) / 3);
+  return result;
+}
+
+#if GMIS_HAS_STB
+
+/// What the library has allocated, and what it says when it fails.
+template <class Value>
+using Pixels = std::unique_ptr<Value, void (*)(void*)>;
+
+/// The channels of `part`, of pixels with `channels` of these values; `linear` makes a number of one.
+template <class Value, class Linear>
+std::vector<float> picked(const Value* pixels, std::size_t count, int channels, TexturePart part,
+                          const Linear& linear) {
+  std::vector<float> result;
+  const int colors = channels < 3 ? 1 : 3;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Value* pixel = pixels + i * static_cast<std::size_t>(channels);
+    if (part == TexturePart::color) {
+      for (int c = 0; c < colors; ++c) result.push_back(linear(pixel[c]));
+    } else {
+      float sum = 0;
+      for (int c = 0; c < colors; ++c) sum += linear(pixel[c]);
+      result.push_back(sum / static_cast<float>(colors));
+    }
+  }
+  return result;
+}
+
+Shared decoded(const unsigned char* bytes, std::size_t count, const std::string& name, const TextureEncoding& encoding,
+               TexturePart part, const SourcePosition& where) {
+  const auto fail = [&]() -> InputError {
+    const char* reason = stbi_failure_reason();
+    return {where,
+            "the image " + file_in_quotes(name) + " cannot be read: " + (reason != nullptr ? reason : "no reason")};
+  };
+  if (count > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    throw InputError(where, "the image " + file_in_quotes(name) + " is larger than 2 GiB");
+  const int size = static_cast<int>(count);
+  int width = 0, height = 0, channels = 0;
+  auto result = std::make_shared<scene::TextureImage>();
+  const auto set_size = [&](int per_pixel) {
+    result->resolution = {width, height};
+    result->channels = per_pixel;
+  };
+  const auto pixel_count = [&] { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); };
+
+  if (stbi_is_hdr_from_memory(bytes, size) != 0) {
+    const Pixels<float> pixels(stbi_loadf_from_memory(bytes, size, &width, &height, &channels, 0), stbi_image_free);
+    if (!pixels) throw fail();
+    set_size(part == TexturePart::color && channels >= 3 ? 3 : 1);
+    result->floats = picked(pixels.get(), pixel_count(), channels, part, [](float value) { return value; });
+    return result;
+  }
+  if (stbi_is_16_bit_from_memory(bytes, size) != 0) {
+    const Pixels<stbi_us> pixels(stbi_load_16_from_memory(bytes, size, &width, &height, &channels, 0), stbi_image_free);
+    if (!pixels) throw fail();
+    set_size(part == TexturePart::color && channels >= 3 ? 3 : 1);
+    const auto linear = [&](stbi_us code) { return decode(code / 65535.0, encoding); };
+    if (part != TexturePart::alpha) {
+      result->floats = picked(pixels.get(), pixel_count(), channels, part, linear);
+    } else {
+      for (std::size_t i = 0; i < pixel_count(); ++i)
+        result->floats.push_back(
+            channels % 2 != 0
+                ? 1.0F
+                : static_cast<float>(pixels.get()[(i + 1) * static_cast<std::size_t>(channels) - 1]) / 65535.0F);
+    }
+    return result;
+  }
+  const Pixels<stbi_uc> pixels(stbi_load_from_memory(bytes, size, &width, &height, &channels, 0), stbi_image_free);
+  if (!pixels) throw fail();
+  for (std::size_t i = 0; i < 256; ++i)
+    result->decoded[i] =
+        part == TexturePart::alpha ? static_cast<float>(i) / 255 : decode(static_cast<double>(i) / 255, encoding);
+  const auto stride = static_cast<std::size_t>(channels);
+  if (part == TexturePart::grey && channels >= 3) {
+    set_size(1);
+    result->floats =
+        picked(pixels.get(), pixel_count(), channels, part, [&](stbi_uc code) { return result->decoded[code]; });
+    return result;
+  }
+  // As bytes: a quarter of the memory.
+  const std::size_t first = part == TexturePart::alpha ? stride - 1 : 0;
+  const std::size_t kept = part == TexturePart::color && channels >= 3 ? 3 : 1;
+  const bool is_opaque = part == TexturePart::alpha && channels % 2 != 0;
+  set_size(static_cast<int>(kept));
+  for (std::size_t i = 0; i < pixel_count(); ++i)
+    for (std::size_t c = 0; c < kept; ++c)
+      result->bytes.push_back(is_opaque ? stbi_uc{255} : pixels.get()[i * stride + first + c]);
+  return result;
+}
+
+#else
+
+Shared decoded(const unsigned char*, std::size_t, const std::string& name, const TextureEncoding&, TexturePart,
+               const SourcePosition& where) {
+  throw InputError(where, "the image " + file_in_quotes(name) +
+                              " cannot be read: this program was built without the library stb, which reads PNG, TGA "
+                              "and JPEG");
+}
+
+#endif
+
+}  // namespace
+
+Shared read_texture_image(const unsigned char* bytes, std::size_t count, const std::string& name,
+                          const TextureEncoding& encoding, TexturePart part, const SourcePosition& where) {
+  return decoded(bytes, count, name, encoding, part, where);
+}
+
+Shared read_texture_image(const std::filesystem::path& file, const TextureEncoding& encoding, TexturePart part,
+                          const SourcePosition& where) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(where, "the image " + file_in_quotes(file.string()) +
+                                (std::filesystem::exists(file, error) ? " is no regular file" : " is missing") +
+                                ": check its name");
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (ending == ".exr" || ending == ".pfm") {
+    try {
+      return from_floats(read_image(file), part);
+    } catch (const InputError& read_error) {
+      throw InputError(where, read_error.what());
+    }
+  }
+  std::ifstream stream(file, std::ios::binary);
+  const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
+  return decoded(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), file.string(), encoding, part,
+                 where);
+}
+
+}  // namespace gmis::tools

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "gmis/scene/texture.hpp"
+#include "support/diagnostics.hpp"
+
+namespace gmis::tools {
+
+/// How the 8 or 16 bits of a channel stand for a linear value.
+struct TextureEncoding {
+  enum class Curve { srgb, linear, gamma } curve = Curve::srgb;
+  double gamma = 2.2;  ///< value = code^gamma
+};
+/// The mean of the colours as one channel; or the fourth channel, 1 where there is none.
+enum class TexturePart { color, grey, alpha };
+
+/// Reads .png, .tga, .jpg, .bmp and .hdr by the library stb_image, .exr and .pfm as all images. Files of floats are linear
+/// whatever the encoding. Throws `InputError`, which names `where`, when the image is missing or cannot be read.
+[[nodiscard]] std::shared_ptr<const scene::TextureImage> read_texture_image(const std::filesystem::path& file,
+                                                                            const TextureEncoding& encoding,
+                                                                            TexturePart part,
+                                                                            const SourcePosition& where);
+
+/// The same for a file in memory, such as one inside a glTF file; `name` stands for it in messages.
+[[nodiscard]] std::shared_ptr<const scene::TextureImage> read_texture_image(const unsigned char* bytes,
+                                                                            std::size_t count, const std::string& name,
+                                                                            const TextureEncoding& encoding,
+                                                                            TexturePart part,
+                                                                            const SourcePosition& where);
+
+}  // namespace gmis::tools

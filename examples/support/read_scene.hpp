@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+
+#include "support/scene_description.hpp"
+
+namespace gmis::tools {
+
+/// Reads a scene by the ending of its name: .gltf and .glb, else pbrt's text.
+[[nodiscard]] SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics);
+
+}  // namespace gmis::tools

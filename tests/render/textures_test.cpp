@@ -1,0 +1,295 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <iterator>
+#include <random>
+#include <string>
+
+#include "support/catch.hpp"
+#include "support/image/formats.hpp"
+#include "support/image/texture_image.hpp"
+#include "support/pbrt/reader.hpp"
+#include "support/pbrt/smooth_shapes.hpp"
+#include "support/pbrt/spectra.hpp"
+#include "support/seed.hpp"
+
+// Textures, spectra and curved shapes as they are read; features_test.cpp renders them.
+
+using namespace gmis::tools;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path features = GMIS_FEATURE_FOLDER;
+const std::string triangle =
+    "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]\n";
+
+struct Read {
+  SceneDescription scene;
+  Diagnostics diagnostics;
+  std::string error;
+
+  [[nodiscard]] bool says(const std::string& part) const {
+    return std::any_of(diagnostics.all().begin(), diagnostics.all().end(),
+                       [&](const Diagnostic& d) { return d.to_string().find(part) != std::string::npos; });
+  }
+};
+
+Read read(const std::string& world, Strictness strictness = Strictness::strict) {
+  Read result{{}, Diagnostics(strictness), ""};
+  try {
+    result.scene = read_pbrt_text("WorldBegin\n" + world + triangle, "t.pbrt", features, result.diagnostics);
+  } catch (const InputError& error) {
+    result.error = error.what();
+  }
+  return result;
+}
+
+struct ScratchFolder {
+  fs::path path = fs::temp_directory_path() / ("gmis_textures_test_" + std::to_string(std::random_device{}()));
+  ScratchFolder() { fs::create_directories(path); }
+  ~ScratchFolder() { fs::remove_all(path); }
+};
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+double area_of(const MeshDescription& mesh) {
+  double area = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto p = [&](std::size_t k) { return mesh.positions.at(static_cast<std::size_t>(t[k])); };
+    area += glm::length(glm::cross(p(1) - p(0), p(2) - p(0))) / 2;
+  }
+  return area;
+}
+
+/// Chromaticity x, y of a colour in linear sRGB.
+glm::dvec2 chromaticity(const Rgb& c) {
+  const glm::dvec3 xyz(0.4124564 * c.x + 0.3575761 * c.y + 0.1804375 * c.z,
+                       0.2126729 * c.x + 0.7151522 * c.y + 0.0721750 * c.z,
+                       0.0193339 * c.x + 0.1191920 * c.y + 0.9503041 * c.z);
+  return glm::dvec2(xyz.x, xyz.y) / (xyz.x + xyz.y + xyz.z);
+}
+
+}  // namespace
+
+TEST_CASE("Black bodies and spectra have the colours of the CIE") {
+  // The Planckian locus, from CIE 15 (illuminant A; 4000 K; 6500 K). The fit of the matching functions is that good.
+  for (const auto& [kelvins, x, y] :
+       {std::tuple{2855.5, 0.4476, 0.4074}, {4000.0, 0.3805, 0.3768}, {6500.0, 0.3135, 0.3237}}) {
+    CAPTURE(kelvins);
+    const Rgb color = pbrt::blackbody(kelvins);
+    CHECK(glm::dot(color, Rgb(0.2126, 0.7152, 0.0722)) == Approx(1));
+    CHECK(chromaticity(color).x == Approx(x).margin(0.004));
+    CHECK(chromaticity(color).y == Approx(y).margin(0.004));
+  }
+  CHECK(pbrt::blackbody(1000).z == 0.0);  // outside the gamut
+  const double grey[] = {400, 0.3, 700, 0.3};
+  CHECK(glm::length(pbrt::rgb_of_spectrum(grey) - Rgb(0.3)) < 1e-12);
+  const double red[] = {599, 0, 600, 1}, blue[] = {489, 1, 490, 0};
+  CHECK(pbrt::rgb_of_spectrum(red).x > 5 * std::abs(pbrt::rgb_of_spectrum(red).y));
+  CHECK(pbrt::rgb_of_spectrum(blue).z > 5 * std::abs(pbrt::rgb_of_spectrum(blue).x));
+  // Spectra add up.
+  const double whole[] = {400, 1, 700, 1}, left[] = {549, 1, 550, 0}, right[] = {549, 0, 550, 1};
+  CHECK(glm::length(pbrt::rgb_of_spectrum(left) + pbrt::rgb_of_spectrum(right) - pbrt::rgb_of_spectrum(whole)) < 1e-9);
+}
+
+TEST_CASE("Spectra by name, by file and by pairs; an unknown name lists the known ones") {
+  const Read named = read("Material \"conductor\" \"spectrum eta\" \"metal-Ag-eta\" \"spectrum k\" \"metal-Ag-k\"\n");
+  CHECK(named.error.empty());
+  CHECK(std::get<ConductorDescription>(named.scene.materials.back().kind).eta.x == Approx(0.155265));
+  const Read unknown = read("Material \"conductor\" \"spectrum eta\" \"metal-Xx-eta\"\n");
+  for (const char* part :
+       {"t.pbrt:2: ", "\"metal-Xx-eta\"", "metal-Cu-eta and -k", "metal-CuZn", "glass-BK7", "stdillum-D65"}) {
+    CAPTURE(part);
+    CHECK(unknown.error.find(part) != std::string::npos);
+  }
+  const ScratchFolder folder;
+  std::ofstream(folder.path / "s.spd") << "# a comment\n400 .25\n700 .25\n";
+  const Read file =
+      read("Material \"diffuse\" \"spectrum reflectance\" \"" + (folder.path / "s.spd").string() + "\"\n");
+  CHECK(file.error.empty());
+  CHECK(std::get<DiffuseDescription>(file.scene.materials.back().kind).reflectance == Rgb(.25));
+  const Read falling = read("Material \"diffuse\" \"spectrum reflectance\" [ 500 .1 400 .2 ]\n");
+  CHECK(falling.error.find("from low to high") != std::string::npos);
+  CHECK(read("LightSource \"point\" \"blackbody I\" [ 3000 2 ]\n").error.empty());
+  CHECK(read("LightSource \"point\" \"blackbody I\" 1\n").error.find("kelvins") != std::string::npos);
+}
+
+TEST_CASE("Textures that are constant leave no trace, others stay textures") {
+  const Read constant = read(
+      "Texture \"a\" \"float\" \"constant\" \"float value\" .25\nTexture \"c\" \"spectrum\" \"constant\" \"rgb value\" "
+      "[ .8 .4 0 ]\n"
+      "Texture \"d\" \"spectrum\" \"scale\" \"texture tex\" \"c\" \"texture scale\" \"a\"\n"
+      "Material \"diffuse\" \"texture reflectance\" \"d\"\n");
+  CHECK(constant.error.empty());
+  const MaterialDescription& plain = constant.scene.materials.back();
+  CHECK(plain.textures.is_empty());
+  CHECK(glm::length(std::get<DiffuseDescription>(plain.kind).reflectance - Rgb(.2, .1, 0)) < 1e-7);
+  const Read varying = read(
+      "Texture \"r\" \"float\" \"imagemap\" \"string filename\" \"ramp.png\" \"string encoding\" \"linear\"\n"
+      "Material \"coateddiffuse\" \"texture roughness\" \"r\" \"bool remaproughness\" false\n");
+  CHECK(varying.error.empty());
+  const MaterialTexturesDescription& textures = varying.scene.materials.back().textures;
+  REQUIRE(textures.roughness);
+  CHECK_FALSE(textures.is_remapped);
+  CHECK(textures.roughness->lower().x == 0.0F);
+  CHECK(textures.roughness->upper().x == 1.0F);
+}
+
+TEST_CASE("What of textures is not supported is said, and its mean stands in for it when lenient") {
+  for (const std::string kind : {"fbm", "marble", "wrinkled", "ptex", "windy", "dots"}) {
+    const std::string world = "Texture \"t\" \"spectrum\" \"" + kind +
+                              "\" \"float roughness\" .5\nMaterial \"diffuse\" \"texture reflectance\" \"t\"\n";
+    CHECK(read(world).error.find("t.pbrt:2: ") == 0);
+    const Read lenient = read(world, Strictness::lenient);
+    CHECK(lenient.error.empty());
+    CHECK(std::get<DiffuseDescription>(lenient.scene.materials.back().kind).reflectance == Rgb(.5));
+  }
+  const std::string image = "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"colors.png\" ";
+  CHECK(read(image + "\"string mapping\" \"spherical\"\n").error.find("mapping") != std::string::npos);
+  CHECK(read(image + "\"string wrap\" \"octahedralsphere\"\n").error.find("wrap") != std::string::npos);
+  CHECK(read(image + "\"string encoding\" \"gamma x\"\n").error.find("encoding") != std::string::npos);
+  const std::string use = image + "\n LightSource \"point\" \"texture I\" \"t\"\n";
+  CHECK(read(use).error.find("varies over the surface") != std::string::npos);
+  CHECK(read(use, Strictness::lenient).says("its mean is used"));
+  // A texture that cannot be read is reported once, not at each use, too.
+  const Read check = read(
+      "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"\nMaterial \"diffuse\" \"texture "
+      "reflectance\" \"t\"\n",
+      Strictness::check);
+  CHECK(check.diagnostics.error_count() == 1);
+  CHECK(check.says("none.png\" is missing"));
+  const Read lamp = read("AreaLightSource \"diffuse\"\nShape \"sphere\" \"float alpha\" 0\n");
+  CHECK(lamp.error.find("a light with alpha") != std::string::npos);
+}
+
+TEST_CASE("Images of every kind have the values that were written") {
+  const ScratchFolder folder;
+  Image image(3, 2);
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<float>(i) * 0.5F;
+  std::vector<std::string> names{"a.pfm"};
+  if (has_exr()) names.emplace_back("a.exr");
+  for (const std::string& name : names) {
+    write_image(image, folder.path / name);
+    const auto read_back = read_texture_image(folder.path / name, {}, TexturePart::color, {});
+    CHECK(read_back->resolution == glm::ivec2(3, 2));
+    for (int y = 0; y < 2; ++y)
+      for (int x = 0; x < 3; ++x)
+        for (int c = 0; c < 3; ++c)
+          CHECK(read_back->texel(x, y)[c] == image.rgb[image.index(x, y) + static_cast<std::size_t>(c)]);
+    CHECK(read_texture_image(folder.path / name, {}, TexturePart::grey, {})->texel(1, 0).x == Approx(2));
+  }
+  const auto png =
+      read_texture_image(features / "colors.png", {TextureEncoding::Curve::linear}, TexturePart::color, {});
+  const auto tga =
+      read_texture_image(features / "colors.tga", {TextureEncoding::Curve::linear}, TexturePart::color, {});
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) {
+      CHECK(png->texel(x, y) == tga->texel(x, y));
+      CHECK(png->texel(x, y).x == Approx((60 * x + 20) / 255.0));
+      CHECK(png->texel(x, y).y == Approx((60 * y + 20) / 255.0));
+    }
+  CHECK(read_texture_image(features / "colors.png", {}, TexturePart::alpha, {})->texel(1, 1).x == 1.0F);
+  CHECK(read_texture_image(features / "ramp.png", {}, TexturePart::color, {})->channels == 1);
+}
+
+TEST_CASE("Images cut short or with bytes changed are read or refused, and never more") {
+  const ScratchFolder folder;
+  std::mt19937 random(static_cast<std::mt19937::result_type>(gmis_test::seed(321)));
+  int refused = 0;
+  for (const char* name : {"colors.png", "colors.tga", "flat.jpg"}) {
+    const std::string whole = bytes_of(features / name);
+    for (int i = 0; i < 300; ++i) {
+      std::string broken = whole;
+      if (i % 2 == 0) broken.resize(random() % whole.size());
+      for (int k = 0; k < 3 && !broken.empty(); ++k) broken[random() % broken.size()] = static_cast<char>(random());
+      const fs::path file = folder.path / name;
+      std::ofstream(file, std::ios::binary | std::ios::trunc) << broken;
+      try {
+        const auto image = read_texture_image(file, {}, TexturePart::color, {});
+        CHECK(image->resolution.x > 0);
+        CHECK_NOTHROW(gmis::scene::Texture<float>::image(image));
+      } catch (const InputError& error) {
+        CHECK(std::string(error.what()).find(name) != std::string::npos);
+        ++refused;
+      }
+    }
+  }
+  CHECK(refused > 100);
+  std::ofstream(folder.path / "text.png") << "no image";
+  CHECK_THROWS_AS(read_texture_image(folder.path / "text.png", {}, TexturePart::color, {}), InputError);
+  CHECK_THROWS_AS(read_texture_image(folder.path, {}, TexturePart::color, {}), InputError);
+}
+
+TEST_CASE("Disks, cylinders and parts of spheres have the areas and sides of the curved shapes") {
+  using namespace gmis::tools::pbrt;
+  constexpr double pi = 3.14159265358979323846;
+  CHECK(area_of(mesh_of(DiskShape{2, 1.5, 0, 360})) == Approx(pi * 1.5 * 1.5));
+  CHECK(area_of(mesh_of(DiskShape{2, 1.5, 0.5, 90})) == Approx(pi * (1.5 * 1.5 - 0.25) / 4));
+  CHECK(area_of(mesh_of(CylinderShape{0.5, -1, 2, 180})) == Approx(pi * 0.5 * 3));
+  CHECK(area_of(mesh_of(PartialSphere{2, 0, 2, 360})) == Approx(2 * pi * 4).epsilon(1e-3));
+  const auto is_turned = [](const MeshDescription& mesh, const auto& outward) {
+    for (const auto& t : mesh.triangles) {
+      const auto p = [&](std::size_t k) { return mesh.positions.at(static_cast<std::size_t>(t[k])); };
+      if (!(glm::dot(glm::cross(p(1) - p(0), p(2) - p(0)), outward(p(0) + p(1) + p(2))) > 0)) return false;
+    }
+    return true;
+  };
+  CHECK(is_turned(mesh_of(DiskShape{1, 1.5, 0.5, 300}), [](const Point&) { return glm::dvec3(0, 0, 1); }));
+  CHECK(is_turned(mesh_of(CylinderShape{0.5, -1, 2, 360}), [](const Point& p) { return glm::dvec3(p.x, p.y, 0); }));
+  CHECK(is_turned(mesh_of(PartialSphere{2, -1, 2, 270}), [](const Point& p) { return p; }));
+  CHECK(read("Shape \"disk\" \"float innerradius\" 2\n").error.find("innerradius") != std::string::npos);
+  CHECK(read("Shape \"cylinder\" \"float zmin\" 2\n").error.find("zmin") != std::string::npos);
+}
+
+TEST_CASE("Loop's subdivision goes to its limit") {
+  using namespace gmis::tools::pbrt;
+  // A flat grid stays flat, an octahedron becomes round and symmetric, and more levels change no vertex of the coarse mesh.
+  MeshDescription octahedron;
+  octahedron.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  octahedron.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  const auto coarse = loop_subdivided(octahedron, 1), fine = loop_subdivided(octahedron, 4);
+  REQUIRE(coarse);
+  REQUIRE(fine);
+  CHECK(fine->triangles.size() == 8U << 8U);
+  CHECK(fine->positions.size() == fine->triangles.size() / 2 + 2);  // Euler
+  for (std::size_t i = 0; i < coarse->positions.size(); ++i)
+    CHECK(glm::length(coarse->positions[i] - fine->positions[i]) < 1e-12);
+  // The limit of a vertex of valence 4 whose ring has its middle at 0: (1 − 4 w) p, w = 1 / (4 + 3 / (8 · 3/32)).
+  CHECK(fine->positions[4].z == Approx(1 - 4 / (4 + 4.0)));
+  for (std::size_t i = 0; i < fine->positions.size(); ++i) {
+    CHECK(glm::length(fine->normals[i]) == Approx(1));
+    CHECK(glm::dot(fine->normals[i], glm::normalize(fine->positions[i])) > 0.9);
+  }
+  MeshDescription wrong = octahedron;
+  wrong.triangles.push_back({0, 2, 5});
+  CHECK_FALSE(loop_subdivided(wrong, 2));
+  wrong = octahedron;
+  std::swap(wrong.triangles[3][0], wrong.triangles[3][1]);
+  CHECK_FALSE(loop_subdivided(wrong, 2));
+  CHECK(read("Shape \"loopsubdiv\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"integer indices\" [ 0 1 1 ]\n")
+            .error.find("indices") != std::string::npos);
+}
+
+TEST_CASE("A packed mesh is read with its coordinates, a damaged one refused") {
+  const Read whole = read("Shape \"plymesh\" \"string filename\" \"quad.ply.gz\"\n");
+  CHECK(whole.error.empty());
+  const auto& mesh = std::get<MeshDescription>(whole.scene.shapes.at(0).geometry);
+  CHECK(mesh.triangles.size() == 2);
+  REQUIRE(mesh.uv.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i)
+    CHECK(mesh.uv[i] == glm::dvec2((mesh.positions[i].x + 1) / 2, (mesh.positions[i].y + 1) / 2));
+  const ScratchFolder folder;
+  const std::string bytes = bytes_of(features / "quad.ply.gz");
+  for (const std::size_t length : {std::size_t{0}, std::size_t{5}, bytes.size() / 2, bytes.size() - 9}) {
+    CAPTURE(length);
+    std::ofstream(folder.path / "cut.ply.gz", std::ios::binary | std::ios::trunc) << bytes.substr(0, length);
+    CHECK_FALSE(read("Shape \"plymesh\" \"string filename\" \"" + (folder.path / "cut.ply.gz").string() + "\"\n")
+                    .error.empty());
+  }
+}

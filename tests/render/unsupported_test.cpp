@@ -1,0 +1,190 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <string>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/pbrt/reader.hpp"
+#include "support/pbrt/transform.hpp"
+
+// Input that changes the picture and is not understood: an error, a warning with --lenient, a line of a list with --check.
+
+using namespace gmis::tools;
+
+namespace {
+
+const std::string triangle =
+    "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]\n";
+
+struct Read {
+  SceneDescription scene;
+  Diagnostics diagnostics;
+  std::string error;
+
+  [[nodiscard]] std::ptrdiff_t count(const std::string& part) const {
+    return std::count_if(diagnostics.all().begin(), diagnostics.all().end(),
+                         [&](const Diagnostic& d) { return d.to_string().find(part) != std::string::npos; });
+  }
+};
+
+Read read(const std::string& text, Strictness strictness) {
+  Read result{{}, Diagnostics(strictness), ""};
+  try {
+    result.scene = read_pbrt_text(text, "t.pbrt", ".", result.diagnostics);
+  } catch (const InputError& error) {
+    result.error = error.what();
+  }
+  return result;
+}
+
+/// Each is read with a triangle behind it.
+const std::vector<std::string> unsupported{
+    "Camera \"realistic\"\nWorldBegin\n",
+    "Film \"rgb\" \"string sensor\" \"canon_eos_100d\"\nWorldBegin\n",
+    "Film \"rgb\" \"float whitebalance\" 5000\nWorldBegin\n",
+    "Film \"hologram\"\nWorldBegin\n",
+    "ColorSpace \"rec2020\"\nWorldBegin\n",
+    "Option \"bool forcediffuse\" true\nWorldBegin\n",
+    "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All\nWorldBegin\n",
+    "WorldBegin\nMediumInterface \"fog\" \"\"\n",
+    "WorldBegin\nMediumInterface \"fog\"\n",
+    "WorldBegin\nTexture \"t\" \"float\" \"fbm\"\n",
+    "WorldBegin\nMaterial \"hair\"\n",
+    "WorldBegin\nMaterial \"subsurface\"\n",
+    "WorldBegin\nLightSource \"goniometric\"\n",
+    "WorldBegin\nAreaLightSource \"diffuse\" \"string filename\" \"e.png\"\n",
+    "WorldBegin\nShape \"curve\"\n",
+    "WorldBegin\nShap \"sphere\"\n",
+};
+
+}  // namespace
+
+TEST_CASE("What changes the picture and is not understood is an error, a warning when lenient, a line when checking") {
+  for (const std::string& start : unsupported) {
+    CAPTURE(start);
+    const Read strict = read(start + triangle, Strictness::strict);
+    CHECK(strict.error.find("t.pbrt:") == 0);
+    CHECK(strict.error.find('\n') == std::string::npos);
+    const Read lenient = read(start + triangle, Strictness::lenient);
+    CHECK(lenient.error.empty());
+    CHECK(lenient.count("warning: ") == 1 + lenient.count("no light"));
+    CHECK(lenient.scene.shapes.size() == 1);
+    const Read check = read(start + triangle, Strictness::check);
+    CHECK(check.error.empty());
+    CHECK(check.diagnostics.error_count() == 1);
+    CHECK(check.count("error: " + strict.error.substr(strict.error.find(": ") + 2)) == 1);
+  }
+}
+
+TEST_CASE("A check goes on behind every kind of error, and says each once at its place") {
+  const Read check = read(
+      "Camera \"perspective\" \"float fov\" 500\n"
+      "Film \"rgb\" \"integer xresolution\" [ -5 ]\n"
+      "WorldBegin\n"
+      "MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"rgb reflectance\" [ 1 2 ]\n"
+      "NamedMaterial \"m\"\n"
+      "Include \"no-such-file.pbrt\"\n"
+      "Shape \"plymesh\" \"string filename\" \"no-such-mesh.ply\"\n"
+      "Mate \"diffuse\" \"rgb reflectance\" [ .1 .2 .3 ]\n"
+      "Shape \"sphere\" \"float radius\" \"two\"\n"
+      "MediumInterface \"a\" \"b\"\n" +
+          triangle + "AttributeEnd\n",
+      Strictness::check);
+  CHECK(check.error.empty());
+  for (const char* part :
+       {"t.pbrt:1: error: ", "t.pbrt:2: error: ", "t.pbrt:4: error: ", "t.pbrt:6: error: ", "t.pbrt:7: error: ",
+        "t.pbrt:8: error: ", "t.pbrt:9: error: ", "t.pbrt:10: error: ", "t.pbrt:12: error: "}) {
+    CAPTURE(part);
+    CHECK(check.count(part) == 1);
+  }
+  CHECK(check.diagnostics.error_count() == 9);
+  CHECK(check.count("no-such-file.pbrt\" is missing") == 1);
+  CHECK(check.count("no-such-mesh.ply\" is missing") == 1);
+  CHECK(check.scene.shapes.size() == 1);
+}
+
+TEST_CASE("Input that cannot change the picture is read in silence or with a note") {
+  const Read result = read(
+      "Option \"integer seed\" 5\nTransformTimes 0 1\nColorSpace \"srgb\"\nActiveTransform StartTime\n"
+      "Translate 0 0 1\nActiveTransform EndTime\nActiveTransform All\nWorldBegin\n"
+      "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nMediumInterface \"\" \"\"\n"
+      "Material \"interface\"\nShape \"sphere\"\nMakeNamedMaterial \"i\" \"string type\" \"interface\"\n"
+      "NamedMaterial \"i\"\nShape \"sphere\"\nMaterial \"diffuse\"\n" +
+          triangle,
+      Strictness::strict);
+  CHECK(result.error.empty());
+  CHECK(result.count("warning: ") == result.count("no light"));
+  CHECK(result.scene.shapes.size() == 1);  // the boundaries of media are not seen
+}
+
+TEST_CASE("A camera a hair off orthogonal is made orthonormal, one that is far off is refused") {
+  const auto camera = [](double off) {
+    return "Transform [ 2 0 0 0  " + std::to_string(2 * off) +
+           " 2 0 0  0 0 2 0  1 2 3 1 ]\nCamera \"perspective\"\n"
+           "WorldBegin\n" +
+           triangle;
+  };
+  for (const double off : {1.8e-5, 1e-3}) {
+    CAPTURE(off);
+    const Read result = read(camera(off), Strictness::strict);
+    CHECK(result.error.empty());
+    CHECK(result.count("t.pbrt:2: note: the axes of the camera") == 1);
+    const glm::dmat4 m = result.scene.camera.world_from_camera;
+    const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
+    CHECK(std::abs(glm::dot(x, y)) < 1e-12);
+    CHECK(std::abs(glm::dot(y, z)) < 1e-12);
+    CHECK(glm::length(x) == Approx(0.5));
+    CHECK(glm::length(y) == Approx(glm::length(z)).epsilon(1e-12));
+    // The nearest rotation shares the shear between the two axes.
+    CHECK(y.x == Approx(-off / 4).epsilon(0.01));
+    CHECK(x.y == Approx(off / 4).epsilon(0.01));
+  }
+  CHECK(read(camera(1e-2), Strictness::strict).error.find("stretch space") != std::string::npos);
+}
+
+TEST_CASE("ConcatTransform multiplies from the right by a matrix that is listed column by column") {
+  // Transforms points by p' = T(1 2 3) · M · p, M = [ 0 -2 0; 2 0 0; 0 0 2 ] with translation 5 0 0.
+  for (const std::string last : {"5 0 0 1", "10 0 0 2"}) {
+    const double w = last[0] == '5' ? 1 : 2;
+    const auto n = [&](double v) { return std::to_string(v * w) + " "; };
+    const std::string matrix = n(0) + n(2) + "0 0  " + n(-2) + n(0) + "0 0  0 0 " + n(2) + "0  " + last;
+    const Read result =
+        read("WorldBegin\nTranslate 1 2 3\nConcatTransform [ " + matrix + " ]\n" + triangle, Strictness::strict);
+    CAPTURE(matrix, result.error);
+    REQUIRE(result.scene.shapes.size() == 1);
+    const auto& p = std::get<MeshDescription>(result.scene.shapes[0].geometry).positions;
+    CHECK(glm::length(p.at(0) - Point(6, 2, 3)) < 1e-12);
+    CHECK(glm::length(p.at(1) - Point(6, 4, 3)) < 1e-12);
+    CHECK(glm::length(p.at(2) - Point(4, 2, 3)) < 1e-12);
+  }
+}
+
+TEST_CASE("The film's crop window and exposure") {
+  const Read result = read(
+      "Film \"rgb\" \"float iso\" 200 \"float imagingratio\" .25 \"float cropwindow\" [ .25 .5 0 .75 ]\n"
+      "Camera \"perspective\" \"float shutterclose\" 3\nWorldBegin\n"
+      "LightSource \"point\" \"rgb I\" [ 1 2 4 ]\nAreaLightSource \"diffuse\" \"rgb L\" [ 2 2 2 ]\n" +
+          triangle,
+      Strictness::strict);
+  CHECK(result.error.empty());
+  CHECK(result.scene.film.crop_window == std::array{.25, .5, 0., .75});
+  CHECK(std::get<PointLightDescription>(result.scene.lights.at(0).kind).intensity == Rgb(1.5, 3, 6));
+  CHECK(result.scene.shapes.at(0).emission->radiance == Rgb(3));
+  CHECK(read("Film \"rgb\" \"float cropwindow\" [ .5 .5 0 1 ]", Strictness::strict).error.find("cropwindow") !=
+        std::string::npos);
+  CHECK(read("Film \"rgb\" \"float iso\" 0", Strictness::strict).error.find("iso") != std::string::npos);
+  const Read bounds = read(
+      "Film \"rgb\" \"integer xresolution\" 200 \"integer yresolution\" 100 "
+      "\"integer pixelbounds\" [ 50 100 0 25 ] WorldBegin\n" +
+          triangle,
+      Strictness::strict);
+  CHECK(bounds.scene.film.crop_window == std::array{.25, .5, 0., .25});
+}
+
+TEST_CASE("A roughness above 1 is cut to 1") {
+  const Read result = read("WorldBegin\nMaterial \"conductor\" \"float roughness\" 3\n" + triangle, Strictness::strict);
+  CHECK(result.count("t.pbrt:2: warning: Material \"conductor\": a roughness above 1") == 1);
+  CHECK(std::get<ConductorDescription>(result.scene.materials.at(1).kind).alpha == 1.0);
+}
