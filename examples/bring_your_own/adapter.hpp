@@ -46,6 +46,7 @@ class Bsdf {
   }
   [[nodiscard]] bool is_purely_delta() const { return material_->is_specular(); }
   [[nodiscard]] Spectrum albedo() const { return ours(material_->albedo()); }
+
  private:
   const theirs::Material* material_;
   theirs::Basis basis_;
@@ -89,6 +90,7 @@ class Light {
     return {ours(lamp_->radiance), {1 / lamp_->area(), cosine / theirs::pi}};
   }
   [[nodiscard]] double next_event_density(const Point&, const dvec3&, const Point&) const { return 1 / lamp_->area(); }
+
  private:
   [[nodiscard]] Point point_at(const glm::dvec2& uv) const {
     const theirs::Shape& shape = lamp_->shape;
@@ -124,6 +126,7 @@ class Camera {
     const glm::ivec2 pixel(static_cast<int>((x + 1) / 2 * eye_->columns), static_cast<int>((1 - y) / 2 * eye_->rows));
     return gmis::CameraProjection<Spectrum>{pixel, pinhole(), -direction, Spectrum(1), density(direction)};
   }
+
  private:
   [[nodiscard]] Point pinhole() const { return {ours(eye_->position), {}, {}, 0}; }
   /// Of the rays of one pixel, per steradian: 1 / (area of the pixel at distance 1 · cos³).
@@ -169,6 +172,7 @@ class Scene {
   [[nodiscard]] gmis::Effects effects() const {
     return {.diffuse = true, .specular_reflection = true, .specular_transmission = true, .area_lights = true};
   }
+
  private:
   const theirs::World* world_;
   Camera camera_;

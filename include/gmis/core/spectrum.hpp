@@ -1,5 +1,10 @@
 #pragma once
 
+// Under -ffast-math the compiler takes every number for finite and removes the tests that keep NaN out of the film.
+#if defined(__FAST_MATH__) && !defined(GMIS_ALLOW_FAST_MATH)
+#error "gmis: -ffast-math removes the tests for NaN; compile without it, or define GMIS_ALLOW_FAST_MATH"
+#endif
+
 #include <algorithm>
 #include <cmath>
 #include <concepts>

@@ -52,7 +52,7 @@ class SurfaceBsdf {
 
   [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const noexcept {
     if (is_varying()) [[unlikely]]
-      return at_point([&](const SurfaceBsdf& here) { return here.evaluate(to_prev, to_next, mode); });
+      return at_point([=](const SurfaceBsdf& here) { return here.evaluate(to_prev, to_next, mode); });
     if (is_purely_delta()) return {};
     const T prev = glm::dot(shading_normal_, to_prev);
     const T next = glm::dot(shading_normal_, to_next);
@@ -65,7 +65,7 @@ class SurfaceBsdf {
   [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv,
                                              TransportMode mode) const noexcept {
     if (is_varying()) [[unlikely]]
-      return at_point([&](const SurfaceBsdf& here) { return here.sample(to_prev, u, uv, mode); });
+      return at_point([=](const SurfaceBsdf& here) { return here.sample(to_prev, u, uv, mode); });
     const T cos_prev = glm::dot(shading_normal_, to_prev);
     if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
     const PlainMaterial<T>& m = *material_;
@@ -138,7 +138,7 @@ class SurfaceBsdf {
   [[nodiscard]] T lobe_weight(int k) const noexcept {
     if (lobe_count() < 2) return T(1);
     if (is_varying()) [[unlikely]]
-      return at_point([&](const SurfaceBsdf& here) { return here.lobe_weight(k); });
+      return at_point([=](const SurfaceBsdf& here) { return here.lobe_weight(k); });
     const T first =
         material_->kind == Kind::rough_dielectric ? material_->reflection_probability : material_->diffuse_probability;
     return k == 0 ? first : T(1) - first;
@@ -146,7 +146,7 @@ class SurfaceBsdf {
   [[nodiscard]] std::optional<Vec3<T>> sample_lobe(int k, const Vec3<T>& to_prev, const Vec2<T>& uv,
                                                    TransportMode mode) const noexcept {
     if (is_varying()) [[unlikely]]
-      return at_point([&](const SurfaceBsdf& here) { return here.sample_lobe(k, to_prev, uv, mode); });
+      return at_point([=](const SurfaceBsdf& here) { return here.sample_lobe(k, to_prev, uv, mode); });
     const T cos_prev = glm::dot(shading_normal_, to_prev);
     if (!is_usable_side(to_prev, cos_prev)) return std::nullopt;
     if (material_->kind == Kind::rough_dielectric) {
@@ -167,7 +167,7 @@ class SurfaceBsdf {
   }
   void lobe_pdfs(const Vec3<T>& to_prev, const Vec3<T>& to_next, T* pdfs) const noexcept {
     if (is_varying()) [[unlikely]]
-      return at_point([&](const SurfaceBsdf& here) { here.lobe_pdfs(to_prev, to_next, pdfs); });
+      return at_point([=](const SurfaceBsdf& here) { here.lobe_pdfs(to_prev, to_next, pdfs); });
     const T prev = glm::dot(shading_normal_, to_prev);
     const T next = glm::dot(shading_normal_, to_next);
     const bool reflects = are_reflection(to_prev, to_next, prev, next);
@@ -214,8 +214,9 @@ class SurfaceBsdf {
 
   [[nodiscard]] bool is_varying() const noexcept { return material_->is_varying; }
   /// Calls `use` with the BSDF of the plain material that a material with textures is at this point.
+  /// Out of line: what is rare must not cost registers where it does not happen.
   template <class Use>
-  [[nodiscard]] decltype(auto) at_point(Use&& use) const noexcept {
+  [[nodiscard, gnu::noinline, gnu::cold]] auto at_point(Use use) const noexcept {
     const PlainMaterial<T> plain = resolved(static_cast<const Material&>(*material_), uv_);
     SurfaceBsdf here(*this);
     here.material_ = &plain;

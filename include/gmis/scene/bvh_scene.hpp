@@ -139,9 +139,7 @@ class BvhScene {
     }
     if constexpr (VaryingSurfaceModel<Bsdf, T>) {
       if (triangle.material->is_varying) [[unlikely]] {
-        Bsdf bsdf(*triangle.material, triangle.normal, shading_normal, coordinates_at(found, {b0, b1, b2}, position));
-        const Vec3<T> normal = bsdf.shading_normal();
-        return {{position, triangle.normal, normal, triangle.position_error}, std::move(bsdf), triangle.light};
+        return varying_hit(found, {b0, b1, b2}, position, shading_normal);
       }
     }
     return {{position, triangle.normal, shading_normal, triangle.position_error},
@@ -155,11 +153,7 @@ class BvhScene {
     const Vec3<T> normal = outward * sphere.side;
     if constexpr (VaryingSurfaceModel<Bsdf, T>) {
       if (sphere.material->is_varying) [[unlikely]] {
-        Bsdf bsdf(*sphere.material, normal, normal, coordinates_at(found, outward));
-        const Vec3<T> shading_normal = bsdf.shading_normal();
-        return {{sphere.center + outward * sphere.radius, normal, shading_normal, sphere.position_error},
-                std::move(bsdf),
-                sphere.light};
+        return varying_hit(found, outward, normal);
       }
     }
     return {{sphere.center + outward * sphere.radius, normal, normal, sphere.position_error},
@@ -187,8 +181,28 @@ class BvhScene {
     return at;
   }
 
+  /// The hit of a triangle or a sphere whose material varies.
+  [[nodiscard, gnu::noinline, gnu::cold]] Hit varying_hit(
+      const BvhHit<T>& found, const Vec3<T>& weights, const Vec3<T>& position,
+      const Vec3<T>& shading_normal) const noexcept requires VaryingSurfaceModel<Bsdf, T> {
+    const Triangle& triangle = triangles_[found.slot];
+    Bsdf bsdf(*triangle.material, triangle.normal, shading_normal, coordinates_at(found, weights, position));
+    const Vec3<T> normal = bsdf.shading_normal();
+    return {{position, triangle.normal, normal, triangle.position_error}, std::move(bsdf), triangle.light};
+  }
+  [[nodiscard, gnu::noinline, gnu::cold]] Hit varying_hit(const BvhHit<T>& found, const Vec3<T>& outward,
+                                                          const Vec3<T>& normal) const noexcept requires
+      VaryingSurfaceModel<Bsdf, T> {
+    const Sphere& sphere = spheres_[found.slot];
+    Bsdf bsdf(*sphere.material, normal, normal, coordinates_at(found, outward));
+    const Vec3<T> shading_normal = bsdf.shading_normal();
+    return {{sphere.center + outward * sphere.radius, normal, shading_normal, sphere.position_error},
+            std::move(bsdf),
+            sphere.light};
+  }
+
   /// The nearest hit where there is a surface. Points without one are passed, each from a safe distance behind it.
-  [[nodiscard]] std::optional<Hit> intersect_cut_surfaces(Ray<T> ray) const noexcept {
+  [[nodiscard, gnu::noinline, gnu::cold]] std::optional<Hit> intersect_cut_surfaces(Ray<T> ray) const noexcept {
     if constexpr (VaryingSurfaceModel<Bsdf, T>) {
       constexpr int most_passed = 1 << 16;
       for (int passed = 0; passed < most_passed; ++passed) {
