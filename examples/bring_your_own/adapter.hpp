@@ -9,14 +9,11 @@
 /// The adapter: everything that gmis needs to know of the renderer in their_renderer.hpp.
 
 namespace adapter {
-
 using Spectrum = glm::dvec3;  // RGB in double
 using Point = gmis::SurfacePoint<double>;
 using glm::dvec3;
-
 inline constexpr auto ours = [](const theirs::Vector& v) { return dvec3(v.x, v.y, v.z); };
 inline constexpr auto to_theirs = [](const dvec3& v) { return theirs::Vector{v.x, v.y, v.z}; };
-
 /// A material at one point. gmis gives directions in world space that point away from the surface; the material wants
 /// them in its own frame, the arriving one pointing into the surface.
 class Bsdf {
@@ -138,7 +135,6 @@ class Camera {
   const theirs::Eye* eye_;
 };
 static_assert(gmis::Camera<Camera>);
-
 class Scene {
  public:
   using Spectrum = adapter::Spectrum;

@@ -170,7 +170,7 @@ TEST_CASE("the same mistakes in the adapter of a renderer of another style") {
 }
 
 TEST_CASE("what an adapter leaves out is listed, with what it costs") {
-  CHECK(explain(built_in_scene<float>()) == "");
+  CHECK(gmis::explain(built_in_scene<float>()) == "");
   const std::string furnace = gmis::explain(gmis_test::FurnaceScene<float>(0.7F, 1.0F, 16, 2));
   CHECK(furnace.find("Scene::effects() is missing") != std::string::npos);
   CHECK(furnace.find("BsdfWithLobes") == std::string::npos);

@@ -29,7 +29,7 @@ constexpr IntegratorChoice integrators[] = {IntegratorChoice::pt,  IntegratorCho
 BuiltScene built(const std::function<void(Builder&)>& make) {
   Builder builder;
   make(builder);
-  return {builder.build(), "", ""};
+  return {builder.build(), "", "", {}};
 }
 
 RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, int max_depth, double radius,

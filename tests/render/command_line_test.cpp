@@ -96,7 +96,7 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --log no_such_folder/l.csv", "does not exist"},
       {"cornell --techniques stdout.txt", "--techniques"},
       {"cornell --reference absent.pfm", "absent.pfm"},
-      {"cornell --reference a.png", ".exr or .pfm"},
+      {"cornell --reference a.png", "missing"},
   };
   for (const Case& c : cases) {
     CAPTURE(c.arguments);

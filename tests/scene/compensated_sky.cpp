@@ -42,10 +42,11 @@ Measured render(const Scene& scene, const gmis::SampleCounts& counts, std::uint6
 
 }  // namespace
 
-// 2 skies × 4 comparisons, false-alarm rate 1e-4 in all.
+// 2 skies × 3 comparisons, false-alarm rate 1e-4 in all. Light tracing lacks what is seen in the mirror ball. The glossy ball
+// seldom meets the sun: with fewer iterations means are not normal.
 TEST_CASE("a compensated sky gives no more and no less light", "[environment]") {
-  const double level = gmis::sidak_level(1e-4, 8);
-  constexpr int iterations = 100;
+  const double level = gmis::sidak_level(1e-4, 6);
+  constexpr int iterations = 600;
   std::uint64_t seed = gmis_test::seed(86);
   for (const auto sky : {sky_world::Sky::sunset, sky_world::Sky::sun}) {
     CAPTURE(sky_world::name_of(sky));
@@ -60,6 +61,5 @@ TEST_CASE("a compensated sky gives no more and no less light", "[environment]") 
     agrees(render<gmis::Engine<Scene, gmis::CameraSide>>(compensated, gmis::integrators::pt, seed++, iterations));
     agrees(render<gmis::Engine<Scene, gmis::BothSides>>(compensated, gmis::integrators::bpt, seed++, iterations));
     agrees(render<gmis::Engine<Scene, gmis::BothSides>>(compensated, gmis::integrators::vcm, seed++, iterations));
-    agrees(render<gmis::Engine<Scene, gmis::BothSides>>(compensated, gmis::integrators::lt, seed++, iterations));
   }
 }
