@@ -30,7 +30,7 @@ namespace {
 
 using Shared = std::shared_ptr<const scene::TextureImage>;
 
-float decode(double code, const TextureEncoding& encoding) {
+[[maybe_unused]] float decode(double code, const TextureEncoding& encoding) {
   switch (encoding.curve) {
     case TextureEncoding::Curve::linear:
       return static_cast<float>(code);
