@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
 
+#include "gmis/core/ieee.hpp"
 #include "gmis/core/math.hpp"
 
 /// \file
@@ -90,8 +92,9 @@ template <std::floating_point T>
   const auto inward = [&](const Edge& edge) {
     const auto& corners = triangles[edge.triangle];
     const glm::dvec3 from(corners[(edge.opposite + 1) % 3]), to(corners[(edge.opposite + 2) % 3]);
-    const glm::dvec3 along = glm::normalize(to - from), up = glm::dvec3(corners[edge.opposite]) - from;
-    return glm::normalize(up - along * glm::dot(up, along));
+    const auto unit = [](const glm::dvec3& v) { return v * ieee_divide(1.0, std::sqrt(glm::dot(v, v))); };
+    const glm::dvec3 along = unit(to - from), up = glm::dvec3(corners[edge.opposite]) - from;
+    return unit(up - along * glm::dot(up, along));  // not a number for a triangle without area
   };
   const auto is_sharp = [&](const Edge& edge, const glm::dvec3& here, const glm::dvec3& there) {
     const double cosine = -glm::dot(here, there);  // of the bend from the one to the other
