@@ -104,6 +104,22 @@ TEST_CASE("sheets, coated metals and varying materials draw with the densities t
       }
 }
 
+TEST_CASE("sheets let light through, and do not promise to reflect only; what promises it is dark from side to side") {
+  Philox source(gmis_test::seed(313));
+  for (const auto& [name, material] : new_lobes()) {
+    INFO(name);
+    const SurfaceBsdf<double> bsdf(material, axis, axis, at_uv(0.3, 0.6));
+    bool lets_through = false;
+    for (int i = 0; i < 500; ++i) {
+      const auto [a, b, c, d] = uniforms<double, 4>(source);
+      const Vec3<double> prev = square_to_sphere(Vec2<double>{a, b}), next = square_to_sphere(Vec2<double>{c, d});
+      if (glm::dot(prev, axis) * glm::dot(next, axis) > 0) continue;
+      lets_through = lets_through || !is_black(bsdf.evaluate(prev, next, TransportMode::radiance).value);
+    }
+    CHECK(reflects_only(bsdf) == !lets_through);
+  }
+}
+
 TEST_CASE("each lobe of a sheet and of a coated metal makes its density") {
   Philox source(gmis_test::seed(312));
   for (const auto& [name, material] : new_lobes()) {

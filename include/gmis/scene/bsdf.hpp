@@ -113,7 +113,9 @@ class SurfaceBsdf {
   }
   /// Scatters, and without any diffuse part.
   [[nodiscard]] bool is_glossy() const noexcept { return is_purely_glossy(*material_); }
-  [[nodiscard]] bool reflects_only() const noexcept { return material_->kind != Kind::rough_dielectric; }
+  [[nodiscard]] bool reflects_only() const noexcept {
+    return material_->kind != Kind::rough_dielectric && material_->kind != Kind::diffuse_transmission;
+  }
   [[nodiscard]] bool has_narrow_lobe() const noexcept { return scene::has_narrow_lobe(*material_); }
 
   [[nodiscard]] int lobe_count() const noexcept {
