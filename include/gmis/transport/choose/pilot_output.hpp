@@ -225,8 +225,9 @@ class PilotOutput {
     const float is_light_side_child = connects || merges ? is_child : 0.0F;
     for (std::size_t b = 0; b < sums_.size(); ++b) {
       Sums& sums = sums_[b];
+      const PilotCandidates::Block& block = candidates_->blocks[b];
       for (std::size_t i = 0; i < lanes; ++i) {
-        const auto lane = reweighted.in_lane(candidates_->blocks[b], i);
+        const auto lane = reweighted.in_lane(block, i);
         sums.value[part_][i] += lane.own;
         sums.second_moment[i] += times * (lane.second_moment - lane.own * lane.own);
         sums.beyond[i] += times * (lane.beyond + is_light_side_child * lane.own_square);
@@ -234,16 +235,12 @@ class PilotOutput {
         sums.missing[i] += lane.missed;
         sums.connect[i] += connects ? lane.own : 0.0F;
         sums.connect_squares[i] += connects ? lane.own * lane.own : 0.0F;
+        // The pilot's disk stands for the candidate's in `own`. Here the kernels are those of the candidate's disk and of
+        // one with half its radius, a quarter of its area.
+        const float whole = merge_distance_ <= block.disk[i] ? 1.0F : 0.0F;
+        const float half = 4.0F * merge_distance_ <= block.disk[i] ? 4.0F : 0.0F;
+        sums.kernel_change[i] += merges ? lane.own * block.inverse_disk[i] * (whole - half) : 0.0F;
       }
-      if (merges)
-        for (std::size_t i = 0; i < lanes; ++i) {
-          // The pilot's disk stands for the candidate's in `own`. Here the kernels are those of the candidate's disk and
-          // of one with half its radius, a quarter of its area.
-          const auto& block = candidates_->blocks[b];
-          const float whole = merge_distance_ <= block.disk[i] ? 1.0F : 0.0F;
-          const float half = 4.0F * merge_distance_ <= block.disk[i] ? 4.0F : 0.0F;
-          sums.kernel_change[i] += reweighted.in_lane(block, i).own * block.inverse_disk[i] * (whole - half);
-        }
     }
   }
 
