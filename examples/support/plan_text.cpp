@@ -72,7 +72,7 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
       text << (is_on ? "" : "not ") << "in " << name_of(request.integrator) << "; the scene alone would have it "
            << (technique.is_on ? "on: " : "off: ");
     if (technique.rule == PlanRule::needed)
-      text << "nothing else makes " << text_of(classes_only_by(technique.technique, plan));
+      text << "no other technique makes " << text_of(classes_only_by(technique.technique, plan));
     else
       text << sentence_of(technique.rule);
     text << "\n";

@@ -513,7 +513,7 @@ TEST_CASE("What the scene has and calls for is said, in words and in the statist
   const Outcome told = run(folder, direct + "--explain --out a.pfm");
   CHECK(told.exit_code == 0);
   for (const char* part : {"integrator  auto", "effects     diffuse; area lights", "segments: LE LDE LDD+E",
-                           "of these: LDE", "merging      off: direct light is all there is to make"}) {
+                           "of these: LDE", "merging      off: only direct light is rendered"}) {
     CAPTURE(part);
     CHECK(told.out.find(part) != std::string::npos);
   }

@@ -16,23 +16,23 @@
 #include "gmis/core/statistics.hpp"
 
 /// \file
-/// Does a sampler draw with the density that it states? Checks of one's own proposals, BSDFs and lights, for any test
-/// framework. All compare counts in bins with the density integrated over the bin [Subr, Arvo 2007].
+/// Checks that a sampler draws with the density that it states: for proposals, BSDFs and lights, in any test framework.
+/// Each check compares the number of samples in a bin with the density integrated over the bin [Subr, Arvo 2007].
 
 namespace gmis {
 
 struct CheckSettings {
   std::size_t samples = 100'000;
-  std::size_t bins = 400;        ///< on the sphere: twice as many columns as rows
+  std::size_t bins = 400;        ///< on the sphere: columns are twice the rows
   double smallest_expected = 5;  ///< bins that expect fewer samples are pooled
   double precision = 1e-7;       ///< absolute, of the integral over one bin
 };
 
-/// What came of comparing samples with a density.
+/// The result of comparing samples with a density.
 struct DensityCheck {
-  StatisticalTest test;      ///< χ² of the counts, failed samples included as a bin of their own
-  double integral = 0;       ///< of the density: at most 1, the chance that a sample succeeds
-  double success_share = 0;  ///< of the samples, really
+  StatisticalTest test;      ///< χ² of the counts; failed samples have a bin of their own
+  double integral = 0;       ///< integral of the density: the probability that a sample succeeds, at most 1
+  double success_share = 0;  ///< measured share of the samples that succeeded
   std::size_t outside = 0;   ///< samples where the density is 0, negative or not finite
 
   [[nodiscard]] bool passes(double level, double tolerance = 1e-4) const noexcept {
@@ -42,8 +42,8 @@ struct DensityCheck {
 
 namespace detail {
 
-/// ∫∫ f over a rectangle, by Gauss's rule with 3×3 points, halved both ways until the parts agree with the whole, and at
-/// least `least_depth` times.
+/// ∫∫ f over a rectangle, by Gauss's rule with 3×3 points. The rectangle is halved both ways until the sum of its parts
+/// agrees with the whole, and at least `least_depth` times.
 template <class F>
 [[nodiscard]] double integrate_rectangle(const F& f, double x0, double x1, double y0, double y1, double precision,
                                          int depth, int least_depth = 1) {
@@ -73,7 +73,7 @@ template <class F>
   return refine(refine, x0, x1, y0, y1, rule(x0, x1, y0, y1), precision, depth);
 }
 
-/// Counts, expected counts and failures to a verdict.
+/// Turns counts and integrals into the result of the check.
 [[nodiscard]] inline DensityCheck judge(std::vector<double> counts, std::vector<double> integrals, std::size_t outside,
                                         const CheckSettings& settings) {
   DensityCheck result;
@@ -84,7 +84,7 @@ template <class F>
   for (double& integral : integrals) integral *= total;
   counts.push_back(total - succeeded);
   integrals.push_back(std::max(0.0, total * (1 - result.integral)));
-  // Quadrature is not exact: a density that integrates to one but for that leaves nothing to fail.
+  // The quadrature has an error. A density whose integral is 1 within that error leaves no samples that fail.
   if (integrals.back() < 1e-5 * total && counts.back() == 0) integrals.back() = 0;
   result.success_share = succeeded / total;
   result.outside = outside;
@@ -94,9 +94,9 @@ template <class F>
 
 }  // namespace detail
 
-/// A sampler of directions against its density per steradian. `sample()` makes an `std::optional` of a unit vector,
-/// `pdf(direction)` its density. Bins are cells of equal solid angle in coordinates around `axis`: give the axis that
-/// discontinuities go around, such as the normal of a surface.
+/// Checks a sampler of directions against its density per steradian. `sample()` returns an `std::optional` of a unit
+/// vector, `pdf(direction)` the density. Bins are cells of equal solid angle in coordinates around `axis`. Choose the axis
+/// of symmetry of the discontinuities, such as the normal of a surface.
 template <std::floating_point T, class Sample, class Pdf>
 [[nodiscard]] DensityCheck check_directions(const Vec3<T>& axis, Sample&& sample, Pdf&& pdf,
                                             const CheckSettings& settings = {}) {
@@ -135,8 +135,8 @@ template <std::floating_point T, class Sample, class Pdf>
     for (std::size_t column = 0; column < columns; ++column)
       integrals[row * columns + column] = integral_over(row, column, settings.precision, 6, 1);
 
-  // Where counts and integrals disagree, doubt the quadrature first: it may have missed a sliver where the density is not
-  // 0. That does not favour the sampler, since a better integral is better whatever the counts.
+  // Where counts and integrals disagree, the quadrature may have missed a sliver with a positive density: it is refined
+  // there. This does not favour the sampler, because a refined integral is closer to the true one whatever the counts are.
   const auto samples = static_cast<double>(settings.samples);
   const auto deviation = [](double count, double expected) { return std::abs(count - expected) / std::sqrt(expected); };
   const double share = std::accumulate(counts.begin(), counts.end(), 0.0) / samples;
@@ -167,9 +167,9 @@ template <class P, class X>
 }
 }  // namespace detail
 
-/// A proposal for numbers (`sample(source)` and `pdf(x)` or `log_pdf(x)`, as `gmis::Proposal` asks) against its density on
-/// [lower, upper], which must hold all that is to be counted; samples beyond it count as failed. Throws
-/// std::invalid_argument unless lower < upper are finite and there are samples and bins.
+/// Checks a proposal for numbers (`sample(source)` and `pdf(x)` or `log_pdf(x)`, as in `gmis::Proposal`) against its density
+/// on [lower, upper]. Samples outside the interval count as failed. Throws std::invalid_argument unless lower < upper are
+/// finite and there are samples and bins.
 template <class P, UniformSource Source>
 [[nodiscard]] DensityCheck check_proposal(const P& proposal, double lower, double upper, Source& source,
                                           const CheckSettings& settings = {}) {
@@ -207,12 +207,12 @@ template <class P, UniformSource Source>
   return detail::judge(std::move(counts), std::move(integrals), outside, settings);
 }
 
-/// What `check_bsdf` found out; all errors are relative.
+/// The result of `check_bsdf`. All errors are relative.
 struct BsdfCheck {
   DensityCheck directions;       ///< the non-delta part of `sample` against `evaluate(…).pdf.forward`
-  double reverse_error = 0;      ///< largest of pdf.reverse(a, b) against pdf.forward(b, a)
-  double reciprocity_error = 0;  ///< largest of f(a, b) for importance against f(b, a) for radiance
-  double sample_error = 0;       ///< largest of what `sample` states against `evaluate` at the same directions
+  double reverse_error = 0;      ///< largest difference of pdf.reverse(a, b) from pdf.forward(b, a)
+  double reciprocity_error = 0;  ///< largest difference of f(a, b) for importance from f(b, a) for radiance
+  double sample_error = 0;       ///< largest difference of `sample` from `evaluate` at the same directions
   double reflected_share = 0;    ///< ∫ f |cos|, delta lobes included, largest channel: at most 1
 
   [[nodiscard]] bool passes(double level, double tolerance = 1e-3) const noexcept {
@@ -221,12 +221,12 @@ struct BsdfCheck {
   }
 };
 
-/// Checks a BSDF at one point whose shading normal is `normal`, for light from `to_prev`: the sampler against its
-/// density, reverse densities, reciprocity and energy. Reciprocity is that of light with its reverse, which refraction has
-/// too: what carries importance one way carries radiance the other way [Veach 1997, section 5.2].
+/// Checks a BSDF at one point with the shading normal `normal`, for light from `to_prev`: the sampler against its density,
+/// reverse densities, reciprocity and energy. Reciprocity compares importance in one direction with radiance in the other
+/// direction, so that it holds for refraction too [Veach 1997, section 5.2].
 ///
-/// `bsdf_for(to_prev)` makes the BSDF as a ray that arrives from `to_prev` finds it. An engine evaluates a BSDF only with
-/// the `to_prev` of the ray that made its hit, so that a BSDF may store what depends on it.
+/// `bsdf_for(to_prev)` returns the BSDF that a ray arriving from `to_prev` finds. An engine evaluates a BSDF only with the
+/// `to_prev` of the ray that made its hit, so a BSDF may store values that depend on `to_prev`.
 template <class BsdfFor, std::floating_point T, UniformSource Source>
 requires Bsdf < std::remove_cvref_t < std::invoke_result_t < const BsdfFor&, const Vec3<T>
 & >>> [[nodiscard]] BsdfCheck check_bsdf(const BsdfFor& bsdf_for, const Vec3<T>& normal, const Vec3<T>& to_prev,
@@ -295,7 +295,7 @@ requires Bsdf < std::remove_cvref_t < std::invoke_result_t < const BsdfFor&, con
   return result;
 }
 
-/// The same for a BSDF that serves every `to_prev`.
+/// Checks a BSDF that does not depend on the `to_prev` of its hit.
 template <Bsdf B, UniformSource Source>
 [[nodiscard]] BsdfCheck check_bsdf(const B& bsdf, const Vec3<ScalarOf<typename B::Spectrum>>& normal,
                                    const Vec3<ScalarOf<typename B::Spectrum>>& to_prev, Source& source,

@@ -19,21 +19,21 @@ struct NamedEffect {
 };
 
 inline constexpr std::array named_effects{
-    NamedEffect{"emission", "lights themselves, seen directly, in mirrors or through glass",
+    NamedEffect{"emission", "light sources seen directly, in mirrors or through glass",
                 PathClassSet::where([](const PathFeatures& f) { return f.scatterings == 0; })},
-    NamedEffect{"direct", "light that scatters once on its way to the eye, straight from its source",
+    NamedEffect{"direct", "light that goes straight from its source to a surface and scatters once",
                 PathClassSet::where([](const PathFeatures& f) { return f.scatterings == 1 && !f.specular_at_light; })},
-    NamedEffect{"caustics", "light that mirrors or glass cast on a surface that scatters, and what becomes of it",
+    NamedEffect{"caustics", "light that mirrors or glass cast on a scattering surface, and its further scattering",
                 PathClassSet::where([](const PathFeatures& f) { return f.scatterings > 0 && f.specular_at_light; })},
-    NamedEffect{"indirect", "light that scatters more than once, caustics left out",
+    NamedEffect{"indirect", "light that scatters more than once, without caustics",
                 PathClassSet::where([](const PathFeatures& f) { return f.scatterings > 1 && !f.specular_at_light; })},
-    NamedEffect{"mirrored", "all that is seen in mirrors or through glass",
+    NamedEffect{"mirrored", "everything seen in mirrors or through glass",
                 PathClassSet::where([](const PathFeatures& f) { return f.specular_at_camera; })},
-    NamedEffect{"specular", "all light that meets mirrors or glass anywhere",
+    NamedEffect{"specular", "light that meets a mirror or glass anywhere on its path",
                 PathClassSet::where([](const PathFeatures& f) {
                   return f.specular_at_light || f.specular_between || f.specular_at_camera;
                 })},
-    NamedEffect{"glossy", "all light that meets a surface that scatters without a diffuse part",
+    NamedEffect{"glossy", "light that scatters at a glossy surface without a diffuse part",
                 PathClassSet::where([](const PathFeatures& f) { return f.glossy; })}};
 
 /// The result of `switched_effects`.

@@ -128,21 +128,21 @@ constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
     case PlanRule::no_light:
       return "there is no light";
     case PlanRule::no_scattering:
-      return "no surface scatters: there are only mirrors, glass and black ones";
+      return "no surface scatters: every surface is a mirror, glass or black";
     case PlanRule::no_light_to_hit:
       return "no ray can hit a point, spot or directional light";
     case PlanRule::makes_nothing:
-      return "it makes none of the paths that are rendered";
+      return "it makes none of the rendered paths";
     case PlanRule::direct_light_only:
-      return "direct light is all there is to make, and next events make all of it";
+      return "only direct light is rendered, and next events make all of it";
     case PlanRule::nothing_to_merge:
-      return "every path can be connected at one of its ends, and no lobe is so narrow that this would be hard";
+      return "next events or splats make every path, and no lobe is narrow";
     case PlanRule::needed:
-      return "nothing else makes some of its paths";
+      return "no other technique makes some of its paths";
     case PlanRule::helps:
-      return "others make its paths too, not always as well";
+      return "other techniques make its paths too, some with more noise";
     case PlanRule::goes_along:
-      return "light subpaths are traced anyway";
+      return "light subpaths are traced for another technique";
   }
   return "";
 }
