@@ -31,15 +31,15 @@ class FilmOutput {
   }
 
   /// Sets whether each contribution is kept for `records()`; initially none is.
-  void keep_contributions(bool keep) noexcept { is_recording_ = keep; }
+  constexpr void keep_contributions(bool keep) noexcept { is_recording_ = keep; }
 
-  [[nodiscard]] Counters& counters() noexcept { return counters_; }
-  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  [[nodiscard]] constexpr Counters& counters() noexcept { return counters_; }
+  [[nodiscard]] constexpr const Counters& counters() const noexcept { return counters_; }
   /// Rejected paths of this chunk; their iteration is not filled in.
-  [[nodiscard]] const RejectionLog& rejections() const noexcept { return rejections_; }
+  [[nodiscard]] constexpr const RejectionLog& rejections() const noexcept { return rejections_; }
 
   /// Begins the camera subpath of this pixel (its index in the frame).
-  void begin_pixel(std::uint32_t pixel) noexcept {
+  constexpr void begin_pixel(std::uint32_t pixel) noexcept {
     kind_ = PathKind::camera;
     pixel_ = pixel;
     pixel_sum_ = S(ScalarOf<S>(0));
@@ -56,13 +56,13 @@ class FilmOutput {
 
   /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths`
   /// counts them.
-  void begin_trees(std::uint32_t first) noexcept {
+  constexpr void begin_trees(std::uint32_t first) noexcept {
     kind_ = PathKind::light;
     first_tree_ = first;
   }
 
-  [[nodiscard]] const std::vector<Splat>& splats() const noexcept { return splats_; }
-  [[nodiscard]] const std::vector<Contribution<S>>& records() const noexcept { return records_; }
+  [[nodiscard]] constexpr const std::vector<Splat>& splats() const noexcept { return splats_; }
+  [[nodiscard]] constexpr const std::vector<Contribution<S>>& records() const noexcept { return records_; }
 
   /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or negative product is
   /// counted and left out.

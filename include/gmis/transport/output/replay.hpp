@@ -130,8 +130,8 @@ class ReplayOutput {
     film_.begin_pixel(pixel);
   }
   [[nodiscard]] const S& take_pixel() { return film_.take_pixel(); }
-  void begin_trees(std::uint32_t first) noexcept { film_.begin_trees(first); }
-  [[nodiscard]] Counters& counters() noexcept { return film_.counters(); }
+  constexpr void begin_trees(std::uint32_t first) noexcept { film_.begin_trees(first); }
+  [[nodiscard]] constexpr Counters& counters() noexcept { return film_.counters(); }
 
   void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
     film_.reject(cause, technique);

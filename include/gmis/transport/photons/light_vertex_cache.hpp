@@ -21,7 +21,7 @@ class LightVertexCache {
   /// The vertices of consecutive trees.
   class Chunk {
    public:
-    void clear() noexcept {
+    constexpr void clear() noexcept {
       vertices_.clear();
       tree_ends_.clear();
       photon_count_ = 0;
@@ -35,7 +35,7 @@ class LightVertexCache {
     }
     /// Ends the current tree; call it once per tree, also for a tree without vertices.
     void end_tree() { tree_ends_.push_back(static_cast<std::uint32_t>(vertices_.size())); }
-    [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
+    [[nodiscard]] constexpr std::size_t size() const noexcept { return vertices_.size(); }
 
    private:
     friend LightVertexCache;
@@ -49,7 +49,7 @@ class LightVertexCache {
     chunks_.resize(chunk_count);
     trees_per_chunk_ = trees_per_chunk;
   }
-  [[nodiscard]] Chunk& chunk(std::size_t index) noexcept { return chunks_[index]; }
+  [[nodiscard]] constexpr Chunk& chunk(std::size_t index) noexcept { return chunks_[index]; }
 
   /// Numbers all vertices in the order of their trees, for `operator[]` and `photons`. Call it when all chunks are
   /// complete.
@@ -72,14 +72,14 @@ class LightVertexCache {
     });
   }
   /// Number of vertices at the last `gather`.
-  [[nodiscard]] std::size_t size() const noexcept { return vertices_.size(); }
+  [[nodiscard]] constexpr std::size_t size() const noexcept { return vertices_.size(); }
   /// The numbers of the vertices that merging gathers, at the last `gather`.
-  [[nodiscard]] std::span<const std::uint32_t> photons() const noexcept { return photons_; }
+  [[nodiscard]] constexpr std::span<const std::uint32_t> photons() const noexcept { return photons_; }
   /// Vertex `index` in the order of the trees.
   [[nodiscard]] const Vertex& operator[](std::size_t index) const noexcept { return *vertices_[index]; }
 
   /// The vertices of one tree; needs no `gather`.
-  [[nodiscard]] std::span<const Vertex> tree(std::size_t number) const noexcept {
+  [[nodiscard]] constexpr std::span<const Vertex> tree(std::size_t number) const noexcept {
     const Chunk& chunk = chunks_[number / trees_per_chunk_];
     const std::size_t local = number % trees_per_chunk_;
     const std::size_t begin = local == 0 ? 0 : chunk.tree_ends_[local - 1];
@@ -88,7 +88,7 @@ class LightVertexCache {
 
   /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t` when no tree holds
   /// it. Takes time proportional to the number of chunks.
-  [[nodiscard]] std::size_t tree_of(const Vertex& vertex) const noexcept {
+  [[nodiscard]] constexpr std::size_t tree_of(const Vertex& vertex) const noexcept {
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
       const std::vector<Vertex>& vertices = chunks_[i].vertices_;
       const std::vector<std::uint32_t>& ends = chunks_[i].tree_ends_;
@@ -102,7 +102,7 @@ class LightVertexCache {
   }
 
   /// Bytes of memory held.
-  [[nodiscard]] std::size_t byte_count() const noexcept {
+  [[nodiscard]] constexpr std::size_t byte_count() const noexcept {
     std::size_t bytes = vertices_.capacity() * sizeof(vertices_[0]) + photons_.capacity() * sizeof(photons_[0]);
     for (const Chunk& chunk : chunks_)
       bytes += chunk.vertices_.capacity() * sizeof(Vertex) + chunk.tree_ends_.capacity() * sizeof(std::uint32_t);

@@ -129,7 +129,7 @@ class LightVertexGrid {
   }
 
   /// Bytes of memory held.
-  [[nodiscard]] std::size_t byte_count() const noexcept {
+  [[nodiscard]] constexpr std::size_t byte_count() const noexcept {
     return points_.capacity() * sizeof(Point) + boxes_.capacity() * sizeof(Box) +
            (starts_.capacity() + bucket_of_.capacity() + order_.capacity() + part_ends_.capacity()) *
                sizeof(std::uint32_t);
@@ -203,15 +203,15 @@ class LightVertexGrid {
     mask_ = static_cast<std::uint32_t>(bucket_count - 1);
   }
 
-  [[nodiscard]] Vec3<T> cell_coordinates(const Vec3<T>& at) const noexcept {
+  [[nodiscard]] constexpr Vec3<T> cell_coordinates(const Vec3<T>& at) const noexcept {
     return glm::floor((at - lower_) * inverse_cell_);
   }
-  [[nodiscard]] std::uint32_t bucket_at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+  [[nodiscard]] constexpr std::uint32_t bucket_at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
     std::uint32_t row = static_cast<std::uint32_t>(y) * 0xD8163841U ^ static_cast<std::uint32_t>(z) * 0xCB1AB31FU;
     row ^= row >> 15U;
     return (row + static_cast<std::uint32_t>(x)) & mask_;
   }
-  [[nodiscard]] std::uint32_t bucket_of(const Vec3<T>& at) const noexcept {
+  [[nodiscard]] constexpr std::uint32_t bucket_of(const Vec3<T>& at) const noexcept {
     const Vec3<T> cell = cell_coordinates(at);
     return bucket_at(static_cast<std::int32_t>(cell.x), static_cast<std::int32_t>(cell.y),
                      static_cast<std::int32_t>(cell.z));

@@ -32,7 +32,8 @@ struct Connect {
  private:
   /// True when the two directions, of any length, are on different sides of the surface.
   template <std::floating_point T>
-  [[nodiscard]] static bool is_behind(const SurfacePoint<T>& point, const Vec3<T>& a, const Vec3<T>& b) noexcept {
+  [[nodiscard]] static constexpr bool is_behind(const SurfacePoint<T>& point, const Vec3<T>& a,
+                                                const Vec3<T>& b) noexcept {
     return (glm::dot(point.shading_normal, a) > T(0)) != (glm::dot(point.shading_normal, b) > T(0));
   }
 

@@ -70,7 +70,7 @@ struct NextEvent {
 
  private:
   template <std::floating_point T>
-  static T square_distance(const Vec3<T>& a, const Vec3<T>& b) noexcept {
+  static constexpr T square_distance(const Vec3<T>& a, const Vec3<T>& b) noexcept {
     const Vec3<T> offset = a - b;
     return glm::dot(offset, offset);
   }

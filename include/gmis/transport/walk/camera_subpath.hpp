@@ -74,7 +74,7 @@ class CameraSubpath {
   /// classify paths. Nearly all subpaths are plain. They are compiled separately, so that a vertex skips the tests for
   /// the rest.
   enum class Walk { plain, general };
-  [[nodiscard]] bool is_plain() const noexcept {
+  [[nodiscard]] constexpr bool is_plain() const noexcept {
     return context_.counts.camera_children == 1 && !context_.filter.classifies() && !observes_children<Output>;
   }
 
@@ -199,7 +199,7 @@ class CameraSubpath {
   }
 
   /// |cos| between the edge and the geometric normal at its near end.
-  [[nodiscard]] static T cos_behind(const Edge& edge) noexcept {
+  [[nodiscard]] static constexpr T cos_behind(const Edge& edge) noexcept {
     return std::abs(glm::dot(edge.from.geometric_normal, edge.step.to_next));
   }
 

@@ -16,7 +16,7 @@ inline constexpr int split_kinds = 17;
 /// The kind of a vertex, which the number of its children depends on: the number of its non-delta lobes, at most
 /// `split_kinds` − 1. A specular vertex has the kind 0; a BSDF that offers no lobes counts as one lobe.
 template <Bsdf B>
-[[nodiscard]] int split_kind(const B& bsdf) noexcept {
+[[nodiscard]] constexpr int split_kind(const B& bsdf) noexcept {
   if constexpr (BsdfWithLobes<B>)
     return std::clamp(static_cast<int>(bsdf.lobe_count()), 0, split_kinds - 1);
   else
@@ -35,7 +35,7 @@ class LobeProposals {
   LobeProposals(const B& bsdf, const Value& to_prev, TransportMode mode)
       : bsdf_(bsdf), to_prev_(to_prev), mode_(mode) {}
 
-  [[nodiscard]] std::size_t size() const noexcept { return static_cast<std::size_t>(bsdf_.lobe_count()); }
+  [[nodiscard]] constexpr std::size_t size() const noexcept { return static_cast<std::size_t>(bsdf_.lobe_count()); }
   [[nodiscard]] std::optional<Value> sample(std::size_t lobe, UniformSource auto& source) const {
     const Density u = uniform<Density>(source);
     return bsdf_.sample_lobe(static_cast<int>(lobe), to_prev_, {u, uniform<Density>(source)}, mode_);

@@ -83,7 +83,7 @@ class LightTree {
     }
   }
 
-  [[nodiscard]] bool goes_on(const Vertex& at) const noexcept { return at.depth + 1 < context_.max_depth; }
+  [[nodiscard]] constexpr bool goes_on(const Vertex& at) const noexcept { return at.depth + 1 < context_.max_depth; }
 
   template <UniformSource Source>
   void use(const Vertex& vertex, Source& source, Chunk* stored) {
@@ -95,7 +95,7 @@ class LightTree {
     if (context_.has.splat) Splat::at_light_vertex(context_, vertex, source, output_);
   }
 
-  [[nodiscard]] ScatteringVertex<typename Sc::Bsdf> scattering_at(const Vertex& at) const noexcept {
+  [[nodiscard]] constexpr ScatteringVertex<typename Sc::Bsdf> scattering_at(const Vertex& at) const noexcept {
     const T survival = survival_probability(at.bsdf);
     return {at.bsdf,
             at.point,
@@ -186,7 +186,7 @@ class LightTree {
     return true;
   }
 
-  [[nodiscard]] NominalChildren<T> children_of(const typename Sc::Bsdf& bsdf) const noexcept {
+  [[nodiscard]] constexpr NominalChildren<T> children_of(const typename Sc::Bsdf& bsdf) const noexcept {
     const T survival = survival_probability(bsdf);
     return {context_.light_children(bsdf, survival), context_.camera_children(survival, false)};
   }

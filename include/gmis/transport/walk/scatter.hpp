@@ -14,8 +14,8 @@ namespace gmis {
 /// |n_g · to_next| |n_s · to_prev| / |n_g · to_prev| [Veach 1997, eq. 5.19]. It is 0 when `to_prev` is parallel to the
 /// surface.
 template <std::floating_point T>
-[[nodiscard]] inline T scattering_cosine(const SurfacePoint<T>& point, const Vec3<T>& to_prev, const Vec3<T>& to_next,
-                                         TransportMode mode) noexcept {
+[[nodiscard]] constexpr T scattering_cosine(const SurfacePoint<T>& point, const Vec3<T>& to_prev,
+                                            const Vec3<T>& to_next, TransportMode mode) noexcept {
   if (mode == TransportMode::radiance || point.shading_normal == point.geometric_normal)
     return std::abs(glm::dot(point.shading_normal, to_next));
   const T prev_geometric = std::abs(glm::dot(point.geometric_normal, to_prev));
@@ -26,7 +26,7 @@ template <std::floating_point T>
 /// Continuation probability of Russian roulette: the largest channel of the albedo, in [0, 1]. It is a function of the
 /// vertex alone, so that nominal densities can contain it.
 template <Bsdf B>
-[[nodiscard]] inline ScalarOf<typename B::Spectrum> survival_probability(const B& bsdf) noexcept {
+[[nodiscard]] constexpr ScalarOf<typename B::Spectrum> survival_probability(const B& bsdf) noexcept {
   using T = ScalarOf<typename B::Spectrum>;
   return std::clamp(max_channel(typename B::Spectrum(bsdf.albedo())), T(0), T(1));
 }

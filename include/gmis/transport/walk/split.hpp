@@ -56,7 +56,7 @@ class PathSplit {
   [[nodiscard]] static constexpr T nominal_children(const B&) noexcept {
     return T(1);
   }
-  [[nodiscard]] int camera_children(std::size_t) const noexcept { return camera_children_; }
+  [[nodiscard]] constexpr int camera_children(std::size_t) const noexcept { return camera_children_; }
   [[nodiscard]] static constexpr int nominal_camera_children() noexcept { return 1; }
 
   template <Bsdf B, UniformSource Source, class Visit>
@@ -87,7 +87,7 @@ class QueueSplit {
   class Tally {
    public:
     template <Bsdf B>
-    void count(const B& bsdf, int drawn) noexcept {
+    constexpr void count(const B& bsdf, int drawn) noexcept {
       const auto kind = static_cast<std::size_t>(split_kind(bsdf));
       ++vertices_[kind];
       children_[kind] += static_cast<std::uint64_t>(drawn);
@@ -100,7 +100,7 @@ class QueueSplit {
       return *this;
     }
     /// Mean number of children drawn at a vertex of this kind; 1 when no vertex or no child was counted.
-    [[nodiscard]] T mean_children(std::size_t kind) const noexcept {
+    [[nodiscard]] constexpr T mean_children(std::size_t kind) const noexcept {
       if (vertices_[kind] == 0 || children_[kind] == 0) return T(1);
       return static_cast<T>(static_cast<double>(children_[kind]) / static_cast<double>(vertices_[kind]));
     }
@@ -120,21 +120,21 @@ class QueueSplit {
   }
 
   /// Sets the nominal numbers of children to the means of `tally`.
-  void freeze(const Tally& tally) noexcept {
+  constexpr void freeze(const Tally& tally) noexcept {
     for (std::size_t kind = 0; kind < nominal_.size(); ++kind) nominal_[kind] = tally.mean_children(kind);
   }
 
   /// c of the path weights at a light vertex, without the continuation probability.
   template <Bsdf B>
-  [[nodiscard]] T nominal_children(const B& bsdf) const noexcept {
+  [[nodiscard]] constexpr T nominal_children(const B& bsdf) const noexcept {
     return nominal_[static_cast<std::size_t>(split_kind(bsdf))];
   }
   /// Samples that one light tree may draw before it stops splitting.
-  [[nodiscard]] int budget() const noexcept { return budget_; }
-  [[nodiscard]] int camera_children(std::size_t) const noexcept { return camera_children_; }
-  [[nodiscard]] int nominal_camera_children() const noexcept { return camera_children_; }
+  [[nodiscard]] constexpr int budget() const noexcept { return budget_; }
+  [[nodiscard]] constexpr int camera_children(std::size_t) const noexcept { return camera_children_; }
+  [[nodiscard]] constexpr int nominal_camera_children() const noexcept { return camera_children_; }
   /// True when a tree with this many samples left drops its queue.
-  [[nodiscard]] bool stops_at(int remaining) const noexcept { return drops_queue_ && remaining <= 0; }
+  [[nodiscard]] constexpr bool stops_at(int remaining) const noexcept { return drops_queue_ && remaining <= 0; }
 
   /// Draws the children of a light vertex and calls `visit(step)` for each child that goes on. Returns the number of
   /// samples drawn, which the budget pays for even where a child does not go on.
@@ -164,7 +164,7 @@ namespace detail {
 template <class Split, bool splits_light = Split::splits_light>
 struct TallyOf {
   struct Type {
-    static void count(const auto&, int) noexcept {}
+    static constexpr void count(const auto&, int) noexcept {}
     Type& operator+=(const Type&) noexcept { return *this; }
   };
 };

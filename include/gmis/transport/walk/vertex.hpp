@@ -39,7 +39,7 @@ struct CameraVertex {
   HalfPath path{};                ///< the events between the camera and this vertex
 
   /// True for x_{k−1}: no other vertex lies between this vertex and the camera.
-  [[nodiscard]] bool is_next_to_camera() const noexcept { return depth == 1; }
+  [[nodiscard]] constexpr bool is_next_to_camera() const noexcept { return depth == 1; }
 };
 
 /// The straight line between two points: the unit vector from `from` to `to` and the factors of measure along it. When
@@ -50,15 +50,17 @@ struct Link {
   T distance_squared;
 
   /// The line from `from` to `to`.
-  [[nodiscard]] static Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept { return along(to - from); }
+  [[nodiscard]] static constexpr Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept {
+    return along(to - from);
+  }
   /// The line to a point from another, of which it is `offset` away.
-  [[nodiscard]] static Link along(const Vec3<T>& offset) noexcept {
+  [[nodiscard]] static constexpr Link along(const Vec3<T>& offset) noexcept {
     const T distance_squared = glm::dot(offset, offset);
     return {offset * ieee_divide(T(1), std::sqrt(distance_squared)), distance_squared};
   }
   /// g at `point` = |cos θ| / d²: the factor from a density per steradian at the other end to a density per area at
   /// `point`, with the geometric normal.
-  [[nodiscard]] T to_area(const SurfacePoint<T>& point) const noexcept {
+  [[nodiscard]] constexpr T to_area(const SurfacePoint<T>& point) const noexcept {
     return solid_angle_per_area(glm::dot(point.geometric_normal, direction), distance_squared);
   }
 };
