@@ -35,12 +35,17 @@ target_link_libraries(gmis_render_program PUBLIC gmis_render_session PRIVATE gmi
                                                                             nlohmann_json::nlohmann_json)
 target_compile_definitions(gmis_render_program PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 
+# Where the time of a rendering goes.
+set_source_files_properties(
+  support/build_scene.cpp support/engines/both_sides.cpp support/engines/camera_side.cpp support/engines/pilot.cpp
+  support/engines/split_trees.cpp support/executor.cpp support/progressive_render.cpp support/render.cpp
+  PROPERTIES COMPILE_OPTIONS "${gmis_full_options}")
 # Much to compile, little to run.
 set_source_files_properties(
   support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
   support/session.cpp support/statistics.cpp support/technique_sheet.cpp support/report/comparison.cpp
   support/report/html_report.cpp support/report/plot.cpp support/report/tables.cpp
-  PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)
+  PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Debug>:-O0>)
 
 add_library(gmis_report STATIC
   support/report/comparison.cpp
