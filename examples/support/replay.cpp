@@ -4,6 +4,9 @@
 
 #include "support/replay_text.hpp"
 
+template gmis::ReplayedPath<gmis::tools::SceneSpectrum> gmis::replay(
+    const gmis::Engine<gmis::tools::SceneType, gmis::BothSides>&, gmis::PathKind, std::uint32_t);
+
 namespace gmis::tools {
 namespace {
 

@@ -3,5 +3,6 @@
 namespace gmis {
 
 template void Engine<tools::SceneType, CameraSide>::iterate(tools::ThreadedExecutor&);
+template void Engine<tools::SceneType, CameraSide>::prepare_replay(tools::ThreadedExecutor&, std::uint32_t);
 
 }  // namespace gmis

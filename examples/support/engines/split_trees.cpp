@@ -3,5 +3,6 @@
 namespace gmis {
 
 template void Engine<tools::SceneType, SplitTrees>::iterate(tools::ThreadedExecutor&);
+template void Engine<tools::SceneType, SplitTrees>::prepare_replay(tools::ThreadedExecutor&, std::uint32_t);
 
 }  // namespace gmis
