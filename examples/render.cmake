@@ -52,6 +52,7 @@ add_library(gmis_report STATIC
   support/report/false_colour.cpp
   support/report/figures.cpp
   support/report/html_report.cpp
+  support/report/metrics.cpp
   support/report/plot.cpp
   support/report/tables.cpp)
 target_link_libraries(gmis_report PUBLIC gmis_render_session PRIVATE gmis_warnings nlohmann_json::nlohmann_json)

@@ -56,7 +56,9 @@ TEST_CASE("A comparison leaves a report, its tables, its logs and a reference th
   CHECK(first.out.find("efficiency, vcm = 1") != std::string::npos);
   const std::string page = text_of(folder.path / "here/report.html");
   check_page(page);
-  for (const char* part : {"gmis/none", "bpt (unbiased)", "<td data-name=\"slope\">", "2 seeds", "merging bias"}) {
+  for (const char* part : {"gmis-render cornell --integrator pt --size 8x6", "href=\"cornell_vcm.exr\"", "SMAPE",
+                           "too few seeds", "data-loupe", "data-stops", "gmis/none", "bpt (unbiased)",
+                           "<td data-name=\"slope\">", "2 seeds", "merging bias"}) {
     CAPTURE(part);
     CHECK(page.find(part) != std::string::npos);
   }

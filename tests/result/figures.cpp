@@ -60,7 +60,27 @@ TEST_CASE("Efficiency is paired by seed, with Student's interval of its logarith
   const auto one = relative_efficiency({{{10, 0.2}}}, baseline);
   CHECK(one->value == Approx(0.25));
   CHECK(one->upper == std::numeric_limits<double>::infinity());
+  const auto two = relative_efficiency({{{10, 0.2}}, {{10, 0.4}}}, baseline);
+  CHECK(two->value == Approx(0.25));
+  CHECK(two->upper == std::numeric_limits<double>::infinity());
   CHECK_FALSE(relative_efficiency({}, baseline).has_value());
+}
+
+TEST_CASE("Targets are round, and the smallest is one that was reached") {
+  CHECK(round_below(0.0201) == Approx(0.02));
+  CHECK(round_below(0.1) == Approx(0.1));
+  CHECK(round_above(0.0201) == Approx(0.05));
+  CHECK(round_above(0.02) == Approx(0.02));
+  CHECK(round_above(0.51) == Approx(1.0));
+  const auto check = [](const std::vector<Courses>& all, double most, double next, double least) {
+    const auto targets = targets_of(all);
+    CHECK(targets[0] == Approx(most));
+    CHECK(targets[1] == Approx(next));
+    CHECK(targets[2] == Approx(least));
+  };
+  check({{{{1, 0.5}, {2, 0.3}}}, {{{1, 0.5}, {2, 0.013}}}}, 0.1, 0.05, 0.02);
+  check({{{{1, 0.7}}}}, 5, 2, 1);
+  check({{}}, 0.05, 0.02, 0.01);
 }
 
 TEST_CASE("A band has the lowest, the geometric mean and the highest of the seeds") {
@@ -84,7 +104,7 @@ TEST_CASE("The table says what was measured, and where a target was not reached"
     ContenderRecord record;
     record.name = name;
     record.is_merging = is_merging;
-    for (const double factor : {0.5, 2.0}) {
+    for (const double factor : {0.5, 1.0, 2.0}) {
       RunRecord run;
       run.iterations = 100;
       for (const auto& point : course(at_one * factor, -0.5, 64))
@@ -100,20 +120,17 @@ TEST_CASE("The table says what was measured, and where a target was not reached"
   scene.contenders[1].bias = gmis::MergingBias{0.004, 0.001};
   const Table table = table_of(scene);
   REQUIRE(table.rows.size() == 2);
-  const std::vector<std::string> pt{"pt",
-                                    "100",
-                                    "5.00 %",
-                                    "not reached by 1 of 2 (≈ 64.0 s)",
-                                    "not reached (≈ 400 s)",
-                                    "not reached (≈ 1600 s)",
-                                    "0.250 (0.250 to 0.250)",
-                                    "-0.50",
-                                    "none"};
-  const std::vector<std::string> vcm{
-      "vcm", "100",   "2.50 %", "16.0 s", "not reached by 1 of 2 (≈ 100 s)", "not reached (≈ 400 s)",
-      "1",   "-0.50", "0.400 %"};
+  const std::vector<std::string> headings(table.headings.begin() + 3, table.headings.begin() + 6);
+  CHECK(headings == std::vector<std::string>{"to 20 %", "to 10 %", "to 5 %"});
+  const std::vector<std::string> pt{
+      "pt",    "100", "5.00 %", "4.00 s", "16.0 s", "not reached by 1 of 3 (≈ 64.0 s)", "0.250 (0.250 to 0.250)",
+      "-0.50", "none"};
+  const std::vector<std::string> vcm{"vcm", "100", "2.50 %", "1.00 s", "4.00 s", "16.0 s", "1", "-0.50", "0.400 %"};
   CHECK(table.rows[0] == pt);
   CHECK(table.rows[1] == vcm);
+  scene.contenders[0].runs.pop_back();
+  CHECK(table_of(scene).rows[0][6] == "0.250 (too few seeds)");
+  CHECK(metrics_table_of(scene).rows.empty());
   scene.contenders[1].bias = gmis::MergingBias{0.001, 0.001};
   CHECK(table_of(scene).rows[1].back() == "below 0.200 %");
   CHECK(reference_warning(scene).empty());
@@ -125,8 +142,8 @@ TEST_CASE("The table says what was measured, and where a target was not reached"
   Comparison comparison;
   comparison.scenes = {scene};
   const std::string markdown = markdown_of(comparison);
-  CHECK(markdown.find("### room\n\n| integrator | iterations | error at the end | to 5 % |") == 0);
-  CHECK(markdown.find("| vcm | 100 | 2.50 % | 16.0 s | not reached by 1 of 2 (≈ 100 s) |") != std::string::npos);
+  CHECK(markdown.find("### room\n\n| integrator | iterations | error at the end | to 20 % |") == 0);
+  CHECK(markdown.find("| vcm | 100 | 2.50 % | 1.00 s | 4.00 s | 16.0 s |") != std::string::npos);
   // Columns line up on a terminal.
   const std::string text = text_of(table);
   CHECK(text.find("pt  ") != std::string::npos);

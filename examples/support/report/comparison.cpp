@@ -8,6 +8,7 @@
 
 #include "gmis/result/image_error.hpp"
 #include "support/diagnostics.hpp"
+#include "support/image/formats.hpp"
 #include "support/image/image.hpp"
 #include "support/progressive_render.hpp"
 #include "support/report/false_colour.hpp"
@@ -45,6 +46,31 @@ std::string file_name_of(const std::string& name) {
   for (char& c : result)
     if (!(std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')) c = '_';
   return result;
+}
+
+/// The same run as a command line of gmis-render. A pilot chooses anew, for that number of iterations.
+std::string command_of(const ComparisonRequest& request, const std::string& scene,
+                       const ComparisonRequest::Contender& contender, glm::ivec2 size, const RunRecord& run) {
+  const Options defaults;
+  const Options& options = request.settings;
+  std::string text = "gmis-render " + scene + " --integrator " + name_of(contender.integrator);
+  if (contender.integrator == IntegratorChoice::gmis) text += std::string(" --split ") + name_of(contender.split);
+  text += " --size " + std::to_string(size.x) + "x" + std::to_string(size.y) + " --max-depth " +
+          std::to_string(options.max_depth) + " --seed " + std::to_string(run.seed) + " --iterations " +
+          std::to_string(run.iterations);
+  if (options.radius) text += " --radius " + text_of(*options.radius);
+  if (options.alpha != defaults.alpha) text += " --alpha " + three_digits(options.alpha);
+  if (options.light_paths != defaults.light_paths)
+    text += " --light-paths " + three_digits(options.light_paths.value_or(1));
+  return text;
+}
+
+/// The picture in the folder, for viewers of such files: its name there.
+std::string kept(const Image& image, const std::string& stem, const std::filesystem::path& folder) {
+  if (image.rgb.empty()) return {};
+  const std::string name = stem + (has_exr() ? ".exr" : ".pfm");
+  write_image(image, folder / name);
+  return name;
 }
 
 struct Reference {
@@ -144,8 +170,8 @@ struct Runner {
 };
 
 /// False when it was interrupted; the runs are then as far as they came.
-bool run_seed(const ComparisonRequest& request, const BuiltScene& scene, SceneRecord& record, std::uint64_t seed,
-              ThreadedExecutor& executor) {
+bool run_seed(const ComparisonRequest& request, const std::string& name, const BuiltScene& scene, SceneRecord& record,
+              std::uint64_t seed, ThreadedExecutor& executor) {
   std::vector<std::unique_ptr<Runner>> runners;
   for (std::size_t i = 0; i < request.contenders.size(); ++i) {
     RenderRequest render =
@@ -164,8 +190,12 @@ bool run_seed(const ComparisonRequest& request, const BuiltScene& scene, SceneRe
     is_whole = next->rendering.advance(executor) && !is_interrupted(request);
     next->is_done = next->has_enough(request);
   }
-  for (const auto& runner : runners)
-    if (runner->rendering.progress().iterations > 0) runner->store(seed);
+  for (std::size_t i = 0; i < runners.size(); ++i)
+    if (runners[i]->rendering.progress().iterations > 0) {
+      runners[i]->store(seed);
+      RunRecord& run = record.contenders[i].runs.back();
+      run.command = command_of(request, name, request.contenders[i], scene.scene().camera().resolution(), run);
+    }
   return is_whole;
 }
 
@@ -268,7 +298,7 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     }
     for (std::uint32_t seed = 0; seed < request.seeds && comparison.is_whole; ++seed) {
       request.say(record.name + ": seed " + std::to_string(seed + 1) + " of " + std::to_string(request.seeds));
-      comparison.is_whole = run_seed(request, scene, record, request.settings.seed + seed, executor);
+      comparison.is_whole = run_seed(request, name, scene, record, request.settings.seed + seed, executor);
     }
     if (comparison.is_whole && request.measures_bias) {
       request.say(record.name + ": merging's bias from two radii");
@@ -276,6 +306,9 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
       comparison.is_whole = !is_interrupted(request);
     }
     write_logs(request, record);
+    record.reference_file = kept(record.reference, record.name + "_reference", request.folder);
+    for (ContenderRecord& contender : record.contenders)
+      contender.file = kept(contender.image, record.name + "_" + file_name_of(contender.name), request.folder);
     comparison.scenes.push_back(std::move(record));
     if (request.on_scene) request.on_scene(comparison);
     if (!comparison.is_whole) break;

@@ -71,9 +71,33 @@ std::optional<Interval> relative_efficiency(const Courses& courses, const Course
   double mean = 0, squares = 0;
   for (const double value : logs) mean += value / count;
   for (const double value : logs) squares += (value - mean) * (value - mean);
-  if (logs.size() < 2) return Interval{std::exp(mean), 0, std::numeric_limits<double>::infinity()};
+  if (logs.size() < 3) return Interval{std::exp(mean), 0, std::numeric_limits<double>::infinity()};
   const double reach = student_t_quantile(0.975, count - 1) * std::sqrt(squares / (count - 1) / count);
   return Interval{std::exp(mean), std::exp(mean - reach), std::exp(mean + reach)};
+}
+
+double round_below(double value) {
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  double found = decade;
+  // A value that is one of them but for its rounding is that one.
+  for (const double step : {1.0, 2.0, 5.0, 10.0})
+    if (step * decade <= value * (1 + 1e-9)) found = step * decade;
+  return found;
+}
+
+double round_above(double value) {
+  const double below = round_below(value);
+  if (below >= value * (1 - 1e-9)) return below;
+  return round_below(below * 2.5 * (1 + 1e-6));
+}
+
+std::array<double, 3> targets_of(std::span<const Courses> integrators) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Courses& courses : integrators)
+    if (const auto error = last_error(courses); error && *error > 0) smallest = std::min(smallest, *error);
+  if (!std::isfinite(smallest)) return {0.05, 0.02, 0.01};
+  const double least = round_above(smallest), next = round_above(least * 1.5), most = round_above(next * 1.5);
+  return {most, next, least};
 }
 
 std::vector<BandPoint> band_of(const Courses& courses, std::size_t count) {

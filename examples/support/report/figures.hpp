@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -27,9 +28,17 @@ struct TimeToError {
 [[nodiscard]] TimeToError time_to_error(const Courses& courses, double error);
 
 /// 1 / (error² × time) at the end of each run, over that of another integrator's run with the same number in the list: the
-/// geometric mean, and Student's 95 % interval of its logarithm. With one seed the interval is from 0 to infinity; with
-/// none there is nothing.
+/// geometric mean, and Student's 95 % interval of its logarithm. With one or two seeds the interval is from 0 to
+/// infinity: two say nothing of their spread. With none there is nothing.
 [[nodiscard]] std::optional<Interval> relative_efficiency(const Courses& courses, const Courses& baseline);
+
+/// The errors that a table asks the time for: the smallest of 1, 2 and 5 in every decade that some integrator came down to (in
+/// the mean over its seeds), and the next two above it, the largest first. 5, 2 and 1 % where there are no courses.
+[[nodiscard]] std::array<double, 3> targets_of(std::span<const Courses> integrators);
+
+/// The greatest of 1, 2 and 5 in every decade that is at most `value` (positive), and the smallest that is at least `value`.
+[[nodiscard]] double round_below(double value);
+[[nodiscard]] double round_above(double value);
 
 /// The error at one time: its geometric mean over the seeds, the lowest and the highest.
 struct BandPoint {

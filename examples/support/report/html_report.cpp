@@ -1,6 +1,8 @@
 #include "support/report/html_report.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -9,6 +11,7 @@
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
 #include "support/report/false_colour.hpp"
+#include "support/report/metrics.hpp"
 #include "support/report/page.hpp"
 #include "support/report/plot.hpp"
 #include "support/report/tables.hpp"
@@ -60,9 +63,11 @@ std::string cell_of(const std::string& text, const std::string& heading) {
   return cell + "</span></td>";
 }
 
-void add_table(std::ostream& html, const SceneRecord& scene) {
-  const Table table = table_of(scene);
-  html << "<div class=\"table\"><table><thead><tr>";
+void add_table(std::ostream& html, const Table& table, const std::string& caption = {}) {
+  if (table.rows.empty()) return;
+  html << "<div class=\"table\"><table>";
+  if (!caption.empty()) html << "<caption>" << escaped(caption) << "</caption>";
+  html << "<thead><tr>";
   for (const std::string& heading : table.headings) html << "<th>" << escaped(heading) << "</th>";
   html << "</tr></thead><tbody>\n";
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
@@ -80,6 +85,60 @@ const Image& measure_of(const SceneRecord& scene) {
   return scene.reference.rgb.empty() ? scene.contenders.front().image : scene.reference;
 }
 
+/// The pictures' files, and the commands that render them again.
+void add_runs(std::ostream& html, const SceneRecord& scene) {
+  html << "<details class=\"runs\"><summary>Files and command lines</summary><p class=\"soft\">Where a pilot chooses, "
+          "it chooses for the "
+          "number of iterations that it is told: the same command can then differ in its noise.</p><ul>\n";
+  const auto link = [](const std::string& file) {
+    return file.empty() ? std::string() : " <a href=\"" + escaped(file) + "\">" + escaped(file) + "</a>";
+  };
+  for (const ContenderRecord& contender : scene.contenders) {
+    html << "<li><b>" << escaped(contender.name) << "</b>" << link(contender.file);
+    for (const RunRecord& run : contender.runs) html << "<code>" << escaped(run.command) << "</code>";
+    html << "</li>\n";
+  }
+  if (!scene.reference_file.empty()) html << "<li><b>reference</b>" << link(scene.reference_file) << "</li>\n";
+  html << "</ul></details>\n";
+}
+
+/// Four bytes a pixel: red, green and blue over a common power of two, whose exponent plus 128 is the fourth. Values that are
+/// negative or not finite become 0.
+std::vector<std::uint8_t> shared_exponent(const Image& image) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(image.rgb.size() / 3 * 4);
+  for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
+    std::array<float, 3> rgb{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float value = image.rgb[i + c];
+      rgb[c] = value > 0 && std::isfinite(value) ? value : 0.0F;
+    }
+    int exponent = 0;
+    const float largest = std::max({rgb[0], rgb[1], rgb[2]});
+    std::frexp(largest, &exponent);
+    if (std::ldexp(largest, 8 - exponent) > 255.49F) ++exponent;
+    exponent = std::clamp(exponent, -127, 127);
+    for (const float value : rgb)
+      bytes.push_back(static_cast<std::uint8_t>(std::min(255L, std::lround(std::ldexp(value, 8 - exponent)))));
+    bytes.push_back(static_cast<std::uint8_t>(exponent + 128));
+  }
+  return bytes;
+}
+
+/// Errors of a picture in colours, for each measure that a reader may choose.
+nlohmann::json maps_of(const Image& image, const Image& relative, const Image& reference, float exposure) {
+  nlohmann::json maps = nlohmann::json::object();
+  const auto add = [&](const char* name, const Image& map) {
+    if (!map.rgb.empty()) maps[name] = base64_of(png_of(error_map(map)));
+  };
+  add("relative", relative);
+  if (image.rgb.size() == reference.rgb.size()) {
+    add("smape", smape_map(image, reference));
+    add("flip", flip_map(image, reference, exposure));
+  }
+  return maps;
+}
+
 void add_viewer(std::ostream& html, const SceneRecord& scene) {
   nlohmann::json images = nlohmann::json::array();
   std::string choices;
@@ -88,8 +147,8 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
   const auto add = [&](const std::string& name, const Image& image, const Image& error) {
     if (image.rgb.empty() || image.rgb.size() != shown.rgb.size()) return;
     choices += "<option value=\"" + std::to_string(images.size()) + "\">" + escaped(name) + "</option>";
-    images.push_back({{"name", name}, {"image", base64_of(png_of(image, exposure))}});
-    if (!error.rgb.empty()) images.back()["map"] = base64_of(png_of(error_map(error)));
+    images.push_back({{"name", name}, {"pixels", base64_of(shared_exponent(image))}});
+    if (!error.rgb.empty() && has_png()) images.back()["maps"] = maps_of(image, error, scene.reference, exposure);
   };
   for (const ContenderRecord& contender : scene.contenders) add(contender.name, contender.image, contender.pixel_error);
   const std::size_t last = images.empty() ? 0 : images.size() - 1;
@@ -104,28 +163,46 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
   };
   const ContenderRecord* baseline = baseline_of(scene);
   const std::size_t left = baseline != nullptr ? static_cast<std::size_t>(baseline - scene.contenders.data()) : 0;
+  html << "<div data-viewer><div class=\"bar\"><label>left <select data-left>" << selecting(left)
+       << "</select></label><label>right <select data-right>" << selecting(last == left ? (left == 0 ? 1 : 0) : last)
+       << "</select></label><label>show <select data-show><option value=\"picture\">pictures</option>"
+          "<option value=\"difference\">|left − right|</option>";
+  if (has_png()) {
+    html << "<option value=\"relative\">relative error</option>";
+    if (!scene.reference.rgb.empty())
+      html << "<option value=\"smape\">SMAPE</option><option value=\"flip\">ꟻLIP</option>";
+  }
   html
-      << "<div data-viewer><div class=\"bar\"><label>left <select data-left>" << selecting(left)
-      << "</select></label><label>right <select data-right>" << selecting(last == left ? (left == 0 ? 1 : 0) : last)
-      << "</select></label><span><button data-pictures>pictures</button> <button data-maps>error maps</button></span>"
-         "<span><button data-out aria-label=\"smaller\">−</button> <span data-zoom>1×</span> "
-         "<button data-in aria-label=\"larger\">+</button></span></div>\n"
-      << "<div class=\"viewer\" data-view style=\"aspect-ratio:" << shown.width << "/" << shown.height
-      << "\"><img data-back alt=\"\"><div class=\"clip\" data-clip><img data-front alt=\"\"></div>"
+      << "</select></label><span><button data-out aria-label=\"smaller\">−</button> <span data-zoom>1×</span> "
+         "<button data-in aria-label=\"larger\">+</button></span>"
+         "<button data-flip title=\"key F\">flip</button></div>\n"
+      << "<div class=\"viewer\" data-view tabindex=\"0\" style=\"aspect-ratio:" << shown.width << "/" << shown.height
+      << "\"><canvas data-back></canvas><canvas class=\"clip\" data-front></canvas>"
          "<div class=\"line\" data-line></div><b class=\"l\" data-leftname></b><b class=\"r\" data-rightname></b></div>"
          "<input type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" data-slider aria-label=\"left or right picture\">\n"
          "<div class=\"scale\" data-scale hidden><span>1 % and less</span><span></span><span>100 % and "
-         "more</span></div>"
-      << "<script type=\"application/json\">" << nlohmann::json{{"images", images}}.dump() << "</script></div>\n";
+         "more</span></div>\n"
+         "<label class=\"exposure\" data-exposures>exposure <input type=\"range\" min=\"-8\" max=\"8\" step=\"0.25\" "
+         "value=\"0\" data-stops><output data-factor></output></label>\n"
+         "<div class=\"loupe\" data-loupe hidden><canvas data-leftloupe width=\"9\" height=\"9\"></canvas>"
+         "<canvas data-rightloupe width=\"9\" height=\"9\"></canvas><pre data-values></pre></div>\n"
+      << "<p class=\"soft\">Point at a pixel to read its values. F flips between the two "
+         "pictures, D shows their difference, E the next measure.</p>\n"
+      << "<script type=\"application/json\">"
+      << nlohmann::json{{"width", shown.width}, {"height", shown.height}, {"exposure", exposure}, {"images", images}}
+             .dump()
+      << "</script></div>\n";
 }
 
 void add_scene(std::ostream& html, const SceneRecord& scene, const std::filesystem::path& folder, bool has_plots) {
   html << "<section id=\"" << escaped(scene.name) << "\"><h2>" << escaped(scene.name) << "</h2><p class=\"soft\">"
        << escaped(scene.summary) << "; " << measure_of(scene).width << "×" << measure_of(scene).height
        << " pixels. Reference: " << escaped(scene.reference_origin) << "." << reference_warning(scene) << "</p>\n";
-  add_table(html, scene);
+  add_table(html, table_of(scene));
   if (has_plots) html << "<div class=\"plot\">" << error_plot_svg(scene, folder) << "</div>\n";
-  if (has_png()) add_viewer(html, scene);
+  add_table(html, metrics_table_of(scene), "The pictures of the first seed, at the end");
+  add_viewer(html, scene);
+  add_runs(html, scene);
   html << "</section>\n";
 }
 
@@ -139,9 +216,14 @@ came so far. “Not reached” is followed by what the power law fitted to the r
 <dt>Curves</dt><dd>The line is the geometric mean over the seeds, the band goes from the lowest seed to the highest. Independent iterations of
 equal variance fall with slope −½.</dd>
 <dt>Efficiency</dt><dd>1 / (error² × processor seconds) at the end, relative to vcm with the same seed: 2 means as good in half the time. In
-brackets the 95 % interval from the spread between seeds.</dd>
+brackets the 95 % interval from the spread between seeds; one or two are too few for it.</dd>
 <dt>Merging bias</dt><dd>The relative error that would be left without any noise, estimated from two radii apart from the error itself; “below” where
 noise hides it.</dd>
+<dt>Measures</dt><dd>SMAPE: the mean of |x − ref| / (|x| + |ref| + 0.01). ꟻLIP (Andersson et al. 2020): the difference that a person
+sees who flips between the two pictures on a screen with 67 pixels a degree, at the exposure that the viewer starts with; 0 is none, 100 % the
+largest. Both are of the first seed's picture, and bounded: a firefly counts as one wrong pixel.</dd>
+<dt>Exposure</dt><dd>A picture is shown as value × factor, cut to [0, 1], with the sRGB curve. The slider starts at the factor that brings the
+brightest few per cent of the reference to white, and moves it by powers of two.</dd>
 <dt>Fairness</dt><dd>One process; after every iteration the turn goes to the integrator that has had the least processor time, so that whatever
 else the machine does meets all alike. Looking at the errors is not counted.</dd></dl></section>
 )html";
@@ -160,7 +242,7 @@ std::string html_of(const Comparison& comparison, const std::filesystem::path& f
             "whole.</p>\n";
   const bool has_plots = has_gnuplot();
   if (!has_plots) html << "<p class=\"warn\">gnuplot is not on this machine: there are no curves.</p>\n";
-  if (!has_png()) html << "<p class=\"warn\">This program was built without libpng: there are no images.</p>\n";
+  if (!has_png()) html << "<p class=\"warn\">This program was built without libpng: there are no error maps.</p>\n";
   if (comparison.scenes.size() > 1) {
     html << "<nav>";
     for (const SceneRecord& scene : comparison.scenes)

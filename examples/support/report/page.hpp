@@ -42,9 +42,17 @@ select, button { font: inherit; color: inherit; background: var(--paper); border
 button[aria-pressed=true] { border-color: var(--accent); color: var(--accent); }
 .viewer { position: relative; width: 100%; max-width: 40rem; margin: 0 auto; overflow: hidden; border-radius: .4rem;
   background: #000; touch-action: pan-y; user-select: none; cursor: crosshair; }
-.viewer img { position: absolute; inset: 0; width: 100%; height: 100%; image-rendering: pixelated; transform-origin: 0 0;
+.viewer canvas { position: absolute; inset: 0; width: 100%; height: 100%; image-rendering: pixelated; transform-origin: 0 0;
   pointer-events: none; }
-.viewer .clip { position: absolute; inset: 0; }
+.exposure { display: flex; flex-wrap: wrap; gap: .3rem .8rem; align-items: center; max-width: 40rem; margin: .4rem auto 0; font-size: .88rem; }
+.exposure input[type=range] { flex: 1 1 10rem; width: auto; margin: 0; }
+.exposure output { font-variant-numeric: tabular-nums; min-width: 13rem; color: var(--soft); }
+.loupe { display: flex; gap: .8rem; align-items: flex-start; max-width: 40rem; margin: .5rem auto 0; min-height: 5.2rem; }
+.loupe canvas { width: 5rem; height: 5rem; flex: none; image-rendering: pixelated; border-radius: .3rem; background: #000; }
+.loupe pre { margin: 0; font-size: .8rem; line-height: 1.35; overflow-x: auto; }
+caption { text-align: left; color: var(--soft); font-size: .9rem; padding-bottom: .3rem; }
+.runs { margin-top: 1rem; font-size: .9rem; } .runs ul { margin: .4rem 0 0; padding-left: 1.1rem; }
+.runs code { display: block; font-size: .8rem; color: var(--soft); overflow-x: auto; white-space: pre; } a { color: var(--accent); }
 .viewer .line { position: absolute; top: 0; bottom: 0; width: 2px; margin-left: -1px; background: #fff; box-shadow: 0 0 4px #000;
   pointer-events: none; }
 .viewer .line::after { content: "\2194"; position: absolute; top: 50%; left: 50%; translate: -50% -50%; width: 1.7rem; height: 1.7rem;
@@ -59,45 +67,117 @@ input[type=range] { width: 100%; max-width: 40rem; display: block; margin: .5rem
 [hidden] { display: none !important; }
 dl { margin: 0; } dt { font-weight: 600; margin-top: .7rem; } dd { margin: 0; color: var(--soft); max-width: 46rem; }
 @media (max-width: 44rem) {
-  table, tbody, tr, td:first-child { display: block; } thead { display: none; }
+  table, tbody, caption, tr, td:first-child { display: block; } thead { display: none; }
   tr { border-bottom: 1px solid var(--rule); padding: .5rem 0; }
   td { display: flex; justify-content: space-between; gap: 1rem; border: 0; padding: .1rem 0; white-space: normal; }
   td::before { content: attr(data-name); color: var(--soft); text-align: left; }
   td:first-child { font-weight: 600; position: static; } td:first-child::before { content: none; } }
 @media (max-width: 40rem) { main { padding: 1.4rem .8rem 3rem; } section { padding: 1rem .8rem; } body { font-size: 15px; } }
-@media print { .bar, .viewer, input, .scale { display: none; } }
+@media print { .bar, .viewer, input, .scale, .exposure, .loupe { display: none; } }
 )css";
 
 inline constexpr std::string_view script = R"js(
 for (const box of document.querySelectorAll('[data-viewer]')) {
   const data = JSON.parse(box.querySelector('script').textContent);
   const $ = name => box.querySelector('[data-' + name + ']');
-  const view = $('view'), clip = $('clip'), line = $('line'), slider = $('slider'), back = $('back'), front = $('front');
-  const state = { place: 50, zoom: 1, x: 0, y: 0, maps: false };
-  const url = (index) => {
-    const entry = data.images[index];
-    return 'data:image/png;base64,' + (state.maps && entry.map ? entry.map : entry.image);
+  const view = $('view'), line = $('line'), slider = $('slider'), back = $('back'), front = $('front');
+  const state = { place: 50, zoom: 1, x: 0, y: 0, show: 'picture', stops: 0 };
+  const { width, height } = data;
+  for (const canvas of [back, front]) { canvas.width = width; canvas.height = height; }
+  const of = side => data.images[$(side).value];
+  // Linear values, decoded when first shown.
+  const pixels = entry => {
+    if (entry.linear) return entry.linear;
+    const bytes = Uint8Array.from(atob(entry.pixels), c => c.charCodeAt(0));
+    const linear = entry.linear = new Float32Array(3 * width * height);
+    for (let i = 0; i < width * height; ++i) {
+      const scale = 2 ** (bytes[4 * i + 3] - 136);
+      for (let c = 0; c < 3; ++c) linear[3 * i + c] = bytes[4 * i + c] * scale;
+    }
+    return linear;
   };
+  const map = entry => {
+    const text = entry.maps && entry.maps[state.show];
+    if (!text) return null;
+    entry.loaded ??= {};
+    if (!entry.loaded[state.show]) {
+      const image = entry.loaded[state.show] = new Image();
+      image.onload = paint;
+      image.src = 'data:image/png;base64,' + text;
+    }
+    return entry.loaded[state.show];
+  };
+  const isMap = () => state.show !== 'picture' && state.show !== 'difference';
+  const factor = () => data.exposure * 2 ** state.stops;
+  const srgb = x => 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
+  const valueAt = (side, i) => {
+    const own = pixels(of(side))[i];
+    return state.show === 'difference' ? Math.abs(own - pixels(of(side === 'left' ? 'right' : 'left'))[i]) : own;
+  };
+  const shownAt = (side, i) => srgb(Math.min(1, Math.max(0, valueAt(side, i) * factor())));
+  const paintSide = (canvas, side) => {
+    const context = canvas.getContext('2d'), entry = of(side);
+    const image = isMap() ? map(entry) : null;
+    if (image) {
+      if (image.complete) context.drawImage(image, 0, 0);
+      return;
+    }
+    const shown = context.createImageData(width, height);
+    for (let i = 0; i < width * height; ++i) {
+      for (let c = 0; c < 3; ++c) shown.data[4 * i + c] = shownAt(side, 3 * i + c);
+      shown.data[4 * i + 3] = 255;
+    }
+    context.putImageData(shown, 0, 0);
+  };
+  const paint = () => { paintSide(front, 'left'); paintSide(back, 'right'); };
   const draw = () => {
     const size = view.getBoundingClientRect();
     state.x = Math.min(0, Math.max(state.x, size.width * (1 - state.zoom)));
     state.y = Math.min(0, Math.max(state.y, size.height * (1 - state.zoom)));
-    for (const image of [back, front])
-      image.style.transform = `translate(${state.x}px, ${state.y}px) scale(${state.zoom})`;
-    clip.style.clipPath = `inset(0 ${100 - state.place}% 0 0)`;
+    for (const canvas of [back, front])
+      canvas.style.transform = `translate(${state.x}px, ${state.y}px) scale(${state.zoom})`;
+    // The clip moves with the canvas: it is given in the canvas's own coordinates.
+    const cut = (size.width * state.place / 100 - state.x) / state.zoom;
+    front.style.clipPath = `inset(0 ${Math.max(0, size.width - cut)}px 0 0)`;
     line.style.left = state.place + '%';
     slider.value = state.place;
     $('zoom').textContent = state.zoom === 1 ? '1×' : state.zoom.toFixed(1).replace('.0', '') + '×';
   };
   const load = () => {
-    front.src = url($('left').value);
-    back.src = url($('right').value);
-    $('leftname').textContent = data.images[$('left').value].name;
-    $('rightname').textContent = data.images[$('right').value].name;
-    $('scale').hidden = !state.maps;
-    $('maps').setAttribute('aria-pressed', state.maps);
-    $('pictures').setAttribute('aria-pressed', !state.maps);
+    state.show = $('show').value;
+    $('leftname').textContent = of('left').name;
+    $('rightname').textContent = of('right').name;
+    $('scale').hidden = !isMap();
+    $('exposures').hidden = isMap();
+    const sign = state.stops < 0 ? '−' : '+';
+    $('factor').textContent = `× ${factor().toPrecision(3)} (${sign}${Math.abs(state.stops)} stops)`;
+    paint();
     draw();
+  };
+  const digits = x => x === 0 ? '0' : x >= 0.001 && x < 10000 ? x.toPrecision(3) : x.toExponential(2);
+  const look = event => {
+    const size = view.getBoundingClientRect();
+    const x = Math.floor((event.clientX - size.left - state.x) / state.zoom / size.width * width);
+    const y = Math.floor((event.clientY - size.top - state.y) / state.zoom / size.height * height);
+    const inside = x >= 0 && y >= 0 && x < width && y < height;
+    $('loupe').hidden = !inside;
+    if (!inside) return;
+    for (const side of ['left', 'right']) {
+      const context = $(side + 'loupe').getContext('2d'), part = context.createImageData(9, 9);
+      for (let j = 0; j < 81; ++j) {
+        const px = Math.min(width - 1, Math.max(0, x - 4 + j % 9)), py = Math.min(height - 1, Math.max(0, y - 4 + Math.floor(j / 9)));
+        for (let c = 0; c < 3; ++c) part.data[4 * j + c] = shownAt(side, 3 * (py * width + px) + c);
+        part.data[4 * j + 3] = 255;
+      }
+      context.putImageData(part, 0, 0);
+    }
+    const row = entry => {
+      const values = [0, 1, 2].map(c => digits(pixels(entry)[3 * (y * width + x) + c]).padStart(9)).join('');
+      return entry.name.padEnd(14) + values;
+    };
+    const named = [of('left'), of('right')], truth = data.images.find(entry => entry.name === 'reference');
+    if (truth && !named.includes(truth)) named.push(truth);
+    $('values').textContent = [`pixel ${x}, ${y}`.padEnd(14) + '      red    green     blue', ...named.map(row)].join('\n');
   };
   const zoomAt = (factor, x, y) => {
     const zoom = Math.min(16, Math.max(1, state.zoom * factor));
@@ -107,12 +187,27 @@ for (const box of document.querySelectorAll('[data-viewer]')) {
     draw();
   };
   const centre = (factor) => { const s = view.getBoundingClientRect(); zoomAt(factor, s.width / 2, s.height / 2); };
+  const flip = () => {
+    const left = $('left').value;
+    $('left').value = $('right').value;
+    $('right').value = left;
+    load();
+  };
   $('in').onclick = () => centre(2);
   $('out').onclick = () => centre(0.5);
-  $('maps').onclick = () => { state.maps = true; load(); };
-  $('pictures').onclick = () => { state.maps = false; load(); };
-  $('left').onchange = $('right').onchange = load;
+  $('flip').onclick = flip;
+  $('left').onchange = $('right').onchange = $('show').onchange = load;
+  $('stops').oninput = () => { state.stops = +$('stops').value; load(); };
   slider.oninput = () => { state.place = +slider.value; draw(); };
+  view.onkeydown = event => {
+    const show = $('show'), key = event.key.toLowerCase();
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (key === 'f') flip();
+    else if (key === 'd') { show.value = show.value === 'difference' ? 'picture' : 'difference'; load(); }
+    else if (key === 'e') { show.selectedIndex = (show.selectedIndex + 1) % show.options.length; load(); }
+    else return;
+    event.preventDefault();
+  };
   view.addEventListener('wheel', event => {
     if (!event.ctrlKey && state.zoom === 1 && event.deltaY > 0) return;
     event.preventDefault();
@@ -121,13 +216,16 @@ for (const box of document.querySelectorAll('[data-viewer]')) {
   }, { passive: false });
   let grip = null;
   view.onpointerdown = event => {
+    view.focus({ preventScroll: true });
     const size = view.getBoundingClientRect(), at = 100 * (event.clientX - size.left) / size.width;
     const onLine = Math.abs(at - state.place) < 6;
     grip = { line: state.zoom === 1 || onLine, x: event.clientX, y: event.clientY };
     if (grip.line) { state.place = at; draw(); }
     view.setPointerCapture(event.pointerId);
+    look(event);
   };
   view.onpointermove = event => {
+    look(event);
     if (!grip) return;
     const size = view.getBoundingClientRect();
     if (grip.line) state.place = Math.min(100, Math.max(0, 100 * (event.clientX - size.left) / size.width));

@@ -1,5 +1,6 @@
 #include "support/report/plot.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -45,19 +46,43 @@ std::string data_of(const SceneRecord& scene) {
   return text.str();
 }
 
+/// Both axes begin and end at a tick that has its number.
+std::string ranges_of(const SceneRecord& scene) {
+  double least[2] = {1e300, 1e300}, most[2] = {0, 0};
+  for (const ContenderRecord& contender : scene.contenders)
+    for (const BandPoint& point : band_of(contender.courses(), 64)) {
+      const double values[2][2] = {{point.seconds, point.seconds}, {100 * point.lowest, 100 * point.highest}};
+      for (int axis = 0; axis < 2; ++axis) {
+        least[axis] = std::min(least[axis], values[axis][0]);
+        most[axis] = std::max(most[axis], values[axis][1]);
+      }
+    }
+  std::ostringstream text;
+  for (int axis = 0; axis < 2; ++axis)
+    if (most[axis] > 0)
+      text << "set "
+           << "xy"[axis] << "range [" << round_below(least[axis]) << ':' << round_above(most[axis]) << "]\n";
+  return text.str();
+}
+
 std::string script_of(const SceneRecord& scene, const std::filesystem::path& output) {
   std::ostringstream text;
   text << data_of(scene);
   text << "set terminal svg size 560,380 dynamic font 'sans-serif,15' linewidth 1.1\nset output '" << output.string()
-       << "'\nset logscale xy\nset border 3 lc rgb '" << axis_colour << "'\nset tics nomirror textcolor rgb '"
-       << axis_colour << "'\nset format x '%g'\nset format y '%g %%'\nset ytics add (";
+       << "'\nset logscale xy\n"
+       << ranges_of(scene) << "set border 3 lc rgb '" << axis_colour << "'\nset tics nomirror textcolor rgb '"
+       << axis_colour << "'\nset format x '%g'\nset format y '%g %%'\n";
   const char* separator = "";
-  for (double decade = 0.01; decade < 2000; decade *= 10)
-    for (const int step : {1, 2, 5}) {
-      text << separator << step * decade;
+  for (const char axis : {'x', 'y'}) {
+    text << "set " << axis << "tics add (";
+    separator = "";
+    for (double tick = 1e-4; tick < 2e4; tick = round_above(1.5 * tick)) {
+      text << separator << tick;
       separator = ", ";
     }
-  text << ")\nset xlabel 'processor seconds' textcolor rgb '" << axis_colour
+    text << ")\n";
+  }
+  text << "set xlabel 'processor seconds' textcolor rgb '" << axis_colour
        << "'\nset ylabel 'relative error' textcolor rgb '" << axis_colour << "'\nset grid x y lc rgb '" << axis_colour
        << "' lw 0.4 dt 3\nset key top right textcolor rgb '" << axis_colour << "' samplen 2\nset samples 2\nplot ";
   separator = "";

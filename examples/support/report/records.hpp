@@ -21,6 +21,7 @@ struct RunRecord {
   std::uint64_t iterations = 0;
   double cpu_seconds = 0;
   double wall_seconds = 0;
+  std::string command;  ///< that renders the same again, with the same number of iterations
   std::vector<ConvergencePoint> points;
 };
 
@@ -32,6 +33,7 @@ struct ContenderRecord {
   Image image;        ///< of the first seed, at the end
   Image pixel_error;  ///< its relative error pixel by pixel: against the reference, or estimated where there is none
   std::optional<MergingBias> bias;
+  std::string file;  ///< of the picture, in the report's folder; empty where none is written
 
   /// Error over processor seconds: against the reference, or estimated where there is none.
   [[nodiscard]] Courses courses() const {
@@ -50,6 +52,7 @@ struct SceneRecord {
   std::string name;
   std::string summary;
   Image reference;                        ///< empty where the errors are estimated
+  std::string reference_file;             ///< in the report's folder; empty where none is written
   std::string reference_origin;           ///< where the reference is from, in words
   std::optional<double> reference_error;  ///< its own relative error, estimated, where it was made here
   std::vector<ContenderRecord> contenders;
@@ -64,7 +67,6 @@ struct Comparison {
   bool is_whole = true;  ///< false when it was interrupted
   std::vector<SceneRecord> scenes;
 
-  static constexpr double targets[] = {0.05, 0.02, 0.01};
   static constexpr const char* baseline = "vcm";
 };
 

@@ -1,8 +1,12 @@
 #include "support/report/tables.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+
+#include "support/report/false_colour.hpp"
+#include "support/report/metrics.hpp"
 
 namespace gmis::tools {
 
@@ -25,16 +29,23 @@ std::string seconds_text(const TimeToError& time, std::size_t seeds) {
 std::string efficiency_text(const std::optional<Interval>& efficiency, bool is_baseline) {
   if (is_baseline) return "1";
   if (!efficiency) return "–";
-  std::string text = three_digits(efficiency->value);
-  if (std::isfinite(efficiency->upper))
-    text += " (" + three_digits(efficiency->lower) + " to " + three_digits(efficiency->upper) + ")";
-  return text;
+  const std::string text = three_digits(efficiency->value);
+  if (!std::isfinite(efficiency->upper)) return text + " (too few seeds)";
+  return text + " (" + three_digits(efficiency->lower) + " to " + three_digits(efficiency->upper) + ")";
+}
+
+/// A round target as it is spoken of: 5 %, 0.2 %.
+std::string percent_of(double target) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g %%", 100 * target);
+  return buffer;
 }
 
 std::string bias_text(const ContenderRecord& contender) {
   if (!contender.is_merging) return "none";
   if (!contender.bias) return "not measured";
   const MergingBias& bias = *contender.bias;
+  if (bias.relative_bias == 0 && bias.standard_error == 0) return "none";  // nothing was merged
   if (bias.relative_bias <= 2 * bias.standard_error) return "below " + percentage(2 * bias.standard_error);
   return percentage(bias.relative_bias);
 }
@@ -67,8 +78,10 @@ std::string reference_warning(const SceneRecord& scene) {
 Table table_of(const SceneRecord& scene) {
   Table table;
   table.headings = {"integrator", "iterations", "error at the end"};
-  for (const double target : Comparison::targets)
-    table.headings.push_back("to " + std::to_string(std::lround(100 * target)) + " %");
+  std::vector<Courses> all;
+  for (const ContenderRecord& contender : scene.contenders) all.push_back(contender.courses());
+  const std::array<double, 3> targets = targets_of(all);
+  for (const double target : targets) table.headings.push_back("to " + percent_of(target));
   table.headings.insert(table.headings.end(), {"efficiency, vcm = 1", "slope", "merging bias"});
   const ContenderRecord* baseline = baseline_of(scene);
   const Courses baseline_courses = baseline != nullptr ? baseline->courses() : Courses{};
@@ -80,8 +93,7 @@ Table table_of(const SceneRecord& scene) {
     std::vector<std::string> row{contender.name, std::to_string(std::lround(iterations))};
     const auto error = last_error(courses);
     row.push_back(error ? percentage(*error) : "–");
-    for (const double target : Comparison::targets)
-      row.push_back(seconds_text(time_to_error(courses, target), courses.size()));
+    for (const double target : targets) row.push_back(seconds_text(time_to_error(courses, target), courses.size()));
     row.push_back(efficiency_text(relative_efficiency(courses, baseline_courses), &contender == baseline));
     const auto slope = mean_slope(courses);
     char buffer[32];
@@ -89,6 +101,20 @@ Table table_of(const SceneRecord& scene) {
     row.push_back(slope ? buffer : "–");
     row.push_back(bias_text(contender));
     table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+Table metrics_table_of(const SceneRecord& scene) {
+  Table table;
+  if (scene.reference.rgb.empty()) return table;
+  table.headings = {"integrator", "relative error", "without the worst 0.1 %", "SMAPE", "ꟻLIP"};
+  const float exposure = exposure_of(scene.reference);
+  for (const ContenderRecord& contender : scene.contenders) {
+    if (contender.image.rgb.size() != scene.reference.rgb.size()) continue;
+    const ImageMetrics metrics = metrics_of(contender.image, scene.reference, exposure);
+    table.rows.push_back({contender.name, percentage(metrics.relative_error), percentage(metrics.trimmed),
+                          percentage(metrics.smape), percentage(metrics.flip)});
   }
   return table;
 }
@@ -105,6 +131,12 @@ std::string markdown_of(const Comparison& comparison) {
     add_row(table.headings);
     add_row(std::vector<std::string>(table.headings.size(), "---"));
     for (const auto& row : table.rows) add_row(row);
+    if (const Table metrics = metrics_table_of(scene); !metrics.rows.empty()) {
+      text += "\nThe pictures of the first seed, at the end:\n\n";
+      add_row(metrics.headings);
+      add_row(std::vector<std::string>(metrics.headings.size(), "---"));
+      for (const auto& row : metrics.rows) add_row(row);
+    }
     text += "\nReference: " + scene.reference_origin + "." + reference_warning(scene) + "\n\n";
   }
   text += comparison.limits + "; " + comparison.settings + "; " + comparison.machine + ".\n";
