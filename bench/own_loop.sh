@@ -26,7 +26,7 @@ per_round() { # way kind n
 status=0
 printf '%-19s %4s %14s %14s %7s   (%s, instructions a round)\n' proposals N 'by hand' estimate ratio "$compiler"
 for kind in ${OWN_LOOP_KINDS:-static dynamic cauchy cauchy-side-by-side cauchy-batches side-by-side batches}; do
-  sizes="1 2 4 8 16 64"
+  sizes=${OWN_LOOP_SIZES:-1 2 4 8 16 64}
   for n in $sizes; do
     awk -v a="$("$folder/own_loop" hand $kind "$n" 500)" -v b="$("$folder/own_loop" library $kind "$n" 500)" \
       'BEGIN { split(a, x); split(b, y); exit !(x[1] > 0 && (x[1] - y[1]) ^ 2 < (1e-9 * x[1]) ^ 2 && x[3] == 0 && y[3] == 0) }' ||

@@ -23,7 +23,7 @@ struct Result {
   std::uint64_t unusable;
 };
 
-inline double f(double x) {
+[[gnu::always_inline]] inline double f(double x) {
   return std::exp(-0.5 * x * x) * 0.3989422804014327;
 }
 

@@ -47,7 +47,7 @@ class Batch {
     return least_[j] < T(0) ? std::numeric_limits<T>::quiet_NaN() : sums_[0][j] / normaliser;
   }
 
-  /// Σ c_i q_i at every sample, added up in the order of `MixtureSum`: eight sums side by side for more than eight equal ones.
+  /// Σ c_i q_i at every sample, added up in the order of `MixtureSum`: eight sums side by side for many equal ones.
   template <class AllocationType>
   void evaluate(const Set& set, const AllocationType& allocation) {
     if (size_ == batch_size)
@@ -62,7 +62,7 @@ class Batch {
   template <class AllocationType, class Size>
   [[gnu::always_inline]] void evaluate_all(const Set& set, const AllocationType& allocation, Size size) {
     const std::size_t n = set.size();
-    const bool in_lanes = AllocationType::is_equal && n > lanes;
+    const bool in_lanes = AllocationType::is_equal && n > few_densities;
     const std::size_t used = in_lanes ? lanes : 1, in_blocks = in_lanes ? n / lanes * lanes : 0;
     for (std::size_t lane = 0; lane < used; ++lane)
       for (std::size_t j = 0; j < size; ++j) sums_[lane][j] = T(0);

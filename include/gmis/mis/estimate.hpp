@@ -123,11 +123,10 @@ class EstimateAccumulator {
   template <class D, class Sum>
   void add_contribution(const F& value, D denominator, Sum& sum) noexcept {
     Sum contribution;
-    A difference(0);  // x − x is zero for finite x alone, so one sum tests all channels
-    for (std::size_t c = 0; c < sum.size(); ++c) {
+    for (std::size_t c = 0; c < sum.size(); ++c)
       contribution[c] = ratio<A>(Traits::channel(value, static_cast<int>(c)), denominator);
-      difference += contribution[c] - contribution[c];
-    }
+    A difference = contribution[0] - contribution[0];  // zero for finite numbers alone, so one sum tests all channels
+    for (std::size_t c = 1; c < sum.size(); ++c) difference += contribution[c] - contribution[c];
     if (difference != A(0)) [[unlikely]] {
       ++rejected_.non_finite_contribution;
       return;
