@@ -63,14 +63,14 @@ std::vector<P> proposals(std::size_t n) {
 template <class Set>
 [[gnu::noinline]] Result by_library(const Set& set, std::uint64_t rounds, std::uint64_t seed) {
   bench::Words source(seed);
-  const auto estimate = gmis::estimate<gmis::Scheme::N3>(f, set, rounds, source);
+  const auto estimate = gmis::estimate<gmis::Scheme::N3>([](double x) { return f(x); }, set, rounds, source);
   return {estimate.mean, estimate.variance.value_or(0.0), estimate.rejected.total()};
 }
 
 template <class Set>
 [[gnu::noinline]] Result in_batches(const Set& set, std::uint64_t rounds, std::uint64_t seed) {
   bench::Words source(seed);
-  const auto estimate = gmis::estimate_in_batches(f, set, rounds, source);
+  const auto estimate = gmis::estimate_in_batches([](double x) { return f(x); }, set, rounds, source);
   return {estimate.mean, estimate.variance.value_or(0.0), estimate.rejected.total()};
 }
 
