@@ -37,8 +37,8 @@ struct Estimate {
   V mean{};                           ///< the estimate of ∫ f
   std::optional<V> variance{};        ///< of *one round*, estimated between rounds; nothing for a single round
   std::optional<V> standard_error{};  ///< of `mean`; nothing for a single round
-  std::uint64_t rounds = 0;           ///< k
-  std::uint64_t samples = 0;          ///< M = kN, failed and rejected ones included
+  std::uint64_t rounds = 0;           ///< R
+  std::uint64_t samples = 0;          ///< R N, or R Σ n_i; failed and rejected ones included
   std::uint64_t density_evaluations = 0;
   std::uint64_t integrand_evaluations = 0;
   std::uint64_t failed_samples = 0;  ///< `sample` returned nothing; no error
