@@ -16,6 +16,7 @@
 #include "gmis/mis/location_scale.hpp"
 #include "gmis/mis/quadrature.hpp"
 #include "mis/proposals.hpp"
+#include "mis/statistics.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -123,7 +124,7 @@ TEST_CASE("sets of location and scale: density in closed form, mass one, samples
       const auto result = gmis::check_proposal(Member<decltype(set)>{set, i}, locations[i] - reach * scales[i],
                                                locations[i] + reach * scales[i], source);
       CAPTURE(i, result.test.p_value, result.integral, result.outside);
-      CHECK(result.passes(gmis::sidak_level(1e-4, 6)));
+      CHECK(result.passes(test::sidak_level(1e-4, 6)));
     }
   };
   const long double pi = std::acos(-1.0L);

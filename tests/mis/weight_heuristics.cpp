@@ -401,6 +401,13 @@ TEST_CASE("pairwise weights: cost, logarithms, arguments", "[mis]") {
   const std::array<test::Normal3, 1> alone{{{{0.5, 0.0, 0.0}, 1.2}}};
   const auto single = gmis::estimate_pairwise(f, alone, Counts{2}, 0, 3000, source);
   CHECK(test::normal_p_value((single.mean - 1.0) / single.standard_error.value()) > 1e-5);
+  std::vector<double> weights(2);
+  gmis::Pairwise{1}.weights(Counts{0, 2}, std::vector<double>{0.5, 0.5}, weights);  // nobody else has samples
+  CHECK(weights == std::vector<double>{0.0, 1.0});
+  gmis::Pairwise{1}.weights(Counts{3, 2}, std::vector<double>{0.5, 0.0}, weights);
+  CHECK(weights == std::vector<double>{1.0, 0.0});
+  const auto only = gmis::estimate_pairwise(f, std::array{alone[0], logs[1]}, Counts{2, 0}, 0, 3000, source);
+  CHECK(test::normal_p_value((only.mean - 1.0) / only.standard_error.value()) > 1e-5);
   CHECK_THROWS_AS(gmis::estimate_pairwise(f, logs, Counts{1, 2, 3}, 3, 10, source), std::invalid_argument);
   CHECK_THROWS_AS(gmis::estimate_pairwise(f, logs, Counts{1, 2, 0}, 2, 10, source), std::invalid_argument);
 }
