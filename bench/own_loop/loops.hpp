@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "gmis/mis.hpp"
+#include "gmis/mis/batched_round.hpp"
+#include "gmis/mis/location_scale.hpp"
 #include "schemes/problems.hpp"
 
 /// N3 by `estimate`, and by a loop that one would write for the same result: mean, variance between rounds, and every sample
@@ -21,7 +23,7 @@ struct Result {
   std::uint64_t unusable;
 };
 
-inline double f(double x) {
+[[gnu::always_inline]] inline double f(double x) {
   return std::exp(-0.5 * x * x) * 0.3989422804014327;
 }
 
@@ -38,35 +40,16 @@ struct Cauchy {
   }
 };
 
-/// The same proposals, each kind of number side by side: the loop over them in `pdfs` is compiled to vector instructions.
-class SideBySide {
- public:
-  using Value = double;
-  using Density = double;
-  static constexpr std::size_t capacity = 64;
-
-  explicit SideBySide(std::span<const Cauchy> proposals) : size_(proposals.size()) {
-    for (std::size_t i = 0; i < size_; ++i) {
-      centre_[i] = proposals[i].centre;
-      inverse_scale_[i] = 1.0 / proposals[i].scale;
-      peak_[i] = 1.0 / (std::numbers::pi * proposals[i].scale);
-    }
+/// The same proposals as a set of the library, each kind of number side by side.
+template <class Shape, class P>
+gmis::LocationScaleSet<Shape> side_by_side(std::span<const P> proposals) {
+  std::vector<double> locations, scales;
+  for (const P& proposal : proposals) {
+    locations.push_back(proposal.centre);
+    scales.push_back(proposal.scale);
   }
-  [[nodiscard]] std::size_t size() const { return size_; }
-  [[gnu::always_inline]] double sample(std::size_t i, gmis::UniformSource auto& source) const {
-    return Cauchy{centre_[i], 1.0 / inverse_scale_[i]}.sample(source);
-  }
-  [[gnu::always_inline]] void pdfs(double x, std::span<double> out) const {
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      const double z = (x - centre_[i]) * inverse_scale_[i];
-      out[i] = peak_[i] / (1.0 + z * z);
-    }
-  }
-
- private:
-  std::size_t size_;
-  std::array<double, capacity> centre_{}, inverse_scale_{}, peak_{};
-};
+  return {locations, scales};
+}
 
 /// N of them, centres from −2 to 2.
 template <class P>
@@ -80,7 +63,14 @@ std::vector<P> proposals(std::size_t n) {
 template <class Set>
 [[gnu::noinline]] Result by_library(const Set& set, std::uint64_t rounds, std::uint64_t seed) {
   bench::Words source(seed);
-  const auto estimate = gmis::estimate<gmis::Scheme::N3>(f, set, rounds, source);
+  const auto estimate = gmis::estimate<gmis::Scheme::N3>([](double x) { return f(x); }, set, rounds, source);
+  return {estimate.mean, estimate.variance.value_or(0.0), estimate.rejected.total()};
+}
+
+template <class Set>
+[[gnu::noinline]] Result in_batches(const Set& set, std::uint64_t rounds, std::uint64_t seed) {
+  bench::Words source(seed);
+  const auto estimate = gmis::estimate_in_batches([](double x) { return f(x); }, set, rounds, source);
   return {estimate.mean, estimate.variance.value_or(0.0), estimate.rejected.total()};
 }
 

@@ -1,5 +1,6 @@
-// own_loop library|hand KIND N ROUNDS: N3 once; prints mean and variance. KIND: static (std::array), dynamic (std::vector),
-// one-by-one and side-by-side (dynamic; densities without a call, by `pdf` and by `pdfs`).
+// own_loop library|hand KIND N ROUNDS: N3 once; prints mean and variance. KIND: static (std::array) and dynamic (std::vector) of
+// logistic proposals; dynamic ones whose densities need no call, one by one (`cauchy`), as a set of the library
+// (`cauchy-side-by-side`) and in batches (`cauchy-batches`); logistic ones in these two ways (`side-by-side`, `batches`).
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -51,17 +52,27 @@ int main(int argc, char** argv) {
       default:
         return 2;
     }
-  } else if (kind == "dynamic") {
-    const auto set = own_loop::proposals<bench::Logistic<double>>(n);
-    result = library ? own_loop::by_library(set, rounds, 1) : own_loop::by_hand(set.data(), n, rounds, 1);
-  } else {
+  } else if (kind.starts_with("cauchy")) {
     const auto list = own_loop::proposals<own_loop::Cauchy>(n);
     if (!library)
       result = own_loop::by_hand(list.data(), n, rounds, 1);
-    else if (kind == "one-by-one")
-      result = own_loop::by_library(list, rounds, 1);
+    else if (kind == "cauchy-batches")
+      result = own_loop::in_batches(list, rounds, 1);
+    else if (kind == "cauchy-side-by-side")
+      result = own_loop::by_library(own_loop::side_by_side<gmis::shapes::Cauchy, own_loop::Cauchy>(list), rounds, 1);
     else
-      result = own_loop::by_library(own_loop::SideBySide(list), rounds, 1);
+      result = own_loop::by_library(list, rounds, 1);
+  } else {
+    const auto list = own_loop::proposals<bench::Logistic<double>>(n);
+    const auto set = own_loop::side_by_side<gmis::shapes::Logistic, bench::Logistic<double>>(list);
+    if (!library)
+      result = own_loop::by_hand(list.data(), n, rounds, 1);
+    else if (kind == "batches")
+      result = own_loop::in_batches(set, rounds, 1);
+    else if (kind == "side-by-side")
+      result = own_loop::by_library(set, rounds, 1);
+    else
+      result = own_loop::by_library(list, rounds, 1);
   }
   std::printf("%.12g %.12g %llu\n", result.mean, result.variance, static_cast<unsigned long long>(result.unusable));
   return 0;

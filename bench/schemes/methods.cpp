@@ -43,7 +43,8 @@ Json measured_methods(std::size_t largest, int slices, double slice_seconds, std
       const gmis::Pilot pilot(problem, proposals, 30, source);
       const gmis::TabulatedProblem& table = pilot.problem();
       const auto coefficients = gmis::control_coefficients(ones, table);
-      const auto factors = gmis::variance_aware_factors(ones, table);
+      const auto factors = gmis::variance_aware_factors(table);
+      const auto factors_of_balance = gmis::variance_aware_factors_of_balance(ones, table);
       const auto counts = gmis::optimal_counts(table, n);
       const auto groups = gmis::best_groups(table, 4);
       const gmis::Groups<> strided(n, 4);
@@ -62,6 +63,11 @@ Json measured_methods(std::size_t largest, int slices, double slice_seconds, std
            [&] {
              return outcome_of(
                  gmis::estimate_with_weights(gmis::ScaledBalance{factors}, problem, proposals, ones, rounds, source));
+           }},
+          {"variance-aware, of balance",
+           [&] {
+             return outcome_of(gmis::estimate_with_weights(gmis::ScaledBalance{factors_of_balance}, problem, proposals,
+                                                           ones, rounds, source));
            }},
           {"allocated counts",
            [&] {

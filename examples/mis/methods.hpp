@@ -143,7 +143,12 @@ inline std::vector<Method> all() {
                                             source);
        })},
       {"variance-aware", piloted([](const auto& p, const auto& pilot, const Counts& counts, auto rounds, auto& source) {
-         const auto factors = gmis::variance_aware_factors(counts, pilot);
+         const auto factors = gmis::variance_aware_factors(pilot);
+         return gmis::estimate_with_weights(gmis::ScaledBalance{factors}, p.f, p.proposals, counts, rounds, source);
+       })},
+      {"variance-aware, of balance",
+       piloted([](const auto& p, const auto& pilot, const Counts& counts, auto rounds, auto& source) {
+         const auto factors = gmis::variance_aware_factors_of_balance(counts, pilot);
          return gmis::estimate_with_weights(gmis::ScaledBalance{factors}, p.f, p.proposals, counts, rounds, source);
        })},
       {"pairwise", in_rounds([](const auto& p, const Counts& counts, std::uint64_t rounds, auto& source) {

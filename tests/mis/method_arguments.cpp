@@ -172,7 +172,8 @@ TEST_CASE("methods: arguments of their own", "[mis]") {
   REJECTED(gmis::exact_moments_of_mixture(Numbers{0.5, 0.5}, 1, table));
   REJECTED(gmis::exact_moments_of_resampling(ones, Numbers{1.0}, table));
   REJECTED(gmis::control_coefficients(Counts{1, 1}, table));
-  REJECTED(gmis::variance_aware_factors(Counts{1, 1}, table));
+  REJECTED(gmis::variance_aware_factors_of_balance(Counts{1, 1}, table));
+  REJECTED(gmis::variance_aware_factors(table, 0.5));
   REJECTED(gmis::optimal_fractions(table, Numbers{1.0}));
   REJECTED(gmis::optimal_fractions(table, Numbers{1.0, -1.0, 1.0}));
   REJECTED(gmis::optimal_fractions(table, {}, 0.5));

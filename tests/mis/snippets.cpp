@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "gmis/mis.hpp"
+#include "gmis/mis/batched_round.hpp"
 #include "gmis/mis/diagnostics.hpp"
+#include "gmis/mis/location_scale.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"
 
@@ -140,6 +142,24 @@ auto estimate_in_groups(const std::vector<Exponential>& proposals) {
   return gmis::estimate_partial(f, proposals, groups, 10'000, source);
 }
 
+auto estimate_side_by_side() {
+  std::vector<double> locations, scales;
+  for (int i = 0; i < 64; ++i) {
+    locations.push_back(0.1 * i - 3.2);
+    scales.push_back(0.7);
+  }
+  const gmis::LocationScaleSet<gmis::shapes::Normal> set(locations, scales);
+  gmis::Philox source(42);
+  const auto f = [](double x) { return x * x * std::exp(-x * x); };
+  return gmis::estimate<gmis::Scheme::N3>(f, set, 1'000, source);  // all densities at a point in one loop
+}
+
+auto estimate_of_batches(const std::vector<Exponential>& proposals) {
+  gmis::Philox source(42);
+  const auto f = [](double x) { return x * std::exp(-x); };
+  return gmis::estimate_in_batches(f, proposals, 10'000, source);  // one density at 16 points in one loop
+}
+
 gmis::SchemeChoice which_scheme(const std::vector<Exponential>& proposals) {
   gmis::Philox source(7);
   const auto f = [](double x) { return x * std::exp(-x); };
@@ -161,6 +181,10 @@ TEST_CASE("the guide's code does what the guide says", "[mis][docs]") {
   const auto grouped = estimate_in_groups(eight);
   CHECK(grouped.density_evaluations == 10'000 * 8 * 4);
   CHECK(test::normal_p_value((grouped.mean - 1.0) / grouped.standard_error.value()) > 1e-4);
+  const auto wide = estimate_side_by_side();
+  CHECK(test::normal_p_value((wide.mean - 0.5 * std::sqrt(std::acos(-1.0))) / wide.standard_error.value()) > 1e-4);
+  const auto in_batches = estimate_of_batches(eight);
+  CHECK(test::normal_p_value((in_batches.mean - 1.0) / in_batches.standard_error.value()) > 1e-4);
   const auto choice = which_scheme(eight);
   for (const auto& candidate : choice.candidates)
     CHECK(choice.chosen().variance_times_cost() <= candidate.variance_times_cost());

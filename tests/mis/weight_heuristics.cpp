@@ -46,12 +46,15 @@ std::size_t canonical_of(const four::Problem& problem) {
 long double pairwise_weight(const four::Problem& problem, const Counts& counts, const std::vector<double>&,
                             std::size_t k, double x) {
   const std::size_t canonical = canonical_of(problem);
-  const long double others = static_cast<long double>(counts.size() - 1);
-  const long double c = expected(problem, counts, canonical, x) / others;
-  if (k != canonical) return expected(problem, counts, k, x) / (expected(problem, counts, k, x) + c) / others;
+  long double others = 0.0L;
+  for (std::size_t j = 0; j < counts.size(); ++j) others += j == canonical ? 0.0L : counts[j];
+  // Two proposals alone, k standing for all others: (n − n_c) q_k beside n_c q_c.
+  const long double c = expected(problem, counts, canonical, x);
+  const auto pair = [&](std::size_t j) { return others * static_cast<long double>(problem.proposals[j].pdf(x)); };
+  if (k != canonical) return counts[k] / others * pair(k) / (pair(k) + c);
   long double sum = 0.0L;
   for (std::size_t j = 0; j < counts.size(); ++j)
-    if (j != canonical) sum += c / (expected(problem, counts, j, x) + c) / others;
+    if (j != canonical) sum += counts[j] / others * c / (pair(j) + c);
   return sum;
 }
 
@@ -77,9 +80,9 @@ void check_heuristic(const H& heuristic, WeightAt weight, const std::vector<doub
 
 }  // namespace
 
-// 4 problems × 2 counts × 4 heuristics × (mean, variance): 64 tests, false-alarm rate 1e-4 in all.
+// 4 problems × 2 counts × 5 heuristics × (mean, variance): 80 tests, false-alarm rate 1e-4 in all.
 TEST_CASE("weight heuristics: exact and measured moments, as defined", "[mis]") {
-  const double level = test::sidak_level(1e-4, 64);
+  const double level = test::sidak_level(1e-4, 80);
   gmis::Philox source(gmis_test::seed(61));
   for (const four::Problem& problem : problems)
     for (const auto& counts : {problem.one_each(), test::uneven_counts(problem)}) {
@@ -93,10 +96,12 @@ TEST_CASE("weight heuristics: exact and measured moments, as defined", "[mis]") 
       const gmis::RatioWeights<gmis::Power> power{{2.0}};
       check_heuristic(power, power_weight, {}, problem, counts, level, measure(power), source);
 
-      const auto variance_factors = gmis::variance_aware_factors(counts, table);
-      const gmis::ScaledBalance variance_aware{variance_factors};
-      check_heuristic(variance_aware, scaled_weight, variance_factors, problem, counts, level, measure(variance_aware),
-                      source);
+      for (const auto& variance_factors :
+           {gmis::variance_aware_factors(table), gmis::variance_aware_factors_of_balance(counts, table)}) {
+        const gmis::ScaledBalance variance_aware{variance_factors};
+        check_heuristic(variance_aware, scaled_weight, variance_factors, problem, counts, level,
+                        measure(variance_aware), source);
+      }
 
       std::vector<double> correlations;
       for (std::size_t k = 0; k < counts.size(); ++k) correlations.push_back(0.2 * static_cast<double>(k % 4));
@@ -133,33 +138,58 @@ TEST_CASE("weight heuristics: those of one ratio are the same as before", "[mis]
   compare(gmis::Maximum{});
 }
 
-TEST_CASE("variance-aware factors: second moment over variance of the balance-weighted contribution", "[mis]") {
+TEST_CASE("variance-aware factors: second moment over variance, alone and under the balance heuristic", "[mis]") {
   for (const four::Problem& problem : problems) {
     CAPTURE(problem.name);
     const auto counts = test::uneven_counts(problem);
-    const auto factors = gmis::variance_aware_factors(counts, test::tabulated(problem));
+    const auto alone = gmis::variance_aware_factors(test::tabulated(problem));
+    const auto balanced = gmis::variance_aware_factors_of_balance(counts, test::tabulated(problem));
     for (std::size_t k = 0; k < counts.size(); ++k) {
-      const auto moment = [&](int power) {
-        return test::integral(problem, [&](double x) {
-          const long double q = problem.proposals[k].pdf(x);
-          return q > 0.0L
-                     ? q * std::pow(static_cast<long double>(problem.f(x)) / test::expected_density(problem, counts, x),
-                                    static_cast<long double>(power))
-                     : 0.0L;
-        });
+      const auto expected_factor = [&](auto divisor) {
+        const auto moment = [&](int power) {
+          return test::integral(problem, [&](double x) {
+            const long double q = problem.proposals[k].pdf(x);
+            return q > 0.0L ? q * std::pow(static_cast<long double>(problem.f(x)) / divisor(x),
+                                           static_cast<long double>(power))
+                            : 0.0L;
+          });
+        };
+        const long double mean = moment(1), second = moment(2);
+        return static_cast<double>(second / (second - mean * mean));
       };
-      const long double mean = moment(1), second = moment(2);
-      CHECK(factors[k] == Approx(static_cast<double>(second / (second - mean * mean))).epsilon(1e-6));
+      CAPTURE(k);
+      CHECK(alone[k] == Approx(expected_factor([&](double x) {
+                          return static_cast<long double>(problem.proposals[k].pdf(x));
+                        })).epsilon(1e-6));
+      CHECK(balanced[k] == Approx(expected_factor([&](double x) {
+                             return test::expected_density(problem, counts, x);
+                           })).epsilon(1e-6));
     }
   }
-  // Without variance the factor is bounded; without samples it is 1.
+  // Closed form: f = 2 x under the density 1 has E[y]² = 1, Var = 1/3.
   const std::vector<test::Uniform> unit{{0.0, 1.0}, {0.0, 1.0}};
   const std::array<double, 2> ends{0.0, 1.0};
-  const gmis::TabulatedProblem flat([](double) { return 2.0; }, unit, gmis::composite_gauss_legendre(ends, 2));
-  CHECK(gmis::variance_aware_factors(Counts{2, 0}, flat, 50.0) == std::vector<double>{50.0, 1.0});
+  const auto nodes = gmis::composite_gauss_legendre(ends, 2);
+  const gmis::TabulatedProblem line([](double x) { return 2.0 * x; }, unit, nodes);
+  CHECK(gmis::variance_aware_factors(line)[0] == Approx(4.0).epsilon(1e-12));
+  CHECK(gmis::variance_aware_factors_of_balance(Counts{3, 5}, line)[1] == Approx(4.0).epsilon(1e-12));
+  // Without variance the factor is bounded; without samples, and without a contribution, it is 1.
+  const gmis::TabulatedProblem flat([](double) { return 2.0; }, unit, nodes);
+  CHECK(gmis::variance_aware_factors(flat, 50.0) == std::vector<double>{50.0, 50.0});
+  CHECK(gmis::variance_aware_factors_of_balance(Counts{2, 0}, flat, 50.0) == std::vector<double>{50.0, 1.0});
+  const gmis::TabulatedProblem nothing([](double) { return 0.0; }, unit, nodes);
+  CHECK(gmis::variance_aware_factors(nothing) == std::vector<double>{1.0, 1.0});
   // A proposal that fails every other time: E[y²] = 2, Var = 1.
   const std::vector<double> value{1.0}, weight{1.0}, density{0.5};
-  CHECK(gmis::variance_aware_factors(Counts{1}, gmis::TabulatedProblem(value, weight, density))[0] == Approx(2.0));
+  const gmis::TabulatedProblem failing(value, weight, density);
+  CHECK(gmis::variance_aware_factors(failing)[0] == Approx(2.0));
+  CHECK(gmis::variance_aware_factors_of_balance(Counts{1}, failing)[0] == Approx(2.0));
+  // A density that passes through denormals where f does not: the variance is infinite, and the factor 1.
+  const std::vector<double> two{1.0, 1.0};
+  for (const double thin : {5e-324, 1e-200})  // f/q_k out of range, or its square
+    CHECK(gmis::variance_aware_factors(gmis::TabulatedProblem(two, two, {1.0, thin}))[0] == 1.0);
+  CHECK_THROWS_AS(gmis::variance_aware_factors(flat, 0.5), std::invalid_argument);
+  CHECK_THROWS_AS(gmis::variance_aware_factors_of_balance(Counts{1, 1}, flat, std::nan("")), std::invalid_argument);
 }
 
 namespace {
@@ -269,6 +299,27 @@ TEST_CASE("correlation-aware weights: correlated samples, exact and measured", "
   CHECK_THROWS_AS(gmis::correlation_aware_factors(Counts{1, 2}, std::vector<double>{0.5}), std::invalid_argument);
 }
 
+TEST_CASE("correlation-aware factor of one path: its limits, and its definition", "[mis]") {
+  using gmis::correlation_aware_factor;
+  CHECK(correlation_aware_factor(1, 0.0, 1.0) == 1.0);    // one sample has nothing to be correlated with
+  CHECK(correlation_aware_factor(10, 0.0, 1.0) == 0.1);   // all that differs is sure, what is shared is not
+  CHECK(correlation_aware_factor(10, 1.0, 1e-9) == 1.0);  // what is shared is sure
+  CHECK(correlation_aware_factor(10, 0.0, 0.0) == 1.0);
+  for (const double shared : {1e-12, 1e-3, 0.2, 0.5, 1.0})
+    for (const double rest : {0.0, 1e-12, 1e-3, 0.2, 0.5, 1.0})
+      for (const std::uint32_t count : {1U, 2U, 1000U}) {
+        const long double p = shared, q = rest;
+        const long double either = 1.0L - (1.0L - p) * (1.0L - q);  // that one or the other comes to the place
+        const long double expected = std::max(1.0L / count, p / either);
+        CAPTURE(shared, rest, count);
+        CHECK(correlation_aware_factor(count, shared, rest) == Approx(static_cast<double>(expected)).epsilon(1e-6));
+        CHECK(correlation_aware_factor(count, shared, rest) <= 1.0);
+      }
+  CHECK_THROWS_AS(correlation_aware_factor(0, 0.5, 0.5), std::invalid_argument);
+  CHECK_THROWS_AS(correlation_aware_factor(2, 1.5, 0.5), std::invalid_argument);
+  CHECK_THROWS_AS(correlation_aware_factor(2, 0.5, std::nan("")), std::invalid_argument);
+}
+
 TEST_CASE("compensation: no other table has a smaller second moment", "[mis]") {
   std::mt19937_64 engine(gmis_test::seed(63));
   for (const four::Problem& problem : problems)
@@ -306,6 +357,14 @@ TEST_CASE("compensation: no other table has a smaller second moment", "[mis]") {
         for (double& p : other) p /= sum;
         CHECK(second_moment(other) >= least * (1.0L - 1e-12L));
       }
+      if (fraction == 0.5) {  // the rule of thumb for skies: the target less its mean, which does without λ
+        std::vector<double> thumb(cells);
+        const double mass = std::accumulate(target.begin(), target.end(), 0.0);
+        double sum = 0.0;
+        for (std::size_t i = 0; i < cells; ++i) sum += thumb[i] = std::max(0.0, target[i] / mass - others[i]);
+        for (double& p : thumb) p /= sum;
+        CHECK(second_moment(thumb) >= least * (1.0L - 1e-12L));
+      }
       if (fraction == 1.0) {  // alone: in proportion to the target
         const double mass = std::accumulate(target.begin(), target.end(), 0.0);
         for (std::size_t i = 0; i < cells; ++i) CHECK(best[i] == Approx(target[i] / mass).margin(1e-12));
@@ -342,6 +401,13 @@ TEST_CASE("pairwise weights: cost, logarithms, arguments", "[mis]") {
   const std::array<test::Normal3, 1> alone{{{{0.5, 0.0, 0.0}, 1.2}}};
   const auto single = gmis::estimate_pairwise(f, alone, Counts{2}, 0, 3000, source);
   CHECK(test::normal_p_value((single.mean - 1.0) / single.standard_error.value()) > 1e-5);
+  std::vector<double> weights(2);
+  gmis::Pairwise{1}.weights(Counts{0, 2}, std::vector<double>{0.5, 0.5}, weights);  // nobody else has samples
+  CHECK(weights == std::vector<double>{0.0, 1.0});
+  gmis::Pairwise{1}.weights(Counts{3, 2}, std::vector<double>{0.5, 0.0}, weights);
+  CHECK(weights == std::vector<double>{1.0, 0.0});
+  const auto only = gmis::estimate_pairwise(f, std::array{alone[0], logs[1]}, Counts{2, 0}, 0, 3000, source);
+  CHECK(test::normal_p_value((only.mean - 1.0) / only.standard_error.value()) > 1e-5);
   CHECK_THROWS_AS(gmis::estimate_pairwise(f, logs, Counts{1, 2, 3}, 3, 10, source), std::invalid_argument);
   CHECK_THROWS_AS(gmis::estimate_pairwise(f, logs, Counts{1, 2, 0}, 2, 10, source), std::invalid_argument);
 }

@@ -57,8 +57,8 @@ struct SpectrumTraits<LogValue<T>> {
 /// True when every channel of f is a finite number. (x − x is 0 for a finite x and NaN otherwise: one sum tests all.)
 template <class F>
 [[nodiscard]] inline bool has_finite_channels(const F& f) noexcept {
-  typename SpectrumTraits<F>::Scalar sum(0);
-  for (int c = 0; c < SpectrumTraits<F>::channel_count; ++c)
+  auto sum = SpectrumTraits<F>::channel(f, 0) - SpectrumTraits<F>::channel(f, 0);
+  for (int c = 1; c < SpectrumTraits<F>::channel_count; ++c)
     sum += SpectrumTraits<F>::channel(f, c) - SpectrumTraits<F>::channel(f, c);
   return sum == 0;
 }

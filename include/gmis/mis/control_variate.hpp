@@ -20,7 +20,7 @@
 namespace gmis {
 
 /// The least-squares fit of f/ψ by q_k/ψ over samples of ψ, which minimises ∫ (f − Σ β_k q_k)²/ψ.
-/// No other coefficients give N3 with counts a lower variance [Kondapaneni et al. 2019, Theorem 5].
+/// No other coefficients give N3 with counts a lower variance [Kondapaneni et al. 2019].
 template <Summable F>
 class ControlFit {
  public:

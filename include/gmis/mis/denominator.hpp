@@ -27,7 +27,8 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
   // after: that is cheaper than to ask of each whether it is the one.
   const auto add = [&](std::size_t i, auto... times) { mixture.add(densities.keep(i), times...); };
 
-  if constexpr (scheme == Scheme::R1 || scheme == Scheme::N1) {  // q_j
+  constexpr bool is_single = AllocationType::is_equal && capacity_of<Set> == 1;
+  if constexpr (scheme == Scheme::R1 || scheme == Scheme::N1 || is_single) {  // q_j
     own = densities[index];
     const Denominator<Set> denominator = DensitiesAt<Set>::as_denominator(own);
     return {denominator, denominator};
@@ -35,7 +36,7 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
     densities.expect_all();
     T normaliser(1);
     if constexpr (AllocationType::is_equal) {
-      mixture.template add_all<capacity_of<Set>>(densities.keep_all(), set.size());
+      mixture = densities.mixture_of_all();
       own = densities.kept(index);
       normaliser = as_factor<T>(set.size());
     } else {

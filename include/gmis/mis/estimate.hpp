@@ -37,8 +37,8 @@ struct Estimate {
   V mean{};                           ///< the estimate of ∫ f
   std::optional<V> variance{};        ///< of *one round*, estimated between rounds; nothing for a single round
   std::optional<V> standard_error{};  ///< of `mean`; nothing for a single round
-  std::uint64_t rounds = 0;           ///< k
-  std::uint64_t samples = 0;          ///< M = kN, failed and rejected ones included
+  std::uint64_t rounds = 0;           ///< R
+  std::uint64_t samples = 0;          ///< R N, or R Σ n_i; failed and rejected ones included
   std::uint64_t density_evaluations = 0;
   std::uint64_t integrand_evaluations = 0;
   std::uint64_t failed_samples = 0;  ///< `sample` returned nothing; no error
@@ -123,11 +123,10 @@ class EstimateAccumulator {
   template <class D, class Sum>
   void add_contribution(const F& value, D denominator, Sum& sum) noexcept {
     Sum contribution;
-    A difference(0);  // x − x is zero for finite x alone, so one sum tests all channels
-    for (std::size_t c = 0; c < sum.size(); ++c) {
+    for (std::size_t c = 0; c < sum.size(); ++c)
       contribution[c] = ratio<A>(Traits::channel(value, static_cast<int>(c)), denominator);
-      difference += contribution[c] - contribution[c];
-    }
+    A difference = contribution[0] - contribution[0];  // zero for finite numbers alone, so one sum tests all channels
+    for (std::size_t c = 1; c < sum.size(); ++c) difference += contribution[c] - contribution[c];
     if (difference != A(0)) [[unlikely]] {
       ++rejected_.non_finite_contribution;
       return;

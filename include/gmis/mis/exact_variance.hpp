@@ -161,7 +161,7 @@ class SubsetSum {
 
 }  // namespace detail
 
-/// Mean and variance of one round of N samples under `scheme` (k rounds divide the variance by k), one sample of each; for
+/// Mean and variance of one round of N samples under `scheme` (R rounds divide the variance by R), one sample of each; for
 /// counts n_i with S2 or S3, repeat proposal i in the problem n_i times. Holds for partial support too, except that the
 /// variance of N2 needs full support (its draws are correlated otherwise).
 ///

@@ -26,6 +26,40 @@ template <std::floating_point T>
   return static_cast<T>(static_cast<std::ptrdiff_t>(count));
 }
 
+/// More densities than this are evaluated and summed in functions of their own: within the long body of a round, compilers run
+/// out of registers.
+inline constexpr std::size_t few_densities = 16;
+
+template <std::floating_point T>
+struct SumAndLeast {
+  T sum, least;
+};
+
+/// The sum of `count` densities and the least of them and 0, in eight sums side by side, which are faster and more exact than
+/// one.
+template <std::floating_point T>
+[[nodiscard, gnu::noinline]] SumAndLeast<T> sum_of_many(const T* densities, std::size_t count) noexcept {
+  constexpr std::size_t lanes = 8;
+  T sums[lanes] = {}, least[lanes] = {};
+  const std::size_t blocks = count / lanes;
+  for (std::size_t block = 0; block < blocks; ++block)
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const T density = densities[block * lanes + lane];
+      sums[lane] += density;
+      least[lane] = density < least[lane] ? density : least[lane];
+    }
+  for (std::size_t half = lanes / 2; half > 0; half /= 2)
+    for (std::size_t lane = 0; lane < half; ++lane) {
+      sums[lane] += sums[lane + half];
+      least[lane] = least[lane + half] < least[lane] ? least[lane + half] : least[lane];
+    }
+  for (std::size_t i = blocks * lanes; i < count; ++i) {
+    sums[0] += densities[i];
+    least[0] = densities[i] < least[0] ? densities[i] : least[0];
+  }
+  return {sums[0], least[0]};
+}
+
 /// Σ c_i q_i, c_i > 0, and then over a normaliser: NaN when a density was negative, even if the sum is positive.
 template <std::floating_point T, bool in_logarithms>
 class MixtureSum {
@@ -38,38 +72,17 @@ class MixtureSum {
     sum_ += coefficient * density;
     least_ = density < least_ ? density : least_;
   }
-  /// Adds `count` ≤ `capacity` densities; more than eight in eight sums side by side, which are faster and more exact than
-  /// one.
-  template <std::size_t capacity>
-  void add_all(const T* densities, std::size_t count) noexcept {
-    if (count > capacity) count = capacity;  // never: it tells the compiler how far the loops can go
-    if (capacity <= lanes || count <= lanes) {
-      for (std::size_t i = 0; i < count; ++i) add(densities[i]);
-      return;
-    }
-    T sums[lanes] = {}, least[lanes] = {};
-    const std::size_t blocks = count / lanes;
-    for (std::size_t block = 0; block < blocks; ++block)
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        const T density = densities[block * lanes + lane];
-        sums[lane] += density;
-        least[lane] = density < least[lane] ? density : least[lane];
-      }
-    for (std::size_t half = lanes / 2; half > 0; half /= 2)
-      for (std::size_t lane = 0; lane < half; ++lane) {
-        sums[lane] += sums[lane + half];
-        least[lane] = least[lane + half] < least[lane] ? least[lane + half] : least[lane];
-      }
-    sum_ += sums[0];
-    least_ = least[0] < least_ ? least[0] : least_;
-    for (std::size_t i = blocks * lanes; i < count; ++i) add(densities[i]);
+  /// Adds densities to an empty sum.
+  void add_many(const T* densities, std::size_t count) noexcept {
+    const auto [sum, least] = sum_of_many(densities, count);
+    sum_ = sum;
+    least_ = least;
   }
   [[nodiscard]] T over(T normaliser) const noexcept {
     return least_ < T(0) ? std::numeric_limits<T>::quiet_NaN() : sum_ / normaliser;
   }
 
  private:
-  static constexpr std::size_t lanes = 8;
   T sum_{0};
   T least_{0};
 };
@@ -79,8 +92,7 @@ class MixtureSum<T, true> {
  public:
   void add(T log_density) noexcept { sum_.add(log_density); }
   void add(T log_density, T coefficient) noexcept { sum_.add(log_density, coefficient); }
-  template <std::size_t capacity>
-  void add_all(const T* log_densities, std::size_t count) noexcept {
+  void add_many(const T* log_densities, std::size_t count) noexcept {
     for (std::size_t i = 0; i < count; ++i) add(log_densities[i]);
   }
   [[nodiscard]] LogDensity<T> over(T normaliser) const noexcept { return {sum_.log_over(normaliser)}; }
@@ -195,13 +207,16 @@ class DensitiesAt {
     return density;
   }
   [[nodiscard]] T kept(std::size_t i) const noexcept { return buffer_[i]; }
-  /// All of them, kept and counted.
-  [[nodiscard, gnu::always_inline]] const T* keep_all() {
+  /// The mixture of all with equal coefficients; all are kept and counted.
+  [[nodiscard, gnu::always_inline]] MixtureSum<T, is_log_set<Set>> mixture_of_all() {
     const std::size_t size = set_.size();
+    count(size);
+    if (size > few_densities) return has_all() ? mixture_of_kept(buffer_, size) : keep_and_mix(set_, x_, buffer_);
     if (!has_all())
       for (std::size_t i = 0; i < size; ++i) buffer_[i] = uncounted(i);
-    count(size);
-    return buffer_;
+    MixtureSum<T, is_log_set<Set>> mixture;
+    for (std::size_t i = 0; i < size; ++i) mixture.add(buffer_[i]);
+    return mixture;
   }
 
   /// How many densities have been evaluated.
@@ -230,6 +245,29 @@ class DensitiesAt {
     else
       set_.pdfs(x_, out);
     evaluations_ += out.size();
+  }
+
+  /// Small ones are passed as they are: what no function was given the address of can stay in registers.
+  template <class Argument>
+  using Passed = std::conditional_t<std::is_trivially_copyable_v<Argument> && sizeof(Argument) <= 2 * sizeof(void*),
+                                    Argument, const Argument&>;
+  [[nodiscard, gnu::noinline]] static MixtureSum<T, is_log_set<Set>> keep_and_mix(Passed<Set> set,
+                                                                                  Passed<typename Set::Value> x,
+                                                                                  T* buffer) {
+    const std::size_t size = set.size();
+    if constexpr (one_at_a_time)
+      for (std::size_t i = 0; i < size; ++i) {
+        if constexpr (is_log_set<Set>)
+          buffer[i] = set.log_pdf(i, x);
+        else
+          buffer[i] = set.pdf(i, x);
+      }
+    return mixture_of_kept(buffer, size);
+  }
+  [[nodiscard]] static MixtureSum<T, is_log_set<Set>> mixture_of_kept(const T* densities, std::size_t size) noexcept {
+    MixtureSum<T, is_log_set<Set>> mixture;
+    mixture.add_many(densities, size);
+    return mixture;
   }
 
   const Set& set_;

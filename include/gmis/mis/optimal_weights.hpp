@@ -10,12 +10,13 @@
 /// \file
 /// Optimal weights [Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek, Křivánek: Optimal multiple importance sampling,
 /// 2019]. The estimator with weights free to be negative and to depend on f has the least variance with control variates
-/// Σ β_k q_k that solve Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ: their α is this β. Nothing but N3's evaluations is needed, and the
+/// Σ β_k q_k that solve Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ: their α is this β, their technique matrix and contribution vector
+/// the two sides over n (ψ = Σ n q/n). Nothing but N3's evaluations is needed, and the
 /// variance is zero where f is a combination of the densities.
 
 namespace gmis {
 
-/// The weights of all proposals at one point, w_k = β_k q_k/f + (n_k q_k/Σ n q) (1 − Σ β q/f) [Kondapaneni et al. eq. 17].
+/// The weights of all proposals at one point, w_k = β_k q_k/f + (n_k q_k/Σ n q) (1 − Σ β q/f) [Kondapaneni et al. 2019].
 /// They sum to one and may be negative. For study: the estimators below never divide by f. `value` is f ≠ 0.
 inline void optimal_weights(std::span<const double> coefficients, CountsByProposal counts,
                             std::span<const double> densities, double value, std::span<double> out) noexcept {

@@ -11,9 +11,11 @@
 
 /// \file
 /// Pairwise weights for many proposals [Bitterli: Correlations and reuse for fast and accurate physically based light
-/// transport, 2022]. Each proposal k is weighed against a canonical one c alone: with d = n q and K = N − 1,
-/// w_k = (1/K) d_k/(d_k + d_c/K), and w_c = (1/K) Σ_k (d_c/K)/(d_k + d_c/K). They sum to one where d_c > 0. A sample of k costs
-/// two densities, one of c all N: 2 (n − n_c) + N n_c a round in place of N n.
+/// transport, 2022; Lin et al.: Generalized resampled importance sampling, 2022, eq. 37; with counts as in eq. 7.8 of Wyman et al.:
+/// A gentle introduction to ReSTIR, 2023, without its defensive term]. Each proposal k is weighed against a canonical one c
+/// alone, and stands for all the others there: with d = n q and a_k = n_k/(n − n_c), w_k = a_k d_k/(d_k + a_k d_c), and
+/// w_c = Σ_k a_k² d_c/(d_k + a_k d_c). They sum to one where d_c > 0. A sample of k costs two densities, one of c all N:
+/// 2 (n − n_c) + N n_c a round in place of N n.
 
 namespace gmis {
 
@@ -22,19 +24,17 @@ struct Pairwise {
   std::size_t canonical = 0;
 
   void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
-    const std::size_t n = out.size();
-    const double others = static_cast<double>(n - 1);
+    double others = 0.0;
+    for (std::size_t k = 0; k < out.size(); ++k)
+      if (k != canonical) others += counts[k];
     const double of_canonical = counts[canonical] * densities[canonical];
-    if (n == 1) {
-      out[0] = of_canonical > 0.0 ? 1.0 : 0.0;
-      return;
-    }
-    out[canonical] = 0.0;
-    for (std::size_t k = 0; k < n; ++k) {
+    out[canonical] = others > 0.0 || !(of_canonical > 0.0) ? 0.0 : 1.0;
+    for (std::size_t k = 0; k < out.size(); ++k) {
       if (k == canonical) continue;
-      const double own = counts[k] * densities[k], sum = own + of_canonical / others;
-      out[k] = sum > 0.0 ? own / sum / others : 0.0;
-      if (sum > 0.0) out[canonical] += of_canonical / others / sum / others;
+      const double share = others > 0.0 ? counts[k] / others : 0.0;
+      const double own = counts[k] * densities[k], sum = own + share * of_canonical;
+      out[k] = sum > 0.0 ? share * (own / sum) : 0.0;
+      if (sum > 0.0) out[canonical] += share * (share * of_canonical / sum);
     }
   }
   constexpr void require_fits(CountsByProposal counts) const {
@@ -52,45 +52,46 @@ requires ProposalSet<Set, Source> RoundCounts sample_pairwise_round(const Set& s
                                                                     CountedWorkspace<Set>& workspace, Visit&& visit) {
   using T = typename Set::Density;
   const std::size_t n = set.size();
-  const T others = n > 1 ? as_factor<T>(n - 1) : T(1);
   workspace.prepare(n, 0);
   std::size_t total = 0;
   for (const std::uint32_t count : counts) total += count;
   const T of_canonical = static_cast<T>(counts[canonical]);
+  const std::size_t other_samples = total - counts[canonical];
+  const T others = as_factor<T>(other_samples);
 
   RoundCounts result;
-  for (std::size_t index = 0; index < n; ++index) {
-    const T own_count = static_cast<T>(counts[index]);
+  for (std::size_t index = 0; index < n; ++index)
     for (std::uint32_t i = 0; i < counts[index]; ++i)
       visit_sample<false>(
           set, index, source, workspace, result,
           [&](DensitiesAt<Set>& densities) {
             MixtureSum<T, is_log_set<Set>> denominator;
             const T own = densities[index];
-            if (index != canonical) {  // n q/(n_k w): K (d_k + d_c/K)/n
-              denominator.add(own, own_count * others);
+            T normaliser = as_factor<T>(total);
+            if (index != canonical) {  // n q/(n_k w): ((n − n_c) q_k + n_c q_c)/n
+              denominator.add(own, others);
               denominator.add(densities[canonical], of_canonical);
+            } else if (other_samples == 0) {
+              denominator.add(own);
+              normaliser = T(1);
             } else {
-              // w_c/(n_c q_c) = (1/K²) Σ_k 1/(d_k + d_c/K), here in units of 1/q_c.
+              // w_c/(n_c q_c) = Σ_k a_k/((n − n_c) q_k + n_c q_c), here in units of 1/q_c.
               densities.expect_all();
               T inverse(0);
               for (std::size_t k = 0; k < n; ++k) {
-                if (k == canonical && n > 1) continue;
-                T expected(0);  // d_k/q_c
-                if (k != canonical && counts[k] > 0) {
-                  if constexpr (is_log_set<Set>)
-                    expected = static_cast<T>(counts[k]) * std::exp(densities[k] - own);
-                  else
-                    expected = static_cast<T>(counts[k]) * (densities[k] / own);
-                }
-                inverse += T(1) / (expected + of_canonical / others);
+                if (k == canonical || counts[k] == 0) continue;
+                T expected;  // q_k/q_c
+                if constexpr (is_log_set<Set>)
+                  expected = std::exp(densities[k] - own);
+                else
+                  expected = densities[k] / own;
+                inverse += static_cast<T>(counts[k]) / others / (others * expected + of_canonical);
               }
-              denominator.add(own, others * others / inverse);
+              denominator.add(own, T(1) / inverse);
             }
-            return OwnAndDenominator<Set>{DensitiesAt<Set>::as_denominator(own), denominator.over(as_factor<T>(total))};
+            return OwnAndDenominator<Set>{DensitiesAt<Set>::as_denominator(own), denominator.over(normaliser)};
           },
           [] {}, visit);
-  }
   return result;
 }
 

@@ -37,7 +37,7 @@ requires ProposalSet<Set, Source>
             MixtureSum<T, is_log_set<Set>> mixture;
             if (members.size() == set.size()) {
               densities.expect_all();
-              mixture.template add_all<capacity_of<Set>>(densities.keep_all(), members.size());
+              mixture = densities.mixture_of_all();
             } else {
               for (const std::uint32_t i : members) mixture.add(densities.keep(i));
               densities.count(members.size());
