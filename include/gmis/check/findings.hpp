@@ -61,6 +61,7 @@ enum class Convention : std::uint8_t {
   bsdf_albedo,
   bsdf_albedo_of_point,
   bsdf_through,
+  bsdf_reflects_only,
   bsdf_delta,
   bsdf_eta,
   bsdf_delta_adjoint,
@@ -145,6 +146,8 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "scatter some (to_prev points away from the surface)",
       "Bsdf::albedo must depend on the point alone, not on the ray that found it",
       "Bsdf::sample: every direction goes through the surface: to_prev and to_next both point away from it",
+      "Bsdf::reflects_only must be false where evaluate is not 0 for directions on different sides of the surface: "
+      "connections through it are left out",
       "Bsdf: is_purely_delta must be true exactly where evaluate is 0 everywhere and sample makes delta directions "
       "only",
       "ScatterSample::eta must be the index of refraction on the side of to_next over that on the side of to_prev: sin "
@@ -227,6 +230,7 @@ class Findings {
 
   /// The share of cases that may break a convention by rounding, at edges and at silhouettes.
   [[nodiscard]] static constexpr double tolerated(Convention convention) noexcept {
+    if (convention == Convention::bsdf_reflects_only) return 0.0;  // far from the horizon no rounding hides a side
     return convention == Convention::hit_normal_slant ? 0.5 : 0.05;
   }
 
