@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
@@ -247,7 +247,7 @@ class SceneBuilder {
   /// In the world, in double.
   static constexpr double largest_world_coordinate = 1e100;
 
-  [[noreturn]] static void fail(const std::string& what) { throw std::invalid_argument(what); }
+  [[noreturn]] static void fail(const std::string& what) { reject_argument(what.c_str()); }
   static void check_place(const glm::dvec3& v) {
     for (int axis = 0; axis < 3; ++axis)
       if (!(std::abs(v[axis]) < largest_world_coordinate)) fail("a coordinate is not finite or too large");

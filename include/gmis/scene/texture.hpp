@@ -6,10 +6,10 @@
 #include <glm/common.hpp>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/spectrum.hpp"
 
@@ -67,7 +67,7 @@ class Texture {
                                     TextureFilter filter = TextureFilter::bilinear, bool is_inverted = false) {
     const glm::ivec2 size = image->resolution;
     if (size.x < 1 || size.y < 1 || size.x > largest_side || size.y > largest_side)
-      throw std::invalid_argument("the image of a texture needs sides of 1 to 32768 pixels");
+      reject_argument("the image of a texture needs sides of 1 to 32768 pixels");
     Texture result(Kind::image);
     result.place(placement);
     result.wrap_ = wrap;
@@ -81,7 +81,7 @@ class Texture {
         const glm::vec3 value = result.image_->texel(x, y);
         for (int c = 0; c < 3; ++c)
           if (!(std::abs(value[c]) <= 1e30F))
-            throw std::invalid_argument("the image of a texture has a value that is not finite or above 1e30");
+            reject_argument("the image of a texture has a value that is not finite or above 1e30");
         lower = glm::min(lower, value);
         upper = glm::max(upper, value);
         sum += glm::dvec3(value);

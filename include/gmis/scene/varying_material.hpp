@@ -4,10 +4,10 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/scene/material.hpp"
 #include "gmis/scene/surface_coordinates.hpp"
 #include "gmis/scene/texture.hpp"
@@ -43,13 +43,13 @@ template <std::floating_point T>
   };
   if (textures.color && !is_one_of({Kind::diffuse, Kind::phong, Kind::coated, Kind::smooth_coated, Kind::mirror,
                                     Kind::conductor, Kind::smooth_conductor, Kind::diffuse_transmission}))
-    throw std::invalid_argument("a material of this kind has no colour for a texture to replace");
+    reject_argument("a material of this kind has no colour for a texture to replace");
   if (textures.transmittance && material.kind != Kind::diffuse_transmission)
-    throw std::invalid_argument("only diffuse transmission has a transmittance for a texture to replace");
+    reject_argument("only diffuse transmission has a transmittance for a texture to replace");
   if (textures.roughness && !is_one_of({Kind::coated, Kind::conductor, Kind::rough_dielectric, Kind::coated_conductor}))
-    throw std::invalid_argument("a texture of roughness needs a material with a rough lobe");
+    reject_argument("a texture of roughness needs a material with a rough lobe");
   if (!textures.parts.empty() && (textures.parts.size() != 2 || !textures.amount))
-    throw std::invalid_argument("a mixture has two parts and an amount");
+    reject_argument("a mixture has two parts and an amount");
   Material<T> result = material;
   result.is_varying = true;
   if (textures.roughness) {
