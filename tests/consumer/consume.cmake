@@ -1,18 +1,41 @@
-# Configures, builds and runs the project in CONSUMER_DIR, after installing gmis to a fresh prefix if WAY is `installed`.
+# Configures, builds and runs the project in CONSUMER_DIR, after installing gmis to a fresh prefix if WAY is `installed`, by
+# the vcpkg port if it is `vcpkg`. If it is `pkg_config`, there is no project: pkg-config says how to compile main.cpp.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
     list(JOIN ARGN " " command)
     message(FATAL_ERROR "${command}\n${output}")
   endif()
+  set(output "${output}" PARENT_SCOPE)
 endfunction()
 
 file(REMOVE_RECURSE ${WORK_DIR})
-if(WAY STREQUAL "installed")
+if(WAY STREQUAL "installed" OR WAY STREQUAL "pkg_config")
   run(${CMAKE_COMMAND} --install ${GMIS_BUILD_DIR} --prefix ${WORK_DIR}/prefix --component gmis)
   set(location -Dgmis_ROOT=${WORK_DIR}/prefix)
+elseif(WAY STREQUAL "vcpkg")
+  run(${CMAKE_COMMAND} -DGMIS_DIR=${GMIS_DIR} -DWORK_DIR=${WORK_DIR}/port -DGENERATOR=${GENERATOR} -DCOMPILER=${COMPILER}
+      -Dglm_DIR=${glm_DIR} -DVERSION=${VERSION} -P ${CMAKE_CURRENT_LIST_DIR}/vcpkg/run_port.cmake)
+  set(location -Dgmis_ROOT=${WORK_DIR}/port/package)
+  cmake_path(GET CONSUMER_DIR PARENT_PATH CONSUMER_DIR)
+  set(CONSUMER_DIR ${CONSUMER_DIR}/installed)
 else()
   set(location -DGMIS_DIR=${GMIS_DIR} -DGMIS_FETCH_DEPENDENCIES=${GMIS_FETCH_DEPENDENCIES})
+endif()
+
+if(WAY STREQUAL "pkg_config")
+  set(pkg_config ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${WORK_DIR}/prefix/share/pkgconfig ${PKG_CONFIG})
+  run(${pkg_config} --modversion gmis)
+  string(STRIP "${output}" output)
+  if(NOT output STREQUAL VERSION)
+    message(FATAL_ERROR "pkg-config takes gmis for version ${output}, not ${VERSION}.")
+  endif()
+  run(${pkg_config} --cflags --libs gmis)
+  separate_arguments(flags UNIX_COMMAND "${output} ${WARNINGS}")
+  cmake_path(SET source NORMALIZE ${CONSUMER_DIR}/../main.cpp)
+  run(${COMPILER} -std=c++20 ${flags} ${source} -o ${WORK_DIR}/my_renderer)
+  run(${WORK_DIR}/my_renderer)
+  return()
 endif()
 run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER}
     "-DCMAKE_CXX_FLAGS=${WARNINGS}" -Dglm_DIR=${glm_DIR} ${location})

@@ -14,6 +14,7 @@
 #include "gmis/check/check_light.hpp"
 #include "gmis/check/check_surface.hpp"
 #include "gmis/check/findings.hpp"
+#include "gmis/core/requirements.hpp"
 
 namespace gmis {
 
@@ -313,5 +314,11 @@ template <Scene Sc>
 [[nodiscard]] Findings check_scene(const Sc& scene, const SceneCheckSettings& settings = {}) {
   return SceneChecker<Sc>(scene, settings).run();
 }
+
+/// \cond
+// For a type that is no scene: the compiler names what it lacks.
+template <class Sc>
+requires(!Scene<Sc>) IsScene<Sc> check_scene(const Sc&, const SceneCheckSettings& = {});
+/// \endcond
 
 }  // namespace gmis

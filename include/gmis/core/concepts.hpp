@@ -8,8 +8,8 @@
 #include "gmis/core/interaction.hpp"
 
 /// \file
-/// The interface that a renderer supplies. Put `static_assert(gmis::Bsdf<MyBsdf>)` (and so on) beside your type: the
-/// compiler's message then quotes the requirement that the type does not meet.
+/// The interface that a renderer supplies. Put `static_assert(gmis::IsBsdf<MyBsdf>())` (and so on,
+/// core/requirements.hpp) beside your type: the compiler's first line then names the member that it lacks.
 
 namespace gmis {
 
@@ -25,6 +25,7 @@ namespace gmis {
 template <class B>
 concept Bsdf = std::copyable<B> && requires {
   typename B::Spectrum;
+  requires Spectrum<typename B::Spectrum>;
 } && requires(const B& bsdf, Vec3<ScalarOf<typename B::Spectrum>> w, ScalarOf<typename B::Spectrum> u,
               Vec2<ScalarOf<typename B::Spectrum>> uv, TransportMode mode) {
   { bsdf.evaluate(w, w, mode) } -> std::same_as<BsdfValue<typename B::Spectrum>>;
@@ -120,6 +121,7 @@ template <Bsdf B>
 template <class L>
 concept Light = requires {
   typename L::Spectrum;
+  requires Spectrum<typename L::Spectrum>;
 }
 &&requires(const L& light, SurfacePoint<ScalarOf<typename L::Spectrum>> point, Vec3<ScalarOf<typename L::Spectrum>> w,
            Vec2<ScalarOf<typename L::Spectrum>> uv) {
@@ -142,6 +144,7 @@ concept Light = requires {
 template <class C>
 concept Camera = requires {
   typename C::Spectrum;
+  requires Spectrum<typename C::Spectrum>;
 }
 &&requires(const C& camera, glm::ivec2 pixel, Vec3<ScalarOf<typename C::Spectrum>> point,
            Vec2<ScalarOf<typename C::Spectrum>> uv) {
@@ -162,7 +165,14 @@ template <Camera C>
     return true;
 }
 
-/// Everything that the engine requires of a scene.
+namespace detail {
+template <class S>
+concept OneSpectrum = std::same_as<typename S::Bsdf::Spectrum, typename S::Spectrum> &&
+    std::same_as<typename S::Light::Spectrum, typename S::Spectrum> &&
+    std::same_as<typename S::Camera::Spectrum, typename S::Spectrum>;
+}  // namespace detail
+
+/// Everything that the engine requires of a scene. Its BSDF, light and camera have its spectrum.
 ///
 /// - `intersect(ray)`: the nearest hit with 0 < t < t_max, or nothing.
 /// - `visible(ray)`: true when nothing blocks 0 < t < t_max.
@@ -179,9 +189,9 @@ concept Scene = requires {
   typename S::Light;
   typename S::Camera;
 }
-&&Spectrum<typename S::Spectrum>&& Bsdf<typename S::Bsdf>&& Light<typename S::Light>&&
-    Camera<typename S::Camera>&& requires(const S& scene, Ray<ScalarOf<typename S::Spectrum>> ray,
-                                          ScalarOf<typename S::Spectrum> u, const typename S::Light& light) {
+&&Spectrum<typename S::Spectrum>&& Bsdf<typename S::Bsdf>&& Light<typename S::Light>&& Camera<typename S::Camera>&&
+    detail::OneSpectrum<S>&& requires(const S& scene, Ray<ScalarOf<typename S::Spectrum>> ray,
+                                      ScalarOf<typename S::Spectrum> u, const typename S::Light& light) {
   {
     scene.intersect(ray)
     } -> std::same_as<std::optional<Hit<ScalarOf<typename S::Spectrum>, typename S::Bsdf, typename S::Light>>>;

@@ -71,7 +71,7 @@ template <std::floating_point T>
 /// A BSDF for one pair of directions. `value` is f [1/sr] *without* the cosine and without delta lobes. `pdf` holds the
 /// densities per steradian with which `sample` makes non-delta directions, including the probability of choosing a
 /// lobe.
-template <Spectrum S>
+template <class S>
 struct BsdfValue {
   S value{ScalarOf<S>(0)};
   DirectionPdfs<ScalarOf<S>> pdf{};
@@ -80,7 +80,7 @@ struct BsdfValue {
 /// A direction drawn at a surface. `weight` = f |cos| / pdf, with the cosine of the shading normal. For a delta lobe
 /// (`is_delta`), `pdf` holds the selection probabilities of this lobe, forward and reverse, and `weight` is the
 /// reflectance or transmittance of the lobe divided by the forward selection probability.
-template <Spectrum S>
+template <class S>
 struct ScatterSample {
   Vec3<ScalarOf<S>> to_next;
   S weight;
@@ -117,7 +117,7 @@ struct EmissionDensity {
 /// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance · |cos| / (origin ·
 /// first) for an area light, intensity / first for a point light, irradiance / first for a directional light, radiance
 /// / (origin · first) for an environment.
-template <Spectrum S>
+template <class S>
 struct EmissionSample {
   SurfacePoint<ScalarOf<S>> origin;
   Vec3<ScalarOf<S>> direction;  ///< unit, in which the light propagates
@@ -128,7 +128,7 @@ struct EmissionSample {
 /// A sample of the light that arrives at a given point, the receiver. `weight` = incident radiance / (density per
 /// steradian at the receiver); for a delta light it is the incident irradiance on a plane perpendicular to the
 /// direction. The BSDF and the cosine of the receiver are not included.
-template <Spectrum S>
+template <class S>
 struct NextEventSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the light; for an infinite light only the normals (zero) are read
   Vec3<ScalarOf<S>> to_light;        ///< unit, from the receiver
@@ -139,7 +139,7 @@ struct NextEventSample {
 
 /// The radiance that a light emits at one of its points along one direction, and the density of that emission; both 0
 /// where it emits nothing.
-template <Spectrum S>
+template <class S>
 struct Emitted {
   S radiance{ScalarOf<S>(0)};
   EmissionDensity<ScalarOf<S>> density{};
@@ -155,7 +155,7 @@ struct LightChoice {
 /// A camera ray through one pixel. `weight` is the factor on the incident radiance (1 for an ideal pinhole, whose pixel
 /// value is the mean radiance over the pixel). `density` is the density of the rays of this pixel: per steradian, or
 /// per area perpendicular to the ray for a camera with parallel rays.
-template <Spectrum S>
+template <class S>
 struct CameraSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the lens
   Vec3<ScalarOf<S>> direction;
@@ -165,7 +165,7 @@ struct CameraSample {
 
 /// The projection of a point: the pixel that sees it, the point of the lens, and the density of that pixel's camera
 /// rays along this direction. `weight` and `density` are those of `CameraSample`.
-template <Spectrum S>
+template <class S>
 struct CameraProjection {
   glm::ivec2 pixel;
   SurfacePoint<ScalarOf<S>> origin;

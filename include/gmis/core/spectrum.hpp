@@ -13,9 +13,13 @@
 namespace gmis {
 
 /// The interface through which the library reads a spectrum. It is specialised for a floating-point number and for GLM
-/// vectors of them (RGB is `glm::vec3`). For another type, specialise it with the same three members.
+/// vectors of them (RGB is `glm::vec3`). For another type, specialise it with the same three members. Without a
+/// specialisation there are no channels, and the type is no `Spectrum`; its scalar counts as float, so that the compiler
+/// complains once, where a concept is asked for, and not at every mention of the type.
 template <class S>
-struct SpectrumTraits;
+struct SpectrumTraits {
+  using Scalar = float;
+};
 
 template <std::floating_point T>
 struct SpectrumTraits<T> {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/requirements.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/transport/choose/forecast.hpp"
 #include "gmis/transport/effects/plan.hpp"
@@ -121,5 +122,11 @@ template <Scene Sc>
   }
   return request;
 }
+
+/// \cond
+// For a type that is no scene: the compiler names what it lacks.
+template <class Sc>
+requires(!Scene<Sc>) IsScene<Sc> automatic_request(const Sc&, const Budget&, int = 1, const RenderSettings& = {});
+/// \endcond
 
 }  // namespace gmis
