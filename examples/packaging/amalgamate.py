@@ -28,11 +28,10 @@ def main():
 
     include = options.root / "include"
     headers = options.headers or sorted(path.relative_to(include).as_posix() for path in include.rglob("*.hpp"))
-    lines = head(options.root)
-    seen = set()
+    seen, outer, own = set(), set(), []
     for header in headers:
-        lines += gather(include, header, seen)
-    text = "\n".join(lines) + "\n"
+        own += gather(include, header, seen, outer)
+    text = "\n".join(head(options.root) + [f"#include {name}" for name in sorted(outer)] + [""] + own) + "\n"
     if options.out:
         options.out.write_text(text, encoding="utf-8")
     else:
@@ -54,8 +53,9 @@ def head(root):
     ]
 
 
-def gather(include, header, seen):
-    """The lines of a header with what it includes in front, or nothing if they stand already."""
+def gather(include, header, seen, outer):
+    """The lines of a header with what it includes in front, or nothing if they stand already. What it includes of others
+    goes into `outer`, unless it does so under a condition."""
     if header in seen:
         return []
     path = include / header
@@ -69,17 +69,15 @@ def gather(include, header, seen):
             continue
         depth += bool(condition_begins.match(line)) - bool(condition_ends.match(line))
         inner = own_include.match(line)
+        system = system_include.match(line)
         if inner and depth:
             sys.exit(f"amalgamate: {header}:{number}: a header of gmis is included under a condition")
         if inner:
-            before += gather(include, inner.group(1), seen)
-            continue
-        outer = system_include.match(line)
-        if outer and not depth:
-            if outer.group(1) in seen:
-                continue
-            seen.add(outer.group(1))
-        own.append(line)
+            before += gather(include, inner.group(1), seen, outer)
+        elif system and not depth:
+            outer.add(system.group(1))
+        else:
+            own.append(line)
     while own and not own[0].strip():
         own.pop(0)
     return before + [f"// --- {header} ---", "", *own, ""] if own else before

@@ -69,6 +69,10 @@ struct Lambert {
   Colour evaluate(const Vector&, const Vector&, Mode) const {
     return {};
   }
+#elif defined(GMIS_FAULT_bsdf_other_scalar)
+  gmis::BsdfValue<glm::dvec3> evaluate(const Vector&, const Vector&, Mode) const {
+    return {};
+  }
 #elif !defined(GMIS_FAULT_bsdf_evaluate)
   gmis::BsdfValue<Colour> evaluate(const Vector&, const Vector&, Mode) const {
     return {Colour(), {}};
