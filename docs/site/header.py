@@ -45,6 +45,8 @@ members = {
     "merge": "adds what another one has counted",
 }
 
+constants = {"max_lobes", "channel_count", "capacity"}
+
 declaration = re.compile(
     r"^\s+(?:\[\[nodiscard\]\]\s*)?(?:(?:static|constexpr|inline|friend|explicit|const|consteval|virtual|auto)\s+)*"
     r"(?P<type>[A-Za-z_][\w:<>,*& .()]*?[\s*&])?(?P<name>operator\(\)|[A-Za-z_]\w*)\s*(?P<rest>[({=;]|$)")
@@ -52,8 +54,6 @@ lines = open(sys.argv[1], encoding="utf-8").read().split("\n")
 out = []
 is_documented = False
 templated = []
-in_type = re.compile(r"^\s*(?:struct|class)\s")
-depth_of_types = False
 for line in lines:
     stripped = line.strip()
     alias = re.match(r"^(\s+)using (\w+)\b", line)
@@ -67,7 +67,8 @@ for line in lines:
         elif not alias:
             found = declaration.match(line)
             if found and found.group("type") and found.group("type").strip() not in ("return", "else", "new", "case") \
-                    and found.group("name") in members:
+                    and found.group("name") in members \
+                    and (found.group("rest") == "(" or found.group("name") in constants):
                 brief = members[found.group("name")]
     if brief:
         out.append(f"  /// {brief[0].upper()}{brief[1:]}.")

@@ -18,7 +18,9 @@
 
 namespace gmis {
 
+/// How much `check_scene` tries.
 struct SceneCheckSettings {
+  /// Of the random numbers.
   std::uint64_t seed = 0;
   std::size_t walks = 512;      ///< subpaths from the camera, and as many from the lights
   int depth = 4;                ///< edges of a subpath
@@ -44,9 +46,11 @@ class SceneChecker {
   using HitType = Hit<T, Bsdf, Light>;
   using Point = SurfacePoint<T>;
 
+  /// Prepares; nothing is sampled yet.
   SceneChecker(const Sc& scene, const SceneCheckSettings& settings)
       : scene_(scene), settings_(settings), source_(settings.seed, 0, 0, 7) {}
 
+  /// Samples the scene; what it found.
   [[nodiscard]] Findings run() {
     walk_from_camera();
     choose_lights();

@@ -67,6 +67,7 @@ enum class Convention : std::uint8_t {
   bsdf_delta_adjoint,
   bsdf_delta_reverse,
 };
+/// How many conventions there are.
 inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convention::bsdf_delta_reverse) + 1;
 
 /// The convention, which member breaks it, and the usual mistakes.
@@ -162,6 +163,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
 
 /// One broken convention.
 struct Finding {
+  /// What is broken.
   Convention convention = Convention::camera_ray_unit;
   std::size_t broken = 0;  ///< cases that break it
   std::size_t tried = 0;   ///< cases tried
@@ -185,6 +187,7 @@ class Findings {
     ++tally.broken;
     tally.is_judged_broken = true;
   }
+  /// Joins the cases of another check.
   void add(const Findings& other) noexcept {
     for (std::size_t i = 0; i < convention_count; ++i) {
       tallies_[i].tried += other.tallies_[i].tried;
@@ -201,6 +204,7 @@ class Findings {
         result.push_back({static_cast<Convention>(i), tallies_[i].broken, tallies_[i].tried});
     return result;
   }
+  /// Whether more cases break the convention than rounding explains, or a verdict says so.
   [[nodiscard]] bool is_broken(Convention convention) const noexcept {
     const Tally& tally = tallies_[static_cast<std::size_t>(convention)];
     const double limit = std::max(3.0, tolerated(convention) * static_cast<double>(tally.tried));
@@ -210,6 +214,7 @@ class Findings {
   [[nodiscard]] std::size_t tried(Convention convention) const noexcept {
     return tallies_[static_cast<std::size_t>(convention)].tried;
   }
+  /// True when no convention is broken.
   [[nodiscard]] bool passes() const { return broken().empty(); }
 
   /// A line for each broken convention; empty when none is.

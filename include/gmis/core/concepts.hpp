@@ -86,6 +86,7 @@ template <bool needs_reverse, Bsdf B, class V>
   else
     return bsdf.evaluate(to_prev, to_next, mode);
 }
+/// A direction by `bsdf.sample`, or by `sample_forward` as said at `evaluate_bsdf`.
 template <bool needs_reverse, Bsdf B, class V, std::floating_point T>
 [[nodiscard]] constexpr auto sample_bsdf(const B& bsdf, const V& to_prev, T u, const Vec2<T>& uv, TransportMode mode) {
   if constexpr (!needs_reverse && requires { bsdf.sample_forward(to_prev, u, uv, mode); })
@@ -221,6 +222,7 @@ concept Executor = requires(E& executor, std::size_t count, detail::WorkWithCapt
 
 /// An executor that runs all work in order on the calling thread.
 struct SerialExecutor {
+  /// Calls `work(0)` to `work(count - 1)` in order.
   template <class Work>
   void parallel_for(std::size_t count, Work&& work) const {
     for (std::size_t i = 0; i < count; ++i) work(i);

@@ -21,6 +21,7 @@ struct SpectrumTraits {
   using Scalar = float;
 };
 
+/// A floating-point number: one channel.
 template <std::floating_point T>
 struct SpectrumTraits<T> {
   using Scalar = T;
@@ -28,6 +29,7 @@ struct SpectrumTraits<T> {
   static constexpr T channel(T s, int) noexcept { return s; }
 };
 
+/// A GLM vector: N channels.
 template <int N, std::floating_point T, glm::qualifier Q>
 struct SpectrumTraits<glm::vec<N, T, Q>> {
   using Scalar = T;

@@ -16,11 +16,14 @@ namespace gmis {
 template <class R>
 struct SampleResult {
   using Value = R;
+  /// `sample` always makes one.
   static constexpr bool can_fail = false;
 };
+/// The same for a proposal whose `sample` may return nothing.
 template <class X>
 struct SampleResult<std::optional<X>> {
   using Value = X;
+  /// `sample` may make none.
   static constexpr bool can_fail = true;
 };
 

@@ -17,12 +17,12 @@ enum class Projection : std::uint8_t { perspective, orthographic };
 /// Position and view of a camera, in double precision. Camera space has x to the right of the picture, y up and z
 /// forward. `world_from_camera` may mirror and stretch along these axes, but not shear.
 struct CameraDescription {
-  glm::dmat4 world_from_camera{1};
+  glm::dmat4 world_from_camera{1};  ///< columns: x to the right, y up, z forward, position
   /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1 in perspective, on every plane z = const
   /// in an orthographic projection.
   std::array<double, 4> window{-1, 1, -1, 1};
-  glm::ivec2 resolution{512, 512};
-  Projection projection = Projection::perspective;
+  glm::ivec2 resolution{512, 512};                  ///< in pixels
+  Projection projection = Projection::perspective;  ///< perspective, or parallel rays
   double lens_radius = 0;     ///< radius of a thin lens in camera space; 0 is a pinhole; must be 0 when orthographic
   double focal_distance = 1;  ///< in camera space: points on the plane z = `focal_distance` are sharp
 };
@@ -112,6 +112,7 @@ class Camera {
     }
   }
 
+  /// As gmis::Camera asks.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   [[nodiscard]] bool has_parallel_rays() const noexcept { return is_orthographic_; }
   [[nodiscard]] bool has_lens() const noexcept { return has_lens_; }

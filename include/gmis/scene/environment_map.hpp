@@ -24,9 +24,9 @@ enum class SkyMapping : std::uint8_t {
 
 /// Radiance from all directions, constant over each pixel.
 struct EnvironmentImage {
-  glm::ivec2 resolution{0};
-  std::vector<glm::vec3> radiance;  ///< rows from the top
-  SkyMapping mapping = SkyMapping::equal_area;
+  glm::ivec2 resolution{0};                     ///< in pixels
+  std::vector<glm::vec3> radiance;              ///< rows from the top
+  SkyMapping mapping = SkyMapping::equal_area;  ///< from directions to pixels
 };
 
 /// Equal-area map from the unit square to unit directions: a uniform point becomes a uniform direction, density 1/(4π)
@@ -60,10 +60,11 @@ template <std::floating_point T>
 template <std::floating_point T = float>
 class EnvironmentMap {
  public:
+  /// A direction towards the sky.
   struct Sample {
-    Vec3<T> to_sky;
-    Vec3<T> radiance;
-    T density;  ///< per steradian
+    Vec3<T> to_sky;    ///< unit, from the scene
+    Vec3<T> radiance;  ///< of the sky there
+    T density;         ///< per steradian
   };
 
   /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be perpendicular;
@@ -134,11 +135,13 @@ class EnvironmentMap {
     const T excess = slope_ * mean_channel(radiance) - offset_;
     return excess > offset_ * T(1e-4) ? excess * scale_ : T(0);
   }
+  /// A direction for a next event, by the compensated density where there is one.
   [[nodiscard]] Sample sample_next_event(const Vec2<T>& uv) const noexcept {
     Sample drawn = sample_from(is_compensated() ? next_event_ : emission_, uv);
     drawn.density = next_event_density(drawn.radiance);
     return drawn;
   }
+  /// Next events leave out what samples of the BSDF reach.
   [[nodiscard]] bool is_compensated() const noexcept { return offset_ > T(0); }
 
  private:

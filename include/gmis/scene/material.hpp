@@ -19,6 +19,7 @@ namespace gmis::scene {
 /// This is what a surface is at one point; `Material` adds what varies over the surface.
 template <std::floating_point T = float>
 struct PlainMaterial {
+  /// How it scatters.
   enum class Kind {
     black,          ///< scatters nothing
     diffuse,        ///< Lambert
@@ -38,9 +39,9 @@ struct PlainMaterial {
   };
   using Rgb = Vec3<T>;
 
-  Kind kind = Kind::black;
-  bool is_varying = false;  ///< it is a `Material` with textures
-  Masking masking = Masking::height_correlated;
+  Kind kind = Kind::black;                       ///< how it scatters
+  bool is_varying = false;                       ///< it is a `Material` with textures
+  Masking masking = Masking::height_correlated;  ///< of rough lobes
   /// Chance of the diffuse lobe in `sample`, where there are two lobes.
   T diffuse_probability = 1;
   /// The weight of the reflecting one of the two lobes of a rough dielectric.
@@ -64,7 +65,7 @@ struct MaterialTextures;
 /// How a surface scatters. `with_textures` and `make_mix` (varying_material.hpp) make one that varies over the surface.
 template <std::floating_point T = float>
 struct Material : PlainMaterial<T> {
-  std::shared_ptr<const MaterialTextures<T>> textures;
+  std::shared_ptr<const MaterialTextures<T>> textures;  ///< null where nothing varies
 };
 
 /// GGX with a smaller alpha is taken for a delta lobe.

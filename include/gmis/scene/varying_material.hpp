@@ -30,7 +30,7 @@ struct MaterialTextures {
   Handle height;             ///< first channel: displacement along the shading normal in scene units, as a bump map
   Handle normal_map;  ///< (n + 1) / 2, n the normal in the frame of ∂p/∂u, its perpendicular, and the shading normal
   Handle amount;      ///< first channel: the share of the points that have the second of two `parts`
-  std::vector<Material<T>> parts;
+  std::vector<Material<T>> parts;  ///< of a mixture: two
 };
 
 /// `material` with these textures. Its own colour and roughness are replaced where there is a texture for them. A texture
@@ -117,6 +117,7 @@ template <std::floating_point T>
   return *part;
 }
 
+/// True when the surface may have holes.
 template <std::floating_point T>
 [[nodiscard]] inline bool has_opacity(const Material<T>& material) noexcept {
   return material.textures && material.textures->opacity;
