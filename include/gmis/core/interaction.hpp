@@ -84,9 +84,9 @@ struct BsdfValue {
 template <class S>
 struct ScatterSample {
   Vec3<ScalarOf<S>> to_next;  ///< unit, away from the surface
-  S weight;                   ///< as said above
-  DirectionPdfs<ScalarOf<S>>
-      pdf;                ///< per steradian, with the choice of the lobe; selection probabilities of a delta lobe
+  S weight;                   ///< f |cos| / pdf, or what is left of it at a delta lobe
+  /// Per steradian, with the choice of the lobe; selection probabilities of a delta lobe.
+  DirectionPdfs<ScalarOf<S>> pdf;
   bool is_delta = false;  ///< the direction is that of a delta lobe
   ScalarOf<S> eta =
       ScalarOf<S>(1);  ///< index of refraction on the side of `to_next` over that on the side of `to_prev`
@@ -123,7 +123,7 @@ template <class S>
 struct EmissionSample {
   SurfacePoint<ScalarOf<S>> origin;      ///< where the subpath starts
   Vec3<ScalarOf<S>> direction;           ///< unit, in which the light propagates
-  S weight;                              ///< as said above
+  S weight;                              ///< flux over the densities
   EmissionDensity<ScalarOf<S>> density;  ///< of this start
 };
 
@@ -134,7 +134,7 @@ template <class S>
 struct NextEventSample {
   SurfacePoint<ScalarOf<S>> origin;      ///< on the light; for an infinite light only the normals (zero) are read
   Vec3<ScalarOf<S>> to_light;            ///< unit, from the receiver
-  S weight;                              ///< as said above
+  S weight;                              ///< incident radiance over the density at the receiver
   ScalarOf<S> next_event_density;        ///< density of `origin`, in the measure of `EmissionDensity::origin`
   EmissionDensity<ScalarOf<S>> density;  ///< density of emission from `origin` towards the receiver
 };
@@ -162,7 +162,7 @@ template <class S>
 struct CameraSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the lens
   Vec3<ScalarOf<S>> direction;       ///< unit, from the lens into the scene
-  S weight;                          ///< as said above
+  S weight;                          ///< factor on the incident radiance
   ScalarOf<S> density;               ///< of the rays of one pixel: per steradian, or per area for parallel rays
 };
 
@@ -173,7 +173,7 @@ struct CameraProjection {
   glm::ivec2 pixel;                  ///< x to the right, y down, from the upper left
   SurfacePoint<ScalarOf<S>> origin;  ///< where the subpath starts
   Vec3<ScalarOf<S>> to_camera;       ///< unit, from the point
-  S weight;                          ///< as said above
+  S weight;                          ///< that of `CameraSample` for this direction
   ScalarOf<S> density;               ///< of the rays of one pixel: per steradian, or per area for parallel rays
 };
 
