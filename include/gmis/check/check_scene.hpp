@@ -114,10 +114,11 @@ class SceneChecker {
   /// Chooses lights as the engine does, and counts how often each is chosen.
   void choose_lights() {
     const std::size_t count = 4 * settings_.samples;
-    std::map<const Light*, std::size_t> chosen;
+    std::map<const Light*, std::size_t> chosen, first_draw;
     for (std::size_t i = 0; i < count; ++i) {
       const auto choice = scene_.sample_light(random_number());
       if (choice.light == nullptr) continue;
+      first_draw.emplace(choice.light, i);
       if (++chosen[choice.light] > 16) continue;
       const double stated = static_cast<double>(choice.selection_probability);
       findings_.count(Convention::light_choice,
@@ -137,8 +138,11 @@ class SceneChecker {
         findings_.judge(Convention::light_infinite_list, is_listed);
       }
     }
-    // Pointers differ from run to run: an order of their own would make the checks differ, too.
-    std::stable_sort(lights_.begin(), lights_.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    // Pointers differ from run to run: an order of their own would make the checks differ, too. Lights of one count come in
+    // the order in which they were drawn.
+    std::sort(lights_.begin(), lights_.end(), [&](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : first_draw[a.second] < first_draw[b.second];
+    });
   }
 
   void walk_from_lights() {
