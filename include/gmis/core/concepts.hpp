@@ -142,6 +142,11 @@ concept Light = requires {
 /// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing when no pixel does.
 /// - `has_parallel_rays()`: densities are per area perpendicular to the rays, not per steradian.
 /// - `has_lens()`, optional: false when `uv_lens` is not read. No numbers are then drawn for it.
+/// - `filter_radius()`, optional: the reach of a reconstruction filter h in pixels; without it 0.5, a box. A wider filter
+///   follows this rule: `sample_ray` draws the point x of the film with the density h(x − c_p), c_p the centre of its
+///   pixel; `project` returns pixel p with the probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p) over the pixels
+///   inside and outside of the picture (`uv_lens` may choose it), and nothing for a pixel outside; both state H(x) times
+///   the density of a box. The factor h / H is then common to all techniques, and cancels in their weights.
 template <class C>
 concept Camera = requires {
   typename C::Spectrum;
@@ -154,6 +159,17 @@ concept Camera = requires {
   { camera.project(point, uv) } -> std::same_as<std::optional<CameraProjection<typename C::Spectrum>>>;
   { camera.has_parallel_rays() } -> std::same_as<bool>;
 };
+
+/// `camera.filter_radius()`, or 0.5 for a camera without it.
+template <Camera C>
+[[nodiscard]] constexpr double filter_radius_of(const C& camera) noexcept {
+  if constexpr (requires {
+                  { camera.filter_radius() } -> std::convertible_to<double>;
+                })
+    return static_cast<double>(camera.filter_radius());
+  else
+    return 0.5;
+}
 
 /// False when the camera says that it has no lens.
 template <Camera C>
