@@ -191,7 +191,7 @@ class ClothBsdf {
   Vec3 shading_normal_;
 };
 
-static_assert(gmis::BsdfWithLobes<ClothBsdf>);
-static_assert(gmis::scene::SurfaceModel<ClothBsdf, float>);
+static_assert(gmis::IsBsdfWithLobes<ClothBsdf>());
+static_assert(gmis::scene::IsSurfaceModel<ClothBsdf, float>());
 
 }  // namespace own

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <gmis/core/concepts.hpp>
 #include <gmis/core/effects.hpp>
+#include <gmis/core/requirements.hpp>
 
 #include "their_renderer.hpp"
 
@@ -48,7 +48,7 @@ class Bsdf {
   const theirs::Material* material_;
   theirs::Basis basis_;
 };
-static_assert(gmis::Bsdf<Bsdf>);
+static_assert(gmis::IsBsdf<Bsdf>());
 
 /// A lamp: points uniform over its area, directions by the cosine.
 class Light {
@@ -97,7 +97,7 @@ class Light {
   }
   const theirs::Lamp* lamp_;
 };
-static_assert(gmis::Light<Light>);
+static_assert(gmis::IsLight<Light>());
 
 /// A pinhole. Their rows count from below, those of gmis from above.
 class Camera {
@@ -134,7 +134,7 @@ class Camera {
   }
   const theirs::Eye* eye_;
 };
-static_assert(gmis::Camera<Camera>);
+static_assert(gmis::IsCamera<Camera>());
 class Scene {
  public:
   using Spectrum = adapter::Spectrum;
@@ -174,6 +174,6 @@ class Scene {
   Camera camera_;
   std::vector<Light> lights_;
 };
-static_assert(gmis::SceneWithEffects<Scene>);
+static_assert(gmis::IsScene<Scene>() && gmis::SceneWithEffects<Scene>);
 
 }  // namespace adapter

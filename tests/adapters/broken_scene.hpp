@@ -67,6 +67,7 @@ enum class Mistake {
   albedo_zero,
   to_prev_reversed,
   local_directions,
+  reflects_only_wrong,
   count
 };
 
@@ -135,6 +136,9 @@ class BrokenBsdf {
   }
   [[nodiscard]] bool is_purely_delta() const {
     return mistake_ == Mistake::purely_delta_wrong ? !inner_.is_purely_delta() : inner_.is_purely_delta();
+  }
+  [[nodiscard]] bool reflects_only() const {
+    return mistake_ == Mistake::reflects_only_wrong || gmis::reflects_only(inner_);
   }
   [[nodiscard]] Spectrum albedo() const {
     return mistake_ == Mistake::albedo_zero ? Spectrum(T(0)) : Spectrum(inner_.albedo());

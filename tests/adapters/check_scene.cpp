@@ -117,6 +117,7 @@ const std::vector<Planted> planted{
     {Mistake::albedo_zero, Convention::bsdf_albedo},
     {Mistake::to_prev_reversed, Convention::bsdf_through},
     {Mistake::local_directions, Convention::bsdf_weight},
+    {Mistake::reflects_only_wrong, Convention::bsdf_reflects_only},
 };
 // clang-format on
 
@@ -157,9 +158,11 @@ TEST_CASE("the same mistakes in the adapter of a renderer of another style") {
   many.samples *= 4;  // all is diffuse: a wrong density differs less than at a narrow lobe
   CHECK(check_scene(scene, settings()).text() == "");
   CHECK(check_scene(BrokenScene(scene, Mistake::none), many).text() == "");
-  // It has no delta light, no infinite light, and a distance of its own that keeps rays off surfaces.
-  const std::vector<Mistake> impossible{Mistake::no_offset, Mistake::infinite_lights_empty, Mistake::delta_density_zero,
-                                        Mistake::delta_light_falls_linearly, Mistake::disk_area_halved};
+  // It has no delta light, no infinite light, no surface that transmits but delta ones, and a distance of its own that
+  // keeps rays off surfaces.
+  const std::vector<Mistake> impossible{Mistake::no_offset,          Mistake::infinite_lights_empty,
+                                        Mistake::delta_density_zero, Mistake::delta_light_falls_linearly,
+                                        Mistake::disk_area_halved,   Mistake::reflects_only_wrong};
   for (const Planted& one : planted) {
     if (std::find(impossible.begin(), impossible.end(), one.mistake) != impossible.end()) continue;
     const gmis::Findings findings = check_scene(BrokenScene(scene, one.mistake), many);

@@ -7,12 +7,14 @@
 #include <tuple>
 #include <vector>
 
+#include "gmis/core/check.hpp"
 #include "gmis/mis.hpp"
 #include "gmis/mis/batched_round.hpp"
 #include "gmis/mis/diagnostics.hpp"
 #include "gmis/mis/location_scale.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
 
 // The code of docs/mis.md, verbatim, and checks that it does what the text says.
 
@@ -25,7 +27,7 @@ struct Exponential {
   }
   double pdf(double x) const { return x >= 0.0 ? rate * std::exp(-rate * x) : 0.0; }
 };
-static_assert(gmis::Proposal<Exponential, double>);
+static_assert(gmis::IsProposal<Exponential, double>());
 
 struct BelowTen {
   Exponential exponential;
@@ -169,6 +171,13 @@ gmis::SchemeChoice which_scheme(const std::vector<Exponential>& proposals) {
 }
 
 }  // namespace
+
+TEST_CASE("a proposal of one's own is checked", "[mis][docs]") {
+  gmis::Philox source(gmis_test::seed(1));
+  const gmis::DensityCheck check = gmis::check_proposal(Exponential{2.0}, 0.0, 10.0, source);
+  CHECK(check.passes(1e-6));
+  CHECK(check.integral == Approx(1.0).margin(1e-4));
+}
 
 TEST_CASE("the guide's code does what the guide says", "[mis][docs]") {
   CHECK(std::abs(estimate_moment() - 1.0) < 0.02);

@@ -30,6 +30,7 @@ class LightCheck {
              std::size_t samples)
       : scene_(scene), light_(light), receivers_(receivers), source_(source), level_(level), samples_(samples) {}
 
+  /// Runs all checks of the light.
   [[nodiscard]] Findings run() {
     if (receivers_.empty()) return findings_;
     next_events();

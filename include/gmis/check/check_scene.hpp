@@ -14,10 +14,13 @@
 #include "gmis/check/check_light.hpp"
 #include "gmis/check/check_surface.hpp"
 #include "gmis/check/findings.hpp"
+#include "gmis/core/requirements.hpp"
 
 namespace gmis {
 
+/// How much `check_scene` tries.
 struct SceneCheckSettings {
+  /// Of the random numbers.
   std::uint64_t seed = 0;
   std::size_t walks = 512;      ///< subpaths from the camera, and as many from the lights
   int depth = 4;                ///< edges of a subpath
@@ -43,9 +46,11 @@ class SceneChecker {
   using HitType = Hit<T, Bsdf, Light>;
   using Point = SurfacePoint<T>;
 
+  /// Prepares; nothing is sampled yet.
   SceneChecker(const Sc& scene, const SceneCheckSettings& settings)
       : scene_(scene), settings_(settings), source_(settings.seed, 0, 0, 7) {}
 
+  /// Samples the scene; what it found.
   [[nodiscard]] Findings run() {
     walk_from_camera();
     choose_lights();
@@ -109,10 +114,11 @@ class SceneChecker {
   /// Chooses lights as the engine does, and counts how often each is chosen.
   void choose_lights() {
     const std::size_t count = 4 * settings_.samples;
-    std::map<const Light*, std::size_t> chosen;
+    std::map<const Light*, std::size_t> chosen, first_draw;
     for (std::size_t i = 0; i < count; ++i) {
       const auto choice = scene_.sample_light(random_number());
       if (choice.light == nullptr) continue;
+      first_draw.emplace(choice.light, i);
       if (++chosen[choice.light] > 16) continue;
       const double stated = static_cast<double>(choice.selection_probability);
       findings_.count(Convention::light_choice,
@@ -132,8 +138,11 @@ class SceneChecker {
         findings_.judge(Convention::light_infinite_list, is_listed);
       }
     }
-    // Pointers differ from run to run: an order of their own would make the checks differ, too.
-    std::stable_sort(lights_.begin(), lights_.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    // Pointers differ from run to run: an order of their own would make the checks differ, too. Lights of one count come in
+    // the order in which they were drawn.
+    std::sort(lights_.begin(), lights_.end(), [&](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : first_draw[a.second] < first_draw[b.second];
+    });
   }
 
   void walk_from_lights() {
@@ -313,5 +322,11 @@ template <Scene Sc>
 [[nodiscard]] Findings check_scene(const Sc& scene, const SceneCheckSettings& settings = {}) {
   return SceneChecker<Sc>(scene, settings).run();
 }
+
+/// \cond
+// For a type that is no scene: the compiler names what it lacks.
+template <class Sc>
+requires(!Scene<Sc>) IsScene<Sc> check_scene(const Sc&, const SceneCheckSettings& = {});
+/// \endcond
 
 }  // namespace gmis

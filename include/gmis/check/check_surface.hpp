@@ -54,6 +54,13 @@ void check_surface(const BsdfFor& bsdf_for, const SurfacePoint<T>& point, const 
   for (const TransportMode mode : {TransportMode::radiance, TransportMode::importance}) {
     const TransportMode other = mode == TransportMode::radiance ? TransportMode::importance : TransportMode::radiance;
     for (std::size_t i = 0; i < pairs; ++i) {
+      if (reflects_only(bsdf)) {
+        const double u = uniform<double>(source);
+        V beyond = square_to_sphere(Vec2<double>(u, uniform<double>(source)));
+        if (glm::dot(normal, beyond) * glm::dot(normal, prev) > 0.0) beyond = -beyond;
+        if (std::abs(glm::dot(normal, beyond)) >= least_cosine)
+          findings.count(Convention::bsdf_reflects_only, is_black(bsdf.evaluate(to_prev, Vec3<T>(beyond), mode).value));
+      }
       const auto sample = draw(bsdf, to_prev, mode);
       if (!sample) continue;
       ++succeeded;
@@ -76,8 +83,10 @@ void check_surface(const BsdfFor& bsdf_for, const SurfacePoint<T>& point, const 
                             glm::dot(normal, prev) * glm::dot(geometric, prev) > 0.0;
       if (!is_plain) continue;
       if (!sample->is_delta) {
+        const bool is_through = glm::dot(normal, prev) * glm::dot(normal, next) < 0.0;
         ++smooth;
-        if (glm::dot(normal, prev) * glm::dot(normal, next) < 0.0) ++through;
+        if (is_through) ++through;
+        if (reflects_only(bsdf)) findings.count(Convention::bsdf_reflects_only, !is_through || is_black(f.value));
         const double stated = static_cast<double>(f.pdf.forward.value);
         findings.count(Convention::bsdf_two_densities, detail::nearly(forward, stated, 0.02));
         findings.count(Convention::bsdf_two_reverse_densities,

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
+#include "gmis/core/requirements.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 
 namespace gmis {
@@ -35,5 +35,11 @@ template <Scene Sc>
         "RenderSettings::path_classes and pictures of classes alone\n";
   return text;
 }
+
+/// \cond
+// For a type that is no scene: the compiler names what it lacks.
+template <class Sc>
+requires(!Scene<Sc>) IsScene<Sc> explain(const Sc&);
+/// \endcond
 
 }  // namespace gmis

@@ -21,7 +21,9 @@
 
 namespace gmis {
 
+/// How much a check draws, and how finely it compares.
 struct CheckSettings {
+  /// Draws.
   std::size_t samples = 100'000;
   std::size_t bins = 400;        ///< on the sphere: columns are twice the rows
   double smallest_expected = 5;  ///< bins that expect fewer samples are pooled
@@ -35,6 +37,7 @@ struct DensityCheck {
   double success_share = 0;  ///< measured share of the samples that succeeded
   std::size_t outside = 0;   ///< samples where the density is 0, negative or not finite
 
+  /// True when nothing is found; a sound sampler fails with probability `level` at most. `tolerance`: of the integral above 1.
   [[nodiscard]] bool passes(double level, double tolerance = 1e-4) const noexcept {
     return outside == 0 && integral <= 1 + tolerance && test.passes(level);
   }
@@ -215,6 +218,7 @@ struct BsdfCheck {
   double sample_error = 0;       ///< largest difference of `sample` from `evaluate` at the same directions
   double reflected_share = 0;    ///< ∫ f |cos|, delta lobes included, largest channel: at most 1
 
+  /// True when nothing is found; a sound BSDF fails with probability `level` at most. `tolerance`: of the relative errors.
   [[nodiscard]] bool passes(double level, double tolerance = 1e-3) const noexcept {
     return directions.passes(level) && reverse_error <= tolerance && reciprocity_error <= tolerance &&
            sample_error <= tolerance && reflected_share <= 1 + tolerance;

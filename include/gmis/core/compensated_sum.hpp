@@ -10,8 +10,10 @@ template <class T>
 class CompensatedSum {
  public:
   constexpr CompensatedSum() = default;
+  /// A sum that begins with `start`.
   constexpr explicit CompensatedSum(T start) : sum_(start) {}
 
+  /// Adds a term and keeps the rounding error.
   constexpr void add(T term) noexcept {
     const T next = sum_ + term;
     const T term_part = next - sum_;
@@ -23,17 +25,20 @@ class CompensatedSum {
     if (correction_ != correction_) correction_ = T(0);
   }
 
+  /// The same as `add`.
   constexpr CompensatedSum& operator+=(T term) noexcept {
     add(term);
     return *this;
   }
 
+  /// Adds another sum with its rounding error.
   constexpr CompensatedSum& operator+=(const CompensatedSum& other) noexcept {
     add(other.sum_);
     add(other.correction_);
     return *this;
   }
 
+  /// The sum, rounded once.
   [[nodiscard]] constexpr T value() const noexcept { return sum_ + correction_; }
 
  private:

@@ -8,8 +8,8 @@
 #include "gmis/core/interaction.hpp"
 
 /// \file
-/// The interface that a renderer supplies. Put `static_assert(gmis::Bsdf<MyBsdf>)` (and so on) beside your type: the
-/// compiler's message then quotes the requirement that the type does not meet.
+/// The interface that a renderer supplies. Put `static_assert(gmis::IsBsdf<MyBsdf>())` (and so on,
+/// core/requirements.hpp) beside your type: the compiler's first line then names the member that it lacks.
 
 namespace gmis {
 
@@ -25,6 +25,7 @@ namespace gmis {
 template <class B>
 concept Bsdf = std::copyable<B> && requires {
   typename B::Spectrum;
+  requires Spectrum<typename B::Spectrum>;
 } && requires(const B& bsdf, Vec3<ScalarOf<typename B::Spectrum>> w, ScalarOf<typename B::Spectrum> u,
               Vec2<ScalarOf<typename B::Spectrum>> uv, TransportMode mode) {
   { bsdf.evaluate(w, w, mode) } -> std::same_as<BsdfValue<typename B::Spectrum>>;
@@ -85,6 +86,7 @@ template <bool needs_reverse, Bsdf B, class V>
   else
     return bsdf.evaluate(to_prev, to_next, mode);
 }
+/// A direction by `bsdf.sample`, or by `sample_forward` as said at `evaluate_bsdf`.
 template <bool needs_reverse, Bsdf B, class V, std::floating_point T>
 [[nodiscard]] constexpr auto sample_bsdf(const B& bsdf, const V& to_prev, T u, const Vec2<T>& uv, TransportMode mode) {
   if constexpr (!needs_reverse && requires { bsdf.sample_forward(to_prev, u, uv, mode); })
@@ -120,6 +122,7 @@ template <Bsdf B>
 template <class L>
 concept Light = requires {
   typename L::Spectrum;
+  requires Spectrum<typename L::Spectrum>;
 }
 &&requires(const L& light, SurfacePoint<ScalarOf<typename L::Spectrum>> point, Vec3<ScalarOf<typename L::Spectrum>> w,
            Vec2<ScalarOf<typename L::Spectrum>> uv) {
@@ -139,9 +142,15 @@ concept Light = requires {
 /// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing when no pixel does.
 /// - `has_parallel_rays()`: densities are per area perpendicular to the rays, not per steradian.
 /// - `has_lens()`, optional: false when `uv_lens` is not read. No numbers are then drawn for it.
+/// - `filter_radius()`, optional: the reach of a reconstruction filter h in pixels; without it 0.5, a box. A wider filter
+///   follows this rule: `sample_ray` draws the point x of the film with the density h(x − c_p), c_p the centre of its
+///   pixel; `project` returns pixel p with the probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p) over the pixels
+///   inside and outside of the picture (`uv_lens` may choose it), and nothing for a pixel outside; both state H(x) times
+///   the density of a box. The factor h / H is then common to all techniques, and cancels in their weights.
 template <class C>
 concept Camera = requires {
   typename C::Spectrum;
+  requires Spectrum<typename C::Spectrum>;
 }
 &&requires(const C& camera, glm::ivec2 pixel, Vec3<ScalarOf<typename C::Spectrum>> point,
            Vec2<ScalarOf<typename C::Spectrum>> uv) {
@@ -150,6 +159,17 @@ concept Camera = requires {
   { camera.project(point, uv) } -> std::same_as<std::optional<CameraProjection<typename C::Spectrum>>>;
   { camera.has_parallel_rays() } -> std::same_as<bool>;
 };
+
+/// `camera.filter_radius()`, or 0.5 for a camera without it.
+template <Camera C>
+[[nodiscard]] constexpr double filter_radius_of(const C& camera) noexcept {
+  if constexpr (requires {
+                  { camera.filter_radius() } -> std::convertible_to<double>;
+                })
+    return static_cast<double>(camera.filter_radius());
+  else
+    return 0.5;
+}
 
 /// False when the camera says that it has no lens.
 template <Camera C>
@@ -162,7 +182,14 @@ template <Camera C>
     return true;
 }
 
-/// Everything that the engine requires of a scene.
+namespace detail {
+template <class S>
+concept OneSpectrum = std::same_as<typename S::Bsdf::Spectrum, typename S::Spectrum> &&
+    std::same_as<typename S::Light::Spectrum, typename S::Spectrum> &&
+    std::same_as<typename S::Camera::Spectrum, typename S::Spectrum>;
+}  // namespace detail
+
+/// Everything that the engine requires of a scene. Its BSDF, light and camera have its spectrum.
 ///
 /// - `intersect(ray)`: the nearest hit with 0 < t < t_max, or nothing.
 /// - `visible(ray)`: true when nothing blocks 0 < t < t_max.
@@ -179,9 +206,9 @@ concept Scene = requires {
   typename S::Light;
   typename S::Camera;
 }
-&&Spectrum<typename S::Spectrum>&& Bsdf<typename S::Bsdf>&& Light<typename S::Light>&&
-    Camera<typename S::Camera>&& requires(const S& scene, Ray<ScalarOf<typename S::Spectrum>> ray,
-                                          ScalarOf<typename S::Spectrum> u, const typename S::Light& light) {
+&&Spectrum<typename S::Spectrum>&& Bsdf<typename S::Bsdf>&& Light<typename S::Light>&& Camera<typename S::Camera>&&
+    detail::OneSpectrum<S>&& requires(const S& scene, Ray<ScalarOf<typename S::Spectrum>> ray,
+                                      ScalarOf<typename S::Spectrum> u, const typename S::Light& light) {
   {
     scene.intersect(ray)
     } -> std::same_as<std::optional<Hit<ScalarOf<typename S::Spectrum>, typename S::Bsdf, typename S::Light>>>;
@@ -211,6 +238,7 @@ concept Executor = requires(E& executor, std::size_t count, detail::WorkWithCapt
 
 /// An executor that runs all work in order on the calling thread.
 struct SerialExecutor {
+  /// Calls `work(0)` to `work(count - 1)` in order.
   template <class Work>
   void parallel_for(std::size_t count, Work&& work) const {
     for (std::size_t i = 0; i < count; ++i) work(i);

@@ -27,14 +27,15 @@ struct Effects {
   bool shading_normals = false;        ///< shading and geometric normals differ somewhere
 
   // Lights, except black ones.
-  bool area_lights = false;
-  bool point_lights = false;
-  bool spot_lights = false;
-  bool directional_lights = false;
-  bool environment_lights = false;
+  bool area_lights = false;         ///< surfaces that emit
+  bool point_lights = false;        ///< lights at one point
+  bool spot_lights = false;         ///< point lights within a cone
+  bool directional_lights = false;  ///< lights from one direction
+  bool environment_lights = false;  ///< light from all directions, from infinitely far
 
-  bool thin_lens = false;
+  bool thin_lens = false;  ///< the camera has a lens, so that it blurs
 
+  /// Some surface has a delta lobe.
   [[nodiscard]] constexpr bool has_specular() const noexcept { return specular_reflection || specular_transmission; }
   /// True when some surface has a lobe that is delta or narrower than `narrow_roughness`.
   [[nodiscard]] constexpr bool has_narrow_lobes() const noexcept {
@@ -48,6 +49,7 @@ struct Effects {
   [[nodiscard]] constexpr bool has_delta_lights() const noexcept {
     return point_lights || spot_lights || directional_lights;
   }
+  /// Something emits.
   [[nodiscard]] constexpr bool has_lights() const noexcept { return has_extended_lights() || has_delta_lights(); }
 
   /// Adds a non-delta lobe of this roughness that is narrower than diffuse.

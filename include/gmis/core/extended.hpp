@@ -22,13 +22,18 @@ class Extended {
   static constexpr bool is_single = std::numeric_limits<T>::max_exponent <= 128;
 
  public:
+  /// Greatest mantissa but for the last product.
   static constexpr T upper = is_single ? T(0x1p32) : T(0x1p256);
+  /// Least mantissa that is not 0.
   static constexpr T lower = is_single ? T(0x1p-32) : T(0x1p-256);
+  /// What one step of the exponent stands for.
   static constexpr T step = upper * upper;
+  /// 1 / `step`.
   static constexpr T inverse_step = lower * lower;
 
   constexpr Extended() = default;
   // Implicit on purpose, so that densities enter the recursion without a conversion.
+  /// The number `value`, exactly.
   constexpr Extended(T value) noexcept : mantissa_(value) {  // NOLINT(google-explicit-constructor)
     normalize();
     normalize();  // twice, because the ends of T's range are two steps away from the middle
@@ -54,9 +59,11 @@ class Extended {
     return sum;
   }
 
+  /// True for 0.
   [[nodiscard]] constexpr bool is_zero() const noexcept { return mantissa_ == T(0); }
   /// True when the value is `mantissa()`: 0, or from `lower` to `upper`.
   [[nodiscard]] constexpr bool has_no_exponent() const noexcept { return exponent_ == 0; }
+  /// The value without its exponent.
   [[nodiscard]] constexpr T mantissa() const noexcept { return mantissa_; }
 
   /// A finite double, rounded to the precision of `T`.

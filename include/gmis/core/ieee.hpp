@@ -5,6 +5,7 @@
 /// the sanitizer's check of division by zero stays on everywhere else.
 
 #if defined(__clang__) || defined(__GNUC__)
+/// Marks a function that divides by zero on purpose, so that sanitizers let it.
 #define GMIS_INTENDED_IEEE_DIVISION __attribute__((no_sanitize("float-divide-by-zero")))
 #else
 #define GMIS_INTENDED_IEEE_DIVISION

@@ -20,15 +20,15 @@ enum class TransportMode { radiance, importance };
 /// The points `origin` + t · `direction` with 0 < t < `t_max`.
 template <std::floating_point T>
 struct Ray {
-  Vec3<T> origin;
-  Vec3<T> direction;  ///< unit length
-  T t_max = std::numeric_limits<T>::infinity();
+  Vec3<T> origin;                                ///< where it starts
+  Vec3<T> direction;                             ///< unit length
+  T t_max = std::numeric_limits<T>::infinity();  ///< where it ends, in scene units
 };
 
 /// A point of a path. For a point on no surface (pinhole, point light) both normals are zero.
 template <std::floating_point T>
 struct SurfacePoint {
-  Vec3<T> position;
+  Vec3<T> position;          ///< in scene units
   Vec3<T> geometric_normal;  ///< unit, on the surface's own side: not turned towards the ray
   Vec3<T> shading_normal;    ///< unit, in the hemisphere of the geometric normal
   /// Offset along the normal that is sure to clear the surface: a bound on the error of `position`, including the
@@ -71,21 +71,23 @@ template <std::floating_point T>
 /// A BSDF for one pair of directions. `value` is f [1/sr] *without* the cosine and without delta lobes. `pdf` holds the
 /// densities per steradian with which `sample` makes non-delta directions, including the probability of choosing a
 /// lobe.
-template <Spectrum S>
+template <class S>
 struct BsdfValue {
+  /// F [1/sr] without the cosine; delta lobes count as 0.
   S value{ScalarOf<S>(0)};
-  DirectionPdfs<ScalarOf<S>> pdf{};
+  DirectionPdfs<ScalarOf<S>> pdf{};  ///< densities of `to_next` and of `to_prev`, per steradian
 };
 
 /// A direction drawn at a surface. `weight` = f |cos| / pdf, with the cosine of the shading normal. For a delta lobe
 /// (`is_delta`), `pdf` holds the selection probabilities of this lobe, forward and reverse, and `weight` is the
 /// reflectance or transmittance of the lobe divided by the forward selection probability.
-template <Spectrum S>
+template <class S>
 struct ScatterSample {
-  Vec3<ScalarOf<S>> to_next;
-  S weight;
+  Vec3<ScalarOf<S>> to_next;  ///< unit, away from the surface
+  S weight;                   ///< f |cos| / pdf, or what is left of it at a delta lobe
+  /// Per steradian, with the choice of the lobe; selection probabilities of a delta lobe.
   DirectionPdfs<ScalarOf<S>> pdf;
-  bool is_delta = false;
+  bool is_delta = false;  ///< the direction is that of a delta lobe
   ScalarOf<S> eta =
       ScalarOf<S>(1);  ///< index of refraction on the side of `to_next` over that on the side of `to_prev`
 };
@@ -95,9 +97,9 @@ template <std::floating_point T, class Bsdf_, class Light_>
 struct Hit {
   using Bsdf = Bsdf_;
   using Light = Light_;
-  SurfacePoint<T> point;
-  Bsdf bsdf;
-  const Light* light = nullptr;
+  SurfacePoint<T> point;         ///< where the ray met the surface
+  Bsdf bsdf;                     ///< how the surface scatters there
+  const Light* light = nullptr;  ///< what the surface is part of, if it emits
 };
 
 /// The densities of the start of a light subpath, without the probability of choosing the light.
@@ -110,68 +112,69 @@ struct Hit {
 /// | environment | of the direction, per steradian | of the point on the disk perpendicular to it, per area |
 template <std::floating_point T>
 struct EmissionDensity {
-  T origin{};
-  T first{};
+  T origin{};  ///< of the point, or of the direction of an infinite light: first column of the table
+  T first{};   ///< of the direction, or of the point on the disk: second column of the table
 };
 
 /// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance · |cos| / (origin ·
 /// first) for an area light, intensity / first for a point light, irradiance / first for a directional light, radiance
 /// / (origin · first) for an environment.
-template <Spectrum S>
+template <class S>
 struct EmissionSample {
-  SurfacePoint<ScalarOf<S>> origin;
-  Vec3<ScalarOf<S>> direction;  ///< unit, in which the light propagates
-  S weight;
-  EmissionDensity<ScalarOf<S>> density;
+  SurfacePoint<ScalarOf<S>> origin;      ///< where the subpath starts
+  Vec3<ScalarOf<S>> direction;           ///< unit, in which the light propagates
+  S weight;                              ///< flux over the densities
+  EmissionDensity<ScalarOf<S>> density;  ///< of this start
 };
 
 /// A sample of the light that arrives at a given point, the receiver. `weight` = incident radiance / (density per
 /// steradian at the receiver); for a delta light it is the incident irradiance on a plane perpendicular to the
 /// direction. The BSDF and the cosine of the receiver are not included.
-template <Spectrum S>
+template <class S>
 struct NextEventSample {
-  SurfacePoint<ScalarOf<S>> origin;  ///< on the light; for an infinite light only the normals (zero) are read
-  Vec3<ScalarOf<S>> to_light;        ///< unit, from the receiver
-  S weight;
+  SurfacePoint<ScalarOf<S>> origin;      ///< on the light; for an infinite light only the normals (zero) are read
+  Vec3<ScalarOf<S>> to_light;            ///< unit, from the receiver
+  S weight;                              ///< incident radiance over the density at the receiver
   ScalarOf<S> next_event_density;        ///< density of `origin`, in the measure of `EmissionDensity::origin`
   EmissionDensity<ScalarOf<S>> density;  ///< density of emission from `origin` towards the receiver
 };
 
 /// The radiance that a light emits at one of its points along one direction, and the density of that emission; both 0
 /// where it emits nothing.
-template <Spectrum S>
+template <class S>
 struct Emitted {
+  /// Per steradian and area perpendicular to the direction.
   S radiance{ScalarOf<S>(0)};
-  EmissionDensity<ScalarOf<S>> density{};
+  EmissionDensity<ScalarOf<S>> density{};  ///< with which `sample_emission` makes this start
 };
 
 /// A light and the probability of choosing it.
 template <std::floating_point T, class Light>
 struct LightChoice {
-  const Light* light;
-  T selection_probability;
+  const Light* light;       ///< null when the scene has no light
+  T selection_probability;  ///< with which it was chosen
 };
 
 /// A camera ray through one pixel. `weight` is the factor on the incident radiance (1 for an ideal pinhole, whose pixel
 /// value is the mean radiance over the pixel). `density` is the density of the rays of this pixel: per steradian, or
 /// per area perpendicular to the ray for a camera with parallel rays.
-template <Spectrum S>
+template <class S>
 struct CameraSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the lens
-  Vec3<ScalarOf<S>> direction;
-  S weight;
-  ScalarOf<S> density;
+  Vec3<ScalarOf<S>> direction;       ///< unit, from the lens into the scene
+  S weight;                          ///< factor on the incident radiance
+  ScalarOf<S> density;               ///< of the rays of one pixel: per steradian, or per area for parallel rays
 };
 
 /// The projection of a point: the pixel that sees it, the point of the lens, and the density of that pixel's camera
 /// rays along this direction. `weight` and `density` are those of `CameraSample`.
-template <Spectrum S>
+template <class S>
 struct CameraProjection {
-  glm::ivec2 pixel;
-  SurfacePoint<ScalarOf<S>> origin;
-  Vec3<ScalarOf<S>> to_camera;  ///< unit, from the point
-  S weight;
-  ScalarOf<S> density;
+  glm::ivec2 pixel;                  ///< x to the right, y down, from the upper left
+  SurfacePoint<ScalarOf<S>> origin;  ///< where the subpath starts
+  Vec3<ScalarOf<S>> to_camera;       ///< unit, from the point
+  S weight;                          ///< that of `CameraSample` for this direction
+  ScalarOf<S> density;               ///< of the rays of one pixel: per steradian, or per area for parallel rays
 };
 
 }  // namespace gmis

@@ -32,7 +32,9 @@ template <std::floating_point T>
 /// An orthonormal, right-handed frame around a unit vector.
 template <std::floating_point T>
 struct Frame {
-  Vec3<T> tangent, bitangent, normal;
+  Vec3<T> tangent;    ///< x axis
+  Vec3<T> bitangent;  ///< y axis
+  Vec3<T> normal;     ///< z axis
 
   /// The frame whose third axis is `axis` (unit); continuous except where axis.z changes sign
   /// [Duff et al., Building an orthonormal basis, revisited, JCGT 2017].

@@ -12,20 +12,21 @@ namespace gmis {
 /// Probability density per steradian.
 template <std::floating_point T>
 struct SolidAnglePdf {
-  T value{};
+  T value{};  ///< the density
 };
 
 /// Probability density per unit area of a surface.
 template <std::floating_point T>
 struct AreaPdf {
-  T value{};
+  T value{};  ///< the density
 };
 
 /// Both densities of one scattering event, per steradian without the cosine: `forward` of `to_next` given `to_prev`,
 /// `reverse` of `to_prev` given `to_next` (for a subpath from the other end of the path).
 template <std::floating_point T>
 struct DirectionPdfs {
-  SolidAnglePdf<T> forward, reverse;
+  SolidAnglePdf<T> forward;  ///< of `to_next` given `to_prev`
+  SolidAnglePdf<T> reverse;  ///< of `to_prev` given `to_next`
 };
 
 /// d(solid angle)/d(area) = |cos θ| / d² of a point at the squared distance d², with θ between its normal and the ray.

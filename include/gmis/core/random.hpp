@@ -10,7 +10,7 @@
 
 namespace gmis {
 
-/// What the library draws from: every `std::uniform_random_bit_generator`, so every engine of <random> (also
+/// What the library draws from: every `std::uniform_random_bit_generator`, so every engine of `<random>` (also
 /// `std::default_random_engine`, `std::minstd_rand`, `std::ranlux48`, `std::random_device`), the `Philox` below, or a class of
 /// one's own. One whose words have 32 or 64 full bits (`Philox`, `std::mt19937`, `std::mt19937_64`) is used as it is; the bits
 /// of any other are put together, and the words that would make them uneven are drawn again.
@@ -130,6 +130,7 @@ class PhiloxBlocks {
  public:
   using Block = std::array<std::uint32_t, 4>;
 
+  /// The blocks of one path: the same arguments give the same blocks.
   constexpr PhiloxBlocks(std::uint64_t seed, std::uint32_t iteration, std::uint32_t path, std::uint32_t stream) noexcept
       : key_(seed), path_(std::uint64_t{iteration} << 32U | path), place_(std::uint64_t{stream} << 56U) {}
 
@@ -138,6 +139,7 @@ class PhiloxBlocks {
     place_ = (place_ & 0xFF00000000000000U) | std::uint64_t{vertex & 0x00FFFFFFU} << 32U;
   }
 
+  /// The next four words.
   constexpr Block next() noexcept {
     const std::array<std::uint64_t, 2> words = philox2x64<7>({place_, path_}, key_);
     // The number of the block is the low half of the counter; it wraps without touching the vertex.
@@ -166,6 +168,7 @@ class Philox {
   static constexpr result_type min() noexcept { return 0; }
   static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
 
+  /// The numbers of one path: the same arguments give the same numbers, and others independent ones.
   constexpr explicit Philox(std::uint64_t seed = 0, std::uint32_t iteration = 0, std::uint32_t path = 0,
                             std::uint32_t stream = 0) noexcept
       : blocks_(seed, iteration, path, stream) {}

@@ -13,10 +13,15 @@
 namespace gmis {
 
 /// The interface through which the library reads a spectrum. It is specialised for a floating-point number and for GLM
-/// vectors of them (RGB is `glm::vec3`). For another type, specialise it with the same three members.
+/// vectors of them (RGB is `glm::vec3`). For another type, specialise it with the same three members. Without a
+/// specialisation there are no channels, and the type is no `Spectrum`; its scalar counts as float, so that the compiler
+/// complains once, where a concept is asked for, and not at every mention of the type.
 template <class S>
-struct SpectrumTraits;
+struct SpectrumTraits {
+  using Scalar = float;
+};
 
+/// A floating-point number: one channel.
 template <std::floating_point T>
 struct SpectrumTraits<T> {
   using Scalar = T;
@@ -24,6 +29,7 @@ struct SpectrumTraits<T> {
   static constexpr T channel(T s, int) noexcept { return s; }
 };
 
+/// A GLM vector: N channels.
 template <int N, std::floating_point T, glm::qualifier Q>
 struct SpectrumTraits<glm::vec<N, T, Q>> {
   using Scalar = T;

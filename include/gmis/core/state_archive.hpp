@@ -22,12 +22,14 @@ namespace gmis {
 /// Takes the state of objects in as bytes.
 class StateWriter {
  public:
+  /// It writes.
   static constexpr bool is_reading = false;
 
   template <class... Values>
   void operator()(Values&... values) {
     (exchange(values), ...);
   }
+  /// What was written.
   [[nodiscard]] const std::vector<std::byte>& bytes() const noexcept { return bytes_; }
 
  private:
@@ -84,15 +86,19 @@ class StateWriter {
 /// Gives the state back. Bytes that end too early leave the rest as it was and set `is_broken`.
 class StateReader {
  public:
+  /// It reads.
   static constexpr bool is_reading = true;
 
+  /// Reads these bytes, which must outlive it.
   explicit StateReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
   template <class... Values>
   void operator()(Values&... values) {
     (exchange(values), ...);
   }
+  /// True when the bytes ended early or made no sense; what was read is then worth nothing.
   [[nodiscard]] bool is_broken() const noexcept { return is_broken_; }
+  /// True when every byte has been read.
   [[nodiscard]] bool is_at_end() const noexcept { return bytes_.empty(); }
   /// The bytes that have not been read.
   [[nodiscard]] std::span<const std::byte> left() const noexcept { return bytes_; }

@@ -18,10 +18,13 @@ namespace gmis {
 /// P(a, x) = γ(a, x)/Γ(a), the regularised lower incomplete gamma function, and Q = 1 − P; a > 0, x ≥ 0. Each to about
 /// 1e-13 relative, so that small tails keep their digits.
 struct RegularisedGamma {
+  /// P(a, x), from 0 to x.
   double lower;
+  /// Q(a, x) = 1 − P(a, x).
   double upper;
 };
 
+/// Both, each without cancellation, for a > 0 and x ≥ 0.
 [[nodiscard]] inline RegularisedGamma regularised_gamma(double a, double x) noexcept {
   if (!(x > 0)) return {0, 1};
   if (x == std::numeric_limits<double>::infinity()) return {1, 0};
@@ -148,9 +151,10 @@ struct RegularisedGamma {
 
 /// The outcome of a test; `degrees_of_freedom` is infinite for a z-test.
 struct StatisticalTest {
-  double statistic = 0;
-  double degrees_of_freedom = 0;
-  double p_value = 1;
+  double statistic = 0;           ///< χ², t or z
+  double degrees_of_freedom = 0;  ///< of the distribution that the statistic follows
+  double p_value = 1;             ///< probability of a statistic at least as far off, if nothing is wrong
+  /// False when the p-value is below `level`, the false-alarm rate.
   [[nodiscard]] bool passes(double level) const noexcept { return p_value >= level; }
 };
 

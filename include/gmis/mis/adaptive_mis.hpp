@@ -21,12 +21,12 @@ struct AdaptiveEstimate {
   double mean = 0.0;  ///< of ∫ f
   double standard_error =
       0.0;  ///< as if the samples were independent draws of the final mixture: close, a little optimistic
-  double effective_sample_size = 0.0;  ///< (Σ |w|)²/Σ w²
-  std::vector<X> samples{};
-  std::vector<double> weights{};  ///< f/(n ψ), ψ the mixture of all iterations: their sum is `mean`
-  std::vector<P> proposals{};     ///< of each iteration, and the one fitted last
-  std::uint64_t density_evaluations = 0;
-  Rejected rejected{};
+  double effective_sample_size = 0.0;     ///< (Σ |w|)²/Σ w²
+  std::vector<X> samples{};               ///< those that were made
+  std::vector<double> weights{};          ///< f/(n ψ), ψ the mixture of all iterations: their sum is `mean`
+  std::vector<P> proposals{};             ///< of each iteration, and the one fitted last
+  std::uint64_t density_evaluations = 0;  ///< evaluations of a proposal's density
+  Rejected rejected{};                    ///< samples that count as zero, by cause
 };
 
 /// Adaptive multiple importance sampling [Cornuet, Marin, Mira, Robert 2012]: iteration t draws `samples_each` samples of a

@@ -18,8 +18,8 @@ namespace gmis {
 /// A variance averaged over random draws of the indices, with its 99 % confidence interval value ± half_width (normal
 /// approximation).
 struct AveragedVariance {
-  double value;
-  double half_width;
+  double value;       ///< the mean over the draws
+  double half_width;  ///< of its interval
 };
 
 /// The variance of one round under R2 or N2 for any N: quadrature given the indices, averaged over `draws` ≥ 2 random

@@ -17,10 +17,12 @@ struct PlanCandidate {
   std::vector<double> fractions{};      ///< α_k of R3; empty: equal
 };
 
+/// The candidates, and which is best.
 struct PlanChoice {
   std::vector<PlanCandidate> candidates;  ///< those of `best_scheme`, then N3 with counts, then R3 with fractions
   std::size_t best;                       ///< the unbiased one with the least variance × cost
 
+  /// The best one.
   [[nodiscard]] const PlanCandidate& chosen() const noexcept { return candidates[best]; }
 };
 

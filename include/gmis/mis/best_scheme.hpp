@@ -34,6 +34,7 @@ class Pilot {
 
   /// The samples as the nodes of a quadrature rule: a sum over them estimates an integral.
   [[nodiscard]] const TabulatedProblem& problem() const& noexcept { return problem_; }
+  /// The problem, moved out.
   [[nodiscard]] TabulatedProblem problem() && { return std::move(problem_); }
   /// Samples that are not in the problem, or with a value of 0, because f, a density or their ratio was not a usable number.
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
@@ -102,7 +103,7 @@ class Pilot {
 
 /// One way of combining the proposals, with what the pilot says of it.
 struct SchemeCandidate {
-  Scheme scheme;
+  Scheme scheme;           ///< which it is
   std::size_t group_size;  ///< 0, or P: the partial deterministic mixture in groups of P (strided), `scheme` being N3
   bool is_unbiased;        ///< false when the pilot met a place that a proposal (a group) does not cover
   double variance;         ///< of one round; NaN when it is biased, +infinity beyond the range of double
@@ -120,7 +121,9 @@ struct SchemeChoice {
   std::vector<SchemeCandidate> candidates;  ///< the six schemes in the order of `all_schemes`, then P ascending
   std::size_t best;                         ///< the index of the unbiased one with the least variance × cost
 
+  /// The best one.
   [[nodiscard]] const SchemeCandidate& chosen() const& noexcept { return candidates[best]; }
+  /// The best one.
   [[nodiscard]] SchemeCandidate chosen() && { return candidates[best]; }
 };
 

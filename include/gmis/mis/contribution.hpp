@@ -13,8 +13,8 @@ namespace gmis {
 /// a hundred densities, say). Zero is −infinity. An integrand may return it with any set of proposals.
 template <std::floating_point T>
 struct LogValue {
-  T log_magnitude;
-  T sign = T(1);  ///< +1 or −1
+  T log_magnitude;  ///< natural logarithm of the magnitude
+  T sign = T(1);    ///< +1 or −1
 };
 
 /// The magnitudes of LogValue are finite numbers or −infinity; everything else is finite when its channels are.

@@ -27,6 +27,7 @@ class ControlFit {
   using Channels = typename RoundMoments<F>::Channels;
   static constexpr std::size_t channel_count = RoundMoments<F>::channel_count;
 
+  /// A fit for this number of proposals.
   explicit ControlFit(std::size_t proposal_count)
       : n_(proposal_count), matrix_(n_ * n_), right_side_(channel_count * n_) {}
 
@@ -45,6 +46,7 @@ class ControlFit {
     for (std::size_t i = 0; i < matrix_.size(); ++i) matrix_[i] += other.matrix_[i];
     for (std::size_t i = 0; i < right_side_.size(); ++i) right_side_[i] += other.right_side_[i];
   }
+  /// Samples that were added.
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
 
   /// β, channel by channel: coefficient k of channel c at [c N + k].

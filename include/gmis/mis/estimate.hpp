@@ -25,6 +25,7 @@ struct Rejected {
   std::uint64_t non_finite_density = 0;       ///< a density was infinite, NaN or negative
   std::uint64_t non_finite_contribution = 0;  ///< f and φ were fine, f / φ left the range of the accumulator
 
+  /// Over all causes.
   [[nodiscard]] constexpr std::uint64_t total() const noexcept {
     return non_finite_integrand + zero_density + non_finite_density + non_finite_contribution;
   }
@@ -34,15 +35,15 @@ struct Rejected {
 /// What `estimate` returns. V is double (long double for long double integrands), or a vector of it for a spectrum.
 template <class V>
 struct Estimate {
-  V mean{};                           ///< the estimate of ∫ f
-  std::optional<V> variance{};        ///< of *one round*, estimated between rounds; nothing for a single round
-  std::optional<V> standard_error{};  ///< of `mean`; nothing for a single round
-  std::uint64_t rounds = 0;           ///< R
-  std::uint64_t samples = 0;          ///< R N, or R Σ n_i; failed and rejected ones included
-  std::uint64_t density_evaluations = 0;
-  std::uint64_t integrand_evaluations = 0;
-  std::uint64_t failed_samples = 0;  ///< `sample` returned nothing; no error
-  Rejected rejected{};
+  V mean{};                                 ///< the estimate of ∫ f
+  std::optional<V> variance{};              ///< of *one round*, estimated between rounds; nothing for a single round
+  std::optional<V> standard_error{};        ///< of `mean`; nothing for a single round
+  std::uint64_t rounds = 0;                 ///< R
+  std::uint64_t samples = 0;                ///< R N, or R Σ n_i; failed and rejected ones included
+  std::uint64_t density_evaluations = 0;    ///< of proposals
+  std::uint64_t integrand_evaluations = 0;  ///< of f
+  std::uint64_t failed_samples = 0;         ///< `sample` returned nothing; no error
+  Rejected rejected{};                      ///< samples that count as zero because something is wrong, by cause
 };
 
 /// Sums the rounds of one estimate: the state between `estimate`'s rounds, for a loop of one's own. Partial ones from
@@ -102,6 +103,7 @@ class EstimateAccumulator {
     rejected_.non_finite_contribution += other.rejected_.non_finite_contribution;
   }
 
+  /// The estimate from the rounds so far.
   [[nodiscard]] Estimate<Mean> result() const {
     Estimate<Mean> estimate;
     estimate.rounds = moments_[0].count();

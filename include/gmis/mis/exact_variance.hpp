@@ -24,6 +24,7 @@ struct ExactMoments {
   double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
   double variance;  ///< about that mean; +infinity where it leaves the range of double, never NaN
 
+  /// False when the proposals leave a part of f without samples, or nearly so.
   [[nodiscard]] bool has_finite_variance() const noexcept { return std::isfinite(variance); }
 };
 

@@ -29,8 +29,9 @@ struct Balance {
 
 /// w_i = d_i^β / Σ d^β; β = 2 is the usual choice, β = 1 is Balance.
 struct Power {
-  double beta = 2.0;
+  double beta = 2.0;  ///< the exponent, at least 1
 
+  /// r^β.
   template <std::floating_point T>
   [[nodiscard]] T unnormalised(T r) const noexcept {
     return beta == 2.0 ? r * r : std::pow(r, static_cast<T>(beta));
@@ -39,8 +40,9 @@ struct Power {
 
 /// Balance among the techniques with d_i ≥ threshold · max d, zero for the others; threshold in [0, 1].
 struct Cutoff {
-  double threshold = 0.1;
+  double threshold = 0.1;  ///< relative to the largest density
 
+  /// r, or 0 below the threshold.
   template <std::floating_point T>
   [[nodiscard]] constexpr T unnormalised(T r) const noexcept {
     return r >= static_cast<T>(threshold) ? r : T(0);
@@ -49,6 +51,7 @@ struct Cutoff {
 
 /// All weight to the technique with the largest d_i, shared equally among equals.
 struct Maximum {
+  /// 1 for the largest, else 0.
   template <std::floating_point T>
   [[nodiscard]] static constexpr T unnormalised(T r) noexcept {
     return r == T(1) ? T(1) : T(0);

@@ -9,7 +9,7 @@ namespace gmis {
 /// A density given by its natural logarithm, for values outside the range of T.
 template <std::floating_point T>
 struct LogDensity {
-  T log;
+  T log;  ///< natural logarithm; −infinity for 0
 };
 
 /// log Σ c_i exp(l_i), term by term and without storing them: the sum is kept relative to a term that no other exceeds by
@@ -35,6 +35,7 @@ class LogSum {
   [[nodiscard]] T log_over(T normaliser) const noexcept {
     return sum_ > T(0) ? reference_ + std::log(sum_ / normaliser) : reference_ + sum_;
   }
+  /// The natural logarithm of the sum.
   [[nodiscard]] T log() const noexcept { return log_over(T(1)); }
 
  private:

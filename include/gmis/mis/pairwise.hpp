@@ -21,8 +21,9 @@ namespace gmis {
 
 /// The weights as a `WeightHeuristic`, for their exact variance.
 struct Pairwise {
-  std::size_t canonical = 0;
+  std::size_t canonical = 0;  ///< number of the canonical proposal
 
+  /// The weights of all proposals at one point, from densities relative to the mixture.
   void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     double others = 0.0;
     for (std::size_t k = 0; k < out.size(); ++k)

@@ -16,11 +16,14 @@ namespace gmis {
 template <class R>
 struct SampleResult {
   using Value = R;
+  /// `sample` always makes one.
   static constexpr bool can_fail = false;
 };
+/// The same for a proposal whose `sample` may return nothing.
 template <class X>
 struct SampleResult<std::optional<X>> {
   using Value = X;
+  /// `sample` may make none.
   static constexpr bool can_fail = true;
 };
 
@@ -62,5 +65,35 @@ concept AnyProposal = requires(const P& p, Source& source) {
   p.sample(source);
 }
 &&Proposal<P, ValueOf<P, Source>, Source>;
+
+/// \cond
+// Never defined; core/lacking.hpp says what these are for.
+// clang-format off
+namespace proposal_lacks {
+template <class P, class Source> struct sample;  // X sample(Source&) const
+template <class P, class X> struct value;        // `sample` must return X, or std::optional<X>
+template <class P, class X> struct pdf;          // double pdf(const X&) const, or float, long double; or log_pdf
+}  // namespace proposal_lacks
+// clang-format on
+
+namespace detail {
+template <class P, class X, class Source>
+consteval auto proposal_verdict() {
+  if constexpr (Proposal<P, X, Source>)
+    return std::type_identity<std::true_type>();
+  else if constexpr (!requires(const P& p, Source& source) { p.sample(source); })
+    return std::type_identity<proposal_lacks::sample<P, Source>>();
+  else if constexpr (!HasSample<P, X, Source>)
+    return std::type_identity<proposal_lacks::value<P, X>>();
+  else
+    return std::type_identity<proposal_lacks::pdf<P, X>>();
+}
+}  // namespace detail
+/// \endcond
+
+/// `IsProposal<P, X>()` is true where `gmis::Proposal<P, X, Source>` holds; else the compiler's first line names what is
+/// missing.
+template <class P, class X, class Source = Philox>
+using IsProposal = typename decltype(detail::proposal_verdict<P, X, Source>())::type;
 
 }  // namespace gmis

@@ -75,8 +75,10 @@ requires HasLogPdf<P, X>
 struct DensityOf<P, X> {
   using Type = std::remove_cvref_t<decltype(std::declval<const P&>().log_pdf(std::declval<const X&>()))>;
 };
+/// The result of `pdf`.
 template <class P, class X>
 requires(HasPdf<P, X> && !HasLogPdf<P, X>) struct DensityOf<P, X> {
+  /// The density type.
   using Type = std::remove_cvref_t<decltype(std::declval<const P&>().pdf(std::declval<const X&>()))>;
 };
 
@@ -88,22 +90,27 @@ class ProposalSpan {
   using Density = typename DensityOf<P, Value>::Type;
   static constexpr std::size_t capacity = Count;
 
+  /// A view of proposals side by side, which must outlive it.
   constexpr ProposalSpan(const P* proposals, std::size_t size) noexcept : proposals_(proposals), size_(size) {}
 
+  /// The number of proposals.
   [[nodiscard]] constexpr std::size_t size() const noexcept {
     if constexpr (Count == dynamic_capacity)
       return size_;
     else
       return Count;
   }
+  /// A sample of proposal i.
   template <class Source>
   [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t i, Source& source) const {
     return proposals_[i].sample(source);
   }
+  /// The density of proposal i at x.
   [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t i, const Value& x) const
       requires(!HasLogPdf<P, Value>) {
     return proposals_[i].pdf(x);
   }
+  /// The logarithm of the density of proposal i at x.
   [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t i,
                                                               const Value& x) const requires HasLogPdf<P, Value> {
     return proposals_[i].log_pdf(x);
@@ -121,13 +128,17 @@ class ProposalTuple {
   using Value = X;
   using Density = std::common_type_t<typename DensityOf<P, Value>::Type...>;
   static constexpr std::size_t capacity = sizeof...(P);
+  /// One of them states logarithms.
   static constexpr bool any_log = (HasLogPdf<P, Value> || ...);
 
+  /// A view of the tuple, which must outlive it.
   explicit constexpr ProposalTuple(const std::tuple<P...>& proposals) noexcept : proposals_(&proposals) {}
   explicit ProposalTuple(const std::tuple<P...>&&) = delete;  // it would refer to a temporary
 
+  /// The number of proposals.
   [[nodiscard]] constexpr std::size_t size() const noexcept { return sizeof...(P); }
 
+  /// A sample of proposal i.
   template <class Source>
   [[nodiscard]] constexpr auto sample(std::size_t i, Source& source) const {
     constexpr bool can_fail =
@@ -135,6 +146,7 @@ class ProposalTuple {
     using Result = std::conditional_t<can_fail, std::optional<Value>, Value>;
     return visit<Result>(i, [&](const auto& proposal) -> Result { return proposal.sample(source); });
   }
+  /// The density of proposal i at x.
   [[nodiscard]] constexpr Density pdf(std::size_t i, const Value& x) const requires(!any_log) {
     return visit<Density>(i, [&](const auto& proposal) { return static_cast<Density>(proposal.pdf(x)); });
   }
@@ -184,6 +196,7 @@ template <class R>
 concept SideBySide = requires(const R& items) {
   std::span(items);
 };
+/// The proposal that a range holds.
 template <class R>
 using ItemOf = typename decltype(std::span(std::declval<const R&>()))::value_type;
 

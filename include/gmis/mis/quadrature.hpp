@@ -11,8 +11,8 @@ namespace gmis {
 
 /// One point of a quadrature rule: ∫ g ≈ Σ weight · g(x).
 struct QuadratureNode {
-  double x;
-  double weight;
+  double x;       ///< where f is evaluated
+  double weight;  ///< factor of f(x)
 };
 
 /// The Gauss–Legendre rule with `count` points on [−1, 1], exact for polynomials of degree 2 count − 1. The nodes are the

@@ -39,9 +39,11 @@ class Reservoir {
   [[nodiscard]] const std::optional<X>& sample() const noexcept { return sample_; }
   /// W: stands for 1/p(y), whose value nobody knows. 0 without a sample.
   [[nodiscard]] double contribution_weight() const noexcept { return contribution_weight_; }
+  /// Sum of all weights that were offered.
   [[nodiscard]] double weight_sum() const noexcept { return weight_sum_; }
   /// M, the number of candidates that the sample stands for.
   [[nodiscard]] double sample_count() const noexcept { return sample_count_; }
+  /// Offers whose weight was negative or not finite.
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
 
  private:

@@ -19,10 +19,10 @@ namespace gmis {
 /// What happened in one round. Samples that were not made, or whose density is zero or not finite, are not visited:
 /// they contribute zero.
 struct RoundCounts {
-  std::size_t density_evaluations = 0;
-  std::size_t failed_samples = 0;      ///< `sample` returned nothing; no error
-  std::size_t zero_density = 0;        ///< a proposal's density at its own sample was zero; an error of the proposal
-  std::size_t non_finite_density = 0;  ///< a density was infinite, NaN or negative; an error of the proposal
+  std::size_t density_evaluations = 0;  ///< of proposals
+  std::size_t failed_samples = 0;       ///< `sample` returned nothing; no error
+  std::size_t zero_density = 0;         ///< a proposal's density at its own sample was zero; an error of the proposal
+  std::size_t non_finite_density = 0;   ///< a density was infinite, NaN or negative; an error of the proposal
 };
 
 /// Draws one sample of proposal `index` and hands it to `visit(x, denominator, index)` if it can be used, else counts why

@@ -21,15 +21,20 @@ namespace gmis {
 
 /// The paper's case: every proposal has the same weight and a round gives each of them one sample.
 struct EqualAllocation {
+  /// All proposals have one share.
   static constexpr bool is_equal = true;
 
+  /// Samples of a round: one for each proposal.
   [[nodiscard]] constexpr std::size_t sample_count(std::size_t proposal_count) const noexcept { return proposal_count; }
+  /// Which proposal makes the sample of this slot, in schemes that do not draw it.
   [[nodiscard]] constexpr std::size_t proposal_of_slot(std::size_t slot) const noexcept { return slot; }
+  /// n_i = 1.
   [[nodiscard]] constexpr std::uint32_t count(std::size_t) const noexcept { return 1; }
   /// Throws std::invalid_argument for an empty set of proposals.
   constexpr void require_fits(std::size_t proposal_count, Selection) const {
     require_argument(proposal_count > 0, "the set of proposals is empty: give it at least one proposal");
   }
+  /// A proposal, each with the same probability.
   template <UniformSource Source>
   [[nodiscard, gnu::always_inline]] constexpr std::size_t draw(Source& source, std::size_t proposal_count) const {
     return proposal_count == 1 ? 0 : uniform_index(source, static_cast<std::uint32_t>(proposal_count));
@@ -57,6 +62,7 @@ concept CountRange =
 template <std::floating_point T, std::size_t Capacity = dynamic_capacity>
 class SampleAllocation {
  public:
+  /// Proposals may differ.
   static constexpr bool is_equal = false;
 
   /// From weights, which need not sum to one, and the samples of a round: the n_i are `apportion_to_all`'s. Throws
@@ -64,6 +70,7 @@ class SampleAllocation {
   template <NumberRange Weights>
   SampleAllocation(const Weights& weights, std::size_t samples)
       : SampleAllocation(FromWeights{}, std::begin(weights), std::size(weights), samples) {}
+  /// The same from a list.
   SampleAllocation(std::initializer_list<T> weights, std::size_t samples)
       : SampleAllocation(FromWeights{}, weights.begin(), weights.size(), samples) {}
 
@@ -71,13 +78,18 @@ class SampleAllocation {
   template <CountRange Counts>
   explicit SampleAllocation(const Counts& counts)
       : SampleAllocation(FromCounts{}, std::begin(counts), std::size(counts)) {}
+  /// The same from a list.
   explicit SampleAllocation(std::initializer_list<std::uint32_t> counts)
       : SampleAllocation(FromCounts{}, counts.begin(), counts.size()) {}
 
   [[nodiscard]] std::size_t proposal_count() const noexcept { return proposals_; }
+  /// Samples of a round, Σ n_i.
   [[nodiscard]] std::size_t sample_count(std::size_t) const noexcept { return samples_; }
+  /// Which proposal makes the sample of this slot, in schemes that do not draw it.
   [[nodiscard]] std::size_t proposal_of_slot(std::size_t slot) const noexcept { return slots_[slot]; }
+  /// α_i, which sum to one.
   [[nodiscard]] T weight(std::size_t i) const noexcept { return weights_[i]; }
+  /// n_i.
   [[nodiscard]] std::uint32_t count(std::size_t i) const noexcept { return counts_[i]; }
 
   /// Throws std::invalid_argument unless the allocation is for `proposal_count` proposals, and gives a sample to each that has
@@ -92,6 +104,7 @@ class SampleAllocation {
         "each, or select at random (S1: R1, R2, R3)");
   }
 
+  /// A proposal, i with the probability α_i.
   template <UniformSource Source>
   [[nodiscard]] std::size_t draw(Source& source, std::size_t) const {
     const T u = uniform<T>(source);

@@ -40,9 +40,10 @@ inline constexpr std::array all_schemes{Scheme::R1, Scheme::R2, Scheme::R3, Sche
   return table[static_cast<std::size_t>(selection)][static_cast<std::size_t>(weighting)];
 }
 
+/// What makes a scheme.
 struct SelectionAndWeighting {
-  Selection selection;
-  Weighting weighting;
+  Selection selection;  ///< which proposal makes a sample
+  Weighting weighting;  ///< what it is divided by
   friend constexpr bool operator==(SelectionAndWeighting, SelectionAndWeighting) = default;
 };
 

@@ -20,8 +20,10 @@ class ScrambledSobol {
   using result_type = std::uint64_t;
   static constexpr result_type min() noexcept { return 0; }
   static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
+  /// Most numbers of one point.
   static constexpr std::size_t dimensions = 10;
 
+  /// The scramble that this seed selects.
   constexpr explicit ScrambledSobol(std::uint64_t seed) noexcept : seed_(mix(seed)) {}
 
   /// Begins randomisation `round`.

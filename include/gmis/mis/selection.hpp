@@ -19,6 +19,7 @@ class IndexSelector {
   using Count = typename WorkspaceType::Count;
 
  public:
+  /// Prepares the choices of one round.
   [[gnu::always_inline]] IndexSelector(const AllocationType& allocation, Source& source, WorkspaceType& workspace,
                                        std::size_t proposal_count, std::size_t sample_count)
       : allocation_(allocation),

@@ -22,10 +22,13 @@ struct SelfNormalisedEstimate {
   std::optional<std::array<std::array<double, M>, M>> covariance{};
   double normaliser = 0.0;                   ///< an unbiased estimate of the integral of the unnormalised π
   std::optional<double> normaliser_error{};  ///< its standard error
-  double effective_sample_size = 0.0;  ///< (Σ w)²/Σ w² [Kong 1992]: 0 … samples. Small: few samples carry all
-  std::uint64_t rounds = 0, samples = 0, density_evaluations = 0;
-  Rejected rejected{};
+  double effective_sample_size = 0.0;     ///< (Σ w)²/Σ w² [Kong 1992]: 0 … samples. Small: few samples carry all
+  std::uint64_t rounds = 0;               ///< that were drawn
+  std::uint64_t samples = 0;              ///< in all rounds
+  std::uint64_t density_evaluations = 0;  ///< of proposals
+  Rejected rejected{};                    ///< samples that count as zero, by cause
 
+  /// Of mean i, by the delta method.
   [[nodiscard]] double standard_error(std::size_t i) const noexcept { return std::sqrt((*covariance)[i][i]); }
 };
 
@@ -40,6 +43,7 @@ class SelfNormalisedSums {
     round_[M] += weight;
     for (std::size_t i = 0; i < M; ++i) round_[i] += weight * values[i];
   }
+  /// Ends a round: its sums count as one observation.
   void close_round() noexcept {
     ++rounds_;
     const double factor = static_cast<double>(rounds_ - 1) / static_cast<double>(rounds_);
@@ -49,6 +53,7 @@ class SelfNormalisedSums {
     for (std::size_t i = 0; i <= M; ++i) mean_[i] += round_[i] / static_cast<double>(rounds_);
     round_ = {};
   }
+  /// The ratios from the rounds so far.
   [[nodiscard]] SelfNormalisedEstimate<M> result() const noexcept {
     SelfNormalisedEstimate<M> estimate;
     const double normaliser = mean_[M];

@@ -60,6 +60,7 @@ class TabulatedProblem {
   }
 
   [[nodiscard]] std::size_t proposal_count() const noexcept { return proposal_count_; }
+  /// Nodes of the quadrature.
   [[nodiscard]] std::size_t node_count() const noexcept { return node_count_; }
   /// q_i at all nodes.
   [[nodiscard]] const double* densities(std::size_t i) const noexcept { return densities_.data() + i * node_count_; }

@@ -35,8 +35,9 @@ constexpr void require_fits(const H& heuristic, CountsByProposal counts) {
 /// `Balance`, `Power`, `Cutoff`, `Maximum`, or any function of one ratio, as a `WeightHeuristic`.
 template <Heuristic H>
 struct RatioWeights {
-  H heuristic;
+  H heuristic;  ///< turns each ratio of densities into a weight
 
+  /// The weights of all proposals at one point, from densities relative to the mixture.
   void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     heuristic_weights(heuristic, counts, densities, out);
   }
@@ -46,8 +47,9 @@ struct RatioWeights {
 /// w_k = e_k n_k q_k / Σ e_j n_j q_j: the balance heuristic with expected densities scaled by `factors` e_k > 0.
 /// Variance-aware and correlation-aware weights are of this form.
 struct ScaledBalance {
-  std::span<const double> factors;
+  std::span<const double> factors;  ///< one for each proposal, at least 0
 
+  /// The weights of all proposals at one point, from densities relative to the mixture.
   void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
     double sum = 0.0;
     for (std::size_t k = 0; k < out.size(); ++k) {

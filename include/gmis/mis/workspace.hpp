@@ -17,6 +17,7 @@ class Workspace {
   static constexpr std::size_t capacity = Capacity;
   using Count = T;  ///< counts are factors of densities: kept in their type, so that none is converted in the loop
 
+  /// Makes room; allocates only where there is less than is needed.
   void prepare(std::size_t proposal_count, std::size_t sample_count) {
     order.prepare(sample_count);
     multiplicity.prepare(proposal_count);

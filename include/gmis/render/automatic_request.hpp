@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/requirements.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/transport/choose/forecast.hpp"
 #include "gmis/transport/effects/plan.hpp"
@@ -36,11 +37,11 @@ template <Scene Sc>
 
 /// The counts that a pilot may choose; the others keep their values.
 struct OpenCounts {
-  bool light_paths = false;
-  bool connections = false;
-  bool camera_children = false;
-  bool radius = false;      ///< the factor on the merging radius
-  bool techniques = false;  ///< techniques may be left out where the remaining ones make the same path classes
+  bool light_paths = false;      ///< light trees per pixel
+  bool connections = false;      ///< connections per camera vertex
+  bool camera_children = false;  ///< children of the first non-specular camera vertex
+  bool radius = false;           ///< the factor on the merging radius
+  bool techniques = false;       ///< techniques may be left out where the remaining ones make the same path classes
 };
 
 /// The classes to render of which these counts do not make every path: for the paths from delta lights or for those from
@@ -121,5 +122,11 @@ template <Scene Sc>
   }
   return request;
 }
+
+/// \cond
+// For a type that is no scene: the compiler names what it lacks.
+template <class Sc>
+requires(!Scene<Sc>) IsScene<Sc> automatic_request(const Sc&, const Budget&, int = 1, const RenderSettings& = {});
+/// \endcond
 
 }  // namespace gmis

@@ -58,6 +58,7 @@ class TechniqueSums {
   TechniqueSums(glm::ivec2 resolution, const PixelBounds& crop)
       : crop_(resolution, crop, SpectrumTraits<S>::channel_count) {}
 
+  /// Adds one contribution to its picture.
   void add(const Contribution<S>& contribution) {
     const TechniqueId& id = contribution.id;
     Sums& sums = sums_[{static_cast<int>(id.technique), id.s, id.t}];
@@ -102,8 +103,8 @@ class TechniqueSums {
 
 /// Pictures of path classes.
 struct ClassPictures {
-  std::vector<ClassPicture> classes;
-  double unattributed_cost = 0.0;  ///< share of operations that no contribution came of
+  std::vector<ClassPicture> classes;  ///< one for each class that has contributed
+  double unattributed_cost = 0.0;     ///< share of operations that no contribution came of
 };
 
 /// Sums of what each path class gave, over all iterations.
@@ -114,6 +115,7 @@ class ClassSums {
   ClassSums(glm::ivec2 resolution, const PixelBounds& crop)
       : crop_(resolution, crop, SpectrumTraits<S>::channel_count) {}
 
+  /// Adds one contribution to its picture.
   void add(const Contribution<S>& contribution) {
     const auto number = static_cast<std::size_t>(contribution.id.path_class);
     if (number >= path_class_count) return;  // paths are not classified

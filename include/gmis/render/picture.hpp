@@ -15,11 +15,12 @@ namespace gmis {
 /// An image as plain numbers: linear values in the unit of radiance, rows from the upper left, the channels of a pixel
 /// side by side.
 struct Picture {
-  glm::ivec2 size{0, 0};  ///< width and height in pixels
-  int channels = 0;       ///< `SpectrumTraits<S>::channel_count`
-  std::vector<float> values;
+  glm::ivec2 size{0, 0};      ///< width and height in pixels
+  int channels = 0;           ///< `SpectrumTraits<S>::channel_count`
+  std::vector<float> values;  ///< rows from the top, channels side by side
 
   Picture() = default;
+  /// A black picture.
   Picture(glm::ivec2 size_in_pixels, int channels_of_a_pixel)
       : size(size_in_pixels),
         channels(channels_of_a_pixel),
@@ -46,16 +47,16 @@ template <Spectrum S>
 
 /// The part of the picture that one technique makes.
 struct TechniquePicture {
-  TechniqueId id;
+  TechniqueId id;      ///< whose it is
   Picture weighted;    ///< as it adds to the picture
   Picture unweighted;  ///< as if it were the only technique
 };
 
 /// The part of the picture that the paths of one class make.
 struct ClassPicture {
-  PathClass path_class = PathClass::unclassified;
-  Picture picture;
-  std::uint64_t contributions = 0;
+  PathClass path_class = PathClass::unclassified;  ///< whose it is
+  Picture picture;                                 ///< the mean of the iterations
+  std::uint64_t contributions = 0;                 ///< that it was made of
   double cost = 0.0;  ///< share of all counted operations, as `costs_of_classes` attributes them
 };
 

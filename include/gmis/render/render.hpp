@@ -74,8 +74,10 @@ template <Scene Sc, class Source = SampleNumbers>
 class Render {
  public:
   using S = typename Sc::Spectrum;
+  /// The engine that is run.
   using Engine = RenderEngine<Sc, Source>;
 
+  /// Prepares a run over `scene`, which must outlive it.
   Render(const Sc& scene, RenderRequest request)
       : scene_(scene),
         request_(std::move(request)),
@@ -207,11 +209,15 @@ class Render {
   [[nodiscard]] const RunState& progress() const noexcept { return state_; }
   /// Processor time of the iterations so far, without estimates of the error.
   [[nodiscard]] double cpu_seconds() const noexcept { return cpu_seconds_; }
+  /// The film so far.
   [[nodiscard]] const Film<S>& film() const noexcept { return film_; }
   /// The picture of the latest iteration alone, inside the crop.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
+  /// The picture so far.
   [[nodiscard]] Picture picture() const { return picture_of(film_); }
+  /// Error and time of the iterations so far.
   [[nodiscard]] const ConvergenceLog& log() const noexcept { return log_; }
+  /// The engine that is run.
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
 
   /// The estimated error, with `RenderRequest::intervals` or a limit on the error, from the second iteration on.
@@ -229,6 +235,7 @@ class Render {
     return price_table(log_.points(), errors);
   }
 
+  /// All there is to know about the run so far; `reason` says why it ended.
   [[nodiscard]] RenderResult result(StopReason reason) const {
     RenderResult result;
     result.stopped_by = reason;

@@ -21,7 +21,7 @@ namespace gmis {
 /// Settings and limits of a whole rendering, and which results it keeps. `automatic_request` fills in the counts and the
 /// candidates by the scene.
 struct RenderRequest {
-  RenderSettings settings;
+  RenderSettings settings;                ///< techniques and counts, seed, depth, radius
   std::vector<SampleCounts> candidates;   ///< counts that a pilot chooses from; below two: `settings.counts` are used
   std::uint32_t expected_iterations = 0;  ///< length of the run that the pilot chooses for
   std::optional<PixelBounds> crop;        ///< the part of the frame to render; unset: the whole frame
@@ -43,6 +43,7 @@ struct RenderRequest {
   std::span<const float> reference;
 
   // Called between iterations by the thread that renders.
+  /// After each iteration.
   std::function<void(const RunState&)> on_iteration;
   std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the convergence log
   std::function<void(const Picture&)> on_picture;       ///< with the picture so far, now and then

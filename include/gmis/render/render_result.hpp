@@ -17,28 +17,29 @@ namespace gmis {
 
 /// Everything about a finished run except its pictures.
 struct RenderSummary {
-  StopReason stopped_by = StopReason::iterations;
-  std::uint32_t iterations = 0;
-  double wall_seconds = 0.0;  ///< of iterations and of estimates of the error
-  double cpu_seconds = 0.0;   ///< of all threads of the process, during iterations
-  PhaseSeconds phases;
-  ImageEstimate estimate;
-  std::optional<ErrorEstimate> error;  ///< with `RenderRequest::intervals`, from the second iteration on
-  std::optional<PriceTable> prices;    ///< of the usual errors, then of half the present one; empty while unknown
-  std::vector<ConvergencePoint> log;   ///< its last point is the last iteration
-  Counters counters;
+  StopReason stopped_by = StopReason::iterations;  ///< why the run ended
+  std::uint32_t iterations = 0;                    ///< those of the pilot included
+  double wall_seconds = 0.0;                       ///< of iterations and of estimates of the error
+  double cpu_seconds = 0.0;                        ///< of all threads of the process, during iterations
+  PhaseSeconds phases;                             ///< wall time by phase
+  ImageEstimate estimate;                          ///< mean, variance and error of the picture
+  std::optional<ErrorEstimate> error;              ///< with `RenderRequest::intervals`, from the second iteration on
+  std::optional<PriceTable> prices;          ///< of the usual errors, then of half the present one; empty while unknown
+  std::vector<ConvergencePoint> log;         ///< its last point is the last iteration
+  Counters counters;                         ///< operations, and what was rejected
   bool is_trustworthy = true;                ///< false: rejections exceed `RenderRequest::rejection_limit`
   std::vector<RejectedPath> rejected_paths;  ///< the first ones
   SampleCounts counts;                       ///< of the last iteration
   std::optional<Choice> choice;              ///< of a pilot that has finished
-  double radius = 0.0;  ///< merging radius of the first iteration in scene units; 0: merging is off
-  std::size_t photon_bytes = 0;
+  double radius = 0.0;           ///< merging radius of the first iteration in scene units; 0: merging is off
+  std::size_t photon_bytes = 0;  ///< memory of the stored light vertices
 };
 
 /// A finished run.
 struct RenderResult : RenderSummary {
-  Picture picture;
-  Picture half_a, half_b;                    ///< with `RenderRequest::halves`: iterations 1, 3, 5 … and 2, 4, 6 …
+  Picture picture;                           ///< the mean of the iterations
+  Picture half_a;                            ///< with `RenderRequest::halves`: mean of iterations 1, 3, 5 …
+  Picture half_b;                            ///< with `RenderRequest::halves`: mean of iterations 2, 4, 6 …
   std::vector<TechniquePicture> techniques;  ///< with `RenderRequest::techniques`
   ClassPictures classes;                     ///< with `RenderRequest::class_pictures`
 };

@@ -15,17 +15,22 @@ namespace gmis {
 /// What a checkpoint must have in common with the run that goes on from it: each property with its value in words. What
 /// changes no sample is left out: limits, threads, callbacks, the reference.
 struct RunIdentity {
+  /// A name and its value, as text.
   struct Property {
-    std::string name, value;
+    std::string name;   ///< what it is called
+    std::string value;  ///< as text
 
+    /// Reads or writes the state, by archive.
     template <class Archive>
     void exchange_state(Archive& archive) {
       archive(name, value);
     }
   };
-  std::vector<Property> properties;
+  std::vector<Property> properties;  ///< in the order in which they were added
 
+  /// Adds a property.
   void add(std::string_view name, std::string value) { properties.push_back({std::string(name), std::move(value)}); }
+  /// Adds a number with all its digits.
   void add(std::string_view name, double value) {
     char text[32];
     const auto end = std::to_chars(text, text + sizeof text, value).ptr;

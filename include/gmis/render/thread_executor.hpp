@@ -61,6 +61,7 @@ class ThreadExecutor {
   void stop_when(const std::atomic<bool>* stop) noexcept {
     stop_ = stop;
   }
+  /// True after `stop`.
   [[nodiscard]] bool is_stopped() const noexcept {
     return stop_ != nullptr && stop_->load(std::memory_order_relaxed);
   }

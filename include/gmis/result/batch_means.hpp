@@ -51,6 +51,7 @@ class BatchMeans {
     current_iterations_ = 0;
   }
 
+  /// In pixels.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   /// All that were added.
   [[nodiscard]] std::uint64_t iterations() const noexcept { return iterations_; }
@@ -60,6 +61,7 @@ class BatchMeans {
   }
   /// Of independent iterations; replications differ.
   [[nodiscard]] std::uint64_t iterations_per_batch() const noexcept { return length_; }
+  /// Iterations in a batch.
   [[nodiscard]] std::uint64_t iterations_of(std::size_t batch) const noexcept {
     if (replication_count_ == 0) return length_;
     return iterations_ / replication_count_ + (batch < iterations_ % replication_count_ ? 1 : 0);
@@ -74,6 +76,7 @@ class BatchMeans {
   }
   /// The iterations since the last complete batch, and their mean image.
   [[nodiscard]] std::uint64_t unfinished_iterations() const noexcept { return current_iterations_; }
+  /// The mean image of the iterations since the last complete batch.
   [[nodiscard]] std::span<const double> unfinished() const noexcept { return current_; }
 
   /// The state for a later run (`core/state_archive.hpp`).

@@ -16,10 +16,10 @@ enum class StopReason { iterations, time, error, interrupt, rejected };
 
 /// Progress of a run.
 struct RunState {
-  std::uint32_t iterations = 0;
-  double seconds = 0.0;
-  double relative_error = 0.0;  ///< estimated √relMSE; 0 while it is unknown
-  bool is_calibrated = false;   ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
+  std::uint32_t iterations = 0;  ///< done so far
+  double seconds = 0.0;          ///< wall time so far
+  double relative_error = 0.0;   ///< estimated √relMSE; 0 while it is unknown
+  bool is_calibrated = false;    ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
 };
 
 /// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An unset limit has no
@@ -29,9 +29,9 @@ struct Budget {
   /// uncertain.
   static constexpr std::uint32_t fewest_iterations_for_error = 8;
 
-  std::optional<std::uint32_t> iterations{};
-  std::optional<double> seconds{};
-  std::optional<double> relative_error{};
+  std::optional<std::uint32_t> iterations{};  ///< stop after this number of iterations
+  std::optional<double> seconds{};            ///< stop after this wall time
+  std::optional<double> relative_error{};     ///< stop at this error, once it is calibrated
 
   /// The reason to stop after the iterations so far (at least one), or nothing to go on. The run ends at the whole
   /// iteration nearest to the time limit: one more iteration begins only when half of a mean iteration still fits.

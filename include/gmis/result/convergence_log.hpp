@@ -16,9 +16,9 @@ namespace gmis {
 
 /// State of a run at one moment.
 struct ConvergencePoint {
-  double cpu_seconds = 0.0;
-  double wall_seconds = 0.0;
-  std::uint64_t iteration = 0;
+  double cpu_seconds = 0.0;               ///< processor time of all threads
+  double wall_seconds = 0.0;              ///< since the start
+  std::uint64_t iteration = 0;            ///< how many were done
   std::optional<double> estimated_error;  ///< `ErrorEstimate::relative_error` of all iterations
   std::optional<Interval> interval;       ///< interval around `estimated_error`; empty when that is not calibrated
   std::optional<double> reference_error;  ///< √relMSE against a reference
@@ -32,12 +32,14 @@ class ConvergenceLog {
   /// doubling: 10, 12, 14, 16, 20 and so on. From 16 on, all batches of `BatchMeans` are complete at these iterations.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
+  /// Adds a point behind the others.
   void add(ConvergencePoint point) {
     next_ = point.iteration + std::max<std::uint64_t>(1, std::bit_floor(point.iteration) / 4);
     next_ -= next_ % std::max<std::uint64_t>(1, std::bit_floor(next_) / 4);
     points_.push_back(std::move(point));
   }
 
+  /// In the order of time.
   [[nodiscard]] const std::vector<ConvergencePoint>& points() const noexcept { return points_; }
 
   /// The state for a later run (`core/state_archive.hpp`).

@@ -6,22 +6,23 @@ namespace gmis {
 
 /// Counted operations of a run. The counters of a technique that is off stay exactly 0.
 struct Counters {
-  std::uint64_t camera_paths = 0;
-  std::uint64_t light_subpaths = 0;   ///< light trees
-  std::uint64_t rays = 0;             ///< closest-hit queries
-  std::uint64_t shadow_rays = 0;      ///< visibility queries
-  std::uint64_t connections = 0;      ///< pairs of vertices evaluated, visible or not
-  std::uint64_t connection_rays = 0;  ///< visibility queries of connections; included in `shadow_rays`
-  std::uint64_t splats = 0;           ///< contributions of light vertices to the image
-  std::uint64_t merge_queries = 0;    ///< searches for light vertices around a camera vertex
-  std::uint64_t merges = 0;           ///< pairs of a camera vertex and a light vertex merged
-  std::uint64_t photons_stored = 0;   ///< light vertices stored
-  std::uint64_t grids_built = 0;
-  std::uint64_t contributions = 0;  ///< offered to the film, including the non-finite and negative ones
-  std::uint64_t rejected_non_finite = 0;
-  std::uint64_t rejected_negative = 0;
-  std::uint64_t rejected_zero_pdf = 0;  ///< samples whose own density is zero or not finite
+  std::uint64_t camera_paths = 0;         ///< subpaths started at the camera
+  std::uint64_t light_subpaths = 0;       ///< light trees
+  std::uint64_t rays = 0;                 ///< closest-hit queries
+  std::uint64_t shadow_rays = 0;          ///< visibility queries
+  std::uint64_t connections = 0;          ///< pairs of vertices evaluated, visible or not
+  std::uint64_t connection_rays = 0;      ///< visibility queries of connections; included in `shadow_rays`
+  std::uint64_t splats = 0;               ///< contributions of light vertices to the image
+  std::uint64_t merge_queries = 0;        ///< searches for light vertices around a camera vertex
+  std::uint64_t merges = 0;               ///< pairs of a camera vertex and a light vertex merged
+  std::uint64_t photons_stored = 0;       ///< light vertices stored
+  std::uint64_t grids_built = 0;          ///< grids over photons
+  std::uint64_t contributions = 0;        ///< offered to the film, including the non-finite and negative ones
+  std::uint64_t rejected_non_finite = 0;  ///< contributions left out: NaN or infinite
+  std::uint64_t rejected_negative = 0;    ///< contributions left out: negative
+  std::uint64_t rejected_zero_pdf = 0;    ///< samples whose own density is zero or not finite
 
+  /// Adds another count.
   constexpr Counters& operator+=(const Counters& other) noexcept {
     camera_paths += other.camera_paths;
     light_subpaths += other.light_subpaths;

@@ -19,9 +19,9 @@ namespace gmis {
 
 /// A figure and the interval that covers its true value with the stated confidence.
 struct Interval {
-  double value = 0.0;
-  double lower = 0.0;
-  double upper = 0.0;
+  double value = 0.0;  ///< the estimate
+  double lower = 0.0;  ///< lower end
+  double upper = 0.0;  ///< upper end
 };
 
 /// Why no interval stands around an estimated error.
@@ -40,21 +40,24 @@ enum class ErrorDoubt {
 
 /// A pixel and its share of the squared relative error of the image.
 struct PixelShare {
-  std::size_t pixel = 0;
-  double share = 0.0;
+  std::size_t pixel = 0;  ///< its number, by rows from the top
+  double share = 0.0;     ///< of the squared relative error of the image
 };
 
 /// The relative error of an image, as its own iterations tell it.
 struct ErrorEstimate {
+  /// How many pixels are named.
   static constexpr std::size_t worst_count = 5;
 
   double relative_error = 0.0;          ///< estimates √relMSE of this very image against a perfect reference
   double relative_error_trimmed = 0.0;  ///< the same without `trimmed_pixels`
   Interval interval;                    ///< around `relative_error`; not to be shown unless the estimate is calibrated
-  ErrorDoubt doubt = ErrorDoubt::few_batches;
+  ErrorDoubt doubt = ErrorDoubt::few_batches;   ///< why no interval can be trusted, or `none`
   std::array<PixelShare, worst_count> worst{};  ///< the pixels that make most of the error, the worst first
 
+  /// True when an interval can be trusted.
   [[nodiscard]] constexpr bool is_calibrated() const noexcept { return doubt == ErrorDoubt::none; }
+  /// Share of the named pixels in the squared error.
   [[nodiscard]] constexpr double share_of_worst() const noexcept {
     double share = 0.0;
     for (const PixelShare& one : worst) share += one.share;
@@ -64,7 +67,7 @@ struct ErrorEstimate {
 
 /// When an interval may be shown; chosen by calibration (docs/accuracy-and-time.md).
 struct ErrorCalibration {
-  std::size_t fewest_batches = 8;
+  std::size_t fewest_batches = 8;  ///< below it there is no interval
   /// Of the squared error relative to other batches over that relative to all batches: where rare samples are both the
   /// error and the value that it is relative to, the two differ.
   double largest_disagreement = 1.15;

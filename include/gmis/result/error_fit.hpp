@@ -12,18 +12,19 @@ namespace gmis {
 /// One error and the time it took to come down to it, in seconds or in iterations: what is fitted to such points speaks in
 /// the same unit.
 struct ErrorAtTime {
-  double seconds = 0.0;
-  double error = 0.0;
+  double seconds = 0.0;  ///< time, or iterations
+  double error = 0.0;    ///< error at that time
 };
 
 /// error = error_at_one · seconds^slope. The slope is −1/2 for independent iterations of equal variance; it is flatter where
 /// merging shrinks its radius, and where a bias or the noise of the reference is what remains. Nothing falls faster for long:
 /// what looks steeper is chance.
 struct PowerLaw {
-  double slope = -0.5;
-  double error_at_one = 0.0;
-  bool is_fitted = false;  ///< false: too little was known, the slope is taken to be −1/2
+  double slope = -0.5;        ///< exponent of the time
+  double error_at_one = 0.0;  ///< error after one second, or one iteration
+  bool is_fitted = false;     ///< false: too little was known, the slope is taken to be −1/2
 
+  /// The error after this time.
   [[nodiscard]] double error_at(double seconds) const noexcept { return error_at_one * std::pow(seconds, slope); }
 
   /// When the error will be down to `error`; infinite when it does not fall (a slope above −0.02).

@@ -21,6 +21,7 @@ class Film {
   using Scalar = ScalarOf<S>;
   static constexpr int channel_count = SpectrumTraits<S>::channel_count;
 
+  /// A film without iterations.
   explicit Film(glm::ivec2 resolution)
       : resolution_(resolution),
         moments_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count) {}
@@ -41,10 +42,14 @@ class Film {
       }
   }
 
+  /// In pixels.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
+  /// Iterations that were added.
   [[nodiscard]] std::uint64_t iterations() const noexcept { return iterations_; }
+  /// Width times height.
   [[nodiscard]] std::size_t pixel_count() const noexcept { return moments_.size() / channel_count; }
 
+  /// The value of a pixel: the mean of the iterations.
   [[nodiscard]] double mean(std::size_t pixel, int channel) const noexcept { return at(pixel, channel).mean; }
 
   /// Estimated variance of `mean`: the sample variance of the iterations divided by their number; 0 for fewer than two.

@@ -15,15 +15,16 @@ namespace gmis {
 
 /// What it takes to come down to an error, from the beginning of the run.
 struct Price {
-  double error = 0.0;
-  double iterations = 0.0;  ///< infinite, like the times, when the error does not fall that far
-  double cpu_seconds = 0.0;
-  double wall_seconds = 0.0;
-  bool is_reached = false;  ///< read from the log; otherwise predicted
+  double error = 0.0;         ///< relative error to be reached
+  double iterations = 0.0;    ///< infinite, like the times, when the error does not fall that far
+  double cpu_seconds = 0.0;   ///< processor time of all threads
+  double wall_seconds = 0.0;  ///< with the threads of this run
+  bool is_reached = false;    ///< read from the log; otherwise predicted
 };
 
 /// Prices of several errors, and the law that the predicted ones follow.
 struct PriceTable {
+  /// Errors that a table has by default.
   static constexpr std::array<double, 5> usual_errors{0.1, 0.05, 0.02, 0.01, 0.005};
 
   std::vector<Price> prices;  ///< in the order in which the errors were asked for

@@ -62,6 +62,7 @@ class SurfaceBsdf {
     return reflect(to_prev, to_next, std::abs(prev), std::abs(next));
   }
 
+  /// As gmis::Bsdf asks.
   [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv,
                                              TransportMode mode) const noexcept {
     if (is_varying()) [[unlikely]]
@@ -209,6 +210,7 @@ class SurfaceBsdf {
            material_->kind != Kind::diffuse_transmission;
   }
 
+  /// What the surface is made of; textures are not applied.
   [[nodiscard]] const PlainMaterial<T>& material() const noexcept { return *material_; }
 
  private:

@@ -22,8 +22,8 @@ class SceneBuilder;
 
 /// What was built, for reports and for settings that are relative to the size of the scene. Lengths in scene units.
 struct SceneStatistics {
-  std::size_t triangle_count = 0;
-  std::size_t sphere_count = 0;
+  std::size_t triangle_count = 0;             ///< triangles
+  std::size_t sphere_count = 0;               ///< spheres
   std::size_t degenerate_triangle_count = 0;  ///< left out: they have no area
   std::size_t light_count = 0;                ///< each triangle of an emitting mesh is one
   std::size_t bvh_bytes = 0;                  ///< nodes and primitives
@@ -44,11 +44,14 @@ class BvhScene {
   using Material = typename Bsdf_::Material;
   using Light = scene::Light<T>;
   using Camera = scene::Camera<T>;
+  /// What `intersect` finds.
   using Hit = gmis::Hit<T, Bsdf, Light>;
 
   BvhScene(const BvhScene&) = delete;
   BvhScene& operator=(const BvhScene&) = delete;
+  /// Pointers to its lights stay valid.
   BvhScene(BvhScene&&) noexcept = default;
+  /// Pointers to its lights stay valid.
   BvhScene& operator=(BvhScene&&) noexcept = default;
   ~BvhScene() = default;
 
@@ -78,9 +81,12 @@ class BvhScene {
   }
   [[nodiscard]] T selection_probability(const Light& light) const noexcept { return light.selection_probability(); }
   [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
+  /// All lights.
   [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
   [[nodiscard]] const Camera& camera() const noexcept { return camera_; }
+  /// Sizes and times of the tree.
   [[nodiscard]] const SceneStatistics& statistics() const noexcept { return statistics_; }
+  /// What the scene has.
   [[nodiscard]] const Effects& effects() const noexcept { return effects_; }
 
  private:

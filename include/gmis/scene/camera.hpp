@@ -5,8 +5,8 @@
 #include <glm/mat4x4.hpp>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/warp.hpp"
 
@@ -17,12 +17,12 @@ enum class Projection : std::uint8_t { perspective, orthographic };
 /// Position and view of a camera, in double precision. Camera space has x to the right of the picture, y up and z
 /// forward. `world_from_camera` may mirror and stretch along these axes, but not shear.
 struct CameraDescription {
-  glm::dmat4 world_from_camera{1};
+  glm::dmat4 world_from_camera{1};  ///< columns: x to the right, y up, z forward, position
   /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1 in perspective, on every plane z = const
   /// in an orthographic projection.
   std::array<double, 4> window{-1, 1, -1, 1};
-  glm::ivec2 resolution{512, 512};
-  Projection projection = Projection::perspective;
+  glm::ivec2 resolution{512, 512};                  ///< in pixels
+  Projection projection = Projection::perspective;  ///< perspective, or parallel rays
   double lens_radius = 0;     ///< radius of a thin lens in camera space; 0 is a pinhole; must be 0 when orthographic
   double focal_distance = 1;  ///< in camera space: points on the plane z = `focal_distance` are sharp
 };
@@ -63,31 +63,29 @@ class Camera {
   /// description is invalid.
   Camera(const CameraDescription& from, const glm::dvec3& origin)
       : resolution_(from.resolution), is_orthographic_(from.projection == Projection::orthographic) {
-    if (resolution_.x < 1 || resolution_.y < 1) throw std::invalid_argument("a camera needs at least one pixel");
+    if (resolution_.x < 1 || resolution_.y < 1) reject_argument("a camera needs at least one pixel");
     std::array<glm::dvec3, 3> axes{};
     std::array<double, 3> stretch{};
     for (std::size_t i = 0; i < 3; ++i) {
       const glm::dvec3 axis(from.world_from_camera[static_cast<int>(i)]);
       stretch[i] = glm::length(axis);
       if (!(stretch[i] > 0 && stretch[i] < std::numeric_limits<double>::infinity()))
-        throw std::invalid_argument("the camera's transform is singular or not finite");
+        reject_argument("the camera's transform is singular or not finite");
       axes[i] = axis / stretch[i];
     }
     for (std::size_t i = 0; i < 3; ++i)
       if (std::abs(glm::dot(axes[i], axes[(i + 1) % 3])) > 1e-6)
-        throw std::invalid_argument(
+        reject_argument(
             "the camera's transform shears: only rotation, translation, mirroring and scaling make a camera");
     if (!(from.window[0] < from.window[1] && from.window[2] < from.window[3]))
-      throw std::invalid_argument("the camera's window is empty");
+      reject_argument("the camera's window is empty");
     for (const double side : from.window)
       if (!(std::abs(side) < std::numeric_limits<double>::infinity()))
-        throw std::invalid_argument("the camera's window is not finite");
+        reject_argument("the camera's window is not finite");
     if (!(from.lens_radius >= 0 && from.lens_radius < std::numeric_limits<double>::infinity()))
-      throw std::invalid_argument("the radius of a lens must be finite and not negative");
-    if (from.lens_radius > 0 && is_orthographic_)
-      throw std::invalid_argument("a camera with parallel rays has no lens");
-    if (from.lens_radius > 0 && !(from.focal_distance > 0))
-      throw std::invalid_argument("the focal distance must be above 0");
+      reject_argument("the radius of a lens must be finite and not negative");
+    if (from.lens_radius > 0 && is_orthographic_) reject_argument("a camera with parallel rays has no lens");
+    if (from.lens_radius > 0 && !(from.focal_distance > 0)) reject_argument("the focal distance must be above 0");
 
     // Window on the plane at distance 1 in perspective; in world units when rays are parallel.
     const double unit = is_orthographic_ ? 1 : stretch[2];
@@ -114,6 +112,7 @@ class Camera {
     }
   }
 
+  /// As gmis::Camera asks.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   [[nodiscard]] bool has_parallel_rays() const noexcept { return is_orthographic_; }
   [[nodiscard]] bool has_lens() const noexcept { return has_lens_; }

@@ -19,6 +19,7 @@ namespace gmis::scene {
 template <class First, class Second>
 class EitherMaterial {
  public:
+  /// Holds a material of one of the two types.
   template <class M>
   requires(!std::same_as<std::remove_cvref_t<M>, EitherMaterial> &&
            std::convertible_to<M, std::variant<First, Second>>)  //
@@ -27,12 +28,14 @@ class EitherMaterial {
 
   /// The material where it is of that type, else null.
   [[nodiscard]] const First* first() const noexcept { return std::get_if<0>(&value_); }
+  /// The material, or null if it is of the first type.
   [[nodiscard]] const Second* second() const noexcept { return std::get_if<1>(&value_); }
 
  private:
   std::variant<First, Second> value_;
 };
 
+/// Adds the effects of the material that it holds.
 template <class First, class Second>
 void add_effects_of(const EitherMaterial<First, Second>& material, Effects& effects) {
   if (material.first())
@@ -77,6 +80,7 @@ requires(std::same_as<typename A::Spectrum, typename B::Spectrum> &&
   [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const noexcept {
     return visit([&](const auto& bsdf) { return bsdf.evaluate(to_prev, to_next, mode); });
   }
+  /// As gmis::Bsdf asks.
   [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv,
                                              TransportMode mode) const noexcept {
     return visit([&](const auto& bsdf) { return bsdf.sample(to_prev, u, uv, mode); });

@@ -5,9 +5,9 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/compensation.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/core/warp.hpp"
@@ -24,9 +24,9 @@ enum class SkyMapping : std::uint8_t {
 
 /// Radiance from all directions, constant over each pixel.
 struct EnvironmentImage {
-  glm::ivec2 resolution{0};
-  std::vector<glm::vec3> radiance;  ///< rows from the top
-  SkyMapping mapping = SkyMapping::equal_area;
+  glm::ivec2 resolution{0};                     ///< in pixels
+  std::vector<glm::vec3> radiance;              ///< rows from the top
+  SkyMapping mapping = SkyMapping::equal_area;  ///< from directions to pixels
 };
 
 /// Equal-area map from the unit square to unit directions: a uniform point becomes a uniform direction, density 1/(4π)
@@ -60,10 +60,11 @@ template <std::floating_point T>
 template <std::floating_point T = float>
 class EnvironmentMap {
  public:
+  /// A direction towards the sky.
   struct Sample {
-    Vec3<T> to_sky;
-    Vec3<T> radiance;
-    T density;  ///< per steradian
+    Vec3<T> to_sky;    ///< unit, from the scene
+    Vec3<T> radiance;  ///< of the sky there
+    T density;         ///< per steradian
   };
 
   /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be perpendicular;
@@ -76,16 +77,16 @@ class EnvironmentMap {
   EnvironmentMap(const EnvironmentImage& image, const glm::dmat3& world_from_sky, double next_event_fraction = 1.0)
       : resolution_(image.resolution), mapping_(image.mapping) {
     if (!(next_event_fraction > 0 && next_event_fraction <= 1))
-      throw std::invalid_argument("the fraction of next-event samples must lie in (0, 1]");
+      reject_argument("the fraction of next-event samples must lie in (0, 1]");
     if (resolution_.x < 1 || resolution_.y < 1 || resolution_.x > largest_side || resolution_.y > largest_side ||
         image.radiance.size() != pixel_count())
-      throw std::invalid_argument("an environment image needs one radiance per pixel and sides of 1 to 32768 pixels");
+      reject_argument("an environment image needs one radiance per pixel and sides of 1 to 32768 pixels");
     if (mapping_ == SkyMapping::equal_area && resolution_.x != resolution_.y)
-      throw std::invalid_argument("an environment image with equal areas must be square");
+      reject_argument("an environment image with equal areas must be square");
     for (int i = 0; i < 3; ++i) {
       const double length = glm::length(world_from_sky[i]);
       if (!(length > 0 && length < std::numeric_limits<double>::infinity()))
-        throw std::invalid_argument("the transform of an environment image is singular or not finite");
+        reject_argument("the transform of an environment image is singular or not finite");
       axes_[static_cast<std::size_t>(i)] = Vec3<T>(world_from_sky[i] / length);
     }
     if (mapping_ == SkyMapping::latitude_longitude)
@@ -97,7 +98,7 @@ class EnvironmentMap {
       pixels_.emplace_back(pixel);
       for (int c = 0; c < 3; ++c)
         if (!(pixels_.back()[c] >= T(0) && pixels_.back()[c] <= T(1e30)))
-          throw std::invalid_argument("the radiance of an environment image must be finite and not negative");
+          reject_argument("the radiance of an environment image must be finite and not negative");
     }
     emission_ = table_of([](const Vec3<T>& radiance) { return static_cast<double>(mean_channel(radiance)); }, total_);
     inverse_total_ = total_ > 0 ? static_cast<T>(1 / total_) : T(0);
@@ -134,11 +135,13 @@ class EnvironmentMap {
     const T excess = slope_ * mean_channel(radiance) - offset_;
     return excess > offset_ * T(1e-4) ? excess * scale_ : T(0);
   }
+  /// A direction for a next event, by the compensated density where there is one.
   [[nodiscard]] Sample sample_next_event(const Vec2<T>& uv) const noexcept {
     Sample drawn = sample_from(is_compensated() ? next_event_ : emission_, uv);
     drawn.density = next_event_density(drawn.radiance);
     return drawn;
   }
+  /// Next events leave out what samples of the BSDF reach.
   [[nodiscard]] bool is_compensated() const noexcept { return offset_ > T(0); }
 
  private:

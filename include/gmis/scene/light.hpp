@@ -122,9 +122,11 @@ class Light {
   [[nodiscard]] bool is_infinite() const noexcept {
     return kind_ == Kind::directional || kind_ == Kind::environment || kind_ == Kind::image;
   }
+  /// A point light within a cone.
   [[nodiscard]] bool is_spot() const noexcept { return kind_ == Kind::spot; }
   /// The probability with which the scene chooses this light; the scene sets it.
   [[nodiscard]] T selection_probability() const noexcept { return selection_probability_; }
+  /// Called by the scene once all lights are known.
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 
   /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light there or coincides

@@ -4,8 +4,8 @@
 #include <glm/exponential.hpp>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/scene/fresnel.hpp"
 #include "gmis/scene/microfacet.hpp"
@@ -19,6 +19,7 @@ namespace gmis::scene {
 /// This is what a surface is at one point; `Material` adds what varies over the surface.
 template <std::floating_point T = float>
 struct PlainMaterial {
+  /// How it scatters.
   enum class Kind {
     black,          ///< scatters nothing
     diffuse,        ///< Lambert
@@ -38,9 +39,9 @@ struct PlainMaterial {
   };
   using Rgb = Vec3<T>;
 
-  Kind kind = Kind::black;
-  bool is_varying = false;  ///< it is a `Material` with textures
-  Masking masking = Masking::height_correlated;
+  Kind kind = Kind::black;                       ///< how it scatters
+  bool is_varying = false;                       ///< it is a `Material` with textures
+  Masking masking = Masking::height_correlated;  ///< of rough lobes
   /// Chance of the diffuse lobe in `sample`, where there are two lobes.
   T diffuse_probability = 1;
   /// The weight of the reflecting one of the two lobes of a rough dielectric.
@@ -64,7 +65,7 @@ struct MaterialTextures;
 /// How a surface scatters. `with_textures` and `make_mix` (varying_material.hpp) make one that varies over the surface.
 template <std::floating_point T = float>
 struct Material : PlainMaterial<T> {
-  std::shared_ptr<const MaterialTextures<T>> textures;
+  std::shared_ptr<const MaterialTextures<T>> textures;  ///< null where nothing varies
 };
 
 /// GGX with a smaller alpha is taken for a delta lobe.
@@ -75,7 +76,7 @@ namespace detail {
 template <std::floating_point T>
 inline Vec3<T> checked(const Vec3<T>& value, const char* what) {
   for (int c = 0; c < 3; ++c)
-    if (!(value[c] >= T(0) && value[c] <= std::numeric_limits<T>::max())) throw std::invalid_argument(what);
+    if (!(value[c] >= T(0) && value[c] <= std::numeric_limits<T>::max())) reject_argument(what);
   return value;
 }
 
@@ -98,7 +99,7 @@ template <std::floating_point T = float>
                                             double exponent) {
   Material<T> result = make_diffuse<T>(reflectance);
   detail::checked(specular, "a specular reflectance must be finite and not negative");
-  if (!(exponent >= 0 && exponent <= 1e6)) throw std::invalid_argument("a Phong exponent must be from 0 to 1e6");
+  if (!(exponent >= 0 && exponent <= 1e6)) reject_argument("a Phong exponent must be from 0 to 1e6");
   const double glossy = max_channel(specular);
   if (glossy == 0) return result;
   result.kind = Material<T>::Kind::phong;
@@ -125,7 +126,7 @@ template <std::floating_point T = float>
                                                 Masking masking = Masking::height_correlated) {
   detail::checked(eta, "a metal's eta must be finite and not negative");
   detail::checked(k, "a metal's k must be finite and not negative");
-  if (!(alpha >= 0 && alpha <= 1)) throw std::invalid_argument("GGX alpha must be from 0 to 1");
+  if (!(alpha >= 0 && alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
   Material<T> result;
   result.kind = alpha < smallest_alpha ? Material<T>::Kind::smooth_conductor : Material<T>::Kind::conductor;
   result.alpha = static_cast<T>(alpha);
@@ -152,8 +153,8 @@ template <std::floating_point T = float>
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_dielectric(double eta, double alpha = 0,
                                                  Masking masking = Masking::height_correlated) {
-  if (!(eta > 0 && eta < 100)) throw std::invalid_argument("an index of refraction must be above 0 and below 100");
-  if (!(alpha >= 0 && alpha <= 1)) throw std::invalid_argument("GGX alpha must be from 0 to 1");
+  if (!(eta > 0 && eta < 100)) reject_argument("an index of refraction must be above 0 and below 100");
+  if (!(alpha >= 0 && alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
   const bool is_rough = alpha >= smallest_alpha && alpha * std::abs(eta - 1) >= 1e-4;
   Material<T> result;
   result.kind = is_rough ? Material<T>::Kind::rough_dielectric : Material<T>::Kind::dielectric;
@@ -176,10 +177,9 @@ template <std::floating_point T = float>
                                                      double specular_scale = 1,
                                                      Masking masking = Masking::height_correlated) {
   Material<T> result = make_diffuse<T>(reflectance);
-  if (!(eta >= 1 && eta < 100)) throw std::invalid_argument("a coat's index of refraction must be from 1 to 100");
-  if (!(alpha >= 0 && alpha <= 1)) throw std::invalid_argument("GGX alpha must be from 0 to 1");
-  if (!(specular_scale >= 0 && specular_scale <= 1))
-    throw std::invalid_argument("a coat's specular scale must be from 0 to 1");
+  if (!(eta >= 1 && eta < 100)) reject_argument("a coat's index of refraction must be from 1 to 100");
+  if (!(alpha >= 0 && alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
+  if (!(specular_scale >= 0 && specular_scale <= 1)) reject_argument("a coat's specular scale must be from 0 to 1");
   if (eta == 1 || specular_scale == 0) return result;
   const double from_outside = fresnel_diffuse_reflectance(eta);
   const double from_inside = 1 - (1 - from_outside) / (eta * eta);
@@ -226,9 +226,8 @@ template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_coated_conductor(const glm::dvec3& eta, const glm::dvec3& k, double alpha,
                                                        double coat_eta, double coat_alpha,
                                                        Masking masking = Masking::height_correlated) {
-  if (!(coat_eta >= 1 && coat_eta < 100))
-    throw std::invalid_argument("a coat's index of refraction must be from 1 to 100");
-  if (!(coat_alpha >= 0 && coat_alpha <= 1)) throw std::invalid_argument("GGX alpha must be from 0 to 1");
+  if (!(coat_eta >= 1 && coat_eta < 100)) reject_argument("a coat's index of refraction must be from 1 to 100");
+  if (!(coat_alpha >= 0 && coat_alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
   Material<T> result = make_conductor<T>(eta, k, alpha, masking);
   if (coat_eta == 1) return result;
   using Kind = typename Material<T>::Kind;

@@ -15,8 +15,8 @@ enum class Masking {
 /// The isotropic GGX distribution of half vectors, with its axis along +z.
 template <std::floating_point T>
 struct Ggx {
-  T alpha;
-  Masking masking = Masking::height_correlated;
+  T alpha;                                       ///< roughness, above 0
+  Masking masking = Masking::height_correlated;  ///< whether both directions are masked together
 
   /// D(h) per steradian, for a half vector with this cosine to the axis.
   [[nodiscard]] T distribution(T cos_half) const noexcept {

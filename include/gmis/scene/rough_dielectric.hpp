@@ -19,7 +19,7 @@ struct RoughDielectric {
     T reflectance = 1;  ///< Fresnel reflectance of the facet
   };
 
-  Ggx<T> ggx;
+  Ggx<T> ggx;      ///< distribution of the microfacets
   T eta;           ///< index on the other side divided by the index on the side of `to_prev`
   Vec3<T> normal;  ///< unit, on the side of `to_prev`
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
@@ -18,16 +18,16 @@ namespace gmis::scene {
 
 /// Light that a surface emits: `radiance` from the side of the geometric normal, or from both.
 struct AreaEmission {
-  glm::dvec3 radiance{1};
-  bool is_two_sided = false;
+  glm::dvec3 radiance{1};     ///< per steradian and area
+  bool is_two_sided = false;  ///< else on the side of the normal alone
 };
 
 /// Triangles with shared corners, in world coordinates. The geometric normal of a triangle is (b − a) × (c − a).
 struct MeshShape {
-  std::span<const glm::dvec3> positions;
-  std::span<const std::array<int, 3>> triangles;
-  std::span<const glm::dvec3> normals{};  ///< for shading, one per position; or none, and the mesh is flat
-  std::span<const glm::dvec2> uv{};       ///< for textures, one per position; or none: (0, 0), (1, 0), (1, 1)
+  std::span<const glm::dvec3> positions;          ///< corners, in world space
+  std::span<const std::array<int, 3>> triangles;  ///< three numbers of corners each
+  std::span<const glm::dvec3> normals{};          ///< for shading, one per position; or none, and the mesh is flat
+  std::span<const glm::dvec2> uv{};               ///< for textures, one per position; or none: (0, 0), (1, 0), (1, 1)
 };
 
 /// Takes a scene in double precision and world coordinates and makes a `BvhScene` of it.
@@ -55,6 +55,7 @@ class SceneBuilder {
     return materials_.size() - 1;
   }
 
+  /// Adds triangles of one material, with an emission if they are a light.
   void add_mesh(const MeshShape& mesh, std::size_t material, const std::optional<AreaEmission>& emission = {}) {
     check_surface(material, emission);
     for (const glm::dvec3& position : mesh.positions) check_place(position);
@@ -141,6 +142,7 @@ class SceneBuilder {
     environment_maps_.push_back(std::move(map));
   }
 
+  /// The camera of the scene; a scene needs one.
   void set_camera(const CameraDescription& camera) {
     static_cast<void>(Camera<T>(camera, glm::dvec3(0)));  // throws what it has to
     check_place(glm::dvec3(camera.world_from_camera[3]));
@@ -247,7 +249,7 @@ class SceneBuilder {
   /// In the world, in double.
   static constexpr double largest_world_coordinate = 1e100;
 
-  [[noreturn]] static void fail(const std::string& what) { throw std::invalid_argument(what); }
+  [[noreturn]] static void fail(const std::string& what) { reject_argument(what.c_str()); }
   static void check_place(const glm::dvec3& v) {
     for (int axis = 0; axis < 3; ++axis)
       if (!(std::abs(v[axis]) < largest_world_coordinate)) fail("a coordinate is not finite or too large");

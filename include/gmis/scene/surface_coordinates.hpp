@@ -11,10 +11,10 @@ namespace gmis::scene {
 /// Where on a surface a point is.
 template <std::floating_point T>
 struct SurfaceCoordinates {
-  Vec2<T> uv{0};
-  Vec3<T> along_u{0};  ///< ∂p/∂u, in scene units; 0 where the surface has no usable coordinates
-  Vec3<T> along_v{0};
-  Vec3<T> position{0};
+  Vec2<T> uv{0};        ///< texture coordinates
+  Vec3<T> along_u{0};   ///< ∂p/∂u, in scene units; 0 where the surface has no usable coordinates
+  Vec3<T> along_v{0};   ///< derivative of the position by v
+  Vec3<T> position{0};  ///< in scene units
   /// Points nearer to each other than this are taken for one where a point is chosen by chance; a power of two, or 0.
   T cell = 0;
 

@@ -4,6 +4,7 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
+#include "gmis/core/requirements.hpp"
 #include "gmis/scene/surface_coordinates.hpp"
 
 namespace gmis::scene {
@@ -22,6 +23,44 @@ concept SurfaceModel = Bsdf<B> && std::same_as<typename B::Spectrum, Vec3<T>> &&
 &, const Vec3<T>& > &&requires(const typename B::Material& material, Effects& effects) {
   {add_effects_of(material, effects)};
 };
+
+/// \cond
+// Never defined; core/lacking.hpp says what these are for.
+// clang-format off
+namespace surface_model_lacks {
+template <class B, class T> struct Spectrum;        // using Spectrum = gmis::Vec3<T>
+template <class B> struct Material;                 // using Material = …, a type that can be copied
+template <class B, class T> struct constructor;     // B(const Material&, Vec3<T> geometric_normal, Vec3<T> shading_normal)
+template <class Material> struct add_effects_of;    // void add_effects_of(const Material&, gmis::Effects&), beside Material
+}  // namespace surface_model_lacks
+// clang-format on
+
+namespace detail {
+template <class B, class T>
+consteval auto surface_model_verdict() {
+  if constexpr (SurfaceModel<B, T>) {
+    return std::type_identity<std::true_type>();
+  } else if constexpr (!Bsdf<B>) {
+    return gmis::detail::bsdf_verdict<B>();
+  } else if constexpr (!std::same_as<typename B::Spectrum, Vec3<T>>) {
+    return std::type_identity<surface_model_lacks::Spectrum<B, T>>();
+  } else if constexpr (!requires {
+                         typename B::Material;
+                         requires std::copyable<typename B::Material>;
+                       }) {
+    return std::type_identity<surface_model_lacks::Material<B>>();
+  } else if constexpr (!std::constructible_from<B, const typename B::Material&, const Vec3<T>&, const Vec3<T>&>) {
+    return std::type_identity<surface_model_lacks::constructor<B, T>>();
+  } else {
+    return std::type_identity<surface_model_lacks::add_effects_of<typename B::Material>>();
+  }
+}
+}  // namespace detail
+/// \endcond
+
+/// `IsSurfaceModel<B, T>()` is true where `SurfaceModel<B, T>` holds; else the compiler's first line names what is missing.
+template <class B, class T>
+using IsSurfaceModel = typename decltype(detail::surface_model_verdict<B, T>())::type;
 
 /// A surface model whose materials may vary over the surface.
 ///

@@ -6,10 +6,10 @@
 #include <glm/common.hpp>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/spectrum.hpp"
 
@@ -21,11 +21,11 @@ namespace gmis::scene {
 /// The pixels of a texture: 8 bits a channel and a table of what each of the 256 values stands for, or floats. One
 /// channel (grey) or three.
 struct TextureImage {
-  glm::ivec2 resolution{0};
-  int channels = 3;
-  std::vector<std::uint8_t> bytes;  ///< rows from the top; empty when `floats` holds the pixels
-  std::array<float, 256> decoded{};
-  std::vector<float> floats;
+  glm::ivec2 resolution{0};          ///< in texels
+  int channels = 3;                  ///< of a texel
+  std::vector<std::uint8_t> bytes;   ///< rows from the top; empty when `floats` holds the pixels
+  std::array<float, 256> decoded{};  ///< value of each byte
+  std::vector<float> floats;         ///< texels of an image of floats
 
   /// The linear value of the pixel in this column and row, which must be inside.
   [[nodiscard]] glm::vec3 texel(int column, int row) const noexcept {
@@ -39,11 +39,13 @@ struct TextureImage {
 
 /// The value of an image beyond its border.
 enum class TextureWrap : std::uint8_t { repeat, clamp, black };
+/// Between texels: interpolated, or the nearest one.
 enum class TextureFilter : std::uint8_t { bilinear, nearest };
 
 /// (s, t) = (u, v) · scale + offset.
 struct TexturePlacement {
-  glm::dvec2 scale{1}, offset{0};
+  glm::dvec2 scale{1};   ///< factor of (u, v)
+  glm::dvec2 offset{0};  ///< added to the product
 };
 
 /// A tree of images, checkerboards, constants and their combinations. Grey values are in all three channels.
@@ -52,6 +54,7 @@ class Texture {
  public:
   using Handle = std::shared_ptr<const Texture>;
 
+  /// One value everywhere.
   [[nodiscard]] static Handle constant(const glm::dvec3& value) {
     Texture result(Kind::constant);
     result.lower_ = result.upper_ = Vec3<T>(value);
@@ -67,7 +70,7 @@ class Texture {
                                     TextureFilter filter = TextureFilter::bilinear, bool is_inverted = false) {
     const glm::ivec2 size = image->resolution;
     if (size.x < 1 || size.y < 1 || size.x > largest_side || size.y > largest_side)
-      throw std::invalid_argument("the image of a texture needs sides of 1 to 32768 pixels");
+      reject_argument("the image of a texture needs sides of 1 to 32768 pixels");
     Texture result(Kind::image);
     result.place(placement);
     result.wrap_ = wrap;
@@ -81,7 +84,7 @@ class Texture {
         const glm::vec3 value = result.image_->texel(x, y);
         for (int c = 0; c < 3; ++c)
           if (!(std::abs(value[c]) <= 1e30F))
-            throw std::invalid_argument("the image of a texture has a value that is not finite or above 1e30");
+            reject_argument("the image of a texture has a value that is not finite or above 1e30");
         lower = glm::min(lower, value);
         upper = glm::max(upper, value);
         sum += glm::dvec3(value);
@@ -106,6 +109,7 @@ class Texture {
     return result.shared();
   }
 
+  /// The product of two textures, channel by channel.
   [[nodiscard]] static Handle product(Handle a, Handle b) {
     if (a->is_constant() && b->is_constant()) return constant(a->mean_ * b->mean_);
     Texture result(Kind::product);
@@ -130,6 +134,7 @@ class Texture {
     return result.shared();
   }
 
+  /// The value at these coordinates.
   [[nodiscard]] Vec3<T> at(const Vec2<T>& uv) const noexcept {
     switch (kind_) {
       case Kind::constant:
@@ -151,9 +156,11 @@ class Texture {
     return lower_;
   }
 
+  /// One value everywhere.
   [[nodiscard]] bool is_constant() const noexcept { return kind_ == Kind::constant; }
   /// Bounds of every channel over all (u, v); they may be wider than need be.
   [[nodiscard]] const Vec3<T>& lower() const noexcept { return lower_; }
+  /// A bound on all values, channel by channel.
   [[nodiscard]] const Vec3<T>& upper() const noexcept { return upper_; }
   /// About the mean, exact for one image or a constant.
   [[nodiscard]] const glm::dvec3& mean() const noexcept { return mean_; }

@@ -4,10 +4,10 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/scene/material.hpp"
 #include "gmis/scene/surface_coordinates.hpp"
 #include "gmis/scene/texture.hpp"
@@ -30,7 +30,7 @@ struct MaterialTextures {
   Handle height;             ///< first channel: displacement along the shading normal in scene units, as a bump map
   Handle normal_map;  ///< (n + 1) / 2, n the normal in the frame of ∂p/∂u, its perpendicular, and the shading normal
   Handle amount;      ///< first channel: the share of the points that have the second of two `parts`
-  std::vector<Material<T>> parts;
+  std::vector<Material<T>> parts;  ///< of a mixture: two
 };
 
 /// `material` with these textures. Its own colour and roughness are replaced where there is a texture for them. A texture
@@ -43,13 +43,13 @@ template <std::floating_point T>
   };
   if (textures.color && !is_one_of({Kind::diffuse, Kind::phong, Kind::coated, Kind::smooth_coated, Kind::mirror,
                                     Kind::conductor, Kind::smooth_conductor, Kind::diffuse_transmission}))
-    throw std::invalid_argument("a material of this kind has no colour for a texture to replace");
+    reject_argument("a material of this kind has no colour for a texture to replace");
   if (textures.transmittance && material.kind != Kind::diffuse_transmission)
-    throw std::invalid_argument("only diffuse transmission has a transmittance for a texture to replace");
+    reject_argument("only diffuse transmission has a transmittance for a texture to replace");
   if (textures.roughness && !is_one_of({Kind::coated, Kind::conductor, Kind::rough_dielectric, Kind::coated_conductor}))
-    throw std::invalid_argument("a texture of roughness needs a material with a rough lobe");
+    reject_argument("a texture of roughness needs a material with a rough lobe");
   if (!textures.parts.empty() && (textures.parts.size() != 2 || !textures.amount))
-    throw std::invalid_argument("a mixture has two parts and an amount");
+    reject_argument("a mixture has two parts and an amount");
   Material<T> result = material;
   result.is_varying = true;
   if (textures.roughness) {
@@ -117,6 +117,7 @@ template <std::floating_point T>
   return *part;
 }
 
+/// True when the surface may have holes.
 template <std::floating_point T>
 [[nodiscard]] inline bool has_opacity(const Material<T>& material) noexcept {
   return material.textures && material.textures->opacity;

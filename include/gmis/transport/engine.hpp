@@ -22,11 +22,12 @@ namespace gmis {
 
 /// Seconds of wall time spent in each phase, measured by the calling thread and summed over iterations.
 struct PhaseSeconds {
-  double light = 0.0;
-  double grid = 0.0;
-  double camera = 0.0;
-  double film = 0.0;
+  double light = 0.0;   ///< tracing light trees
+  double grid = 0.0;    ///< building the grid of photons
+  double camera = 0.0;  ///< tracing camera subpaths
+  double film = 0.0;    ///< adding up
 
+  /// Adds the times of another iteration.
   PhaseSeconds& operator+=(const PhaseSeconds& other) noexcept {
     light += other.light;
     grid += other.grid;
@@ -54,6 +55,7 @@ class Engine {
   using StoredVertex = typename Context::StoredVertex;
   using Split = typename Context::Split;
   using Output = typename Method_::template Output<S>;
+  /// Light trees take part.
   static constexpr bool has_light_side = Context::has_light_side;
 
   static_assert(SplitPolicy<Split, typename Sc::Bsdf>);

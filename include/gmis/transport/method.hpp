@@ -10,6 +10,7 @@ namespace gmis {
 /// Weights from the recursion over light and camera subpaths, for any set of techniques.
 template <class Heuristic>
 struct RecursiveWeights {
+  /// Light trees take part.
   static constexpr bool has_light_side = true;
   template <std::floating_point T>
   using Recursion = WeightRecursion<T, Heuristic>;
@@ -18,6 +19,7 @@ struct RecursiveWeights {
 /// Weights for camera subpaths alone, each with one ratio of densities: emitter hits and next events.
 template <class Heuristic>
 struct CameraSideWeights {
+  /// Camera subpaths alone.
   static constexpr bool has_light_side = false;
   template <std::floating_point T>
   using Recursion = CameraWeightRecursion<T, Heuristic>;

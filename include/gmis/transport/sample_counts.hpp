@@ -59,6 +59,7 @@ struct SampleCounts {
     return has(Technique::connect) && connections != paired_connections;
   }
 
+  /// All counts are the same.
   [[nodiscard]] constexpr bool operator==(const SampleCounts&) const = default;
 
   /// These counts with every technique off for which `is_kept(technique)` is false.

@@ -15,11 +15,11 @@ namespace gmis {
 
 /// The values to choose from for each count. The candidates are all combinations.
 struct CountChoices {
-  std::vector<double> light_paths{0.0, 0.25, 0.5, 1.0};
-  std::vector<int> connections{0, 1, 2};
-  std::vector<bool> merges{false, true};
-  std::vector<double> radius_factors{};  ///< empty: that of the counts that all candidates are made from
-  std::vector<int> camera_children{1, 2, 4};
+  std::vector<double> light_paths{0.0, 0.25, 0.5, 1.0};  ///< light trees per pixel
+  std::vector<int> connections{0, 1, 2};                 ///< per camera vertex
+  std::vector<bool> merges{false, true};                 ///< without and with merging
+  std::vector<double> radius_factors{};       ///< empty: that of the counts that all candidates are made from
+  std::vector<int> camera_children{1, 2, 4};  ///< children of the first non-specular camera vertex
 };
 
 /// Factors on the merging radius to choose from with a local count of merging (`SampleCounts::local_merges`): few
@@ -97,7 +97,8 @@ template <std::floating_point T>
 /// Counted work of camera subpaths in two parts: `before` is the work up to and at the first non-specular vertices,
 /// `children` is the work beyond them.
 struct CameraWork {
-  Counters before, children;
+  Counters before;             ///< operations up to and at the first non-specular vertex
+  Counters children;           ///< operations beyond it
   double mean_children = 1.0;  ///< mean number of children of a first non-specular vertex in the counted run
 };
 
@@ -140,7 +141,7 @@ struct CameraWork {
 
 /// Predicted error and cost of a run with `counts`.
 struct Forecast {
-  SampleCounts counts;
+  SampleCounts counts;         ///< what is forecast
   double variance = 0.0;       ///< of one iteration; mean over pixels of variance / (value² + 0.01), as in relMSE
   double squared_bias = 0.0;   ///< of merging over the whole run; relative in the same way
   double cost = 0.0;           ///< of one iteration; unit: `OperationCosts`

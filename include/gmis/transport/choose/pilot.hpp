@@ -35,6 +35,7 @@ namespace gmis {
 
 /// Weights with a separate sum of densities for each technique.
 struct SeparateWeights {
+  /// Light trees take part.
   static constexpr bool has_light_side = true;
   template <std::floating_point T>
   using Recursion = WeightRecursion<T, BalanceRatio, SeparateSums<T>>;
@@ -77,7 +78,9 @@ class RenderPilot {
   RenderPilot(const RenderPilot&) = delete;
   RenderPilot& operator=(const RenderPilot&) = delete;
 
+  /// The engine that is run.
   [[nodiscard]] const EngineType& engine() const noexcept { return engine_; }
+  /// Iterations so far.
   [[nodiscard]] std::uint32_t iterations() const noexcept { return engine_.iteration(); }
 
   /// Sets the picture to whose squared values variance and bias are relative: mean over channels, rows from the upper

@@ -42,8 +42,8 @@ struct ClassWork {
 
 /// Costs in the unit of `OperationCosts`.
 struct ClassCosts {
-  std::array<double, path_class_count> classes{};
-  double unattributed = 0.0;  ///< cost of work that led to no contribution
+  std::array<double, path_class_count> classes{};  ///< of each class
+  double unattributed = 0.0;                       ///< cost of work that led to no contribution
 };
 
 /// Divides the cost of `work` among the classes. `light_work` is the part of `work` that light trees took. The costs of

@@ -13,11 +13,12 @@ namespace gmis {
 
 /// A set of path classes with a name and a description.
 struct NamedEffect {
-  std::string_view name;
+  std::string_view name;  ///< as `gmis-render --effects` takes it
   std::string_view what;  ///< description for users
-  PathClassSet classes;
+  PathClassSet classes;   ///< that make it up
 };
 
+/// All effects that can be switched.
 inline constexpr std::array named_effects{
     NamedEffect{"emission", "light sources seen directly, in mirrors or through glass",
                 PathClassSet::where([](const PathFeatures& f) { return f.scatterings == 0; })},

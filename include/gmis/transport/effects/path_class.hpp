@@ -61,6 +61,7 @@ struct PathFeatures {
 
 /// The number of a class, below `path_class_count`; `unclassified` when a run does not classify paths.
 enum class PathClass : std::uint8_t { unclassified = 255 };
+/// How many classes there are, without `unclassified`.
 inline constexpr std::size_t path_class_count = 26;
 
 /// The class of all paths with these properties.
@@ -103,6 +104,7 @@ inline constexpr std::size_t path_class_count = 26;
 class PathClassSet {
  public:
   constexpr PathClassSet() = default;
+  /// Every class.
   [[nodiscard]] static constexpr PathClassSet all() noexcept { return PathClassSet((1U << path_class_count) - 1U); }
   /// The set of all classes for whose properties `is_in(features)` is true.
   template <class Predicate>
@@ -113,12 +115,17 @@ class PathClassSet {
     return result;
   }
 
+  /// Adds a class.
   constexpr void add(PathClass path_class) noexcept { bits_ |= 1U << static_cast<unsigned>(path_class); }
+  /// Whether the class is in the set.
   [[nodiscard]] constexpr bool contains(PathClass path_class) const noexcept {
     return (bits_ >> static_cast<unsigned>(path_class) & 1U) != 0;
   }
+  /// No class is in the set.
   [[nodiscard]] constexpr bool is_empty() const noexcept { return bits_ == 0; }
+  /// How many classes are in the set.
   [[nodiscard]] constexpr int size() const noexcept { return std::popcount(bits_); }
+  /// Whether both have a class in common.
   [[nodiscard]] constexpr bool intersects(PathClassSet other) const noexcept { return (bits_ & other.bits_) != 0; }
 
   friend constexpr PathClassSet operator|(PathClassSet a, PathClassSet b) noexcept {
@@ -150,6 +157,7 @@ class PathClassSet {
 class HalfPath {
  public:
   constexpr HalfPath() = default;
+  /// States that a half can be in.
   static constexpr std::size_t state_count = 64;
 
   /// The summary after one more event at the far end.

@@ -11,6 +11,7 @@ namespace gmis {
 class PathFilter {
  public:
   constexpr PathFilter() = default;
+  /// Keeps the classes of `wanted`, or all.
   constexpr explicit PathFilter(const std::optional<PathClassSet>& wanted) noexcept
       : wanted_(wanted.value_or(PathClassSet::all())), classifies_(wanted.has_value()) {}
 
@@ -39,8 +40,8 @@ class PathFilter {
   /// The class of a path (`unclassified` when the run does not classify paths), and whether paths of this class are
   /// wanted.
   struct Joined {
-    PathClass path_class = PathClass::unclassified;
-    bool is_kept = true;
+    PathClass path_class = PathClass::unclassified;  ///< of the whole path
+    bool is_kept = true;                             ///< whether it is wanted
   };
   /// The class of the path with the subpaths `light()` and `camera()`. Both are called only when the run classifies
   /// paths.

@@ -58,8 +58,8 @@ namespace gmis {
 
 /// The input of the rules: the effects of the scene and the path classes to render.
 struct PlanFacts {
-  Effects effects;
-  PathClassSet classes;
+  Effects effects;            ///< what the scene has
+  PathClassSet classes;       ///< that are wanted and that the scene can have
   bool local_merges = false;  ///< as in `SampleCounts`
 
   /// True when `holds(features)` is true for every class to render.
@@ -87,18 +87,22 @@ enum class PlanRule : std::uint8_t {
 /// technique is to be left out. `sentence_of` gives the reason in words.
 namespace plan_rules {
 
+/// The scene has no light.
 constexpr bool no_light(Technique, const PlanFacts& facts) {
   return !facts.effects.has_lights();
 }
 
+/// Nothing scatters, and the technique needs scattering.
 constexpr bool no_scattering(Technique technique, const PlanFacts& facts) {
   return technique != Technique::emitter_hit && !facts.effects.has_scattering();
 }
 
+/// An emitter hit, and no light that a ray can hit.
 constexpr bool no_light_to_hit(Technique technique, const PlanFacts& facts) {
   return technique == Technique::emitter_hit && !facts.effects.has_extended_lights();
 }
 
+/// The technique makes no path that the scene has and that is wanted.
 constexpr bool makes_nothing(Technique technique, const PlanFacts& facts) {
   return classes_made_by(technique, facts.classes, facts.effects, facts.local_merges).is_empty();
 }
@@ -149,20 +153,21 @@ constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
 
 /// One technique of a plan.
 struct TechniquePlan {
-  Technique technique;
-  bool is_on;
-  PlanRule rule;       ///< why the technique is on or off
+  Technique technique;  ///< which it is
+  bool is_on;           ///< whether it runs
+  PlanRule rule;        ///< why the technique is on or off
   PathClassSet makes;  ///< the classes that carry light and of which the technique makes paths, whether it is on or off
 };
 
 /// The techniques to run in a scene, with the reason for each.
 struct Plan {
-  Effects effects;
+  Effects effects;                                        ///< what the scene has
   PathClassSet occurring;                                 ///< the classes that carry light
   PathClassSet classes;                                   ///< the classes that carry light and are rendered
   bool local_merges;                                      ///< as in `SampleCounts`
   std::array<TechniquePlan, technique_count> techniques;  ///< in the order of `Technique`
 
+  /// What is decided about a technique.
   [[nodiscard]] constexpr const TechniquePlan& operator[](Technique technique) const noexcept {
     return techniques[static_cast<std::size_t>(technique)];
   }

@@ -18,9 +18,10 @@ namespace gmis {
 /// index of the pixel in the frame.
 template <Spectrum S>
 struct Contribution {
-  std::uint32_t pixel;
-  TechniqueId id;
-  S value;
+  std::uint32_t pixel;  ///< number of the pixel, by rows from the top
+  TechniqueId id;       ///< how the path was made
+  S value;              ///< contribution without the weight
+  /// MIS weight of the technique.
   ScalarOf<S> weight;
 };
 

@@ -27,8 +27,8 @@ enum class PathKind : std::uint8_t { camera, light };
 
 /// Identifies one path of a run. With the same seed and settings the path can be traced again, bit by bit.
 struct PathName {
-  PathKind kind = PathKind::camera;
-  std::uint32_t iteration = 0;  ///< from 1
+  PathKind kind = PathKind::camera;  ///< which kind of path it names
+  std::uint32_t iteration = 0;       ///< from 1
   std::uint32_t number =
       0;  ///< index of the pixel in the frame (rows from the upper left), or number of the light tree
   friend constexpr bool operator==(const PathName&, const PathName&) = default;
@@ -36,7 +36,7 @@ struct PathName {
 
 /// A path with at least one rejection.
 struct RejectedPath {
-  PathName path;
+  PathName path;                                      ///< where something was rejected
   std::uint32_t count = 0;                            ///< rejections on this path
   RejectionCause cause = RejectionCause::non_finite;  ///< of the first rejection
   std::optional<TechniqueId> technique;               ///< of the first rejection; empty when the subpath itself ended
@@ -47,6 +47,7 @@ class RejectionLog {
  public:
   static constexpr std::size_t capacity = 16;
 
+  /// Forgets all paths.
   void clear() noexcept { paths_.clear(); }
   /// The rejected paths, in the order in which they were added.
   [[nodiscard]] std::span<const RejectedPath> paths() const noexcept { return paths_; }

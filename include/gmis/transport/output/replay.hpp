@@ -23,17 +23,19 @@ namespace gmis {
 template <Spectrum S>
 struct ReplayedVertex {
   using T = ScalarOf<S>;
+  /// No vertex.
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
-  std::size_t parent = none;  ///< index in `ReplayedPath::vertices`
-  int depth = 0;              ///< edges from the start of the subpath, which has depth 0
-  bool is_at_infinity = false;
-  SurfacePoint<T> point;   ///< all zero at infinity
-  Vec3<T> to_prev{};       ///< unit, towards the parent
-  S throughput{T(0)};      ///< without MIS weights
-  bool is_delta = false;   ///< whether the event at the parent is a delta event
-  T forward{}, reverse{};  ///< nominal densities at the parent, of coming here and of going back, as in `Step`
-  T density{};             ///< expected density of this vertex, per area; 0 at infinity
+  std::size_t parent = none;                 ///< index in `ReplayedPath::vertices`
+  int depth = 0;                             ///< edges from the start of the subpath, which has depth 0
+  bool is_at_infinity = false;               ///< the ray left the scene
+  SurfacePoint<T> point;                     ///< all zero at infinity
+  Vec3<T> to_prev{};                         ///< unit, towards the parent
+  S throughput{T(0)};                        ///< without MIS weights
+  bool is_delta = false;                     ///< whether the event at the parent is a delta event
+  T forward{};                               ///< nominal density at the parent of coming here, as in `Step`
+  T reverse{};                               ///< nominal density at the parent of going back
+  T density{};                               ///< expected density of this vertex, per area; 0 at infinity
   std::optional<PartialWeights<T>> weights;  ///< empty at the start, at infinity and after an unusable density
 };
 
@@ -41,7 +43,7 @@ struct ReplayedVertex {
 template <Spectrum S>
 struct ReplayedContribution {
   using T = ScalarOf<S>;
-  Contribution<S> contribution;
+  Contribution<S> contribution;            ///< what was added
   std::size_t vertex = 0;                  ///< index in `ReplayedPath::vertices`
   std::optional<RejectionCause> rejected;  ///< empty when the contribution reached the film
   /// Position of the other end of a next event, a connection or a merge; empty for other techniques.
@@ -59,12 +61,12 @@ struct ReplayedZeroDensity {
 /// The record of one path.
 template <Spectrum S>
 struct ReplayedPath {
-  PathName name;
-  std::vector<ReplayedVertex<S>> vertices;  ///< every parent stands before its children
-  std::vector<ReplayedContribution<S>> contributions;
-  std::vector<ReplayedZeroDensity> zero_densities;
-  Counters counters;    ///< work of this path alone
-  double radius = 0.0;  ///< merging radius of the iteration, in scene units
+  PathName name;                                       ///< which path it is
+  std::vector<ReplayedVertex<S>> vertices;             ///< every parent stands before its children
+  std::vector<ReplayedContribution<S>> contributions;  ///< in the order in which they were made
+  std::vector<ReplayedZeroDensity> zero_densities;     ///< samples whose density was zero
+  Counters counters;                                   ///< work of this path alone
+  double radius = 0.0;                                 ///< merging radius of the iteration, in scene units
   double vertices_per_tree =
       0.0;                      ///< expected number of stored vertices per light tree; 0 where no count depends on it
   SampleCounts counts;          ///< of the iteration
@@ -79,6 +81,7 @@ class ReplayOutput {
   using S = typename Context::S;
   using T = typename Context::T;
 
+  /// Writes what it sees into `path`.
   ReplayOutput(const Context& context, ReplayedPath<S>& path) : context_(context), path_(path) {}
 
   /// Records the start of the subpath and the throughput that leaves there.
@@ -118,21 +121,28 @@ class ReplayOutput {
   void on_light_point(const SurfacePoint<T>& origin) { position_ = origin.position; }
 
   // The interface of `PathOutput`: each call is recorded and passed on to a `FilmOutput`, which tests the value.
+  /// Records a contribution to the pixel of the path.
   void add(TechniqueId id, const S& value, T weight) {
     note(pixel_, id, value, weight, [&] { film_.add(id, value, weight); });
   }
+  /// Records a contribution to another pixel.
   void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, T weight) {
     note(pixel, id, value, weight, [&] { film_.add_splat(pixel, id, value, weight); });
   }
 
+  /// A camera subpath starts.
   void begin_pixel(std::uint32_t pixel) {
     pixel_ = pixel;
     film_.begin_pixel(pixel);
   }
+  /// What the pixel received.
   [[nodiscard]] const S& take_pixel() { return film_.take_pixel(); }
+  /// A chunk of light trees starts.
   constexpr void begin_trees(std::uint32_t first) noexcept { film_.begin_trees(first); }
+  /// Of the operations of this path.
   [[nodiscard]] constexpr Counters& counters() noexcept { return film_.counters(); }
 
+  /// Records that something was left out.
   void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
     film_.reject(cause, technique);
     path_.zero_densities.push_back({path_.vertices.size() - 1, technique});

@@ -18,10 +18,10 @@ inline constexpr std::array<Technique, technique_count> all_techniques{
 /// The technique that made a path of `s` light and `t` camera vertices. A merged vertex counts on both sides.
 /// `path_class` is known only when `RenderSettings::path_classes` is set.
 struct TechniqueId {
-  Technique technique;
-  std::int16_t s;
-  std::int16_t t;
-  PathClass path_class = PathClass::unclassified;
+  Technique technique;                             ///< which way
+  std::int16_t s;                                  ///< light vertices
+  std::int16_t t;                                  ///< camera vertices
+  PathClass path_class = PathClass::unclassified;  ///< class of the path, where it is known
 };
 
 /// The counts that weights use: κ, the expected number of samples of a technique at one place of a path, and μ of

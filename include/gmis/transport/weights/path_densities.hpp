@@ -27,14 +27,15 @@ struct PathDensities {
 /// One way to make a path: a connection with `s` light vertices (0: emitter hit, 1: next event, k: splat), or merging
 /// at x_s.
 struct TechniqueIndex {
-  bool is_merge = false;
-  int s = 0;
+  bool is_merge = false;  ///< merging at x_s, else a connection
+  int s = 0;              ///< light vertices, or the number of the merged vertex
 };
 
+/// A technique and its expected sample density.
 template <class T>
 struct TechniqueDensity {
-  TechniqueIndex technique;
-  T density{};
+  TechniqueIndex technique;  ///< which it is
+  T density{};               ///< expected number of samples times density, product over the path
 };
 
 /// The expected sample density κ_s U(s) of every technique, in the order s = 0 … k, then s(x_{i−1}) μ b_i U(i+1) of

@@ -30,6 +30,7 @@ namespace gmis {
 
 /// The balance heuristic: each ratio of densities enters a weight as it is.
 struct BalanceRatio {
+  /// The ratio as it enters a weight.
   template <class X>
   static constexpr X of(X ratio) noexcept {
     return ratio;
@@ -38,6 +39,7 @@ struct BalanceRatio {
 
 /// The power heuristic with exponent 2: each ratio of densities enters a weight squared.
 struct PowerRatio {
+  /// The ratio as it enters a weight.
   template <class X>
   static constexpr X of(X ratio) noexcept {
     return ratio * ratio;
@@ -59,7 +61,8 @@ using PartialWeights = PartialSums<Extended<T>, Extended<T>>;
 /// A technique's own density and the sum of those of all others; a weight is the share of the first in both.
 template <class Sum>
 struct OwnAndOthers {
-  Sum own, others;
+  Sum own;     ///< density of the technique
+  Sum others;  ///< sum of the densities of all others
 };
 
 /// The formulas of partial sums and weights. `Heuristic` is applied to every density and count. `Number` is the type of a
