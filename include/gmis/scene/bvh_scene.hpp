@@ -7,12 +7,14 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
+#include "gmis/core/light_choice.hpp"
 #include "gmis/scene/alias_table.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/bvh.hpp"
 #include "gmis/scene/camera.hpp"
 #include "gmis/scene/edge_margin.hpp"
 #include "gmis/scene/light.hpp"
+#include "gmis/scene/light_hierarchy.hpp"
 #include "gmis/scene/surface_model.hpp"
 
 namespace gmis::scene {
@@ -77,6 +79,18 @@ class BvhScene {
     return {&light, light.selection_probability()};
   }
   [[nodiscard]] T selection_probability(const Light& light) const noexcept { return light.selection_probability(); }
+  /// For next events: as above, or by the light hierarchy when the builder was told so.
+  [[nodiscard]] LightChoice<T, Light> sample_light(const SurfacePoint<T>& from, T u) const noexcept {
+    if (light_hierarchy_.is_empty()) [[likely]]
+      return sample_light(u);
+    const auto choice = light_hierarchy_.sample(from, u);
+    return {&lights_[choice.light], choice.probability};
+  }
+  [[nodiscard]] T selection_probability(const Light& light, const SurfacePoint<T>& from) const noexcept {
+    if (light_hierarchy_.is_empty()) [[likely]]
+      return light.selection_probability();
+    return light_hierarchy_.probability(static_cast<std::size_t>(&light - lights_.data()), from);
+  }
   [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
   [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
   [[nodiscard]] const Camera& camera() const noexcept { return camera_; }
@@ -242,12 +256,14 @@ class BvhScene {
   std::vector<Light> lights_;
   std::vector<const Light*> infinite_lights_;
   AliasTable<T> light_choice_;
+  LightHierarchy<T> light_hierarchy_;  ///< empty: next events choose lights as light subpaths do
   Camera camera_;
   SceneStatistics statistics_;
   Effects effects_;
   bool has_cut_surfaces_ = false;  ///< some surface is not everywhere
 };
 
+static_assert(gmis::SceneWithReceiverChoice<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<double>>);
 
