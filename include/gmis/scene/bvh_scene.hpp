@@ -79,17 +79,22 @@ class BvhScene {
     return {&light, light.selection_probability()};
   }
   [[nodiscard]] T selection_probability(const Light& light) const noexcept { return light.selection_probability(); }
-  /// For next events: as above, or by the light hierarchy when the builder was told so.
+  /// For next events: as above, or by the light hierarchy when the builder was told so. Without one `from` stays in
+  /// registers: the hierarchy gets a copy.
   [[nodiscard]] LightChoice<T, Light> sample_light(const SurfacePoint<T>& from, T u) const noexcept {
-    if (light_hierarchy_.is_empty()) [[likely]]
-      return sample_light(u);
-    const auto choice = light_hierarchy_.sample(from, u);
-    return {&lights_[choice.light], choice.probability};
+    if (has_light_hierarchy_) [[unlikely]] {
+      const SurfacePoint<T> receiver = from;
+      const auto choice = light_hierarchy_.sample(receiver, u);
+      return {&lights_[choice.light], choice.probability};
+    }
+    return sample_light(u);
   }
   [[nodiscard]] T selection_probability(const Light& light, const SurfacePoint<T>& from) const noexcept {
-    if (light_hierarchy_.is_empty()) [[likely]]
-      return light.selection_probability();
-    return light_hierarchy_.probability(static_cast<std::size_t>(&light - lights_.data()), from);
+    if (has_light_hierarchy_) [[unlikely]] {
+      const SurfacePoint<T> receiver = from;
+      return light_hierarchy_.probability(static_cast<std::size_t>(&light - lights_.data()), receiver);
+    }
+    return light.selection_probability();
   }
   [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
   [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
@@ -256,11 +261,12 @@ class BvhScene {
   std::vector<Light> lights_;
   std::vector<const Light*> infinite_lights_;
   AliasTable<T> light_choice_;
-  LightHierarchy<T> light_hierarchy_;  ///< empty: next events choose lights as light subpaths do
+  LightHierarchy<T> light_hierarchy_;
   Camera camera_;
   SceneStatistics statistics_;
   Effects effects_;
-  bool has_cut_surfaces_ = false;  ///< some surface is not everywhere
+  bool has_cut_surfaces_ = false;     ///< some surface is not everywhere
+  bool has_light_hierarchy_ = false;  ///< next events choose lights by it; otherwise as light subpaths do
 };
 
 static_assert(gmis::SceneWithReceiverChoice<BvhScene<float>>);

@@ -385,8 +385,9 @@ class SceneBuilder {
       if (!chances.empty()) lights[i].set_selection_probability(static_cast<T>(chances[i]));
       if (lights[i].is_infinite()) scene.infinite_lights_.push_back(&lights[i]);
     }
-    if (light_selection_ == LightSelection::by_receiver && !scene.light_choice_.is_empty())
-      scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights);
+    if (light_selection_ != LightSelection::by_receiver || scene.light_choice_.is_empty()) return;
+    scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights);
+    scene.has_light_hierarchy_ = true;
   }
 
   void fill_slots(Scene& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
