@@ -99,11 +99,12 @@ void print_gains() {
 }
 
 /// Next events at places on the ground: the choice, a point on the light, the shadow ray. Returns the light that arrives.
-double next_events(const Scene& scene, double length, int count) {
+[[gnu::noinline]] double next_events(const Scene& scene, double length, int count) {
   gmis::Philox source(5);
   double sum = 0;
   for (int i = 0; i < count; ++i) {
-    const auto [x, z, u, v, w] = gmis::uniforms<float, 5>(source);
+    const auto [x, z, u, v] = gmis::uniforms<float, 4>(source);
+    const float w = gmis::uniform<float>(source);
     const glm::dvec3 place(static_cast<double>(x) * length, 0.55, static_cast<double>(z) * length);
     const auto hit = scene.intersect({gmis::Vec3<float>(place - scene.statistics().world_origin), {0, -1, 0}});
     if (!hit) continue;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Lights chosen for their receiver: the variance of pictures at equal samples beside lights chosen by power, and instructions of
-# a next event (choice, point on the light, shadow ray) among 10, 1000 and 100000 lamps, counted by callgrind: the difference
-# between runs of 30000 and of 10000 next events. Fails when one among 100000 lamps takes more than 4 times as many as among 10.
+# a next event (its receiver by a ray, choice, point on the light, shadow ray) among 10, 1000 and 100000 lamps, counted by
+# callgrind in the loop alone. Fails when one among 100000 lamps takes more than 4 times as many as among 10.
 #
 # Usage: bench/light_choice.sh [gains|instructions]   (default: both)
 set -euo pipefail
@@ -14,12 +14,12 @@ program=build/bench/bench/light_choice
 [[ $what == instructions ]] || "$program"
 [[ $what == gains ]] && exit
 
-instructions_of() { # lights selection count
-  valgrind --tool=callgrind --callgrind-out-file=/dev/null "$program" loop "$1" "$2" "$3" 2>&1 |
-    sed -n 's/.*Collected : \([0-9]*\).*/\1/p'
-}
+events=20000
 per_event() { # lights selection
-  echo $((($(instructions_of "$1" "$2" 30000) - $(instructions_of "$1" "$2" 10000)) / 20000))
+  local all
+  all=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null '--toggle-collect=*next_events*' "$program" loop "$1" "$2" "$events" 2>&1 |
+    sed -n 's/.*Collected : \([0-9]*\).*/\1/p')
+  echo $((all / events))
 }
 printf '%-10s %12s %12s   instructions of a next event\n' lamps 'by power' 'by receiver'
 for lights in 10 1000 100000; do
