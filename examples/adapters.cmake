@@ -11,6 +11,7 @@ endfunction()
 
 gmis_add_example(render_a_scene render_a_scene.cpp)
 gmis_add_example(bring_your_own bring_your_own/main.cpp)
+gmis_add_example(many_lights many_lights/main.cpp)
 
 # Embree, version 3 as Debian 12 has it, or 4.
 foreach(version 4 3)

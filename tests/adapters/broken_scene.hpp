@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -36,6 +38,10 @@ enum class Mistake {
   infinite_lights_empty,
   selection_probability_wrong,
   choice_states_other_probability,
+  receiver_choice_states_other_probability,
+  receiver_probability_wrong,
+  receiver_probability_of_emission,
+  receiver_choice_misses_light,
   densities_with_light_choice,
   next_event_density_with_light_choice,
   next_event_density_doubled,
@@ -271,6 +277,14 @@ class BrokenScene {
       : inner_(inner), mistake_(mistake), camera_(inner.camera(), mistake) {
     for (const auto* light : inner.infinite_lights()) infinite_.push_back(adapted(*light));
     if (mistake == Mistake::infinite_lights_empty) infinite_.clear();
+    for (int i = 0; i < 4096; ++i) {
+      const auto choice = inner.sample_light((static_cast<T>(i) + T(0.5)) / T(4096));
+      if (choice.light != nullptr && std::find(known_.begin(), known_.end(), choice.light) == known_.end())
+        known_.push_back(choice.light);
+    }
+    std::stable_sort(known_.begin(), known_.end(), [&](const auto* a, const auto* b) {
+      return inner.selection_probability(*a) > inner.selection_probability(*b);
+    });
   }
   BrokenScene(const BrokenScene&) = delete;
   BrokenScene& operator=(const BrokenScene&) = delete;
@@ -330,10 +344,44 @@ class BrokenScene {
                (mistake_ == Mistake::selection_probability_wrong ? T(0.5) : T(1));
     return T(0);
   }
+  /// The probabilities of the inner scene, changed by place.
+  [[nodiscard]] gmis::LightChoice<T, Light> sample_light(const gmis::SurfacePoint<T>& from, T u) const {
+    T rest = u;
+    for (const auto* light : known_) {
+      const T p = probability_at(*light, from);
+      if (rest < p) {
+        const bool is_wrong = mistake_ == Mistake::receiver_choice_states_other_probability ||
+                              mistake_ == Mistake::receiver_probability_wrong;
+        return {adapted(*light), p * (is_wrong ? T(0.5) : T(1))};
+      }
+      rest -= p;
+    }
+    return {nullptr, T(0)};
+  }
+  [[nodiscard]] T selection_probability(const Light& light, const gmis::SurfacePoint<T>& from) const {
+    if (mistake_ == Mistake::receiver_probability_of_emission) return selection_probability(light);
+    for (const auto& [inner, own] : lights_)
+      if (own.get() == &light)
+        return probability_at(*inner, from) * (mistake_ == Mistake::receiver_probability_wrong ? T(0.5) : T(1));
+    return T(0);
+  }
   [[nodiscard]] std::span<const Light* const> infinite_lights() const { return infinite_; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
 
  private:
+  [[nodiscard]] T weight_at(std::size_t i, const gmis::SurfacePoint<T>& from) const {
+    if (i == 0 && mistake_ == Mistake::receiver_choice_misses_light) return T(0);
+    return inner_.selection_probability(*known_[i]) *
+           (T(1) + T(0.8) * std::sin(static_cast<T>(i) * T(2) + from.position.x + from.geometric_normal.y));
+  }
+  [[nodiscard]] T probability_at(const typename Inner::Light& light, const gmis::SurfacePoint<T>& from) const {
+    T own(0), sum(0);
+    for (std::size_t i = 0; i < known_.size(); ++i) {
+      sum += weight_at(i, from);
+      if (known_[i] == &light) own = weight_at(i, from);
+    }
+    return own > T(0) ? own / sum : T(0);
+  }
   [[nodiscard]] const Light* adapted(const typename Inner::Light& light) const {
     auto& own = lights_[&light];
     if (!own) own = std::make_unique<Light>(light, inner_.selection_probability(light), mistake_);
@@ -344,6 +392,7 @@ class BrokenScene {
   Camera camera_;
   mutable std::map<const typename Inner::Light*, std::unique_ptr<Light>> lights_;
   std::vector<const Light*> infinite_;
+  std::vector<const typename Inner::Light*> known_;  ///< those that emission chooses, the most likely one first
 };
 
 }  // namespace gmis_test

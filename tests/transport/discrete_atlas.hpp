@@ -127,6 +127,12 @@ struct DiscreteAtlas {
   [[nodiscard]] T light_probability(Kind kind) const {
     return law(13, static_cast<std::size_t>(kind), T(0.15), T(0.35));
   }
+  /// The same for a next event at a surface, where lights are chosen for their receiver.
+  [[nodiscard]] T light_probability_at(Kind kind, const V& position, const V& geometric_normal,
+                                       const V& shading_normal) const {
+    return law(16, static_cast<std::size_t>(kind), T(0.02), T(0.6), position,
+               geometric_normal + T(0.5) * shading_normal);
+  }
 
   [[nodiscard]] T camera_density(std::size_t camera, const V& direction) const {
     return law(14, camera, T(0.3), T(1.5), direction);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/light_choice.hpp"
 #include "transport/discrete_atlas.hpp"
 #include "transport/tagged_spectrum.hpp"
 
@@ -12,8 +13,8 @@ namespace gmis_test {
 /// The world of a `DiscreteAtlas` as a renderer would show it to the engine. Where it goes next is chosen evenly among the
 /// nodes, whatever density it claims for that: a weight, and a value times its density, are functions of the claims alone.
 /// So the same path comes again and again by every technique, and merged vertices coincide.
-/// For one thread: the rays are numbered.
-template <std::floating_point T>
+/// For one thread: the rays are numbered. `is_choosy`: lights are chosen for their receiver.
+template <std::floating_point T, bool is_choosy = false>
 class DiscreteWorld {
  public:
   using Spectrum = Tagged<T>;
@@ -244,6 +245,15 @@ class DiscreteWorld {
     return {&light, selection_probability(light)};
   }
   [[nodiscard]] T selection_probability(const Light& light) const { return atlas_.light_probability(light.kind()); }
+  [[nodiscard]] gmis::LightChoice<T, Light> sample_light(const gmis::SurfacePoint<T>& from,
+                                                         T u) const requires is_choosy {
+    const Light& light = lights_[pick(u, lights_.size())];
+    return {&light, selection_probability(light, from)};
+  }
+  [[nodiscard]] T selection_probability(const Light& light,
+                                        const gmis::SurfacePoint<T>& from) const requires is_choosy {
+    return atlas_.light_probability_at(light.kind(), from.position, from.geometric_normal, from.shading_normal);
+  }
   [[nodiscard]] std::array<const Light*, 1> infinite_lights() const { return {&lights_[3]}; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
   [[nodiscard]] const Atlas& atlas() const { return atlas_; }
@@ -290,6 +300,8 @@ class DiscreteWorld {
 
 static_assert(gmis::Scene<DiscreteWorld<float>>);
 static_assert(gmis::Scene<DiscreteWorld<double>>);
+static_assert(!gmis::SceneWithReceiverChoice<DiscreteWorld<double>>);
+static_assert(gmis::SceneWithReceiverChoice<DiscreteWorld<double, true>>);
 static_assert(gmis::BsdfWithLobes<DiscreteWorld<double>::Bsdf>);
 
 }  // namespace gmis_test

@@ -55,9 +55,10 @@ template <std::floating_point T>
 struct NominalCounts {
   long double light_per_lobe =
       0.0L;  ///< of a light subpath at a surface with smooth lobes, for each of them; 0: one in all
-  long double camera_first = 1.0L;  ///< at the first surface seen that is not purely specular
-  bool camera_stops = false;        ///< camera subpaths go on by delta events alone
-  bool local_merges = false;        ///< photons are what comes from a surface with a narrow lobe
+  long double camera_first = 1.0L;    ///< at the first surface seen that is not purely specular
+  bool camera_stops = false;          ///< camera subpaths go on by delta events alone
+  bool local_merges = false;          ///< photons are what comes from a surface with a narrow lobe
+  bool chooses_for_receiver = false;  ///< next events choose their light for the surface x_1
 };
 
 /// What a path carries and with which densities each technique makes it, all in area measure, written down from the laws of
@@ -97,7 +98,14 @@ class PathOracle {
     const long double choice = atlas_.light_probability(kind);
     densities.light_can_be_hit = kind == Atlas::Kind::surface || kind == Atlas::Kind::sky;
     densities.from_light[0] = choice * atlas_.emission_origin_density(node(0));
-    densities.next_event = k >= 2 ? choice * atlas_.next_event_density(node(0), atlas_.nodes[node(1)].position) : 0.0L;
+    if (k >= 2) {
+      const auto& receiver = atlas_.nodes[node(1)];
+      const long double next_event_choice =
+          nominal_.chooses_for_receiver
+              ? atlas_.light_probability_at(kind, receiver.position, receiver.geometric_normal, receiver.shading_normal)
+              : choice;
+      densities.next_event = next_event_choice * atlas_.next_event_density(node(0), receiver.position);
+    }
     for (std::size_t i = 1; i < k; ++i)
       densities.from_light[i] =
           (i == 1 ? atlas_.emission_first_density(node(0), emitted) : step(path, i - 1, i - 2, i, false, as_drawn)) *

@@ -35,12 +35,12 @@ gmis::TechniqueCounts<T> random_counts(std::mt19937_64& source) {
 }
 
 template <class T, class Heuristic>
-Worst worst_error(int paths, double decades, std::uint64_t seed) {
+Worst worst_error(int paths, double decades, std::uint64_t seed, bool chooses_for_receiver) {
   std::mt19937_64 source(gmis_test::seed(seed));
   Worst worst;
   for (int n = 0; n < paths; ++n) {
     const int edges = 1 + n % 12;
-    const auto path = gmis_test::random_path<T>(source, edges, decades, 0.25, 0.6);
+    const auto path = gmis_test::random_path<T>(source, edges, decades, 0.25, 0.6, chooses_for_receiver);
     const auto counts = random_counts<T>(source);
     const gmis_test::RecursiveWeights<T, Heuristic> recursion(path, counts);
 
@@ -67,10 +67,12 @@ Worst worst_error(int paths, double decades, std::uint64_t seed) {
 
 template <class T, class Heuristic>
 void check_all(double decades, double tolerance) {
-  const Worst worst = worst_error<T, Heuristic>(10000, decades, 1);
-  CAPTURE(decades, worst.weight, worst.sum);
-  CHECK(worst.weight < tolerance);
-  CHECK(worst.sum < tolerance);
+  for (const bool chooses_for_receiver : {false, true}) {
+    const Worst worst = worst_error<T, Heuristic>(10000, decades, 1, chooses_for_receiver);
+    CAPTURE(decades, chooses_for_receiver, worst.weight, worst.sum);
+    CHECK(worst.weight < tolerance);
+    CHECK(worst.sum < tolerance);
+  }
 }
 
 }  // namespace

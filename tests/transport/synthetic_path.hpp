@@ -21,6 +21,8 @@ struct SyntheticPath {
   std::vector<bool> is_delta;
   std::vector<bool> makes_photons;  ///< s(x_i)
   T origin{}, first{}, next_event{}, camera{};
+  /// Probabilities of choosing the light: of light subpaths, and of next events at x_1, which may depend on x_1.
+  T emission_choice{1}, next_event_choice{1};
   bool light_can_be_hit = true;
 
   [[nodiscard]] int edges() const { return static_cast<int>(is_delta.size()) - 1; }
@@ -28,9 +30,10 @@ struct SyntheticPath {
 
 /// Factors log-uniform in 10^±`decades`; every vertex between the ends is delta with probability `delta_chance`. The count
 /// of merging is local with probability `local_chance`: then the light makes no photons, and half of the surfaces do.
+/// With `chooses_for_receiver` next events choose the light with another probability than light subpaths do.
 template <class T>
 SyntheticPath<T> random_path(std::mt19937_64& source, int edges, double decades, double delta_chance,
-                             double local_chance = 0.0) {
+                             double local_chance = 0.0, bool chooses_for_receiver = false) {
   std::uniform_real_distribution<double> exponent(-decades, decades);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto factor = [&] { return static_cast<T>(std::pow(10.0, exponent(source))); };
@@ -62,6 +65,11 @@ SyntheticPath<T> random_path(std::mt19937_64& source, int edges, double decades,
   const double kind = unit(source);
   path.next_event = kind < 0.3 ? path.origin : factor();
   path.light_can_be_hit = kind < 0.7;
+  if (chooses_for_receiver) {
+    const auto choice = [&] { return static_cast<T>(std::pow(10.0, -4.0 * unit(source))); };
+    path.emission_choice = choice();
+    path.next_event_choice = choice();
+  }
   return path;
 }
 
@@ -71,15 +79,15 @@ gmis::PathDensities<Wide> path_densities(const SyntheticPath<T>& path) {
   const auto k = static_cast<std::size_t>(path.edges());
   gmis::PathDensities<Wide> result;
   for (std::size_t i = 0; i < k; ++i) {
-    const Wide a =
-        i == 0 ? Wide(path.origin) : Wide(i == 1 ? path.first : path.forward[i - 1]) * Wide(path.to_area_from_light[i]);
+    const Wide a = i == 0 ? Wide(path.emission_choice) * Wide(path.origin)
+                          : Wide(i == 1 ? path.first : path.forward[i - 1]) * Wide(path.to_area_from_light[i]);
     const Wide b = Wide(i + 1 == k ? path.camera : path.reverse[i + 1]) * Wide(path.to_area_from_camera[i]);
     result.from_light.push_back(a);
     result.from_camera.push_back(b);
   }
   result.is_delta = path.is_delta;
   result.makes_photons = path.makes_photons;
-  result.next_event = Wide(path.next_event);
+  result.next_event = Wide(path.next_event_choice) * Wide(path.next_event);
   result.light_can_be_hit = path.light_can_be_hit;
   return result;
 }
@@ -92,7 +100,7 @@ class RecursiveWeights {
       : path_(path), weights_(with_first(counts, path)), light_(path.is_delta.size()), camera_(path.is_delta.size()) {
     const auto k = static_cast<std::size_t>(path.edges());
     if (k >= 2) {
-      light_[1] = weights_.first_light_vertex(path.origin, path.next_event, light_density(1),
+      light_[1] = weights_.first_light_vertex(origin(), next_event(), light_density(1),
                                               path.light_can_be_hit ? path.to_area_from_camera[0] : T(0));
       for (std::size_t i = 1; i + 1 < k; ++i)
         light_[i + 1] = weights_.extend_light(light_[i], is_photon(i), path.is_delta[i], path.reverse[i],
@@ -110,10 +118,9 @@ class RecursiveWeights {
     if (technique.is_merge)
       return weights_.merge(light_[s], path_.reverse[s], camera_[s], s == k - 1, path_.forward[s]);
     if (s == 0)
-      return k == 1 ? weights_.seen_directly()
-                    : weights_.emitter_hit(camera_[0], path_.origin, path_.next_event, path_.first);
+      return k == 1 ? weights_.seen_directly() : weights_.emitter_hit(camera_[0], origin(), next_event(), path_.first);
     if (s == 1)
-      return weights_.next_event(camera_[1], k == 2, path_.origin, path_.next_event,
+      return weights_.next_event(camera_[1], k == 2, origin(), next_event(),
                                  path_.light_can_be_hit ? camera_density(0) : T(0), light_density(1), path_.forward[1]);
     if (s == k) return weights_.splat(light_[k - 1], is_photon(k - 1), path_.reverse[k - 1], camera_density(k - 1));
     return weights_.connect(light_[s - 1], is_photon(s - 1), path_.reverse[s - 1], camera_density(s - 1), camera_[s],
@@ -126,6 +133,9 @@ class RecursiveWeights {
     counts.merges_first = path.makes_photons[0];
     return counts;
   }
+  /// a_0 and e_0.
+  [[nodiscard]] T origin() const { return path_.emission_choice * path_.origin; }
+  [[nodiscard]] T next_event() const { return path_.next_event_choice * path_.next_event; }
   /// s(x_{i-1}).
   [[nodiscard]] bool is_photon(std::size_t i) const { return path_.makes_photons[i - 1]; }
   [[nodiscard]] T light_density(std::size_t i) const {

@@ -273,7 +273,9 @@ class LightCheck {
         const V direction = offset / distance;
         const auto hit = first_point(direction);
         side = side_of(direction);
-        if (!hit || glm::length(V(hit->point.position) - V(point.position)) > 0.01 * distance) return 0.0;
+        // Small beside the light, too: seen from far away, the back of a ball is near its front.
+        const double tolerance = std::min(0.01 * distance, std::max(0.02 * radius, 1e-5 * distance));
+        if (!hit || glm::length(V(hit->point.position) - V(point.position)) > tolerance) return 0.0;
         if (glm::dot(direction, axis / away) < cos_cone) return 0.0;
         return density_at(hit->point, direction);
       };

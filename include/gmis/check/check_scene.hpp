@@ -14,6 +14,7 @@
 #include "gmis/check/check_light.hpp"
 #include "gmis/check/check_surface.hpp"
 #include "gmis/check/findings.hpp"
+#include "gmis/core/light_choice.hpp"
 #include "gmis/core/requirements.hpp"
 
 namespace gmis {
@@ -27,6 +28,7 @@ struct SceneCheckSettings {
   std::size_t surfaces = 24;    ///< points at which many directions are drawn
   std::size_t samples = 8192;   ///< of each statistical test
   std::size_t most_lights = 8;  ///< lights that are looked at, the most likely ones
+  std::size_t receivers = 16;   ///< surface points at which lights are chosen, by a scene that chooses for the receiver
   double level = 1e-6;          ///< chance that a sound scene is called broken, of all statistical tests together
 };
 
@@ -55,6 +57,7 @@ class SceneChecker {
     walk_from_camera();
     choose_lights();
     walk_from_lights();
+    choose_lights_for_receivers();
     measure();
     Findings camera = check_camera(scene_.camera(), source_, distance_);
     findings_.add(camera);
@@ -126,12 +129,9 @@ class SceneChecker {
     }
     for (const auto& [light, times] : chosen) {
       lights_.push_back({times, light});
-      // A share of n draws: the bound of Bernstein for a probability of false alarm of level / number of lights.
-      const double p = static_cast<double>(scene_.selection_probability(*light)), n = static_cast<double>(count);
-      const double logarithm = std::log(6.0 * static_cast<double>(chosen.size()) / settings_.level);
-      const double share = static_cast<double>(times) / n;
-      const double reach = std::sqrt(2.0 * std::max(p * (1.0 - p), 0.0) * logarithm / n) + logarithm / n;
-      findings_.judge(Convention::light_frequency, std::abs(share - p) <= reach + 1e-4);
+      const double p = static_cast<double>(scene_.selection_probability(*light));
+      const double alarm = settings_.level / (6.0 * static_cast<double>(chosen.size()));
+      findings_.judge(Convention::light_frequency, is_plausible(times, count, p, alarm));
       if (light->is_infinite() && !light->is_delta()) {
         bool is_listed = false;
         for (const Light* listed : scene_.infinite_lights()) is_listed = is_listed || listed == light;
@@ -143,6 +143,59 @@ class SceneChecker {
     std::sort(lights_.begin(), lights_.end(), [&](const auto& a, const auto& b) {
       return a.first != b.first ? a.first > b.first : first_draw[a.second] < first_draw[b.second];
     });
+  }
+
+  /// True when an event of probability `p` may have come `times` times in `count` draws: Bernstein's bound for a false
+  /// alarm with a probability of at most `alarm`.
+  [[nodiscard]] static bool is_plausible(std::size_t times, std::size_t count, double p, double alarm) {
+    const double n = static_cast<double>(count), share = static_cast<double>(times) / n;
+    const double logarithm = std::log(2.0 / alarm);
+    const double reach = std::sqrt(2.0 * std::max(p * (1.0 - p), 0.0) * logarithm / n) + logarithm / n;
+    return std::abs(share - p) <= reach + 1e-4;
+  }
+
+  /// The light choice of a scene that chooses for the receiver, at hits of subpaths.
+  void choose_lights_for_receivers() {
+    if constexpr (chooses_for_receiver<Sc>()) {
+      const std::size_t stride = std::max<std::size_t>(1, vertices_.size() / settings_.receivers);
+      for (std::size_t i = 0; i < vertices_.size(); i += stride)
+        if (!vertices_[i].hit.bsdf.is_purely_delta()) choose_lights_for(vertices_[i]);
+    }
+  }
+  void choose_lights_for(const Vertex& receiver) requires SceneWithReceiverChoice<Sc> {
+    const Point& from = receiver.hit.point;
+    const std::size_t looked_at = std::min(lights_.size(), settings_.most_lights);
+    std::map<const Light*, std::size_t> chosen;
+    for (std::size_t i = 0; i < looked_at; ++i) chosen[lights_[i].second] = 0;
+    for (std::size_t i = 0; i < settings_.samples; ++i) {
+      const auto choice = scene_.sample_light(from, random_number());
+      if (choice.light == nullptr) continue;
+      if (++chosen[choice.light] > 16) continue;
+      findings_.count(Convention::receiver_choice,
+                      detail::nearly(static_cast<double>(choice.selection_probability),
+                                     static_cast<double>(scene_.selection_probability(*choice.light, from)), 1e-3));
+    }
+    const double alarm =
+        settings_.level / (12.0 * static_cast<double>(2 * settings_.receivers) * static_cast<double>(chosen.size()));
+    for (const auto& [light, times] : chosen)
+      findings_.judge(Convention::receiver_frequency,
+                      is_plausible(times, settings_.samples,
+                                   static_cast<double>(scene_.selection_probability(*light, from)), alarm));
+    for (std::size_t i = 0; i < looked_at; ++i) {
+      const Light& light = *lights_[i].second;
+      if (reaches(light, receiver))
+        findings_.count(Convention::receiver_reach, scene_.selection_probability(light, from) > T(0));
+    }
+  }
+  /// True when one sample of the light is seen from the receiver and scattered there.
+  [[nodiscard]] bool reaches(const Light& light, const Vertex& receiver) {
+    const Point& from = receiver.hit.point;
+    const auto sample = light.sample_next_event(from, two());
+    if (!sample || is_black(sample->weight)) return false;
+    if (is_black(receiver.hit.bsdf.evaluate(-receiver.ray.direction, sample->to_light, TransportMode::radiance).value))
+      return false;
+    return scene_.visible(light.is_infinite() ? leave(from, sample->to_light)
+                                              : segment(from, sample->origin, sample->to_light));
   }
 
   void walk_from_lights() {

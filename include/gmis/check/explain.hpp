@@ -3,6 +3,7 @@
 #include <string>
 
 #include "gmis/core/effects.hpp"
+#include "gmis/core/light_choice.hpp"
 #include "gmis/core/requirements.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 
@@ -24,6 +25,10 @@ template <Scene Sc>
       text += "Scene::effects() names every effect: no technique is left out for the scene's sake\n";
     if (!effects.has_lights()) text += "Scene::effects() names no light: the picture will be black\n";
   }
+  if constexpr (!chooses_for_receiver<Sc>())
+    text +=
+        "Scene::sample_light(from, u) and selection_probability(light, from) are missing: next events choose lights "
+        "without regard to their receiver, which makes more noise with many lights of which each reaches little\n";
   if constexpr (!BsdfWithLobes<B>)
     text +=
         "Bsdf names no lobes (BsdfWithLobes): a light tree that splits draws its children from sample() alone, with "

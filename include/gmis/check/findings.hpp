@@ -34,6 +34,9 @@ enum class Convention : std::uint8_t {
   visible_true,
   light_choice,
   light_frequency,
+  receiver_choice,
+  receiver_frequency,
+  receiver_reach,
   light_infinite_list,
   light_not_hit,
   light_delta_densities,
@@ -99,6 +102,13 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "Scene::visible must be false when a surface lies between 0 and Ray::t_max: it is true where intersect finds one",
       "Scene: sample_light and selection_probability must state the same probability for a light",
       "Scene::selection_probability must be the probability with which sample_light chooses the light",
+      "Scene: sample_light(from, u) and selection_probability(light, from) must state the same probability for the "
+      "same "
+      "receiver",
+      "Scene::selection_probability(light, from) must be the probability with which sample_light(from, u) chooses the "
+      "light",
+      "Scene::selection_probability(light, from) must be positive wherever the light reaches the receiver and is "
+      "scattered there",
       "Scene::infinite_lights must list every infinite light that is no delta light",
       "A ray towards a point of a light that is no delta light must hit it, with Hit::light pointing to that light",
       "A delta light must state the density 1 for what it fixes: next_event_density, and EmissionDensity::origin",

@@ -196,6 +196,8 @@ concept OneSpectrum = std::same_as<typename S::Bsdf::Spectrum, typename S::Spect
 /// - `sample_light(u)`: a light, chosen with a probability that does not depend on the receiver; a null light when the
 ///   scene has none.
 /// - `selection_probability(light)`: the probability with which `sample_light` chooses this light.
+/// - `sample_light(from, u)`, `selection_probability(light, from)`, optional: the choice of next events at the surface
+///   point `from` (`SceneWithReceiverChoice`, core/light_choice.hpp).
 /// - `infinite_lights()`: a range of `const Light*` with the infinite lights, which rays that leave the scene hit.
 ///   Delta lights may be left out.
 /// - `camera()`: the camera.

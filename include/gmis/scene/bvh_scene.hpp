@@ -7,12 +7,14 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
+#include "gmis/core/light_choice.hpp"
 #include "gmis/scene/alias_table.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/bvh.hpp"
 #include "gmis/scene/camera.hpp"
 #include "gmis/scene/edge_margin.hpp"
 #include "gmis/scene/light.hpp"
+#include "gmis/scene/light_hierarchy.hpp"
 #include "gmis/scene/surface_model.hpp"
 
 namespace gmis::scene {
@@ -80,6 +82,23 @@ class BvhScene {
     return {&light, light.selection_probability()};
   }
   [[nodiscard]] T selection_probability(const Light& light) const noexcept { return light.selection_probability(); }
+  /// For next events: as above, or by the light hierarchy when the builder was told so. Without one `from` stays in
+  /// registers: the hierarchy gets a copy.
+  [[nodiscard]] LightChoice<T, Light> sample_light(const SurfacePoint<T>& from, T u) const noexcept {
+    if (has_light_hierarchy_) [[unlikely]] {
+      const SurfacePoint<T> receiver = from;
+      const auto choice = light_hierarchy_.sample(receiver, u);
+      return {&lights_[choice.light], choice.probability};
+    }
+    return sample_light(u);
+  }
+  [[nodiscard]] T selection_probability(const Light& light, const SurfacePoint<T>& from) const noexcept {
+    if (has_light_hierarchy_) [[unlikely]] {
+      const SurfacePoint<T> receiver = from;
+      return light_hierarchy_.probability(static_cast<std::size_t>(&light - lights_.data()), receiver);
+    }
+    return light.selection_probability();
+  }
   [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
   /// All lights.
   [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
@@ -248,12 +267,15 @@ class BvhScene {
   std::vector<Light> lights_;
   std::vector<const Light*> infinite_lights_;
   AliasTable<T> light_choice_;
+  LightHierarchy<T> light_hierarchy_;
   Camera camera_;
   SceneStatistics statistics_;
   Effects effects_;
-  bool has_cut_surfaces_ = false;  ///< some surface is not everywhere
+  bool has_cut_surfaces_ = false;     ///< some surface is not everywhere
+  bool has_light_hierarchy_ = false;  ///< next events choose lights by it; otherwise as light subpaths do
 };
 
+static_assert(gmis::SceneWithReceiverChoice<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<double>>);
 

@@ -7,6 +7,7 @@
 #include "gmis/core/warp.hpp"
 #include "gmis/scene/edge_margin.hpp"
 #include "gmis/scene/environment_map.hpp"
+#include "gmis/scene/light_bounds.hpp"
 #include "gmis/scene/spot_cone.hpp"
 
 namespace gmis::scene {
@@ -112,6 +113,27 @@ class Light {
         return map_->total() / static_cast<double>(inverse_area_);
     }
     return 0;
+  }
+
+  /// Where a light with a position is and in which directions it shines.
+  [[nodiscard]] LightBounds bounds() const noexcept {
+    LightBounds bounds;
+    bounds.power = power();
+    bounds.box.add(glm::dvec3(origin_));
+    if (kind_ == Kind::triangle) {
+      bounds.box.add(glm::dvec3(origin_ + edge_b_));
+      bounds.box.add(glm::dvec3(origin_ + edge_c_));
+      bounds.axis = glm::dvec3(normal_);
+      if (!is_two_sided_) bounds.spread = 0;
+    } else if (kind_ == Kind::sphere) {
+      bounds.box.add(glm::dvec3(origin_) - static_cast<double>(radius_));
+      bounds.box.add(glm::dvec3(origin_) + static_cast<double>(radius_));
+    } else if (kind_ == Kind::spot) {
+      bounds.axis = glm::dvec3(cone_.axis());
+      bounds.spread = cone_.outer_angle();
+      bounds.emission = 0;
+    }
+    return bounds;
   }
 
   /// True for a light that no ray can hit.

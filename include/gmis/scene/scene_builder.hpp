@@ -12,6 +12,7 @@
 #include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
+#include "gmis/scene/light_hierarchy_build.hpp"
 #include "gmis/scene/material_effects.hpp"
 
 namespace gmis::scene {
@@ -20,6 +21,12 @@ namespace gmis::scene {
 struct AreaEmission {
   glm::dvec3 radiance{1};     ///< per steradian and area
   bool is_two_sided = false;  ///< else on the side of the normal alone
+};
+
+/// How a scene chooses the lights of next events. Light subpaths choose them by power.
+enum class LightSelection {
+  by_power,     ///< with probabilities proportional to power
+  by_receiver,  ///< by power, distance and orientation as seen from the receiver (`LightHierarchy`)
 };
 
 /// Triangles with shared corners, in world coordinates. The geometric normal of a triangle is (b − a) × (c − a).
@@ -141,6 +148,10 @@ class SceneBuilder {
     infinite_lights_.push_back(Light<T>::environment(*map));
     environment_maps_.push_back(std::move(map));
   }
+
+  /// `by_receiver` costs a walk down a tree at every next event and emitter hit. It pays where many lights each reach
+  /// little of the scene. By power is the default.
+  void set_light_selection(LightSelection selection) { light_selection_ = selection; }
 
   /// The camera of the scene; a scene needs one.
   void set_camera(const CameraDescription& camera) {
@@ -376,6 +387,9 @@ class SceneBuilder {
       if (!chances.empty()) lights[i].set_selection_probability(static_cast<T>(chances[i]));
       if (lights[i].is_infinite()) scene.infinite_lights_.push_back(&lights[i]);
     }
+    if (light_selection_ != LightSelection::by_receiver || scene.light_choice_.is_empty()) return;
+    scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights);
+    scene.has_light_hierarchy_ = true;
   }
 
   void fill_slots(Scene& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
@@ -445,6 +459,7 @@ class SceneBuilder {
   std::vector<Light<T>> infinite_lights_;
   std::vector<std::shared_ptr<const EnvironmentMap<T>>> environment_maps_;
   std::optional<CameraDescription> camera_;
+  LightSelection light_selection_ = LightSelection::by_power;
 };
 
 }  // namespace gmis::scene

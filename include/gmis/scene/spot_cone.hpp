@@ -22,6 +22,11 @@ class SpotCone {
     const Vec3<T> difference = direction - axis_;
     return falloff_at(glm::dot(difference, difference) / T(2));
   }
+  [[nodiscard]] const Vec3<T>& axis() const noexcept { return axis_; }
+  /// Half angle of the outer cone in radians.
+  [[nodiscard]] double outer_angle() const noexcept {
+    return 2 * std::asin(std::min(1.0, std::sqrt(static_cast<double>(outer_) / 2)));
+  }
   /// ∫ falloff over the sphere, in steradians: the flux of a spot light with intensity 1 on the axis.
   [[nodiscard]] T solid_angle() const noexcept { return pi<T> * (inner_ + outer_); }
 

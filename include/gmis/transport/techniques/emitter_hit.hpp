@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gmis/core/light_choice.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
 
@@ -41,12 +42,13 @@ struct EmitterHit {
       output.add(id, throughput * emitted.radiance, context.recursion.seen_directly());
       return;
     }
-    const ScalarOf<S> choice = context.scene.selection_probability(light);
-    // a_0 and e_0 with the probability of choosing the light, and a_1 in the measure of `EmissionDensity::first`
-    // [Georgiev TR 37, 42, 43].
-    const auto weight = context.recursion.emitter_hit(weights, choice * emitted.density.origin,
-                                                      choice * light.next_event_density(origin, direction, from),
-                                                      emitted.density.first);
+    const LightChoice<ScalarOf<S>, L> choice{&light, context.scene.selection_probability(light)};
+    // a_0 and e_0, each with its own probability of choosing the light, and a_1 in the measure of
+    // `EmissionDensity::first` [Georgiev TR 37, 42, 43].
+    const auto weight = context.recursion.emitter_hit(
+        weights, choice.selection_probability * emitted.density.origin,
+        next_event_probability(context.scene, choice, from) * light.next_event_density(origin, direction, from),
+        emitted.density.first);
     output.add(id, throughput * emitted.radiance, weight);
   }
 };

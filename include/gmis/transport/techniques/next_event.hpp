@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gmis/core/light_choice.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
@@ -21,9 +22,9 @@ struct NextEvent {
     const auto [path_class, is_kept] = context.filter.join(
         [] { return HalfPath(); }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
     if (!is_kept) return;
-    const auto choice = context.scene.sample_light(u_light);
-    if (choice.light == nullptr) return;
     const auto& point = vertex.hit.point;
+    const auto choice = sample_light_for(context.scene, point, u_light);
+    if (choice.light == nullptr) return;
     const auto sample = choice.light->sample_next_event(point, Vec2<T>{u, v});
     if (!sample) return;
 
@@ -58,10 +59,11 @@ struct NextEvent {
         hit = vertex.children.forward * bsdf.pdf.forward.value *
               (std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared);
     }
-    // a_0 and e_0 with the probability of choosing the light, b_0, a_1, and the density back to x_2
+    // a_0 and e_0, each with its own probability of choosing the light, b_0, a_1, and the density back to x_2
     // [Georgiev TR 37, 44, 45].
     const auto weight = context.recursion.next_event(
-        vertex.weights, vertex.is_next_to_camera(), choice.selection_probability * sample->density.origin,
+        vertex.weights, vertex.is_next_to_camera(),
+        emission_probability(context.scene, choice) * sample->density.origin,
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
     if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);

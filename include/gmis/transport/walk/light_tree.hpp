@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "gmis/core/light_choice.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/techniques/splat.hpp"
 #include "gmis/transport/walk/context.hpp"
@@ -134,11 +135,12 @@ class LightTree {
       to_origin = is_infinite ? T(1)
                               : solid_angle_per_area(glm::dot(emission->origin.geometric_normal, emission->direction),
                                                      distance_squared);
-    const T next_event = choice.light->next_event_density(emission->origin, emission->direction, hit->point);
-    // a_0 and e_0, both with the probability of choosing the light  [Georgiev TR 31–33]
-    const auto weights =
-        context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
-                                              choice.selection_probability * next_event, density, to_origin);
+    // a_0 and e_0, each with its own probability of choosing the light; that of a next event is known only here, where its
+    // receiver x_1 is  [Georgiev TR 31–33]
+    const T next_event = next_event_probability(context_.scene, choice, hit->point) *
+                         choice.light->next_event_density(emission->origin, emission->direction, hit->point);
+    const auto weights = context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
+                                                               next_event, density, to_origin);
     const Vertex vertex{hit->point,
                         hit->bsdf,
                         -emission->direction,
