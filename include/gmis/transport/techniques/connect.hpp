@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
 
@@ -70,6 +71,7 @@ struct Connect {
     ++output.counters().shadow_rays;
     ++output.counters().connection_rays;
     if (!context.scene.visible(segment(point, light.point, link.direction))) return;
+    const S arriving = attenuated(context.scene, point, link.direction, light.point.position, value);
 
     // With x_{s−1} the light vertex and x_s the camera vertex  [Georgiev TR 37, 40, 41; docs/weights.md]:
     //   b_{s−1} = c ψ(x_s → x_{s−1}) g_{s−1},   a_s = c ψ(x_{s−1} → x_s) g_s,
@@ -83,7 +85,7 @@ struct Connect {
     if constexpr (observes_paths<Output>) output.on_light_vertex(light);
     output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),
                 static_cast<std::int16_t>(vertex.depth + 1), path_class},
-               value, weight);
+               arriving, weight);
   }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
 
@@ -65,7 +66,9 @@ struct NextEvent {
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
     if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);
-    output.add(id, value, weight);
+    output.add(id,
+               is_infinite ? value : attenuated(context.scene, point, sample->to_light, sample->origin.position, value),
+               weight);
   }
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
 
@@ -40,6 +41,7 @@ struct Splat {
 
     ++output.counters().shadow_rays;
     if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
+    const S arriving = attenuated(context.scene, light.point, seen->to_camera, seen->origin.position, value);
 
     // b_{k−1}: density of the pixel's camera rays per area at the light vertex
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
@@ -50,7 +52,7 @@ struct Splat {
                                                 camera_children * bsdf.pdf.reverse.value, camera_density);
     ++output.counters().splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
-                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, value, weight);
+                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, arriving, weight);
   }
 };
 
