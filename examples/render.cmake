@@ -26,6 +26,7 @@ target_compile_definitions(gmis_render_session PRIVATE GMIS_SCENE_FOLDER="${CMAK
 
 # What the command line of gmis-render adds; the demo does without it.
 add_library(gmis_render_program STATIC
+  support/manual.cpp
   support/options.cpp
   support/progress_bar.cpp
   support/replay.cpp
@@ -37,7 +38,7 @@ target_compile_definitions(gmis_render_program PRIVATE GMIS_VERSION="${PROJECT_V
 
 # Much to compile, little to run.
 set_source_files_properties(
-  support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
+  support/manual.cpp support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
   support/session.cpp support/statistics.cpp support/technique_sheet.cpp support/report/comparison.cpp
   support/report/html_report.cpp support/report/plot.cpp support/report/tables.cpp
   PROPERTIES COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1>)

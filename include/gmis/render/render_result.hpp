@@ -38,6 +38,9 @@ struct RenderSummary {
 /// A finished run.
 struct RenderResult : RenderSummary {
   Picture picture;
+  /// Estimated variance of every value of `picture`. Without values before two iterations; with dependent iterations
+  /// (`Sampler::sobol`) it needs `RenderRequest::intervals` and two replications.
+  Picture variance;
   Picture half_a, half_b;                    ///< with `RenderRequest::halves`: iterations 1, 3, 5 … and 2, 4, 6 …
   std::vector<TechniquePicture> techniques;  ///< with `RenderRequest::techniques`
   ClassPictures classes;                     ///< with `RenderRequest::class_pictures`
