@@ -217,12 +217,14 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   CHECK(run(folder, "--version").exit_code == 0);
   const Outcome list = run(folder, "--list-scenes");
   CHECK(list.exit_code == 0);
-  for (const char* line : {"cornell     The classic box", "paper1      Two metal balls", "paper2      ",
-                           "paper3      The back wall", "paper4      A glossy floor", "studio      Rough glass"}) {
+  for (const char* line :
+       {"cornell     The classic box", "paper1      Two metal balls", "paper2      ", "paper3      The back wall",
+        "paper4      A glossy floor", "studio      Rough glass", "leaves      Leaves cut out",
+        "metals      Five metals by name", "shade       A lamp in a paper", "tinted      Coloured glass absorbs"}) {
     CAPTURE(line);
     CHECK(list.out.find(line) != std::string::npos);
   }
-  CHECK(std::count(list.out.begin(), list.out.end(), '\n') == 6);
+  CHECK(std::count(list.out.begin(), list.out.end(), '\n') == 10);
 }
 
 TEST_CASE("The statistics hold every key that scripts rely on") {
