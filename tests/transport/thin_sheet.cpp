@@ -9,7 +9,7 @@
 // from everywhere. Light is the same at all points within: a wall there shows what it lets in, t, and the share r of what
 // the wall around it shows. So paths of k edges carry t r^(k−2) to a camera inside; to one outside, r by 2 edges, and from
 // within t · t r^(k−3). Each technique alone must find that, through the sheet or within it.
-// Some 60 comparisons, each at the level of a false alarm in 100,000 runs.
+// Some 45 comparisons, each at the level of a false alarm in 100,000 runs.
 
 namespace {
 
@@ -40,19 +40,19 @@ gmis::scene::BvhScene<float> sphere_seen_from(const Point& eye, const gmis::scen
 /// `carried(k)`: what paths of k edges carry.
 template <class Carried>
 void check_sphere(const Point& eye, const gmis::scene::Material<float>& sheet, const Carried& carried, double power) {
-  const int deepest = 5;
+  const int deepest = 4;
   const auto estimates =
-      gmis_test::estimate<gmis_test::ways::Vcm>(sphere_seen_from(eye, sheet), settings(deepest), 600);
+      gmis_test::estimate<gmis_test::ways::Vcm>(sphere_seen_from(eye, sheet), settings(deepest), 1200);
   for (int edges = 2; edges <= deepest; ++edges) {
     const double truth = carried(edges);
     CAPTURE(edges);
     check_closed_form("emitter hit", estimates.alone(Technique::emitter_hit, edges), truth, power);
     check_closed_form("next event", estimates.alone(Technique::next_event, edges), truth, power);
-    check_closed_form("splat", estimates.alone(Technique::splat, edges), truth, 10 * power);
+    check_closed_form("splat", estimates.alone(Technique::splat, edges), truth, 4 * power);
     if (edges > 2)
-      check_closed_form("connect", estimates.alone(Technique::connect, edges), truth * (edges - 2), 3 * power);
+      check_closed_form("connect", estimates.alone(Technique::connect, edges), truth * (edges - 2), 2 * power);
     // Photons on a curved wall: see furnace_techniques.cpp.
-    check_closed_form("together", estimates.together(edges), truth, 2 * power, 0.001);
+    check_closed_form("together", estimates.together(edges), truth, power, 0.001);
   }
 }
 
@@ -61,13 +61,13 @@ void check_sphere(const Point& eye, const gmis::scene::Material<float>& sheet, c
 TEST_CASE("light through a sheet, from within a sphere of it") {
   check_sphere(
       {0.3, 0.1, 0}, gmis::scene::make_diffuse_transmission(Point(r), Point(t)),
-      [](int edges) { return t * std::pow(r, edges - 2); }, 0.01);
+      [](int edges) { return t * std::pow(r, edges - 2); }, 0.025);
 }
 
 TEST_CASE("light through a sheet and out again") {
   check_sphere(
       {0, 0, 8}, gmis::scene::make_diffuse_transmission(Point(r), Point(t)),
-      [](int edges) { return edges == 2 ? r : t * t * std::pow(r, edges - 3); }, 0.02);
+      [](int edges) { return edges == 2 ? r : t * t * std::pow(r, edges - 3); }, 0.025);
 }
 
 TEST_CASE("a sheet that lets light through and reflects none") {
