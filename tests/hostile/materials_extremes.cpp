@@ -68,7 +68,7 @@ std::vector<Named<T>> layers() {
   for (const double reflectance : {0.0, 1e-30, 0.5})
     for (const double transmittance : {1e-30, 0.5, 1.0})
       result.emplace_back(
-          "sheet " + std::to_string(reflectance) + " and " + std::to_string(transmittance),
+          "sheet " + std::to_string(result.size()),
           make_diffuse_transmission<T>(Vec3<double>(reflectance * (1 - transmittance)), Vec3<double>(transmittance)));
   for (const double alpha : {0.0, 1e-3, 0.03, 1.0})
     for (const double coat : {0.0, 1e-3, 0.3, 1.0})
