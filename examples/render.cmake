@@ -61,3 +61,28 @@ target_link_libraries(gmis-render PRIVATE gmis_render_program)
 target_compile_definitions(gmis-render PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 target_link_libraries(gmis-compare PRIVATE gmis_render_program CLI11::CLI11)
 target_compile_definitions(gmis-compare PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
+
+# cmake --install BUILD --component gmis-render
+if(GMIS_INSTALL)
+  include(GNUInstallDirs)
+  install(TARGETS gmis-render RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT gmis-render EXCLUDE_FROM_ALL)
+  install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/gmis/scenes COMPONENT gmis-render EXCLUDE_FROM_ALL)
+  # The program prints them itself.
+  foreach(printed IN ITEMS
+    "--man|${CMAKE_INSTALL_MANDIR}/man1|gmis-render.1"
+    "--completion bash|${CMAKE_INSTALL_DATADIR}/bash-completion/completions|gmis-render"
+    "--completion zsh|${CMAKE_INSTALL_DATADIR}/zsh/site-functions|_gmis-render"
+    "--completion fish|${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d|gmis-render.fish")
+    string(REPLACE "|" ";" printed "${printed}")
+    list(GET printed 0 arguments)
+    list(GET printed 1 folder)
+    list(GET printed 2 file)
+    install(CODE "
+      set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${folder}\")
+      file(MAKE_DIRECTORY \"\${folder}\")
+      execute_process(COMMAND \"$<TARGET_FILE:gmis-render>\" ${arguments}
+        OUTPUT_FILE \"\${folder}/${file}\" COMMAND_ERROR_IS_FATAL ANY)
+      message(STATUS \"Installing: \${folder}/${file}\")
+      " COMPONENT gmis-render EXCLUDE_FROM_ALL)
+  endforeach()
+endif()
