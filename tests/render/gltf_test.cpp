@@ -198,6 +198,16 @@ TEST_CASE("What glTF has and this does not is said") {
   CHECK(error([](Json& j) { j["meshes"][0]["weights"] = {1.0}; }).find("morph") != std::string::npos);
 }
 
+TEST_CASE("Files that are missing are named") {
+  const auto error = [](const std::function<void(Json&)>& change) { return read_changed(change).error; };
+  CHECK(error([](Json& j) {
+          j["images"] = {{{"uri", "nowhere.png"}}};
+          j["textures"] = {{{"source", 0}}};
+          j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+        }).find("the image \"nowhere.png\" is missing") != std::string::npos);
+  CHECK(error([](Json& j) { j["buffers"][0]["uri"] = "nowhere.bin"; }).find("nowhere.bin") != std::string::npos);
+}
+
 TEST_CASE("Files that are damaged are refused in one line, or read") {
   CHECK(read_changed([](Json& j) { j["accessors"][0]["count"] = 5; }).error.find("beyond the end") !=
         std::string::npos);

@@ -75,6 +75,8 @@ TextureHandle Materials::texture(int index, int uv_set, const tinygltf::Extensio
     throw refuse("a texture has no image");
   const tinygltf::Image& image = model_.images[static_cast<std::size_t>(description.source)];
   const std::string name = !image.uri.empty() ? image.uri : image.name.empty() ? "image" : image.name;
+  if (image.image.empty() && !image.uri.empty())
+    throw refuse("the image " + in_quotes(image.uri) + " is missing: check its name");
   scene::TextureWrap wrap = scene::TextureWrap::repeat;
   scene::TextureFilter filter = scene::TextureFilter::bilinear;
   if (description.sampler >= 0 && static_cast<std::size_t>(description.sampler) < model_.samplers.size()) {
