@@ -2,7 +2,8 @@
 """Renders the built-in scenes, and makes a page of the pictures with what each cost: time, error, plan.
 
 Every figure comes from the statistics that gmis-render writes. Usage: gallery.py PROGRAM [--time SECONDS] [--width PIXELS]
-[--out FOLDER] [--docs]; --docs also writes docs/gallery.md, with the pictures in docs/gallery/.
+[--out FOLDER] [--docs]; --docs takes small pictures and a number of iterations, so that they are the same on all machines, and writes
+docs/gallery.md with the pictures in docs/gallery/.
 """
 
 import argparse
@@ -32,7 +33,7 @@ PICTURES = [
 
 
 def film_size(text):
-    return [int(re.search(rf'"integer {axis}resolution" \[ (\d+) \]', text).group(1)) for axis in "xy"]
+    return [int(re.search(rf'"integer {axis}resolution" \[?\s*(\d+)', text).group(1)) for axis in "xy"]
 
 
 def time_words(seconds):
@@ -50,11 +51,11 @@ def error_words(estimate):
     return words + ", without an interval: rare, bright samples rule it"
 
 
-def render(program, folder, name, options, seconds, width):
+def render(program, folder, name, options, budget, width):
     text = (SCENES / f"{name}.pbrt").read_text()
     film_width, film_height = film_size(text)
     size = f"{width}x{round(width * film_height / film_width)}"
-    arguments = [name, "--size", size, "--time", f"{seconds:g}", *options]
+    arguments = [name, "--size", size, *budget, *options]
     files = ["--out", str(folder / f"{name}.png"), "--out", str(folder / f"{name}.exr"), "--stats", str(folder / f"{name}.json")]
     print("gmis-render", *arguments, file=sys.stderr, flush=True)
     subprocess.run([program, *arguments, *files, "--quiet"], check=True)
@@ -64,7 +65,7 @@ def render(program, folder, name, options, seconds, width):
         "title": text.splitlines()[0].lstrip("# "),
         "command": "gmis-render " + " ".join(arguments),
         "size": size.replace("x", " × "),
-        "time": f"{time_words(facts['seconds']['cpu'])} of processor time, {time_words(facts['seconds']['wall'])} on {facts['threads']} threads",
+        "time": f"{time_words(facts['seconds']['cpu'])} of processor time",
         "error": error_words(facts["estimate"]),
         "plan": facts["plan"],
         "iterations": facts["iterations"],
@@ -98,13 +99,13 @@ def page_of(pictures):
     )
 
 
-def markdown_of(pictures, seconds):
+def markdown_of(pictures):
     lines = [
         "# Gallery",
         "",
-        f"The built-in scenes, {seconds:g} seconds each. `./run gallery --docs` renders them, and writes this page and its figures; `./run gallery`",
-        "renders larger pictures, to `out/gallery/gallery.html`. The integrator is `auto`. The error is that of the whole picture, estimated without",
-        "a reference, with its interval of 95 % where it has one.",
+        f"The built-in scenes, {pictures[0]['iterations']} iterations each. `./run gallery --docs` renders them, and writes this page and its figures;",
+        "`./run gallery` renders larger pictures, for a given time, to `out/gallery/gallery.html`. The integrator is `auto`. The error is that of the",
+        "whole picture, estimated without a reference, with its interval of 95 % where it has one.",
         "",
     ]
     for p in pictures:
@@ -135,10 +136,10 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=PROJECT / "out" / "gallery")
     parser.add_argument("--docs", action="store_true")
     options = parser.parse_args()
-    seconds = options.time or (10 if options.docs else 30)
-    width = options.width or (112 if options.docs else 480)
+    budget = ["--iterations", "128"] if options.docs else ["--time", f"{options.time or 30:g}"]
+    width = options.width or (104 if options.docs else 480)
     options.out.mkdir(parents=True, exist_ok=True)
-    pictures = [render(options.program, options.out, name, extra, seconds, width) for name, extra in PICTURES]
+    pictures = [render(options.program, options.out, name, extra, budget, width) for name, extra in PICTURES]
     page = options.out / "gallery.html"
     page.write_text(page_of(pictures))
     print(page)
@@ -147,7 +148,7 @@ def main():
         folder.mkdir(exist_ok=True)
         for p in pictures:
             shutil.copy(options.out / f"{p['name']}.png", folder)
-        (PROJECT / "docs" / "gallery.md").write_text(markdown_of(pictures, seconds))
+        (PROJECT / "docs" / "gallery.md").write_text(markdown_of(pictures))
         print(PROJECT / "docs" / "gallery.md")
 
 

@@ -102,4 +102,5 @@ TEST_CASE("what cannot be the boundary of a medium is refused") {
   gmis::scene::MaterialTextures<float> cut;
   cut.opacity = half;
   CHECK_THROWS_AS(with_textures(glass, cut), std::invalid_argument);
+  CHECK_THROWS_AS(with_absorption(with_textures(make_dielectric<float>(1.5), cut), Vec(1)), std::invalid_argument);
 }

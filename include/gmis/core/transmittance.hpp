@@ -24,19 +24,24 @@ concept SceneWithAbsorption = Scene<S> && requires(const S& scene, const Ray<Sca
   { scene.transmittance(ray) } -> std::convertible_to<typename S::Spectrum>;
 };
 
-/// `value` times the transmittance of the segment from `from` along `direction` (unit) to the point `to`, which is
-/// visible from there. Scenes without absorption return `value`.
+/// True when light is absorbed somewhere in the scene. Where it is false, nothing else of this file runs.
 template <Scene Sc>
-[[nodiscard]] inline typename Sc::Spectrum attenuated(const Sc& scene,
-                                                      const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& from,
-                                                      const Vec3<ScalarOf<typename Sc::Spectrum>>& direction,
-                                                      const Vec3<ScalarOf<typename Sc::Spectrum>>& to,
-                                                      const typename Sc::Spectrum& value) noexcept {
-  if constexpr (SceneWithAbsorption<Sc>) {
-    if (scene.has_absorption()) [[unlikely]]
-      return value * scene.transmittance(leave(from, direction, glm::length(to - from.position)));
-  }
-  return value;
+[[nodiscard]] constexpr bool absorbs(const Sc& scene) noexcept {
+  if constexpr (SceneWithAbsorption<Sc>)
+    return scene.has_absorption();
+  else
+    return false;
+}
+
+/// Multiplies `value` by the transmittance of the segment from `from` along `direction` (unit) to the point `to`, which is
+/// visible from there. Call it where `absorbs(scene)`.
+template <Scene Sc>
+[[gnu::always_inline]] inline void attenuate(const Sc& scene, const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& from,
+                                             const Vec3<ScalarOf<typename Sc::Spectrum>>& direction,
+                                             const Vec3<ScalarOf<typename Sc::Spectrum>>& to,
+                                             typename Sc::Spectrum& value) noexcept {
+  if constexpr (SceneWithAbsorption<Sc>)
+    value = value * scene.transmittance(leave(from, direction, glm::length(to - from.position)));
 }
 
 }  // namespace gmis

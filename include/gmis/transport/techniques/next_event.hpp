@@ -32,7 +32,7 @@ struct NextEvent {
                                                              TransportMode::radiance);
     if (is_black(bsdf.value)) return;
     const T cosine = scattering_cosine(point, vertex.to_prev, sample->to_light, TransportMode::radiance);
-    const S value = vertex.throughput * bsdf.value * sample->weight * (cosine / choice.selection_probability);
+    S value = vertex.throughput * bsdf.value * sample->weight * (cosine / choice.selection_probability);
     if (is_black(value)) return;
 
     const bool is_infinite = choice.light->is_infinite();
@@ -66,9 +66,9 @@ struct NextEvent {
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
     if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);
-    output.add(id,
-               is_infinite ? value : attenuated(context.scene, point, sample->to_light, sample->origin.position, value),
-               weight);
+    if (absorbs(context.scene) && !is_infinite) [[unlikely]]
+      attenuate(context.scene, point, sample->to_light, sample->origin.position, value);
+    output.add(id, value, weight);
   }
 
  private:

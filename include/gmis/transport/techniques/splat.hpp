@@ -35,13 +35,13 @@ struct Splat {
     // rays, here per area perpendicular to the ray at the light vertex.
     const T response = seen->density * falloff;
     const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
-    const S value =
-        light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.tree_count));
+    S value = light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.tree_count));
     if (is_black(value)) return;
 
     ++output.counters().shadow_rays;
     if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
-    const S arriving = attenuated(context.scene, light.point, seen->to_camera, seen->origin.position, value);
+    if (absorbs(context.scene)) [[unlikely]]
+      attenuate(context.scene, light.point, seen->to_camera, seen->origin.position, value);
 
     // b_{k−1}: density of the pixel's camera rays per area at the light vertex
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
@@ -52,7 +52,7 @@ struct Splat {
                                                 camera_children * bsdf.pdf.reverse.value, camera_density);
     ++output.counters().splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
-                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, arriving, weight);
+                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, value, weight);
   }
 };
 

@@ -100,7 +100,8 @@ class CameraSubpath {
         escape(edge);
         return;
       }
-      edge.throughput = attenuated(context_.scene, edge.from, edge.step.to_next, hit->point.position, edge.throughput);
+      if (absorbs(context_.scene)) [[unlikely]]
+        attenuate(context_.scene, edge.from, edge.step.to_next, hit->point.position, edge.throughput);
       Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
       if (!arrive(edge, vertex)) return;
       if (context_.has.emitter_hit && vertex.hit.light != nullptr)

@@ -140,13 +140,13 @@ class LightTree {
     const auto weights =
         context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                               choice.selection_probability * next_event, density, to_origin);
-    const S emitted = is_infinite ? emission->weight
-                                  : attenuated(context_.scene, emission->origin, emission->direction,
-                                               hit->point.position, emission->weight);
+    S throughput = emission->weight * (T(1) / choice.selection_probability);
+    if (absorbs(context_.scene) && !is_infinite) [[unlikely]]
+      attenuate(context_.scene, emission->origin, emission->direction, hit->point.position, throughput);
     const Vertex vertex{hit->point,
                         hit->bsdf,
                         -emission->direction,
-                        emitted * (T(1) / choice.selection_probability),
+                        throughput,
                         weights,
                         children_of(hit->bsdf),
                         1,
@@ -178,12 +178,13 @@ class LightTree {
     vertex.weights = context_.recursion.extend_light(from.weights, from.is_photon, step.is_delta, step.reverse,
                                                      to_area_back, density);
     vertex.is_photon = context_.makes_photons(from.bsdf);
-    const S arriving = attenuated(context_.scene, from.point, step.to_next, hit->point.position, from.throughput);
+    if (absorbs(context_.scene)) [[unlikely]]
+      attenuate(context_.scene, from.point, step.to_next, hit->point.position, vertex.throughput);
     // From here on `from` is the next vertex.
     vertex.point = hit->point;
     vertex.bsdf = hit->bsdf;
     vertex.to_prev = -step.to_next;
-    vertex.throughput = arriving * step.weight;
+    vertex.throughput = vertex.throughput * step.weight;
     vertex.children = children_of(hit->bsdf);
     ++vertex.depth;
     vertex.path = path;
