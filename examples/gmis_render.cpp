@@ -11,6 +11,7 @@
 #include <new>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/state_archive.hpp"
@@ -260,6 +261,7 @@ int run(Options options) {
     };
   ImageExtras extras;
   extras.exposure = static_cast<float>(std::exp2(options.exposure));
+  extras.tone = options.tone;
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
   request.on_picture = [&](const gmis::Picture& picture) {
@@ -286,9 +288,7 @@ int run(Options options) {
 
   extras.notes = notes_of(options, result, facts.plan);
   if (options.layers) extras.layers = first_hit_layers(scene, request.crop, executor);
-  if (options.layers)
-    for (const ClassImage& one : result.classes.classes)
-      extras.layers.push_back({std::string(gmis::name_of(one.path_class)), "RGB", one.image});
+  for (ImageLayer& layer : layers_of(result, options)) extras.layers.push_back(std::move(layer));
   std::vector<std::filesystem::path> written;
   for (const auto& output : options.outputs)
     if (failures.attempt([&] { write_output(result, output, options.halves, extras); })) written.push_back(output);

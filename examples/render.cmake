@@ -26,6 +26,7 @@ target_compile_definitions(gmis_render_session PRIVATE GMIS_SCENE_FOLDER="${CMAK
 
 # What the command line of gmis-render adds; the demo does without it.
 add_library(gmis_render_program STATIC
+  support/manual.cpp
   support/options.cpp
   support/progress_bar.cpp
   support/replay.cpp
@@ -42,7 +43,7 @@ set_source_files_properties(
   PROPERTIES COMPILE_OPTIONS "${gmis_full_options}")
 # Much to compile, little to run.
 set_source_files_properties(
-  support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
+  support/manual.cpp support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
   support/session.cpp support/statistics.cpp support/technique_sheet.cpp support/report/comparison.cpp
   support/report/html_report.cpp support/report/plot.cpp support/report/tables.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Debug>:-O0>)
@@ -66,3 +67,28 @@ target_link_libraries(gmis-render PRIVATE gmis_render_program)
 target_compile_definitions(gmis-render PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 target_link_libraries(gmis-compare PRIVATE gmis_render_program CLI11::CLI11)
 target_compile_definitions(gmis-compare PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
+
+# cmake --install BUILD --component gmis-render
+if(GMIS_INSTALL)
+  include(GNUInstallDirs)
+  install(TARGETS gmis-render RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT gmis-render EXCLUDE_FROM_ALL)
+  install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/gmis/scenes COMPONENT gmis-render EXCLUDE_FROM_ALL)
+  # The program prints them itself.
+  foreach(printed IN ITEMS
+    "--man|${CMAKE_INSTALL_MANDIR}/man1|gmis-render.1"
+    "--completion bash|${CMAKE_INSTALL_DATADIR}/bash-completion/completions|gmis-render"
+    "--completion zsh|${CMAKE_INSTALL_DATADIR}/zsh/site-functions|_gmis-render"
+    "--completion fish|${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d|gmis-render.fish")
+    string(REPLACE "|" ";" printed "${printed}")
+    list(GET printed 0 arguments)
+    list(GET printed 1 folder)
+    list(GET printed 2 file)
+    install(CODE "
+      set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${folder}\")
+      file(MAKE_DIRECTORY \"\${folder}\")
+      execute_process(COMMAND \"$<TARGET_FILE:gmis-render>\" ${arguments}
+        OUTPUT_FILE \"\${folder}/${file}\" COMMAND_ERROR_IS_FATAL ANY)
+      message(STATUS \"Installing: \${folder}/${file}\")
+      " COMPONENT gmis-render EXCLUDE_FROM_ALL)
+  endforeach()
+endif()

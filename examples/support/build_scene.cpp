@@ -1,5 +1,6 @@
 #include "support/build_scene.hpp"
 
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <map>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/scene/absorption.hpp"
 #include "gmis/scene/scene_builder.hpp"
 
 namespace gmis::tools {
@@ -82,7 +84,8 @@ scene::Material<float> material_of(const MaterialDescription& description,
   return scene::with_textures(plain, std::move(textures));
 }
 
-/// The materials as the builder numbers them; those of shapes with an opacity are made when the first such shape comes.
+/// The materials as the builder numbers them; those of shapes with an opacity or with media are made when the first such
+/// shape comes.
 class Materials {
  public:
   Materials(Builder& builder, const std::vector<MaterialDescription>& descriptions) : builder_(builder) {
@@ -93,6 +96,7 @@ class Materials {
       });
   }
   [[nodiscard]] std::size_t number_of(const ShapeDescription& shape) {
+    if (shape.absorption) return number_of(shape.material, *shape.absorption);
     if (!shape.opacity) return shape.material;
     const auto [place, is_new] = cut_.try_emplace({shape.material, shape.opacity.get()}, 0);
     if (is_new) {
@@ -104,8 +108,16 @@ class Materials {
   }
 
  private:
+  [[nodiscard]] std::size_t number_of(std::size_t material, const AbsorptionDescription& media) {
+    const Rgb &in = media.inside, &out = media.outside;
+    const auto [place, is_new] = boundaries_.try_emplace({double(material), in.x, in.y, in.z, out.x, out.y, out.z}, 0);
+    if (is_new) place->second = builder_.add_material(scene::with_absorption(made_.at(material), in, out));
+    return place->second;
+  }
+
   Builder& builder_;
   std::vector<scene::Material<float>> made_;
+  std::map<std::array<double, 7>, std::size_t> boundaries_;
   std::map<std::pair<std::size_t, const void*>, std::size_t> cut_;
 };
 

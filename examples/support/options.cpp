@@ -11,6 +11,7 @@
 #include "gmis/transport/effects/effect_switches.hpp"
 #include "support/diagnostics.hpp"
 #include "support/instruction_set.hpp"
+#include "support/manual.hpp"
 
 namespace gmis::tools {
 namespace {
@@ -86,76 +87,124 @@ void require_above_zero(const char* option, double value) {
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
   std::string replay, aov, isa, radius, sampler = "independent";
+  std::string tone = "clamp", completion;
   double seconds = 0, relative_error = 0;
+  bool manual = false;
 };
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene", options.scene, "A .pbrt file or the name of a built-in scene");
   app.add_flag("--list-scenes", options.list_scenes, "Print the built-in scenes, a line each");
+  app.add_option("--integrator", raw.integrator,
+                 "auto (what the scene calls for and what pays in it; the default), pt, lt, bpt, ppm, bpm, vcm or gmis")
+      ->type_name("auto|pt|lt|bpt|ppm|bpm|vcm|gmis");
   app.add_option(
-      "--integrator", raw.integrator,
-      "auto (what the scene calls for and what pays in it; the default), pt, lt, bpt, ppm, bpm, vcm or gmis");
-  app.add_option(
-      "--split", raw.split,
-      "What gmis does beyond vcm: local (counts that depend on the surface; the default), or split subpaths: "
-      "budgeted, paper or adaptive; none: nothing");
+         "--split", raw.split,
+         "What gmis does beyond vcm: local (counts that depend on the surface; the default), or split subpaths: "
+         "budgeted, paper or adaptive; none: nothing")
+      ->type_name("local|budgeted|paper|adaptive|none");
   app.add_option("--camera-split", options.camera_split,
-                 "Children of the first non-specular camera vertex, with gmis (1; adaptive: measured)");
+                 "Children of the first non-specular camera vertex, with gmis (1; adaptive: measured)")
+      ->type_name("NUMBER");
   app.add_option("--connections", raw.connections,
-                 "Light vertices drawn per camera vertex: a number, auto (measured) or paired (all of one tree)");
+                 "Light vertices drawn per camera vertex: a number, auto (measured) or paired (all of one tree)")
+      ->type_name("auto|paired|NUMBER");
   app.add_option("--scheme", raw.scheme,
-                 "How the children of a split vertex are drawn: R1 R2 R3 N1 N2 N3 (the default)");
-  app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)");
-  app.add_option("--max-depth", options.max_depth, "Most segments of a path, 1 to 256 (16); 2 is direct light");
+                 "How the children of a split vertex are drawn: R1 R2 R3 N1 N2 N3 (the default)")
+      ->type_name("R1|R2|R3|N1|N2|N3");
+  app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)")->type_name("WIDTHxHEIGHT");
+  app.add_option("--max-depth", options.max_depth, "Most segments of a path, 1 to 256 (16); 2 is direct light")
+      ->type_name("NUMBER");
   app.add_option("--radius", raw.radius,
                  "Merging radius of the first iteration in pixel widths, or with a u behind in scene units (0.4 pixel "
-                 "widths; with local counts 3.2)");
-  app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)");
-  app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto chooses)");
-  app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)");
+                 "widths; with local counts 3.2)")
+      ->type_name("NUMBER");
+  app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)")->type_name("NUMBER");
+  app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto chooses)")->type_name("NUMBER");
+  app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)")->type_name("NUMBER");
   app.add_option(
-      "--sampler", raw.sampler,
-      "How numbers are drawn: independent (the default) or sobol, 8 replications of low-discrepancy iterations");
-  app.add_option("--threads", options.threads, "Threads (all cores)");
-  app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)");
-  app.add_option("--time", raw.seconds, "Stop after so many seconds");
-  app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small");
+         "--sampler", raw.sampler,
+         "How numbers are drawn: independent (the default) or sobol, 8 replications of low-discrepancy iterations")
+      ->type_name("independent|sobol");
+  app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
+  app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)")->type_name("NUMBER");
+  app.add_option("--time", raw.seconds, "Stop after so many seconds")->type_name("SECONDS");
+  app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small")
+      ->type_name("NUMBER");
   app.add_option("--isa", raw.isa,
-                 "Fail unless the program is compiled for this level of the processor: x86-64 or x86-64-v3");
-  app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only");
+                 "Fail unless the program is compiled for this level of the processor: x86-64 or x86-64-v3")
+      ->type_name("x86-64|x86-64-v3");
+  app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only")->type_name("X0,Y0,X1,Y1");
   app.add_option("--effects", options.effects,
                  "Render only some effects: a list of no-NAME or NAME-only, of emission, direct, caustics, indirect, "
-                 "mirrored, specular, glossy or a path class such as LS+DE");
+                 "mirrored, specular, glossy or a path class such as LS+DE")
+      ->type_name("LIST");
   app.add_option(
-      "--max-rejected", options.max_rejected,
-      "Fail when more than this share of the contributions is not finite, negative or of density zero (1e-4)");
+         "--max-rejected", options.max_rejected,
+         "Fail when more than this share of the contributions is not finite, negative or of density zero (1e-4)")
+      ->type_name("NUMBER");
   app.add_flag("--list-rejected", options.list_rejected, "Print the first paths of which something was rejected");
   app.add_option("--replay", raw.replay,
-                 "Render nothing, print all about one path: ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE");
-  app.add_option("--techniques", options.techniques_folder, "Write an image per technique into this folder");
+                 "Render nothing, print all about one path: ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE")
+      ->type_name("PATH");
+  app.add_option("--techniques", options.techniques_folder, "Write an image per technique into this folder")
+      ->type_name("FOLDER");
   app.add_option(
-      "--aov", raw.aov,
-      "classes: write an image per path class into the folder NAME_classes by the output; layers: albedo, normal "
-      "and depth as layers of each .exr; or both, with a comma");
-  app.add_option("--exposure", options.exposure, "Make .png files 2^EV times as bright (0)");
+         "--aov", raw.aov,
+         "classes: write an image per path class into the folder NAME_classes by the output; layers: albedo, normal, "
+         "depth and variance as layers of each .exr, and the classes, too; techniques: an image per technique as "
+         "layers; "
+         "or several, with commas")
+      ->type_name("classes|layers|techniques");
+  app.add_option("--exposure", options.exposure, "Make .png files 2^EV times as bright (0)")->type_name("EV");
+  app.add_option("--tone", raw.tone,
+                 "How .png files are brought to values from 0 to 1: clamp (cut; the default), reinhard (x / (1 + "
+                 "luminance)) or filmic (a fit of the ACES curve); the sRGB curve follows")
+      ->type_name("clamp|reinhard|filmic");
   app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
   app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
+      ->type_name("FILE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)
       ->allow_extra_args(false);
-  app.add_option("--stats", options.statistics_file, "Write what was done and how long it took, as JSON");
-  app.add_option("--log", options.log_file, "Write how the error fell with time, as CSV, while it does");
+  app.add_option("--stats", options.statistics_file, "Write what was done and how long it took, as JSON")
+      ->type_name("FILE");
+  app.add_option("--log", options.log_file, "Write how the error fell with time, as CSV, while it does")
+      ->type_name("FILE");
   app.add_option("--checkpoint", options.checkpoint_file,
-                 "Keep the state of the run in this file, so that --resume can go on from it");
-  app.add_option("--resume", options.resume_file,
-                 "Go on from this checkpoint of a run with the same scene and options");
+                 "Keep the state of the run in this file, so that --resume can go on from it")
+      ->type_name("FILE");
+  app.add_option("--resume", options.resume_file, "Go on from this checkpoint of a run with the same scene and options")
+      ->type_name("FILE");
   app.add_option("--write-every", options.write_every,
-                 "Keep picture and checkpoint on disk current: write them after so many seconds again (30)");
-  app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)");
+                 "Keep picture and checkpoint on disk current: write them after so many seconds again (30)")
+      ->type_name("SECONDS");
+  app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)")->type_name("FILE");
   app.add_flag("--check", options.check, "List all in the scene that is not supported, and render nothing");
   app.add_flag("--lenient", options.lenient, "Render although the scene has what is not supported; warn of it");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");
+  app.add_flag("--man", raw.manual, "Print the manual page, as man -l - reads it");
+  app.add_option("--completion", raw.completion, "Print a script that completes this command line in a shell")
+      ->type_name("bash|zsh|fish");
+}
+
+ToneCurve tone_of(const std::string& name) {
+  if (name == "clamp") return ToneCurve::clamp;
+  if (name == "reinhard") return ToneCurve::reinhard;
+  if (name == "filmic") return ToneCurve::filmic;
+  throw InputError("--tone " + in_quotes(name) + " is not known: use clamp, reinhard or filmic");
+}
+
+/// What the parser knows of itself.
+ProgramSummary summary_of(const CLI::App& app) {
+  ProgramSummary summary{app.get_name(), GMIS_VERSION, app.get_description(), "[SCENE]", "--list-scenes", {}};
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_lnames().empty()) continue;  // the scene
+    const std::string value = option->get_type_size_max() == 0 ? "" : option->get_type_name();
+    summary.options.push_back({"--" + option->get_lnames().front(), value, option->get_description()});
+  }
+  return summary;
 }
 
 }  // namespace
@@ -211,6 +260,11 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     throw InputError(error.what() + std::string("; see --help"));
   }
+  if (raw.manual || !raw.completion.empty()) {
+    const ProgramSummary summary = summary_of(app);
+    std::fputs((raw.manual ? manual_page(summary) : completion_script(summary, raw.completion)).c_str(), stdout);
+    return {};
+  }
   const auto given = [&](const char* option) { return app.count(option) > 0; };
 
   // What only gmis does asks for it.
@@ -238,9 +292,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (given("--aov")) {
     std::stringstream names(raw.aov);
     for (std::string name; std::getline(names, name, ',');) {
-      if (name != "classes" && name != "layers")
-        throw InputError("--aov " + in_quotes(name) + " is not known: use classes or layers");
-      (name == "classes" ? options.class_images : options.layers) = true;
+      if (name != "classes" && name != "layers" && name != "techniques")
+        throw InputError("--aov " + in_quotes(name) + " is not known: use classes, layers or techniques");
+      (name == "classes" ? options.class_images : name == "layers" ? options.layers : options.technique_layers) = true;
     }
   }
   options.connections = connections_of(raw.connections);
@@ -255,6 +309,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
         "--camera-split needs --split paper or budgeted: none and local do not split, and adaptive measures it");
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
+  options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);
   if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");

@@ -11,6 +11,7 @@
 #include "gmis/mis/scheme.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 #include "gmis/transport/settings.hpp"
+#include "support/image/image.hpp"
 
 namespace gmis::tools {
 
@@ -60,7 +61,9 @@ struct Options {
   std::optional<PathClassSet> path_classes;  ///< those that --effects leaves
   bool class_images = false;                 ///< --aov classes
   bool layers = false;                       ///< --aov layers
+  bool technique_layers = false;             ///< --aov techniques
   double exposure = 0;                       ///< of .png, in powers of two
+  ToneCurve tone = ToneCurve::clamp;         ///< of .png
   std::string command_line;
   bool halves = false;
   std::vector<std::filesystem::path> outputs;

@@ -28,7 +28,12 @@ RenderResult render(const BuiltScene& scene, const RenderRequest& request, Threa
       throw InputError(std::string("--resume: ") + error.what());
     }
   const gmis::RenderResult rendered = rendering.run(executor);
-  RenderResult result{rendered, image_of(rendered.picture), image_of(rendered.half_a), image_of(rendered.half_b), {},
+  RenderResult result{rendered,
+                      image_of(rendered.picture),
+                      image_of(rendered.variance),
+                      image_of(rendered.half_a),
+                      image_of(rendered.half_b),
+                      {},
                       {}};
   for (const TechniquePicture& one : rendered.techniques)
     result.techniques.push_back({one.id, image_of(one.weighted), image_of(one.unweighted)});

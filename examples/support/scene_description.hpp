@@ -109,12 +109,18 @@ struct EmissionDescription {
   bool is_two_sided = false;
 };
 
+/// What media absorb on both sides of a dielectric, per scene unit: behind the geometric normal and before it.
+struct AbsorptionDescription {
+  Rgb inside{0}, outside{0};
+};
+
 struct ShapeDescription {
   std::variant<MeshDescription, SphereDescription> geometry;
   std::size_t material = 0;  ///< index into `SceneDescription::materials`
   std::optional<EmissionDescription> emission;
   SourcePosition where;
   TextureHandle opacity;  ///< the share of the surface that is there; null where it is all there
+  std::optional<AbsorptionDescription> absorption{};
 };
 
 struct PointLightDescription {

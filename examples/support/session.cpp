@@ -69,7 +69,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.budget.relative_error = options.relative_error;
   request.rejection_limit = {options.max_rejected};
   request.halves = options.halves;
-  request.techniques = !options.techniques_folder.empty();
+  request.techniques = !options.techniques_folder.empty() || options.technique_layers;
   request.class_pictures = options.class_images;
   request.settings.path_classes = options.path_classes;
   if (options.class_images && !options.path_classes) request.settings.path_classes = PathClassSet::all();
@@ -191,11 +191,29 @@ void write_classes(const RenderResult& result, const std::filesystem::path& fold
   write_image(class_sheet(result.classes.classes), folder / (std::string("sheet") + (has_png() ? ".png" : ".pfm")));
 }
 
+namespace {
+
+std::string file_name_of(const TechniqueId& id) {
+  return std::string(name_of(id.technique)) + "_s" + std::to_string(id.s) + "_t" + std::to_string(id.t);
+}
+
+}  // namespace
+
+std::vector<ImageLayer> layers_of(const RenderResult& result, const Options& options) {
+  std::vector<ImageLayer> layers;
+  if (options.layers && !result.variance.rgb.empty()) layers.push_back({"variance", "RGB", result.variance});
+  if (options.layers)
+    for (const ClassImage& one : result.classes.classes)
+      layers.push_back({std::string(gmis::name_of(one.path_class)), "RGB", one.image});
+  if (options.technique_layers)
+    for (const TechniqueImage& one : result.techniques) layers.push_back({file_name_of(one.id), "RGB", one.weighted});
+  return layers;
+}
+
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder) {
   const std::string ending = has_exr() ? ".exr" : ".pfm";
   for (const TechniqueImage& technique : result.techniques) {
-    const std::string name = std::string(name_of(technique.id.technique)) + "_s" + std::to_string(technique.id.s) +
-                             "_t" + std::to_string(technique.id.t);
+    const std::string name = file_name_of(technique.id);
     write_image(technique.weighted, folder / (name + ending));
     write_image(technique.unweighted, folder / (name + "_unweighted" + ending));
   }

@@ -51,6 +51,8 @@ void write_output(const RenderResult& result, const std::filesystem::path& outpu
 /// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of them side by side:
 /// `sheet.png`. Images of other classes that an earlier run left there are removed.
 void write_classes(const RenderResult& result, const std::filesystem::path& folder);
+/// What --aov asks for as layers of the picture's file: its variance, the path classes, and NAME_sS_tT for every technique.
+[[nodiscard]] std::vector<ImageLayer> layers_of(const RenderResult& result, const Options& options);
 /// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with `_unweighted` for every technique,
 /// and all of them side by side: `pyramid.png` and `pyramid_unweighted.png`.
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder);

@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -11,10 +14,19 @@
 #include "support/catch.hpp"
 #include "support/first_hit_layers.hpp"
 #include "support/image/formats.hpp"
+#include "support/image/image.hpp"
 #include "support/plan_text.hpp"
 #include "support/seed.hpp"
 #include "support/session.hpp"
 #include "support/technique_sheet.hpp"
+
+#if GMIS_HAS_OPENEXR
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#endif
 
 using namespace program;
 using Json = nlohmann::json;
@@ -205,12 +217,14 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   CHECK(run(folder, "--version").exit_code == 0);
   const Outcome list = run(folder, "--list-scenes");
   CHECK(list.exit_code == 0);
-  for (const char* line : {"cornell     The classic box", "paper1      Two metal balls", "paper2      ",
-                           "paper3      The back wall", "paper4      A glossy floor", "studio      Rough glass"}) {
+  for (const char* line :
+       {"cornell     The classic box", "paper1      Two metal balls", "paper2      ", "paper3      The back wall",
+        "paper4      A glossy floor", "studio      Rough glass", "leaves      Leaves cut out",
+        "metals      Five metals by name", "shade       A lamp in a paper", "tinted      Coloured glass absorbs"}) {
     CAPTURE(line);
     CHECK(list.out.find(line) != std::string::npos);
   }
-  CHECK(std::count(list.out.begin(), list.out.end(), '\n') == 6);
+  CHECK(std::count(list.out.begin(), list.out.end(), '\n') == 10);
 }
 
 TEST_CASE("The statistics hold every key that scripts rely on") {
@@ -571,6 +585,69 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   CHECK(quiet.err.empty());
 }
 
+TEST_CASE("The manual page and the completions of all shells have every option that there is") {
+  const ScratchFolder folder;
+  const std::string help = run(folder, "--help").out;
+  // Options are what stands at the beginning of the lines of --help, with their long names.
+  std::vector<std::string> options;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t first = line.find_first_not_of(' ');
+    const std::size_t name = line.find("--");
+    if (first == std::string::npos || line[first] != '-' || name == std::string::npos || name > first + 4) continue;
+    options.push_back(line.substr(name, line.find_first_of(" ,=", name) - name));
+  }
+  REQUIRE(options.size() > 35);
+  CHECK(std::count(options.begin(), options.end(), "--man") == 1);
+  CHECK(std::count(options.begin(), options.end(), "--help") == 1);
+  const auto has_word = [](const std::string& text, const std::string& word) {
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+      if (std::isalnum(static_cast<unsigned char>(text[at + word.size()])) == 0 && text[at + word.size()] != '-')
+        return true;
+    return false;
+  };
+  const Outcome manual = run(folder, "--man");
+  REQUIRE(manual.exit_code == 0);
+  for (const char* part : {".TH GMIS\\-RENDER 1", ".SH NAME", ".SH SYNOPSIS", ".SH OPTIONS", ".SH \"EXIT STATUS\""})
+    CHECK(manual.out.find(part) != std::string::npos);
+  std::string plain = manual.out;
+  for (std::size_t at = plain.find("\\-"); at != std::string::npos; at = plain.find("\\-")) plain.erase(at, 1);
+  for (const std::string& option : options) {
+    CAPTURE(option);
+    CHECK(has_word(plain, "\\fB" + option));
+    for (const char* shell : {"bash", "zsh"}) {
+      CAPTURE(shell);
+      CHECK(has_word(run(folder, std::string("--completion ") + shell).out, option));
+    }
+    CHECK(has_word(run(folder, "--completion fish").out, "-l " + option.substr(2)));
+  }
+  const Outcome unknown = run(folder, "--completion tcsh");
+  CHECK(unknown.exit_code == 2);
+  CHECK(unknown.err.find("use bash, zsh or fish") != std::string::npos);
+}
+
+TEST_CASE("bash completes options, the words of their values, files and scenes") {
+  const ScratchFolder folder;
+  if (std::system("bash -c 'type mapfile' >/dev/null 2>&1") != 0) return;
+  REQUIRE(run(folder, "--completion bash", ": >a.pfm").exit_code == 0);
+  fs::copy_file(folder.path / "stdout.txt", folder.path / "completion.bash");
+  const auto completed = [&](const std::string& words, int number) {
+    const std::string script =
+        "cd '" + folder.path.string() +
+        "'; gmis-render() { '" GMIS_RENDER_PROGRAM "' \"$@\"; }; . ./completion.bash; COMP_WORDS=(gmis-render " +
+        words + "); COMP_CWORD=" + std::to_string(number) + "; _gmis_render; echo \"${COMPREPLY[*]}\" >found.txt";
+    std::ofstream(folder.path / "try.bash") << script;
+    REQUIRE(std::system(("bash '" + (folder / "try.bash") + "'").c_str()) == 0);
+    return text_of(folder.path / "found.txt");
+  };
+  CHECK(completed("--integrator b", 2) == "bpt bpm\n");
+  CHECK(completed("--camera-s", 1) == "--camera-split\n");
+  CHECK(completed("--out a.", 2) == "a.pfm\n");
+  CHECK(completed("corn", 1) == "cornell\n");
+  CHECK(completed("--seed ''", 2) == "\n");
+  CHECK(completed("--scheme ''", 2) == "R1 R2 R3 N1 N2 N3\n");
+}
+
 TEST_CASE("Exposure changes a .png alone, and layers are what is seen first") {
   const ScratchFolder folder;
   std::ofstream(folder / "square.pbrt")
@@ -584,6 +661,10 @@ TEST_CASE("Exposure changes a .png alone, and layers are what is seen first") {
   CHECK(text_of(folder / "a.pfm") == text_of(folder / "b.pfm"));
   CHECK(text_of(folder / "a.png") != text_of(folder / "b.png"));
   CHECK(run(folder, options + "--exposure many").exit_code == 2);
+  REQUIRE(run(folder, options + "--out c.pfm --out c.png --tone filmic").exit_code == 0);
+  CHECK(text_of(folder / "a.pfm") == text_of(folder / "c.pfm"));
+  CHECK(text_of(folder / "a.png") != text_of(folder / "c.png"));
+  CHECK(run(folder, options + "--tone aces").err.find("use clamp, reinhard or filmic") != std::string::npos);
   CHECK(run(folder, options + "--aov depths").exit_code == 2);
   using namespace gmis::tools;
   Diagnostics diagnostics;
@@ -713,3 +794,75 @@ TEST_CASE("Ctrl-C writes what there is") {
     fs::remove(folder / "c.csv");
   }
 }
+
+#if GMIS_HAS_OPENEXR
+
+TEST_CASE(
+    "One .exr has the picture, what is seen first, the variance, the classes and the techniques, and how it was made") {
+  using namespace gmis::tools;
+  const ScratchFolder folder;
+  const std::string common =
+      "cornell --size 16x16 --max-depth 4 --iterations 8 --integrator bpt --connections 1 --seed 3 ";
+  REQUIRE(run(folder, common + "--quiet --halves --out a.exr --out a.pfm --aov layers,classes,techniques").exit_code ==
+          0);
+  const auto layer = [&](const std::string& name, const std::string& channels) {
+    Imf::InputFile file((folder / "a.exr").c_str());
+    Image image(16, 16);
+    Imf::FrameBuffer frame;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const std::string channel = name + "." + channels[c];
+      CAPTURE(channel);
+      REQUIRE(file.header().channels().findChannel(channel.c_str()) != nullptr);
+      frame.insert(channel.c_str(), {Imf::FLOAT, reinterpret_cast<char*>(image.rgb.data() + c), 3 * sizeof(float),
+                                     std::size_t{3} * sizeof(float) * 16});
+    }
+    file.setFrameBuffer(frame);
+    file.readPixels(0, 15);
+    return image;
+  };
+  for (const auto& [name, channels] :
+       {std::pair("albedo", "RGB"), std::pair("normal", "XYZ"), std::pair("depth", "Z"), std::pair("variance", "RGB")})
+    (void)layer(name, channels);
+  const Image picture = read_image(folder / "a.exr");
+  // Techniques add up to the picture, as classes do.
+  Imf::InputFile file((folder / "a.exr").c_str());
+  Image techniques(16, 16), classes(16, 16);
+  int technique_count = 0, class_count = 0;
+  for (auto i = file.header().channels().begin(); i != file.header().channels().end(); ++i) {
+    const std::string channel = i.name();
+    if (channel.size() < 3 || channel.substr(channel.size() - 2) != ".R") continue;
+    const std::string name = channel.substr(0, channel.size() - 2);
+    if (name == "albedo" || name == "variance") continue;
+    const bool is_technique = name.find("_s") != std::string::npos;
+    (is_technique ? technique_count : class_count) += 1;
+    const Image part = layer(name, "RGB");
+    Image& sum = is_technique ? techniques : classes;
+    for (std::size_t k = 0; k < part.rgb.size(); ++k) sum.rgb[k] += part.rgb[k];
+  }
+  CHECK(technique_count > 5);
+  CHECK(class_count > 1);
+  for (std::size_t k = 0; k < picture.rgb.size(); ++k) {
+    CHECK(techniques.rgb[k] == Approx(picture.rgb[k]).margin(1e-5));
+    CHECK(classes.rgb[k] == Approx(picture.rgb[k]).margin(1e-5));
+  }
+  // The variance, against that of two halves: E (a − b)² / 4, pixel by pixel too noisy, but not in the mean.
+  const Image a = read_image(folder / "a_a.exr"), b = read_image(folder / "a_b.exr"),
+              variance = layer("variance", "RGB");
+  double by_halves = 0, stated = 0;
+  for (std::size_t k = 0; k < a.rgb.size(); ++k) {
+    // Each pixel by the size of its value, so that few do not rule.
+    const double scale = 1 / (0.01 + double(picture.rgb[k]) * double(picture.rgb[k]));
+    by_halves += scale * std::pow(double(a.rgb[k]) - double(b.rgb[k]), 2) / 4;
+    stated += scale * double(variance.rgb[k]);
+  }
+  CHECK(stated > 0.4 * by_halves);
+  CHECK(stated < 2.5 * by_halves);
+  for (const char* note :
+       {"gmis:version", "gmis:commandLine", "gmis:seed", "gmis:iterations", "gmis:plan", "gmis:radius"})
+    CHECK(file.header().findTypedAttribute<Imf::StringAttribute>(note) != nullptr);
+  CHECK(file.header().typedAttribute<Imf::StringAttribute>("gmis:seed").value() == "3");
+  CHECK(file.header().typedAttribute<Imf::StringAttribute>("gmis:commandLine").value().find("--halves") !=
+        std::string::npos);
+}
+
+#endif

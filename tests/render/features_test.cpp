@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <map>
 #include <string>
@@ -89,6 +90,14 @@ double lit(const glm::dvec3& normal) {
   return 2 * 0.5 / gmis::pi<double> * glm::dot(glm::normalize(normal), glm::normalize(glm::dvec3(3, 0, -4)));
 }
 
+/// A slab of glass of index 1.5 through which `transmittance` passes, in light of radiance 1 from everywhere, seen head on:
+/// what both faces reflect and let through, to and fro.
+Picture slab(const Rgb& transmittance) {
+  const double r = 0.04;
+  const Rgb within = (1 - r) * (1 - r) / (1.0 - r * r * transmittance * transmittance);
+  return flat(r + within * r * transmittance * transmittance + within * transmittance);
+}
+
 const std::map<std::string, Picture> pictures{
     {"imagemap_png", colored(from_srgb)},
     {"imagemap_tga", colored(linear)},
@@ -131,6 +140,9 @@ const std::map<std::string, Picture> pictures{
     // A height of 0.3 over the middle half of a width of 2, towards the light's side of the surface.
     {"bump", [](double x, double) { return Rgb(lit(glm::dvec3(std::abs(x) < .5 ? -.3 : 0., 0, -1))); }},
     {"normal_map", flat(Rgb(lit({.6, .003922, -.80392})))},
+    {"absorption", slab(glm::exp(-Rgb(.1, .35, .8)))},
+    {"absorption_rough", {}},
+    {"volume", slab(Rgb(.9, .6, .25) * Rgb(.9, .6, .25))},
     {"normal_map_inside", {}},
     {"coated_texture", {}},
     {"coated_conductor_rough", {}},

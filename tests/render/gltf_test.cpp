@@ -12,12 +12,17 @@
 #include <random>
 #include <string>
 
+#include "render/read_scene.hpp"
+#include "render/scratch_folder.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
 // glTF as it is read; features_test.cpp renders it.
 
 using namespace gmis::tools;
+using gmis_test::Read;
+using gmis_test::ScratchFolder;
+using gmis_test::text_of;
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
@@ -25,39 +30,15 @@ namespace {
 
 const fs::path features = GMIS_FEATURE_FOLDER;
 
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-struct Scratch {
-  fs::path path = fs::temp_directory_path() / ("gmis_gltf_test_" + std::to_string(std::random_device{}()));
+/// A folder with the images that the scenes below name.
+struct Scratch : ScratchFolder {
   Scratch() {
-    fs::create_directories(path);
     for (const char* name : {"colors.png", "tilted.png", "cutout.png"}) fs::copy_file(features / name, path / name);
-  }
-  ~Scratch() { fs::remove_all(path); }
-};
-
-struct Read {
-  SceneDescription scene;
-  Diagnostics diagnostics;
-  std::string error;
-
-  [[nodiscard]] bool says(const std::string& part) const {
-    return std::any_of(diagnostics.all().begin(), diagnostics.all().end(),
-                       [&](const Diagnostic& d) { return d.to_string().find(part) != std::string::npos; });
   }
 };
 
 Read read_file(const fs::path& file, Strictness strictness = Strictness::strict) {
-  Read result{{}, Diagnostics(strictness), ""};
-  try {
-    result.scene = read_gltf_scene(file, result.diagnostics);
-  } catch (const InputError& error) {
-    result.error = error.what();
-  }
-  return result;
+  return gmis_test::reading(strictness, [&](Diagnostics& diagnostics) { return read_gltf_scene(file, diagnostics); });
 }
 
 /// metal.gltf, changed.
@@ -150,6 +131,28 @@ TEST_CASE("Metallic-roughness, glass, emission and alpha as materials") {
   CHECK(mask.scene.shapes.at(0).opacity->mean().x == 0.0);
 }
 
+TEST_CASE("A volume absorbs by its colour and distance, a thin wall nothing") {
+  const auto glass = [](const Json& volume, double transmission = 1) {
+    return read_changed([&](Json& json) {
+      json["materials"][0] = {
+          {"pbrMetallicRoughness", {{"roughnessFactor", 0}}},
+          {"extensions",
+           {{"KHR_materials_transmission", {{"transmissionFactor", transmission}}}, {"KHR_materials_volume", volume}}}};
+    });
+  };
+  const Read tinted = glass({{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}});
+  CAPTURE(tinted.error);
+  REQUIRE(tinted.scene.shapes.at(0).absorption);
+  const Rgb sigma = tinted.scene.shapes[0].absorption->inside;
+  CHECK(std::exp(-2 * sigma.x) == Approx(0.25));
+  CHECK(sigma.y == 0);
+  CHECK(std::exp(-2 * sigma.z) < 1e-11);
+  CHECK_FALSE(glass({{"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}}).scene.shapes.at(0).absorption);
+  CHECK_FALSE(glass({{"thicknessFactor", 1}, {"attenuationColor", {0.25, 1, 0}}}).scene.shapes.at(0).absorption);
+  CHECK(glass({{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}}, 0.5)
+            .error.find("a volume behind") != std::string::npos);
+}
+
 TEST_CASE("Punctual lights are where their nodes are, and point along -z") {
   const Read result = read_changed([](Json& json) {
     json["extensions"]["KHR_lights_punctual"]["lights"] = {
@@ -193,6 +196,16 @@ TEST_CASE("What glTF has and this does not is said") {
           j["extensionsUsed"] = {"EXT_something"};
         }).find("EXT_something") != std::string::npos);
   CHECK(error([](Json& j) { j["meshes"][0]["weights"] = {1.0}; }).find("morph") != std::string::npos);
+}
+
+TEST_CASE("Files that are missing are named") {
+  const auto error = [](const std::function<void(Json&)>& change) { return read_changed(change).error; };
+  CHECK(error([](Json& j) {
+          j["images"] = {{{"uri", "nowhere.png"}}};
+          j["textures"] = {{{"source", 0}}};
+          j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+        }).find("the image \"nowhere.png\" is missing") != std::string::npos);
+  CHECK(error([](Json& j) { j["buffers"][0]["uri"] = "nowhere.bin"; }).find("nowhere.bin") != std::string::npos);
 }
 
 TEST_CASE("Files that are damaged are refused in one line, or read") {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -123,6 +124,45 @@ TEST_CASE("PNG holds the sRGB curve and survives any value") {
   std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(read));
   REQUIRE(png_image_finish_read(&read, nullptr, bytes.data(), 0, nullptr) != 0);
   CHECK(bytes == std::vector<unsigned char>{0, 255, 128, 7, 0, 255, 255, 0, 0, 188, 0, 0});
+}
+
+TEST_CASE("The tone curves are those that are stated") {
+  const ScratchFolder folder;
+  Image image(4, 1);
+  const float infinity = std::numeric_limits<float>::infinity();
+  image.rgb = {0.5F, 2, 0.25F, 0, 0, 0, 40, 1, 0.1F, infinity, -1, std::numeric_limits<float>::quiet_NaN()};
+  const auto code = [](double linear) {
+    const double x = std::clamp(linear, 0.0, 1.0);
+    return std::lround(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055));
+  };
+  const double exposure = 2;
+  for (const ToneCurve tone : {ToneCurve::clamp, ToneCurve::reinhard, ToneCurve::filmic}) {
+    ImageExtras extras;
+    extras.exposure = static_cast<float>(exposure);
+    extras.tone = tone;
+    write_image(image, folder.path / "a.png", extras);
+    png_image read{};
+    read.version = PNG_IMAGE_VERSION;
+    REQUIRE(png_image_begin_read_from_file(&read, (folder.path / "a.png").c_str()) != 0);
+    read.format = PNG_FORMAT_RGB;
+    std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(read));
+    REQUIRE(png_image_finish_read(&read, nullptr, bytes.data(), 0, nullptr) != 0);
+    for (std::size_t pixel = 0; pixel < 3; ++pixel) {
+      const auto x = [&](std::size_t c) { return exposure * double(image.rgb[3 * pixel + c]); };
+      const double luminance = 0.2126 * x(0) + 0.7152 * x(1) + 0.0722 * x(2);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double expected = tone == ToneCurve::clamp ? x(c)
+                                : tone == ToneCurve::reinhard
+                                    ? x(c) / (1 + luminance)
+                                    : x(c) * (2.51 * x(c) + 0.03) / (x(c) * (2.43 * x(c) + 0.59) + 0.14);
+        CAPTURE(static_cast<int>(tone), pixel, c);
+        CHECK(std::abs(int{bytes[3 * pixel + c]} - code(expected)) <= (tone == ToneCurve::clamp ? 0 : 1));
+      }
+    }
+    CHECK(int{bytes[9]} == 255);
+    CHECK(int{bytes[10]} == 0);
+    CHECK(int{bytes[11]} == 0);
+  }
 }
 #endif
 

@@ -6,10 +6,9 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <random>
 #include <string>
+
+#include "render/scratch_folder.hpp"
 
 /// \file
 /// Runs gmis-render as a user does.
@@ -17,22 +16,8 @@
 namespace program {
 
 namespace fs = std::filesystem;
-
-/// A folder of this test's own, gone at the end.
-struct ScratchFolder {
-  fs::path path = fs::temp_directory_path() / ("gmis_program_test_" + std::to_string(std::random_device{}()));
-  ScratchFolder() { fs::create_directories(path); }
-  ~ScratchFolder() {
-    std::error_code error;
-    fs::remove_all(path, error);
-  }
-  [[nodiscard]] std::string operator/(const std::string& name) const { return (path / name).string(); }
-};
-
-inline std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
+using gmis_test::ScratchFolder;
+using gmis_test::text_of;
 
 struct Outcome {
   int exit_code = -1;  ///< −1 when it was ended by a signal

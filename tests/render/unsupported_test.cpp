@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "render/read_scene.hpp"
 #include "support/catch.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/pbrt/transform.hpp"
@@ -12,32 +13,21 @@
 // Input that changes the picture and is not understood: an error, a warning with --lenient, a line of a list with --check.
 
 using namespace gmis::tools;
+using gmis_test::Read;
 
 namespace {
 
 const std::string triangle =
     "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]\n";
 
-struct Read {
-  SceneDescription scene;
-  Diagnostics diagnostics;
-  std::string error;
-
-  [[nodiscard]] std::ptrdiff_t count(const std::string& part) const {
-    return std::count_if(diagnostics.all().begin(), diagnostics.all().end(),
-                         [&](const Diagnostic& d) { return d.to_string().find(part) != std::string::npos; });
-  }
-};
-
 Read read(const std::string& text, Strictness strictness) {
-  Read result{{}, Diagnostics(strictness), ""};
-  try {
-    result.scene = read_pbrt_text(text, "t.pbrt", ".", result.diagnostics);
-  } catch (const InputError& error) {
-    result.error = error.what();
-  }
-  return result;
+  return gmis_test::reading(strictness,
+                            [&](Diagnostics& diagnostics) { return read_pbrt_text(text, "t.pbrt", ".", diagnostics); });
 }
+
+/// A medium that absorbs and does nothing else.
+const std::string clear =
+    "MakeNamedMedium \"ink\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 0 0 0 ]\n";
 
 /// Each is read with a triangle behind it.
 const std::vector<std::string> unsupported{
@@ -50,6 +40,21 @@ const std::vector<std::string> unsupported{
     "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All\nWorldBegin\n",
     "WorldBegin\nMediumInterface \"fog\" \"\"\n",
     "WorldBegin\nMediumInterface \"fog\"\n",
+    "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nWorldBegin\nMediumInterface \"fog\" \"\"\n",
+    "MakeNamedMedium \"fog\" \"string type\" \"cloud\" \"rgb sigma_s\" [ 0 0 0 ]\nWorldBegin\nMediumInterface \"fog\" "
+    "\"\"\n",
+    "MakeNamedMedium \"fog\" \"string preset\" \"Apple\" \"rgb sigma_s\" [ 0 0 0 ]\nWorldBegin\nMediumInterface "
+    "\"fog\" \"\"\n",
+    "MakeNamedMedium \"fog\" \"rgb sigma_s\" [ 0 0 0 ] \"rgb Le\" [ 1 1 1 ]\nWorldBegin\nMediumInterface \"fog\" "
+    "\"\"\n",
+    clear + "WorldBegin\nMediumInterface \"\" \"ink\"\n",
+    clear + "MediumInterface \"\" \"ink\"\nCamera \"perspective\"\nWorldBegin\nMediumInterface \"\"\n",
+    clear + "WorldBegin\nMediumInterface \"ink\" \"\"\nMaterial \"diffusetransmission\"\n",
+    clear +
+        "WorldBegin\nMediumInterface \"ink\" \"\"\nMaterial \"dielectric\"\nShape \"sphere\" \"float alpha\" .5\n"
+        "Material \"diffuse\"\n",
+    clear +
+        "WorldBegin\nMediumInterface \"ink\" \"\"\nMaterial \"interface\"\nShape \"sphere\"\nMaterial \"diffuse\"\n",
     "WorldBegin\nTexture \"t\" \"float\" \"fbm\"\n",
     "WorldBegin\nMaterial \"hair\"\n",
     "WorldBegin\nMaterial \"subsurface\"\n",
@@ -70,7 +75,7 @@ TEST_CASE("What changes the picture and is not understood is an error, a warning
     const Read lenient = read(start + triangle, Strictness::lenient);
     CHECK(lenient.error.empty());
     CHECK(lenient.count("warning: ") == 1 + lenient.count("no light"));
-    CHECK(lenient.scene.shapes.size() == 1);
+    CHECK(lenient.scene.shapes.size() >= 1);
     const Read check = read(start + triangle, Strictness::check);
     CHECK(check.error.empty());
     CHECK(check.diagnostics.error_count() == 1);
@@ -187,4 +192,24 @@ TEST_CASE("A roughness above 1 is cut to 1") {
   const Read result = read("WorldBegin\nMaterial \"conductor\" \"float roughness\" 3\n" + triangle, Strictness::strict);
   CHECK(result.count("t.pbrt:2: warning: Material \"conductor\": a roughness above 1") == 1);
   CHECK(std::get<ConductorDescription>(result.scene.materials.at(1).kind).alpha == 1.0);
+}
+
+TEST_CASE("What absorbs inside of a dielectric is read, with its scale, and belongs to its boundary") {
+  const Read result = read(clear + "WorldBegin\nMaterial \"dielectric\"\nMediumInterface \"ink\" \"\"\n" + triangle +
+                               "MediumInterface \"ink\"\nMaterial \"diffuse\"\n" + triangle +
+                               "MakeNamedMedium \"wine\" \"rgb sigma_s\" [ 0 0 0 ] \"float scale\" 1000\n"
+                               "Material \"dielectric\"\nMediumInterface \"wine\" \"ink\"\n" +
+                               triangle,
+                           Strictness::strict);
+  CAPTURE(result.error);
+  REQUIRE(result.scene.shapes.size() == 3);
+  REQUIRE(result.scene.shapes[0].absorption);
+  CHECK(result.scene.shapes[0].absorption->inside == Rgb(1, 2, 3));
+  CHECK(result.scene.shapes[0].absorption->outside == Rgb(0));
+  CHECK_FALSE(result.scene.shapes[1].absorption);  // the medium goes on behind it
+  REQUIRE(result.scene.shapes[2].absorption);
+  CHECK(glm::length(result.scene.shapes[2].absorption->inside - Rgb(1.1, 2.4, 14)) < 1e-9);  // pbrt's usual one
+  CHECK(result.scene.shapes[2].absorption->outside == Rgb(1, 2, 3));
+  CHECK(read("MakeNamedMedium \"m\" \"rgb sigma_s\" [ 0 0 0 ] \"rgb sigma_a\" [ -1 0 0 ]", Strictness::strict)
+            .error.find("sigma_a") != std::string::npos);
 }

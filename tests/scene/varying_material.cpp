@@ -51,6 +51,13 @@ MaterialTextures<T> colored() {
 }
 
 template <std::floating_point T>
+MaterialTextures<T> see_through() {
+  MaterialTextures<T> result;
+  result.transmittance = ramp<T>();
+  return result;
+}
+
+template <std::floating_point T>
 MaterialTextures<T> roughened(bool is_remapped) {
   MaterialTextures<T> result;
   result.roughness = ramp<T>();
@@ -231,6 +238,11 @@ TEST_CASE("a material with textures is the plain material of the colour and roug
       {"sheet", with_textures(make_diffuse_transmission<double>({1, 1, 1}, {.2, .1, 0}), colored<double>()),
        [](const glm::dvec3& c) {
          return make_diffuse_transmission<double>(c, {.2, .1, 0});
+       }},
+      {"sheet that lets more or less through",
+       with_textures(make_diffuse_transmission<double>({.3, .2, .1}, {1, 1, 1}), see_through<double>()),
+       [](const glm::dvec3& c) {
+         return make_diffuse_transmission<double>({.3, .2, .1}, c);
        }},
       {"rough coat", with_textures(make_coated_diffuse<double>({.7, .3, .2}, 1.5, .3), roughened<double>(true)),
        [](const glm::dvec3& c) {

@@ -4,8 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "gmis/scene.hpp"
 #include "gmis/transport/effects/effect_switches.hpp"
 #include "support/catch.hpp"
+#include "support/seed.hpp"
+#include "transport/ways.hpp"
 
 // The rules, over all scenes that effects can describe, against paths enumerated event by event: whatever path any of the
 // five techniques makes, one that the plan has on makes too.
@@ -311,4 +314,76 @@ TEST_CASE("a scene that does not say what it has is taken to have everything") {
   CHECK(plan.occurring == PathClassSet::all());
   for (const Technique technique : all_techniques) CHECK(plan.has(technique));
   static_assert(gmis::plan_for(Effects::everything(), 16).traces_light());
+}
+
+namespace {
+
+using gmis::scene::Material;
+using Color = glm::dvec3;
+
+/// Materials with lobes of every kind that a surface may have, alone and as parts of others.
+std::vector<std::pair<std::string, Material<float>>> surfaces() {
+  using gmis::scene::Texture;
+  const Color eta(0.2, 0.9, 1.2), k(3.2, 2.6, 2.3), grey(0.5);
+  const auto half = Texture<float>::constant(grey);
+  const auto diffuse = gmis::scene::make_diffuse(grey);
+  const auto metal = gmis::scene::make_conductor(eta, k, 0.1);
+  gmis::scene::MaterialTextures<float> cut, rough;
+  cut.opacity = half;
+  rough.roughness =
+      Texture<float>::checkerboard(Texture<float>::constant(Color(0.04)), Texture<float>::constant(Color(0.8)));
+  return {{"sheet", gmis::scene::make_diffuse_transmission(grey, grey)},
+          {"sheet without reflection", gmis::scene::make_diffuse_transmission(Color(0), grey)},
+          {"rough coat over rough metal", gmis::scene::make_coated_conductor(eta, k, 0.2, 1.5, 0.3)},
+          {"smooth coat over rough metal", gmis::scene::make_coated_conductor(eta, k, 0.2, 1.5, 0)},
+          {"smooth coat over smooth metal", gmis::scene::make_coated_conductor(eta, k, 0, 1.5, 0)},
+          {"coat", gmis::scene::make_coated_diffuse(grey, 1.5, 0)},
+          {"diffuse or a metal", gmis::scene::make_mix(diffuse, metal, half)},
+          {"glass or a mirror",
+           gmis::scene::make_mix(gmis::scene::make_dielectric(1.5), gmis::scene::make_mirror(grey), half)},
+          {"a sheet or rough glass", gmis::scene::make_mix(gmis::scene::make_diffuse_transmission(grey, grey),
+                                                           gmis::scene::make_dielectric(1.5, 0.3), half)},
+          {"half of it there", with_textures(metal, cut)},
+          {"glass with holes", with_textures(gmis::scene::make_dielectric(1.5), cut)},
+          {"metal rough here and there", with_textures(metal, rough)},
+          {"glass that absorbs", with_absorption(gmis::scene::make_dielectric(1.5), grey)}};
+}
+
+}  // namespace
+
+TEST_CASE("plans and classes know the lobes of all materials: no path is of a class that the scene is said to lack") {
+  for (const auto& [name, material] : surfaces())
+    for (const bool with_floor : {false, true}) {
+      CAPTURE(name, with_floor);
+      gmis::scene::SceneBuilder<float> builder;
+      const auto number = builder.add_material(material);
+      builder.add_sphere({0, 0, 5}, 1, number);
+      builder.add_sphere({1.4, 0.3, 6}, 0.8, number);
+      if (with_floor) {
+        const std::vector<Color> corners{{-9, -1, 0}, {9, -1, 0}, {9, -1, 20}, {-9, -1, 20}};
+        builder.add_mesh({corners, std::vector<std::array<int, 3>>{{0, 2, 1}, {0, 3, 2}}},
+                         builder.add_material(gmis::scene::make_diffuse(Color(0.7))));
+      }
+      builder.add_sphere({0, 4, 5}, 1, builder.add_material(gmis::scene::make_diffuse(Color(0))),
+                         gmis::scene::AreaEmission{Color(3), false});
+      builder.set_camera(gmis::scene::look_at({0, 0, 0}, {0, 0, 5}, {0, 1, 0}, 40, {24, 24}));
+      const auto scene = builder.build();
+      constexpr int max_depth = 5;
+      const Plan plan = gmis::plan_for(scene.effects(), max_depth);
+      gmis::RenderSettings settings;
+      settings.max_depth = max_depth;
+      settings.seed = gmis_test::seed(91);
+      settings.path_classes = PathClassSet::all();
+      gmis::Engine<gmis::scene::BvhScene<float>, gmis::BothSides> engine(scene,
+                                                                         gmis_test::ways::Bpt::settings(settings));
+      engine.keep_contributions(true);
+      gmis::SerialExecutor executor;
+      PathClassSet seen;
+      for (int i = 0; i < 4; ++i) {
+        engine.iterate(executor);
+        engine.for_each_contribution([&](const auto& contribution) { seen.add(contribution.id.path_class); });
+      }
+      CHECK((seen - plan.classes).is_empty());
+      CHECK_FALSE(seen.is_empty());
+    }
 }

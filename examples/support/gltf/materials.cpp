@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <limits>
 
 #include "support/image/texture_image.hpp"
 
@@ -73,6 +75,8 @@ TextureHandle Materials::texture(int index, int uv_set, const tinygltf::Extensio
     throw refuse("a texture has no image");
   const tinygltf::Image& image = model_.images[static_cast<std::size_t>(description.source)];
   const std::string name = !image.uri.empty() ? image.uri : image.name.empty() ? "image" : image.name;
+  if (image.image.empty() && !image.uri.empty())
+    throw refuse("the image " + in_quotes(image.uri) + " is missing: check its name");
   scene::TextureWrap wrap = scene::TextureWrap::repeat;
   scene::TextureFilter filter = scene::TextureFilter::bilinear;
   if (description.sampler >= 0 && static_cast<std::size_t>(description.sampler) < model_.samplers.size()) {
@@ -102,15 +106,30 @@ TextureHandle Materials::texture(int index, int uv_set, const tinygltf::Extensio
 
 void Materials::refuse_extensions(const tinygltf::Material& material) {
   static const std::set<std::string> understood{"KHR_materials_transmission", "KHR_materials_ior",
-                                                "KHR_materials_emissive_strength"};
+                                                "KHR_materials_emissive_strength", "KHR_materials_volume"};
   for (const auto& [name, value] : material.extensions) {
     if (understood.contains(name)) continue;
     if (name == "KHR_materials_specular" && number_in(value, "specularFactor", 1) == 1 &&
         !value.Has("specularColorFactor") && !value.Has("specularTexture") && !value.Has("specularColorTexture"))
       continue;
-    if (name == "KHR_materials_volume" && !value.Has("attenuationColor")) continue;
     unsupported("material " + in_quotes(material.name) + ": " + name);
   }
+}
+
+std::optional<AbsorptionDescription> Materials::volume_of(const tinygltf::Material& material) {
+  const auto* extension = extension_of(material, "KHR_materials_volume");
+  if (extension == nullptr) return {};
+  // Without a thickness the surface is a thin wall, which absorbs nothing. How thick it is says the mesh.
+  if (!(number_in(*extension, "thicknessFactor", 0) > 0)) return {};
+  const double distance = number_in(*extension, "attenuationDistance", std::numeric_limits<double>::infinity());
+  if (!(distance > 0)) throw InputError(where_, "material " + in_quotes(material.name) + " has no attenuationDistance");
+  Rgb color(1);
+  if (extension->Has("attenuationColor") && extension->Get("attenuationColor").ArrayLen() == 3)
+    for (int c = 0; c < 3; ++c) color[c] = extension->Get("attenuationColor").Get(c).GetNumberAsDouble();
+  constexpr double blackest = 1e-12;  // black glass: as good as none gets through
+  const Rgb sigma = -glm::log(glm::clamp(color, Rgb(blackest), Rgb(1))) / distance;
+  if (sigma == Rgb(0)) return {};
+  return AbsorptionDescription{sigma, Rgb(0)};
 }
 
 MadeMaterial Materials::make(const tinygltf::Material& material) {
@@ -175,6 +194,11 @@ MadeMaterial Materials::make(const tinygltf::Material& material) {
     clear.color = nullptr;
     const std::size_t glass = add(DielectricDescription{ior, smooth(alpha)}, clear);
     result.number = transmission == 1 ? glass : mixed(result.number, glass, constant(transmission));
+    result.absorption = volume_of(material);
+    if (result.absorption && transmission != 1) {
+      unsupported("material " + in_quotes(material.name) + ": a volume behind a surface that transmits in part");
+      result.absorption.reset();
+    }
   }
 
   double strength = 1;
@@ -199,6 +223,10 @@ MadeMaterial Materials::make(const tinygltf::Material& material) {
     else if (!is_mask)
       image = Tex::product(image, constant(base_alpha));
     if (image->lower().x < 1.0F) result.opacity = image;
+    if (result.opacity && result.absorption) {
+      unsupported("material " + in_quotes(material.name) + ": a volume with alpha");
+      result.opacity = nullptr;
+    }
     if (result.opacity && result.emission) {
       unsupported("material " + in_quotes(material.name) + ": a light with alpha");
       result.opacity = nullptr;

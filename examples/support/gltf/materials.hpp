@@ -14,6 +14,7 @@ struct MadeMaterial {
   std::size_t number = 0;  ///< in `SceneDescription::materials`
   std::optional<EmissionDescription> emission;
   TextureHandle opacity;
+  std::optional<AbsorptionDescription> absorption;
   int uv_set = 0;  ///< of all its textures
 };
 
@@ -30,6 +31,8 @@ class Materials {
  private:
   [[nodiscard]] MadeMaterial make(const tinygltf::Material& material);
   void refuse_extensions(const tinygltf::Material& material);
+  /// KHR_materials_volume: σ = −ln(attenuation colour) / attenuation distance.
+  [[nodiscard]] std::optional<AbsorptionDescription> volume_of(const tinygltf::Material& material);
   enum class Use { color, green, blue, alpha, normal };
   /// Null for a texture that is not there.
   [[nodiscard]] TextureHandle texture(int index, int uv_set, const tinygltf::ExtensionMap& extensions, Use use,

@@ -167,6 +167,7 @@ class Reader {
     shape.material = material.number;
     shape.emission = material.emission;
     shape.opacity = material.opacity;
+    shape.absorption = material.absorption;
     shape.where = where_;
     scene_.shapes.push_back(*pbrt::transformed(std::move(shape), world_from_node));
   }

@@ -20,10 +20,12 @@ void write_pfm(const Image& image, const std::filesystem::path& file);
 void write_exr(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
 [[nodiscard]] Image read_exr(const std::filesystem::path& file);
 
-/// 8 bits a channel: each value times `exposure`, cut to [0, 1], with the sRGB curve.
+/// 8 bits a channel: each value times `exposure`, brought to [0, 1] by `tone`, with the sRGB curve.
 [[nodiscard]] bool has_png();
-void write_png(const Image& image, const std::filesystem::path& file, float exposure = 1);
-/// The bytes of such a file, each value times `exposure`.
-[[nodiscard]] std::vector<std::uint8_t> png_of(const Image& image, float exposure = 1);
+void write_png(const Image& image, const std::filesystem::path& file, float exposure = 1,
+               ToneCurve tone = ToneCurve::clamp);
+/// The bytes of such a file.
+[[nodiscard]] std::vector<std::uint8_t> png_of(const Image& image, float exposure = 1,
+                                               ToneCurve tone = ToneCurve::clamp);
 
 }  // namespace gmis::tools

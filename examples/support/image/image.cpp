@@ -75,7 +75,7 @@ void write_image(const Image& image, const std::filesystem::path& file, const Im
       case Format::pfm:
         return write_pfm(image, part);
       case Format::png:
-        return write_png(image, part, extras.exposure);
+        return write_png(image, part, extras.exposure, extras.tone);
     }
   });
 }

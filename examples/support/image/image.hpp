@@ -32,6 +32,13 @@ struct Image {
 /// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
 [[nodiscard]] std::string image_hash(const Image& image);
 
+/// The curve from linear values x ≥ 0 to the values from 0 to 1 that sRGB then codes, channel by channel but for Reinhard's.
+enum class ToneCurve {
+  clamp,     ///< min(x, 1)
+  reinhard,  ///< x / (1 + Y), Y the luminance of the pixel [Reinhard et al. 2002, eq. 3], and then min(·, 1)
+  filmic     ///< x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), Narkowicz's fit (2016) of the ACES curve, cut to 1
+};
+
 /// A picture of the same size as the main one, in the same file; `channels` is RGB, XYZ or Z (the first of three).
 struct ImageLayer {
   std::string name, channels;
@@ -41,6 +48,7 @@ struct ImageLayer {
 /// What goes into a file with a picture.
 struct ImageExtras {
   float exposure = 1;                                        ///< factor on all values; of .png alone
+  ToneCurve tone = ToneCurve::clamp;                         ///< after the exposure; of .png alone
   std::vector<std::pair<std::string, std::string>> notes{};  ///< names and texts; of .exr alone
   std::vector<ImageLayer> layers{};                          ///< of .exr alone
 };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 
@@ -26,11 +27,30 @@ std::uint8_t to_srgb(float linear) {
   return static_cast<std::uint8_t>(std::lround(255 * curved));
 }
 
+/// The three values of a pixel, brought down by the curve.
+std::array<float, 3> toned(const float* rgb, float exposure, ToneCurve tone) {
+  std::array<float, 3> x{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float value = exposure * rgb[c];
+    x[c] = value > 0 ? std::min(value, 1e15F) : 0;  // so that squares stay finite
+  }
+  if (tone == ToneCurve::reinhard) {
+    const float luminance = 0.2126F * x[0] + 0.7152F * x[1] + 0.0722F * x[2];
+    for (float& value : x) value /= 1 + luminance;
+  } else if (tone == ToneCurve::filmic) {
+    for (float& value : x) value = value * (2.51F * value + 0.03F) / (value * (2.43F * value + 0.59F) + 0.14F);
+  }
+  return x;
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> png_of(const Image& image, float exposure) {
+std::vector<std::uint8_t> png_of(const Image& image, float exposure, ToneCurve tone) {
   std::vector<std::uint8_t> pixels(image.rgb.size());
-  std::transform(image.rgb.begin(), image.rgb.end(), pixels.begin(), [&](float x) { return to_srgb(exposure * x); });
+  for (std::size_t i = 0; i + 2 < pixels.size(); i += 3) {
+    const std::array<float, 3> values = toned(image.rgb.data() + i, exposure, tone);
+    std::transform(values.begin(), values.end(), pixels.begin() + static_cast<std::ptrdiff_t>(i), to_srgb);
+  }
   png_image description{};
   description.version = PNG_IMAGE_VERSION;
   description.width = static_cast<png_uint_32>(image.width);
@@ -44,8 +64,8 @@ std::vector<std::uint8_t> png_of(const Image& image, float exposure) {
   return file;
 }
 
-void write_png(const Image& image, const std::filesystem::path& file, float exposure) {
-  const std::vector<std::uint8_t> bytes = png_of(image, exposure);
+void write_png(const Image& image, const std::filesystem::path& file, float exposure, ToneCurve tone) {
+  const std::vector<std::uint8_t> bytes = png_of(image, exposure, tone);
   std::ofstream stream(file, std::ios::binary);
   stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.flush())
@@ -58,11 +78,11 @@ bool has_png() {
   return false;
 }
 
-std::vector<std::uint8_t> png_of(const Image&, float) {
+std::vector<std::uint8_t> png_of(const Image&, float, ToneCurve) {
   throw InputError("this program was built without libpng: it makes no .png");
 }
 
-void write_png(const Image&, const std::filesystem::path& file, float) {
+void write_png(const Image&, const std::filesystem::path& file, float, ToneCurve) {
   throw InputError(file.string() + ": this program was built without libpng: use .pfm");
 }
 

@@ -113,6 +113,19 @@ void Parser::transform_times() {
 void Parser::make_named_medium() {
   const std::string name = expect_string("the name of a medium");
   Parameters parameters = parse_parameters(name);
+  std::optional<Rgb>& sigma = media_[name];
+  sigma.reset();
+  const auto is_black = [&](const char* what, bool otherwise) {
+    return parameters.has(what) ? parameters.color(what) == Rgb(0) : otherwise;
+  };
+  // pbrt's own defaults scatter.
+  const bool absorbs_only = parameters.string("type").value_or("homogeneous") == "homogeneous" &&
+                            !parameters.has("preset") && is_black("sigma_s", false) && is_black("Le", true);
+  if (absorbs_only) {
+    sigma = parameters.color("sigma_a").value_or(Rgb(.0011, .0024, .014)) * parameters.number_or("scale", 1);
+    for (int c = 0; c < 3; ++c)
+      if (!((*sigma)[c] >= 0 && (*sigma)[c] <= 1e12)) parameters.fail("sigma_a", "must be from 0 to 1e12");
+  }
   parameters.ignore_all();  // MediumInterface says where it is used, if it is
 }
 
@@ -120,9 +133,47 @@ void Parser::medium_interface() {
   const std::string inside = expect_string("the name of a medium");
   const std::string outside =
       lexer_->peek().kind == Token::Kind::string ? expect_string("the name of a medium") : inside;
-  if (!inside.empty() || !outside.empty())
-    diagnostics_.unsupported(directive_.where, "MediumInterface " + in_quotes(inside.empty() ? outside : inside) +
-                                                   ": media such as fog are not supported: leave it out");
+  bool is_reported = false;
+  const auto medium = [&](const std::string& name) {
+    if (name.empty()) return Medium{};
+    const auto found = media_.find(name);
+    if (found != media_.end() && found->second) return Medium{name, *found->second};
+    if (!std::exchange(is_reported, true))
+      diagnostics_.unsupported(directive_.where,
+                               found == media_.end()
+                                   ? "the medium " + in_quotes(name) + " is not defined above this line"
+                                   : "the medium " + in_quotes(name) +
+                                         " is not supported: only one that absorbs and does not scatter or shine is, "
+                                         "of \"string type\" \"homogeneous\" with \"rgb sigma_s\" [ 0 0 0 ]");
+    return Medium{};
+  };
+  state_.inside = medium(inside);
+  state_.outside = medium(outside);
+}
+
+std::optional<AbsorptionDescription> Parser::media_of(const ShapeDescription& shape) {
+  const Medium &inside = state_.inside, &outside = state_.outside;
+  if (!outside.name.empty()) outside_media_.try_emplace(outside.name, directive_.where);
+  if (inside.name == outside.name) return {};  // no boundary: the medium goes on behind the shape
+  const auto& kind = scene_.materials.at(shape.material).kind;
+  if (std::holds_alternative<DielectricDescription>(kind)) {
+    if (shape.opacity) {
+      diagnostics_.unsupported(shape.where, "the boundary of a medium cannot have alpha: leave out one of the two");
+      return {};
+    }
+    if (!inside.name.empty()) enclosed_media_.insert(inside.name);
+    return AbsorptionDescription{inside.sigma, outside.sigma};
+  }
+  if (std::holds_alternative<DiffuseTransmissionDescription>(kind) || std::holds_alternative<MixDescription>(kind))
+    diagnostics_.unsupported(shape.where, "a medium is understood inside of the material \"dielectric\" alone");
+  return {};  // no light gets inside
+}
+
+void Parser::require_closed_media() {
+  for (const auto& [name, where] : outside_media_)
+    if (!enclosed_media_.contains(name))
+      diagnostics_.unsupported(
+          where, "the medium " + in_quotes(name) + " is not supported without an end: put it inside of a dielectric");
 }
 
 // ---- settings that only sometimes change the picture -------------------------------------------------------------------
@@ -295,6 +346,7 @@ void Parser::camera() {
                              "the camera " + in_quotes(kind) + " is not understood: use perspective or orthographic");
   CameraDescription& camera = scene_.camera;
   camera.where = directive_.where;
+  if (!state_.outside.name.empty()) outside_media_.try_emplace(state_.outside.name, directive_.where);
   camera.is_orthographic = kind == "orthographic";
   camera.field_of_view = parameters.number_or("fov", 90);
   if (!(camera.field_of_view >= 1e-3 && camera.field_of_view <= 179))
@@ -431,6 +483,7 @@ void Parser::shape() {
   if (!made || is_unseen_interface()) return;
   ShapeDescription& shape = *made;
   shape.material = state_.material;
+  shape.absorption = media_of(shape);
   if (shape.opacity && state_.area_light) {
     diagnostics_.unsupported(shape.where, "a light with alpha is not supported: leave out one of the two");
     shape.opacity = nullptr;
@@ -447,6 +500,10 @@ bool Parser::is_unseen_interface() {
   if (state_.is_interface && state_.area_light)
     diagnostics_.unsupported(directive_.where,
                              "a light of the material \"interface\" is not supported: give it another material");
+  if (state_.is_interface && state_.inside.name != state_.outside.name)
+    diagnostics_.unsupported(
+        directive_.where,
+        "a medium behind the material \"interface\" is not supported: it must be behind \"dielectric\"");
   return state_.is_interface;
 }
 

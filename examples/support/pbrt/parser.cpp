@@ -281,6 +281,7 @@ void Parser::finish(const std::string& name) {
     throw InputError(where(saved_.back().where), "this is never closed: add " + saved_.back().closed_by);
   if (!open_object_.empty()) throw InputError(open_object_where_, "this is never closed: add ObjectEnd");
   if (!in_world_) throw InputError(name + ":1: there is no WorldBegin: is this a whole pbrt-v4 scene?");
+  require_closed_media();
   const double exposure = film_exposure_ * camera_exposure_;
   for (LightDescription& light : scene_.lights) expose(light, exposure);
   for (ShapeDescription& one : scene_.shapes)

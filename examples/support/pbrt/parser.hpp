@@ -22,12 +22,18 @@ class Parser {
   void finish(const std::string& name);
 
  private:
+  /// A medium by its name, and what it absorbs per scene unit; without a name there is none.
+  struct Medium {
+    std::string name;
+    Rgb sigma{0};
+  };
   struct GraphicsState {
     Transform transform{1};
     bool reverse_orientation = false;
     bool is_at_end_time = false;  ///< ActiveTransform EndTime: transforms are those of the end of a motion
     std::size_t material = 0;
     bool is_interface = false;  ///< the material is the boundary of a medium alone, and cannot be seen
+    Medium inside, outside;     ///< of the shapes that follow
     std::optional<AreaLight> area_light;
     std::map<std::string, std::vector<Parameter>> defaults;  ///< by target of the directive Attribute
   };
@@ -65,6 +71,9 @@ class Parser {
   void restore(const std::string& closed_by);
   /// The current material is one that light passes through unchanged: the boundary of a medium.
   [[nodiscard]] bool is_unseen_interface();
+  /// The media that MediumInterface names, where they matter to this shape.
+  [[nodiscard]] std::optional<AbsorptionDescription> media_of(const ShapeDescription& shape);
+  void require_closed_media();
   void place_shape(ShapeDescription shape, const Transform& world_from_shape);
 
   [[nodiscard]] MaterialDescription any_material(const std::string& kind, Parameters& parameters);
@@ -122,7 +131,10 @@ class Parser {
   Textures textures_;
   std::map<std::string, Transform> coordinate_systems_;
   std::map<std::string, std::size_t> named_materials_;
-  std::set<std::string> interfaces_;  ///< named materials that cannot be seen
+  std::set<std::string> interfaces_;                 ///< named materials that cannot be seen
+  std::map<std::string, std::optional<Rgb>> media_;  ///< what they absorb; nothing where a medium does more than that
+  std::set<std::string> enclosed_media_;             ///< inside of a dielectric
+  std::map<std::string, SourcePosition> outside_media_;  ///< outside of some shape
   std::map<std::string, std::vector<ShapeDescription>> objects_;
   std::string open_object_;
   SourcePosition open_object_where_;

@@ -17,26 +17,30 @@ struct NamedMetal {
   Rgb eta, k;
 };
 
-// The measured spectra behind pbrt's names, brought to linear sRGB.
+// The measured spectra behind pbrt-v4's names (src/pbrt/util/spectrum.cpp), each brought to linear sRGB by `rgb_of_spectrum`.
+// CuZn is there that of Querry (1985), 70 % copper and 30 % zinc; TiO2 rutile, extraordinary ray, as by Devore (1951); both
+// as refractiveindex.info lists them.
 constexpr std::array known_metals{
-    NamedMetal{"Cu", {0.200438, 0.924033, 1.10221}, {3.91295, 2.45285, 2.14219}},
-    NamedMetal{"Au", {0.143119, 0.374957, 1.44248}, {3.98316, 2.38572, 1.60322}},
-    NamedMetal{"Ag", {0.155265, 0.116723, 0.138381}, {4.82834, 3.12225, 2.14705}},
-    NamedMetal{"Al", {1.65746, 0.880369, 0.521229}, {9.22387, 6.26952, 4.83700}},
-    NamedMetal{"CuZn", {0.444, 0.527, 1.094}, {3.695, 2.765, 1.829}},
-    NamedMetal{"MgO", {1.7345, 1.7386, 1.7465}, {0, 0, 0}},
-    NamedMetal{"TiO2", {2.583, 2.653, 2.812}, {0, 0, 0}},
+    NamedMetal{"Cu", {0.1697, 0.9709, 1.213}, {3.236, 2.594, 2.355}},
+    NamedMetal{"Au", {0.1213, 0.3926, 1.587}, {3.296, 2.522, 1.762}},
+    NamedMetal{"Ag", {0.1288, 0.1231, 0.1522}, {3.999, 3.299, 2.361}},
+    NamedMetal{"Al", {1.369, 0.9326, 0.5728}, {7.644, 6.620, 5.319}},
+    NamedMetal{"CuZn", {0.4325, 0.5140, 1.146}, {3.584, 2.695, 1.750}},
+    NamedMetal{"MgO", {1.734, 1.741, 1.754}, {0, 0, 0}},
+    NamedMetal{"TiO2", {2.870, 2.954, 3.195}, {0, 0, 0}},
 };
 
 struct NamedGlass {
   const char* name;
-  double eta;  ///< at 587.6 nm
+  double eta;  ///< at 587.56 nm (helium d)
 };
 
+// n_d of Schott's catalogue. pbrt's program calls the flints SF5, SF10 and SF11 F5, F10 and F11, its documentation does not.
 constexpr std::array known_glasses{
-    NamedGlass{"glass-BK7", 1.5168},   NamedGlass{"glass-BAF10", 1.6700}, NamedGlass{"glass-FK51A", 1.4866},
-    NamedGlass{"glass-LASF9", 1.8503}, NamedGlass{"glass-SF11", 1.7847},  NamedGlass{"glass-F5", 1.6034},
-    NamedGlass{"glass-F10", 1.6230},   NamedGlass{"glass-F11", 1.6206},
+    NamedGlass{"glass-BK7", 1.51680},   NamedGlass{"glass-BAF10", 1.67003}, NamedGlass{"glass-FK51A", 1.48656},
+    NamedGlass{"glass-LASF9", 1.85025}, NamedGlass{"glass-SF5", 1.67270},   NamedGlass{"glass-F5", 1.67270},
+    NamedGlass{"glass-SF10", 1.72825},  NamedGlass{"glass-F10", 1.72825},   NamedGlass{"glass-SF11", 1.78472},
+    NamedGlass{"glass-F11", 1.78472},
 };
 
 /// Of rec. 709 primaries and D65.

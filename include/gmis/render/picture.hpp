@@ -45,6 +45,16 @@ template <Spectrum S>
   return picture;
 }
 
+/// The estimated variances of the means of a film, see `Film::variance_of_mean`.
+template <Spectrum S>
+[[nodiscard]] Picture variance_picture_of(const Film<S>& film) {
+  constexpr int channels = Film<S>::channel_count;
+  Picture picture(film.resolution(), channels);
+  for (std::size_t pixel = 0, i = 0; pixel < film.pixel_count(); ++pixel)
+    for (int c = 0; c < channels; ++c, ++i) picture.values[i] = static_cast<float>(film.variance_of_mean(pixel, c));
+  return picture;
+}
+
 /// The part of the picture that one technique makes.
 struct TechniquePicture {
   TechniqueId id;      ///< whose it is

@@ -253,8 +253,17 @@ class Render {
     if (request_.class_pictures) result.classes = classes_.means(state_.iterations, counters_, light_work_);
     if (film_.pixel_count() > 0) result.estimate = estimate_of(film_);
     // The film takes iterations for independent.
-    if (is_replicated())
+    if (is_replicated()) {
+      const std::vector<double> variances = batches_ ? variances_of_means(*batches_) : std::vector<double>();
       result.estimate.variance = batches_ ? variance_of_mean(*batches_) : std::numeric_limits<double>::quiet_NaN();
+      if (!variances.empty()) {
+        result.variance = Picture(film_.resolution(), Film<S>::channel_count);
+        std::transform(variances.begin(), variances.end(), result.variance.values.begin(),
+                       [](double variance) { return static_cast<float>(variance); });
+      }
+    } else if (film_.iterations() > 1) {
+      result.variance = variance_picture_of(film_);
+    }
     result.error = error();
     result.prices = prices();
     result.log = log_.points();

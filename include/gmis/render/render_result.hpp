@@ -37,7 +37,10 @@ struct RenderSummary {
 
 /// A finished run.
 struct RenderResult : RenderSummary {
-  Picture picture;                           ///< the mean of the iterations
+  Picture picture;  ///< the mean of the iterations
+  /// Estimated variance of every value of `picture`. Without values before two iterations; with dependent iterations
+  /// (`Sampler::sobol`) it needs `RenderRequest::intervals` and two replications.
+  Picture variance;
   Picture half_a;                            ///< with `RenderRequest::halves`: mean of iterations 1, 3, 5 …
   Picture half_b;                            ///< with `RenderRequest::halves`: mean of iterations 2, 4, 6 …
   std::vector<TechniquePicture> techniques;  ///< with `RenderRequest::techniques`

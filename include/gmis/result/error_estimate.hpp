@@ -75,23 +75,33 @@ struct ErrorCalibration {
   double largest_share_of_worst = 0.2;  ///< of `ErrorEstimate::worst` in the squared error
 };
 
-/// The mean over pixels and channels of the estimated variance of the mean of all iterations, from the parts of the run:
-/// Σ_b w_b² (x_b − m)² / (1 − w_b), w_b the share of part b. Not a number before two parts.
+/// The estimated variance of the mean of all iterations, for every pixel and channel, from the parts of the run:
+/// Σ_b w_b² (x_b − m)² / (1 − w_b), w_b the share of part b. Empty before two parts.
 template <Spectrum S>
-[[nodiscard]] double variance_of_mean(const BatchMeans<S>& means) {
+[[nodiscard]] std::vector<double> variances_of_means(const BatchMeans<S>& means) {
   const detail::RunParts<S> parts(means);
-  const std::size_t values = means.value_count();
-  if (parts.count() < 2 || values == 0) return std::numeric_limits<double>::quiet_NaN();
-  double sum = 0.0;
-  for (std::size_t i = 0; i < values; ++i) {
-    double mean = 0.0;
+  std::vector<double> variances;
+  if (parts.count() < 2) return variances;
+  for (std::size_t i = 0; i < means.value_count(); ++i) {
+    double mean = 0.0, sum = 0.0;
     for (std::size_t b = 0; b < parts.count(); ++b) mean += parts.share(b) * parts.value(b, i);
     for (std::size_t b = 0; b < parts.count(); ++b) {
       const double share = parts.share(b), deviation = parts.value(b, i) - mean;
       sum += share * share * deviation * deviation / (1.0 - share);
     }
+    variances.push_back(sum);
   }
-  return sum / static_cast<double>(values);
+  return variances;
+}
+
+/// The mean of `variances_of_means` over pixels and channels. Not a number before two parts.
+template <Spectrum S>
+[[nodiscard]] double variance_of_mean(const BatchMeans<S>& means) {
+  const std::vector<double> variances = variances_of_means(means);
+  if (variances.empty()) return std::numeric_limits<double>::quiet_NaN();
+  double sum = 0.0;
+  for (const double variance : variances) sum += variance;
+  return sum / static_cast<double>(variances.size());
 }
 
 /// The error of an image from the parts of its run: the batches and what has been added since. Nothing before two parts.

@@ -27,6 +27,12 @@ struct Box {
     }
   }
   [[nodiscard]] bool is_empty() const noexcept { return !(lower.x <= upper.x); }
+  /// Its faces belong to it.
+  [[nodiscard]] bool contains(const Vec3<T>& point) const noexcept {
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(point[axis] >= lower[axis] && point[axis] <= upper[axis])) return false;
+    return true;
+  }
   /// Half the surface area.
   [[nodiscard]] T half_area() const noexcept {
     if (is_empty()) return T(0);

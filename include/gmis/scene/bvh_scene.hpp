@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <glm/exponential.hpp>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -8,7 +11,10 @@
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/transmittance.hpp"
+#include "gmis/scene/absorption.hpp"
 #include "gmis/scene/alias_table.hpp"
+#include "gmis/scene/box.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/bvh.hpp"
 #include "gmis/scene/camera.hpp"
@@ -74,6 +80,17 @@ class BvhScene {
     if (has_cut_surfaces_) [[unlikely]]
       return !intersect_cut_surfaces(ray);
     return !bvh_.is_blocked(ray);
+  }
+
+  [[nodiscard]] bool has_absorption() const noexcept { return has_absorption_; }
+  /// Where the ray starts decides in which medium it is; see absorption.hpp.
+  [[nodiscard, gnu::noinline, gnu::cold]] Spectrum transmittance(const Ray<T>& ray) const noexcept {
+    if (std::none_of(absorbing_boxes_.begin(), absorbing_boxes_.end(),
+                     [&](const Box<T>& box) { return box.contains(ray.origin); }))
+      return Spectrum(T(1));
+    const Spectrum sigma = absorption_at(ray);
+    if (is_black(sigma)) return Spectrum(T(1));
+    return glm::exp(sigma * -ray.t_max);
   }
 
   [[nodiscard]] LightChoice<T, Light> sample_light(T u) const noexcept {
@@ -226,6 +243,23 @@ class BvhScene {
             sphere.light};
   }
 
+  /// σ at the start of the ray: that of the first boundary along it, on this side.
+  [[nodiscard]] Spectrum absorption_at(Ray<T> ray) const noexcept {
+    ray.t_max = std::numeric_limits<T>::infinity();
+    constexpr int most_passed = 1 << 16;
+    for (int passed = 0; passed < most_passed; ++passed) {
+      const BvhHit<T> found = bvh_.closest(ray);
+      if (found.kind == BvhChild::nothing) break;
+      const bool is_triangle = found.kind == BvhChild::triangles;
+      const Material& material = is_triangle ? *triangles_[found.slot].material : *spheres_[found.slot].material;
+      const Hit hit = is_triangle ? triangle_hit(found) : sphere_hit(found, ray);
+      if (const Absorption<T>* boundary = boundary_of<T>(material))
+        return glm::dot(hit.point.geometric_normal, ray.direction) > T(0) ? boundary->inside : boundary->outside;
+      ray.origin = leave(hit.point, ray.direction).origin;
+    }
+    return Spectrum(T(0));
+  }
+
   /// The nearest hit where there is a surface. Points without one are passed, each from a safe distance behind it.
   [[nodiscard, gnu::noinline, gnu::cold]] std::optional<Hit> intersect_cut_surfaces(Ray<T> ray) const noexcept {
     if constexpr (VaryingSurfaceModel<Bsdf, T>) {
@@ -271,12 +305,15 @@ class BvhScene {
   Camera camera_;
   SceneStatistics statistics_;
   Effects effects_;
-  bool has_cut_surfaces_ = false;     ///< some surface is not everywhere
-  bool has_light_hierarchy_ = false;  ///< next events choose lights by it; otherwise as light subpaths do
+  std::vector<Box<T>> absorbing_boxes_;  ///< around the surfaces of each material that is a boundary of media
+  bool has_cut_surfaces_ = false;        ///< some surface is not everywhere
+  bool has_light_hierarchy_ = false;     ///< next events choose lights by it; otherwise as light subpaths do
+  bool has_absorption_ = false;
 };
 
 static_assert(gmis::SceneWithReceiverChoice<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<double>>);
+static_assert(gmis::SceneWithAbsorption<BvhScene<float>>);
 
 }  // namespace gmis::scene

@@ -4,6 +4,7 @@
 #include <glm/exponential.hpp>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/spectrum.hpp"
@@ -62,10 +63,18 @@ struct PlainMaterial {
 template <std::floating_point T>
 struct MaterialTextures;
 
+/// How much light media absorb on both sides of a surface: σ per scene unit and channel.
+template <std::floating_point T>
+struct Absorption {
+  Vec3<T> inside{0};   ///< behind the geometric normal
+  Vec3<T> outside{0};  ///< before it
+};
+
 /// How a surface scatters. `with_textures` and `make_mix` (varying_material.hpp) make one that varies over the surface.
 template <std::floating_point T = float>
 struct Material : PlainMaterial<T> {
   std::shared_ptr<const MaterialTextures<T>> textures;  ///< null where nothing varies
+  std::optional<Absorption<T>> absorption;              ///< of the boundary of a medium, see `with_absorption`
 };
 
 /// GGX with a smaller alpha is taken for a delta lobe.

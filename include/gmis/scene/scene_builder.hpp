@@ -213,6 +213,8 @@ class SceneBuilder {
     add_lights(scene, corners, sharp, kept, balls, origin, Vec3<T>(center), static_cast<T>(radius));
     fill_slots(scene, built, corners, sharp, kept, balls);
     scene.effects_ = derived_effects(scene, kept);
+    scene.absorbing_boxes_ = absorbing_boxes(corners, kept, balls);
+    scene.has_absorption_ = !scene.absorbing_boxes_.empty();
 
     SceneStatistics& statistics = scene.statistics_;
     statistics.triangle_count = corners.size();
@@ -346,6 +348,26 @@ class SceneBuilder {
     }
     effects.thin_lens = camera_->lens_radius > 0;
     return effects;
+  }
+
+  /// Around the surfaces of each material that is a boundary of media.
+  [[nodiscard]] std::vector<Box<T>> absorbing_boxes(const std::vector<TriangleCorners<T>>& corners,
+                                                    const std::vector<std::uint32_t>& kept,
+                                                    const std::vector<SphereShape<T>>& balls) const {
+    std::vector<Box<T>> boxes(materials_.size());
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const std::size_t material = surfaces_[triangles_[kept[i]].surface].material;
+      if (boundary_of<T>(materials_[material]) != nullptr)
+        for (const Vec3<T>& corner : corners[i]) boxes[material].add(corner);
+    }
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      const std::size_t material = surfaces_[spheres_[i].surface].material;
+      if (boundary_of<T>(materials_[material]) == nullptr) continue;
+      boxes[material].add(balls[i].center - balls[i].radius);
+      boxes[material].add(balls[i].center + balls[i].radius);
+    }
+    std::erase_if(boxes, [](const Box<T>& box) { return box.is_empty(); });
+    return boxes;
   }
 
   /// One light per emitting primitive, then the others.

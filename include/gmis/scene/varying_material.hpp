@@ -50,6 +50,10 @@ template <std::floating_point T>
     reject_argument("a texture of roughness needs a material with a rough lobe");
   if (!textures.parts.empty() && (textures.parts.size() != 2 || !textures.amount))
     reject_argument("a mixture has two parts and an amount");
+  const auto is_boundary = [](const Material<T>& part) { return part.absorption.has_value(); };
+  if ((textures.opacity && is_boundary(material)) ||
+      std::any_of(textures.parts.begin(), textures.parts.end(), is_boundary))
+    reject_argument("the boundary of a medium cannot have holes, nor be a part of a mixture");
   Material<T> result = material;
   result.is_varying = true;
   if (textures.roughness) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
 
@@ -52,8 +53,8 @@ struct Connect {
 
     // Before a root and two BSDFs: hemispheres.
     const Vec3<T> offset = light.point.position - point.position;
-    if (reflects_only(vertex.hit.bsdf) && is_behind(point, vertex.to_prev, offset)) return;
-    if (reflects_only(light.bsdf) && is_behind(light.point, light.to_prev, -offset)) return;
+    if (is_behind(point, vertex.to_prev, offset) && reflects_only(vertex.hit.bsdf)) return;
+    if (is_behind(light.point, light.to_prev, -offset) && reflects_only(light.bsdf)) return;
     const auto link = Link<T>::along(offset);
     if (!(link.distance_squared > T(0))) return;
     const auto camera_bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, link.direction, TransportMode::radiance);
@@ -65,12 +66,14 @@ struct Connect {
     const T geometry = scattering_cosine(point, vertex.to_prev, link.direction, TransportMode::radiance) *
                        scattering_cosine(light.point, light.to_prev, -link.direction, TransportMode::importance) /
                        link.distance_squared * scale;
-    const S value = vertex.throughput * camera_bsdf.value * light_bsdf.value * light.throughput * geometry;
+    S value = vertex.throughput * camera_bsdf.value * light_bsdf.value * light.throughput * geometry;
     if (is_black(value)) return;
 
     ++output.counters().shadow_rays;
     ++output.counters().connection_rays;
     if (!context.scene.visible(segment(point, light.point, link.direction))) return;
+    if (absorbs(context.scene)) [[unlikely]]
+      attenuate(context.scene, point, link.direction, light.point.position, value);
 
     // With x_{s−1} the light vertex and x_s the camera vertex  [Georgiev TR 37, 40, 41; docs/weights.md]:
     //   b_{s−1} = c ψ(x_s → x_{s−1}) g_{s−1},   a_s = c ψ(x_{s−1} → x_s) g_s,

@@ -2,6 +2,7 @@
 
 #include "gmis/core/light_choice.hpp"
 #include "gmis/core/random.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
 
@@ -32,7 +33,7 @@ struct NextEvent {
                                                              TransportMode::radiance);
     if (is_black(bsdf.value)) return;
     const T cosine = scattering_cosine(point, vertex.to_prev, sample->to_light, TransportMode::radiance);
-    const S value = vertex.throughput * bsdf.value * sample->weight * (cosine / choice.selection_probability);
+    S value = vertex.throughput * bsdf.value * sample->weight * (cosine / choice.selection_probability);
     if (is_black(value)) return;
 
     const bool is_infinite = choice.light->is_infinite();
@@ -67,6 +68,8 @@ struct NextEvent {
         choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
     if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);
+    if (absorbs(context.scene) && !is_infinite) [[unlikely]]
+      attenuate(context.scene, point, sample->to_light, sample->origin.position, value);
     output.add(id, value, weight);
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/walk/context.hpp"
 
@@ -34,12 +35,13 @@ struct Splat {
     // rays, here per area perpendicular to the ray at the light vertex.
     const T response = seen->density * falloff;
     const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
-    const S value =
-        light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.tree_count));
+    S value = light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.tree_count));
     if (is_black(value)) return;
 
     ++output.counters().shadow_rays;
     if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
+    if (absorbs(context.scene)) [[unlikely]]
+      attenuate(context.scene, light.point, seen->to_camera, seen->origin.position, value);
 
     // b_{k−1}: density of the pixel's camera rays per area at the light vertex
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));

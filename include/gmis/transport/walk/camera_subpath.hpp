@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/techniques/connect.hpp"
 #include "gmis/transport/techniques/emitter_hit.hpp"
@@ -99,6 +100,8 @@ class CameraSubpath {
         escape(edge);
         return;
       }
+      if (absorbs(context_.scene)) [[unlikely]]
+        attenuate(context_.scene, edge.from, edge.step.to_next, hit->point.position, edge.throughput);
       Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
       if (!arrive(edge, vertex)) return;
       if (context_.has.emitter_hit && vertex.hit.light != nullptr)

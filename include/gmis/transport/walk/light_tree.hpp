@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/output/path_output.hpp"
 #include "gmis/transport/techniques/splat.hpp"
 #include "gmis/transport/walk/context.hpp"
@@ -114,13 +115,15 @@ class LightTree {
     const auto choice = context_.scene.sample_light(uniform<T>(source));
     const Vec2<T> uv_origin{u_x, u_y}, uv_direction{v_x, v_y};
     if (choice.light == nullptr) return std::nullopt;
-    const auto emission = choice.light->sample_emission(uv_origin, uv_direction);
+    auto emission = choice.light->sample_emission(uv_origin, uv_direction);
     if (!emission) return std::nullopt;
 
     if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
     ++output_.counters().rays;
     const auto hit = first_hit(context_.scene, emission->origin, emission->direction);
     if (!hit) return std::nullopt;
+    if (absorbs(context_.scene) && !choice.light->is_infinite()) [[unlikely]]
+      attenuate(context_.scene, emission->origin, emission->direction, hit->point.position, emission->weight);
     const Vec3<T> offset = hit->point.position - emission->origin.position;
     const T distance_squared = glm::dot(offset, offset);
     const bool is_infinite = choice.light->is_infinite();
@@ -165,6 +168,8 @@ class LightTree {
     ++output_.counters().rays;
     const auto hit = context_.scene.intersect(leave(from.point, step.to_next));
     if (!hit) return false;
+    if (absorbs(context_.scene)) [[unlikely]]
+      attenuate(context_.scene, from.point, step.to_next, hit->point.position, vertex.throughput);
     const Vec3<T> offset = hit->point.position - from.point.position;
     const T distance_squared = glm::dot(offset, offset);
     // a_{i+1} = c ψ(x_i → x_{i+1}) |cos θ_{i+1}| / d², c being part of `forward`
