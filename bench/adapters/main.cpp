@@ -37,7 +37,9 @@ auto built_in_scene() {
 template <class EngineType, class Scene>
 double mean(const Scene& scene, const gmis::SampleCounts& counts, int iterations) {
   gmis::SerialExecutor serial;
-  EngineType engine(scene, {.counts = counts});
+  gmis::RenderSettings settings;
+  settings.counts = counts;
+  EngineType engine(scene, settings);
   double sum = 0;
   for (int i = 0; i < iterations; ++i) {
     engine.iterate(serial);

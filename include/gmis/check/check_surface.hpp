@@ -72,6 +72,9 @@ void check_surface(const BsdfFor& bsdf_for, const SurfacePoint<T>& point, const 
       findings.count(Convention::bsdf_value,
                      is_sound(sample->weight) && forward >= 0.0 && reverse >= 0.0 && std::isfinite(forward + reverse));
       is_refracting = is_refracting || eta != 1.0;
+      // One delta lobe cannot scatter more than all light.
+      if (mode == TransportMode::importance && sample->is_delta && eta != 1.0)
+        findings.count(Convention::bsdf_energy, static_cast<double>(max_channel(sample->weight)) * forward <= 1.01);
       const auto f = bsdf.evaluate(to_prev, sample->to_next, mode);
       findings.count(Convention::bsdf_value, is_sound(f.value) && f.pdf.forward.value >= T(0) &&
                                                  f.pdf.reverse.value >= T(0) &&
