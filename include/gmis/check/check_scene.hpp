@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gmis/check/check_camera.hpp"
@@ -157,9 +158,12 @@ class SceneChecker {
   /// The light choice of a scene that chooses for the receiver, at hits of subpaths.
   void choose_lights_for_receivers() {
     if constexpr (chooses_for_receiver<Sc>()) {
+      // Numbers of its own, so that the other checks do not depend on this one.
+      const Philox others = std::exchange(source_, Philox(settings_.seed, 0, 0, 8));
       const std::size_t stride = std::max<std::size_t>(1, vertices_.size() / settings_.receivers);
       for (std::size_t i = 0; i < vertices_.size(); i += stride)
         if (!vertices_[i].hit.bsdf.is_purely_delta()) choose_lights_for(vertices_[i]);
+      source_ = others;
     }
   }
   void choose_lights_for(const Vertex& receiver) requires SceneWithReceiverChoice<Sc> {
