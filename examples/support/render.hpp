@@ -45,7 +45,7 @@ struct PathClassResult {
 /// `gmis::RenderResult` with images that can be written to files.
 struct RenderResult : RenderSummary {
   Image image;
-  Image variance;  ///< of the image's values; without pixels where it is not known
+  Image variance;        ///< of the image's values; without pixels where it is not known
   Image half_a, half_b;  ///< means of the odd and of the even iterations, when asked for
   std::vector<TechniqueImage> techniques;
   PathClassResult classes;
