@@ -221,6 +221,7 @@ TEST_CASE("batches: allocations, samples that fail, densities that are wrong", "
     faulty[3].fault = faulty[16].fault = fault;
     CAPTURE(fault);
     check_same(f, faulty, gmis_test::seed(316));
+    check_same(f, faulty, gmis_test::seed(316), gmis::SampleAllocation(std::vector<int>(18, 5)));
   }
   check_same([](double x) { return x < 0.5 ? std::numeric_limits<double>::quiet_NaN() : 1.0 + x; }, ramps,
              gmis_test::seed(317));

@@ -38,7 +38,7 @@ namespace gmis {
   p = p + 1.0;
   // 2^n in two factors: n = 1024 has no power of its own.
   const double half_power = std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 1022U) << 52U);
-  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(p * half_power * 2.0) & in_range);
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(p * 2.0 * half_power) & in_range);
 }
 
 }  // namespace gmis

@@ -180,9 +180,10 @@ void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& pro
     Workspace<typename Set::Density, capacity> workspace;
     const std::size_t sample_count = allocation.sample_count(set.size());
     workspace.prepare(set.size(), sample_count);
-    accumulator.add_rounds(f, sample_count, rounds, [&](RoundCounts& counts, auto&& visit) {
-      sample_checked_round<selection, weighting>(set, allocation, source, workspace, counts, visit);
-    });
+    accumulator.add_rounds(
+        f, sample_count, rounds, [&](RoundCounts & counts, auto&& visit) __attribute__((always_inline)) {
+          sample_checked_round<selection, weighting>(set, allocation, source, workspace, counts, visit);
+        });
   }
 }
 /// The same for a scheme, run as its cheapest pair.

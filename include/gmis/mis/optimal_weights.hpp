@@ -11,8 +11,8 @@
 /// Optimal weights [Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek, Křivánek: Optimal multiple importance sampling,
 /// 2019]. The estimator with weights free to be negative and to depend on f has the least variance with control variates
 /// Σ β_k q_k that solve Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ: their α is this β, their technique matrix and contribution vector
-/// the two sides over n (ψ = Σ n q/n). Nothing but N3's evaluations is needed, and the
-/// variance is zero where f is a combination of the densities.
+/// the two sides over n (ψ = Σ n q/n). Nothing but N3's evaluations is needed, and the variance is zero where f is a
+/// combination of the densities.
 
 namespace gmis {
 
