@@ -35,6 +35,7 @@ class Adapter:
 adapters = [
     Adapter("the built-in scene", None, "render_a_scene.cpp", "GMIS_OVER_BUILT_IN"),
     Adapter("a renderer of another style", "bring_your_own/adapter.hpp", "bring_your_own/main.cpp", "GMIS_OVER_BRING_YOUR_OWN"),
+    Adapter("lamps chosen for their receiver", "many_lights/adapter.hpp", "many_lights/main.cpp", "GMIS_OVER_MANY_LIGHTS"),
     Adapter("Embree's intersector", "embree/embree_scene.hpp", "embree/main.cpp", "GMIS_OVER_EMBREE", ["-lembree3"]),
 ]
 

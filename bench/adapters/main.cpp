@@ -9,6 +9,8 @@
 #if defined(GMIS_OVER_BRING_YOUR_OWN)
 #include "bring_your_own/adapter.hpp"
 #include "bring_your_own/world.hpp"
+#elif defined(GMIS_OVER_MANY_LIGHTS)
+#include "many_lights/adapter.hpp"
 #elif defined(GMIS_OVER_EMBREE)
 #include "embree/room.hpp"
 #else
@@ -19,7 +21,7 @@
 // Usage: PROGRAM pt|vcm ITERATIONS
 
 namespace {
-#if !defined(GMIS_OVER_BRING_YOUR_OWN) && !defined(GMIS_OVER_EMBREE)
+#if !defined(GMIS_OVER_BRING_YOUR_OWN) && !defined(GMIS_OVER_MANY_LIGHTS) && !defined(GMIS_OVER_EMBREE)
 // The scene of examples/render_a_scene.cpp.
 auto built_in_scene() {
   gmis::scene::SceneBuilder<> builder;
@@ -54,6 +56,9 @@ int main(int argc, char* argv[]) {
 #if defined(GMIS_OVER_BRING_YOUR_OWN)
   const theirs::World world = theirs::make_world(48, 36);
   const adapter::Scene scene(world);
+#elif defined(GMIS_OVER_MANY_LIGHTS)
+  const town::Town town = town::make_town(48, 64, 48);
+  const many_lights::Scene<true> scene(town);
 #elif defined(GMIS_OVER_EMBREE)
   const embree::Scene scene(room::build(48, 36), room::triangles());
 #else
