@@ -188,6 +188,8 @@ TEST_CASE("variance-aware factors: second moment over variance, alone and under 
   const std::vector<double> two{1.0, 1.0};
   for (const double thin : {5e-324, 1e-200})  // f/q_k out of range, or its square
     CHECK(gmis::variance_aware_factors(gmis::TabulatedProblem(two, two, {1.0, thin}))[0] == 1.0);
+  const std::vector<double> huge{1e200, 1e200};
+  CHECK(gmis::variance_aware_factors(gmis::TabulatedProblem(huge, two, {1.0, 1e-100}))[0] == 1.0);
   CHECK_THROWS_AS(gmis::variance_aware_factors(flat, 0.5), std::invalid_argument);
   CHECK_THROWS_AS(gmis::variance_aware_factors_of_balance(Counts{1, 1}, flat, std::nan("")), std::invalid_argument);
 }
