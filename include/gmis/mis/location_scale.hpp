@@ -23,10 +23,12 @@ namespace shapes {
 
 /// 1/(π (1 + z²)).
 struct Cauchy {
+  /// The density at z.
   template <std::floating_point T>
   [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
     return std::numbers::inv_pi_v<T> / (T(1) + z * z);
   }
+  /// A number with this density, by inversion: one number of the source.
   template <std::floating_point T>
   [[nodiscard]] static T sample(UniformSource auto& source) {
     return std::tan(std::numbers::pi_v<T> * (uniform<T>(source) - T(0.5)));
@@ -35,11 +37,13 @@ struct Cauchy {
 
 /// e^{−|z|}/(1 + e^{−|z|})².
 struct Logistic {
+  /// The density at z.
   template <std::floating_point T>
   [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
     const T tail = static_cast<T>(exp_in_lanes(-std::abs(static_cast<double>(z))));
     return tail / ((T(1) + tail) * (T(1) + tail));
   }
+  /// A number with this density, by inversion: one number of the source.
   template <std::floating_point T>
   [[nodiscard]] static T sample(UniformSource auto& source) {
     const T u = uniform<T>(source) + std::numeric_limits<T>::epsilon() / T(4);  // never 0
@@ -49,6 +53,7 @@ struct Logistic {
 
 /// e^{−z²/2}/√(2π).
 struct Normal {
+  /// The density at z.
   template <std::floating_point T>
   [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
     constexpr T peak = std::numbers::inv_sqrtpi_v<T> / std::numbers::sqrt2_v<T>;
@@ -98,14 +103,17 @@ class LocationScaleSet {
     }
   }
 
+  /// How many proposals there are.
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// A sample of proposal i.
   [[nodiscard]] T sample(std::size_t i, UniformSource auto& source) const {
     return locations_[i] + scales_[i] * Shape::template sample<T>(source);
   }
+  /// The density of proposal i at x.
   [[nodiscard, gnu::always_inline]] T pdf(std::size_t i, T x) const noexcept {
     return Shape::pdf((x - locations_[i]) * inverses_[i]) * inverses_[i];
   }
-  /// All of them, in one loop. The same bits as `pdf`.
+  /// The densities of all proposals at x, in one loop. The same bits as `pdf`.
   [[gnu::always_inline]] void pdfs(T x, std::span<T> out) const noexcept {
     const T* const locations = locations_.data();
     const T* const inverses = inverses_.data();

@@ -82,6 +82,7 @@ class BvhScene {
     return !bvh_.is_blocked(ray);
   }
 
+  /// True when some material is the boundary of a medium that absorbs.
   [[nodiscard]] bool has_absorption() const noexcept { return has_absorption_; }
   /// Where the ray starts decides in which medium it is; see absorption.hpp.
   [[nodiscard, gnu::noinline, gnu::cold]] Spectrum transmittance(const Ray<T>& ray) const noexcept {

@@ -11,11 +11,11 @@ namespace gmis::scene {
 /// `emission` of a normal that is within `spread` of `axis`; angles in radians. A sphere or a point light has the spread
 /// π and thus all directions.
 struct LightBounds {
-  Box<double> box;
-  glm::dvec3 axis{0, 0, 1};
-  double spread = pi<double>;
-  double emission = pi<double> / 2;
-  double power = 0;  ///< flux
+  Box<double> box;                   ///< of all points that shine
+  glm::dvec3 axis{0, 0, 1};          ///< unit, of the cone of normals
+  double spread = pi<double>;        ///< largest angle of a normal with the axis
+  double emission = pi<double> / 2;  ///< largest angle of emitted light with its normal
+  double power = 0;                  ///< flux
 
   /// Bounds of both. An empty box is that of no light.
   [[nodiscard]] static LightBounds of_both(const LightBounds& first, const LightBounds& second) {

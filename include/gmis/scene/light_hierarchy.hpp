@@ -25,11 +25,13 @@ template <std::floating_point T>
 class LightHierarchy {
  public:
   using Point = SurfacePoint<T>;
+  /// A light that was chosen.
   struct Choice {
     std::size_t light;  ///< number of the light
-    T probability;
+    T probability;      ///< of choosing it, positive
   };
 
+  /// True when there is no light.
   [[nodiscard]] bool is_empty() const noexcept { return places_.empty(); }
 
   /// A light for a next event at `from`, with `u` in [0, 1). With float, `u` has 24
@@ -70,6 +72,7 @@ class LightHierarchy {
     return probability;
   }
 
+  /// Memory of nodes and lights.
   [[nodiscard]] std::size_t byte_count() const noexcept {
     return nodes_.size() * sizeof(Node) + places_.size() * sizeof(Place);
   }
