@@ -76,9 +76,9 @@ int run(const fs::path& folder, double seconds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const double seconds = argc > 2 ? std::atof(argv[2]) : 12;
+  const double seconds = argc > 2 ? std::atof(argv[2]) : 6;
   if (argc > 3 || !(seconds > 0)) {
-    std::fprintf(stderr, "gmis-demo [FOLDER [SECONDS]]: renders paper1 into FOLDER (out/demo), for 12 s with each\n");
+    std::fprintf(stderr, "gmis-demo [FOLDER [SECONDS]]: renders paper1 into FOLDER (out/demo), for 6 s with each\n");
     return 2;
   }
   try {
