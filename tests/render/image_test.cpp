@@ -57,6 +57,19 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+#if GMIS_HAS_PNG
+/// The values of a .png, three bytes a pixel.
+std::vector<unsigned char> png_bytes(const fs::path& file) {
+  png_image read{};
+  read.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_file(&read, file.c_str()) != 0);
+  read.format = PNG_FORMAT_RGB;
+  std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(read));
+  REQUIRE(png_image_finish_read(&read, nullptr, bytes.data(), 0, nullptr) != 0);
+  return bytes;
+}
+#endif
+
 }  // namespace
 
 TEST_CASE("PFM and EXR give back every bit") {
@@ -117,12 +130,7 @@ TEST_CASE("PNG holds the sRGB curve and survives any value") {
   image.rgb = {0, 1, 0.21404114F, 0.002F, -1, 7, infinity, -infinity, std::numeric_limits<float>::quiet_NaN(), 0.5F,
                0, 0};
   write_png(image, folder.path / "a.png");
-  png_image read{};
-  read.version = PNG_IMAGE_VERSION;
-  REQUIRE(png_image_begin_read_from_file(&read, (folder.path / "a.png").c_str()) != 0);
-  read.format = PNG_FORMAT_RGB;
-  std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(read));
-  REQUIRE(png_image_finish_read(&read, nullptr, bytes.data(), 0, nullptr) != 0);
+  const std::vector<unsigned char> bytes = png_bytes(folder.path / "a.png");
   CHECK(bytes == std::vector<unsigned char>{0, 255, 128, 7, 0, 255, 255, 0, 0, 188, 0, 0});
 }
 
@@ -141,12 +149,7 @@ TEST_CASE("The tone curves are those that are stated") {
     extras.exposure = static_cast<float>(exposure);
     extras.tone = tone;
     write_image(image, folder.path / "a.png", extras);
-    png_image read{};
-    read.version = PNG_IMAGE_VERSION;
-    REQUIRE(png_image_begin_read_from_file(&read, (folder.path / "a.png").c_str()) != 0);
-    read.format = PNG_FORMAT_RGB;
-    std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(read));
-    REQUIRE(png_image_finish_read(&read, nullptr, bytes.data(), 0, nullptr) != 0);
+    const std::vector<unsigned char> bytes = png_bytes(folder.path / "a.png");
     for (std::size_t pixel = 0; pixel < 3; ++pixel) {
       const auto x = [&](std::size_t c) { return exposure * double(image.rgb[3 * pixel + c]); };
       const double luminance = 0.2126 * x(0) + 0.7152 * x(1) + 0.0722 * x(2);

@@ -131,6 +131,9 @@ TEST_CASE("The table says what was measured, and where a target was not reached"
   scene.contenders[0].runs.pop_back();
   CHECK(table_of(scene).rows[0][6] == "0.250 (too few seeds)");
   CHECK(metrics_table_of(scene).rows.empty());
+  scene.contenders[1].picture_error = PictureError{{0.1, 0.05, 0.02, 0.03}, {}, {}};
+  CHECK(metrics_table_of(scene).rows ==
+        std::vector<std::vector<std::string>>{{"vcm", "10.0 %", "5.00 %", "2.00 %", "3.00 %"}});
   scene.contenders[1].bias = gmis::MergingBias{0.001, 0.001};
   CHECK(table_of(scene).rows[1].back() == "below 0.200 %");
   CHECK(reference_warning(scene).empty());

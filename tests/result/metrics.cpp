@@ -163,11 +163,11 @@ TEST_CASE("The measures of a picture: relative error, trimmed, SMAPE") {
   Image image = uniform(50, 40, 0.6F, 0.6F, 0.6F);
   for (std::size_t c = 0; c < 3; ++c) image.rgb[image.index(20, 20) + c] = 1000;
   const double quiet = 0.1 * 0.1 / (0.25 + 0.01), firefly = 999.5 * 999.5 / (0.25 + 0.01);
-  const ImageMetrics metrics = metrics_of(image, reference, 1);
+  const ImageMetrics metrics = picture_error(image, reference, 1).metrics;
   CHECK(metrics.relative_error == Approx(std::sqrt((1999 * quiet + firefly) / 2000)).epsilon(1e-5));
   CHECK(metrics.trimmed == Approx(std::sqrt(quiet)).epsilon(1e-5));  // two pixels are left out
   CHECK(metrics.smape == Approx((1999 * 0.1 / 1.11 + 999.5 / 1000.51) / 2000).epsilon(1e-5));
   CHECK(metrics.flip < 0.3);
-  const ImageMetrics same = metrics_of(reference, reference, 1);
+  const ImageMetrics same = picture_error(reference, reference, 1).metrics;
   CHECK((same.relative_error == 0 && same.trimmed == 0 && same.smape == 0 && same.flip == 0));
 }

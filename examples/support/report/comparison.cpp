@@ -307,8 +307,11 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     }
     write_logs(request, record);
     record.reference_file = kept(record.reference, record.name + "_reference", request.folder);
-    for (ContenderRecord& contender : record.contenders)
+    for (ContenderRecord& contender : record.contenders) {
+      if (!contender.image.rgb.empty() && contender.image.rgb.size() == record.reference.rgb.size())
+        contender.picture_error = picture_error(contender.image, record.reference, exposure_of(record.reference));
       contender.file = kept(contender.image, record.name + "_" + file_name_of(contender.name), request.folder);
+    }
     comparison.scenes.push_back(std::move(record));
     if (request.on_scene) request.on_scene(comparison);
     if (!comparison.is_whole) break;

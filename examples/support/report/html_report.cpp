@@ -11,7 +11,6 @@
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
 #include "support/report/false_colour.hpp"
-#include "support/report/metrics.hpp"
 #include "support/report/page.hpp"
 #include "support/report/plot.hpp"
 #include "support/report/tables.hpp"
@@ -126,15 +125,15 @@ std::vector<std::uint8_t> shared_exponent(const Image& image) {
 }
 
 /// Errors of a picture in colours, for each measure that a reader may choose.
-nlohmann::json maps_of(const Image& image, const Image& relative, const Image& reference, float exposure) {
+nlohmann::json maps_of(const ContenderRecord& contender) {
   nlohmann::json maps = nlohmann::json::object();
   const auto add = [&](const char* name, const Image& map) {
-    if (!map.rgb.empty()) maps[name] = base64_of(png_of(error_map(map)));
+    if (!map.rgb.empty() && has_png()) maps[name] = base64_of(png_of(error_map(map)));
   };
-  add("relative", relative);
-  if (image.rgb.size() == reference.rgb.size()) {
-    add("smape", smape_map(image, reference));
-    add("flip", flip_map(image, reference, exposure));
+  add("relative", contender.pixel_error);
+  if (contender.picture_error) {
+    add("smape", contender.picture_error->smape);
+    add("flip", contender.picture_error->flip);
   }
   return maps;
 }
@@ -144,15 +143,14 @@ void add_viewer(std::ostream& html, const SceneRecord& scene) {
   std::string choices;
   const Image& shown = measure_of(scene);
   const float exposure = exposure_of(shown);
-  const auto add = [&](const std::string& name, const Image& image, const Image& error) {
+  const auto add = [&](const std::string& name, const Image& image, nlohmann::json maps) {
     if (image.rgb.empty() || image.rgb.size() != shown.rgb.size()) return;
     choices += "<option value=\"" + std::to_string(images.size()) + "\">" + escaped(name) + "</option>";
-    images.push_back({{"name", name}, {"pixels", base64_of(shared_exponent(image))}});
-    if (!error.rgb.empty() && has_png()) images.back()["maps"] = maps_of(image, error, scene.reference, exposure);
+    images.push_back({{"name", name}, {"pixels", base64_of(shared_exponent(image))}, {"maps", std::move(maps)}});
   };
-  for (const ContenderRecord& contender : scene.contenders) add(contender.name, contender.image, contender.pixel_error);
+  for (const ContenderRecord& contender : scene.contenders) add(contender.name, contender.image, maps_of(contender));
   const std::size_t last = images.empty() ? 0 : images.size() - 1;
-  add("reference", scene.reference, {});
+  add("reference", scene.reference, nlohmann::json::object());
   if (images.size() < 2) return;
   // At first the baseline beside the last integrator, or the first one if that is the baseline.
   const auto selecting = [&](std::size_t index) {

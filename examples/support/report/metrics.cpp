@@ -223,11 +223,13 @@ Image flip_map(const Image& image, const Image& reference, float exposure) {
   return map;
 }
 
-ImageMetrics metrics_of(const Image& image, const Image& reference, float exposure) {
+PictureError picture_error(const Image& image, const Image& reference, float exposure) {
   const ImageError error =
       image_error(std::span<const float>(image.rgb), std::span<const float>(reference.rgb), std::size_t{3});
-  return {std::sqrt(error.relmse), std::sqrt(error.relmse_trimmed), mean_of(smape_map(image, reference)),
-          mean_of(flip_map(image, reference, exposure))};
+  PictureError result{{}, smape_map(image, reference), flip_map(image, reference, exposure)};
+  result.metrics = {std::sqrt(error.relmse), std::sqrt(error.relmse_trimmed), mean_of(result.smape),
+                    mean_of(result.flip)};
+  return result;
 }
 
 }  // namespace gmis::tools

@@ -15,8 +15,14 @@ struct ImageMetrics {
   double flip = 0;            ///< mean over pixels of ꟻLIP, of the pictures as shown: 0 to 1
 };
 
+/// The measures of a picture, and where its errors are.
+struct PictureError {
+  ImageMetrics metrics;
+  Image smape, flip;  ///< `smape_map` and `flip_map`
+};
+
 /// `exposure`: the factor with which both pictures are shown; only ꟻLIP depends on it.
-[[nodiscard]] ImageMetrics metrics_of(const Image& image, const Image& reference, float exposure);
+[[nodiscard]] PictureError picture_error(const Image& image, const Image& reference, float exposure);
 
 /// |x − ref| / (|x| + |ref| + 0.01), pixel by pixel and channel by channel.
 [[nodiscard]] Image smape_map(const Image& image, const Image& reference);

@@ -9,6 +9,7 @@
 #include "gmis/result/merging_bias.hpp"
 #include "support/image/image.hpp"
 #include "support/report/figures.hpp"
+#include "support/report/metrics.hpp"
 
 /// \file
 /// What a comparison of integrators has measured.
@@ -33,7 +34,8 @@ struct ContenderRecord {
   Image image;        ///< of the first seed, at the end
   Image pixel_error;  ///< its relative error pixel by pixel: against the reference, or estimated where there is none
   std::optional<MergingBias> bias;
-  std::string file;  ///< of the picture, in the report's folder; empty where none is written
+  std::optional<PictureError> picture_error;  ///< of `image` against the reference, where there is one
+  std::string file;                           ///< of the picture, in the report's folder; empty where none is written
 
   /// Error over processor seconds: against the reference, or estimated where there is none.
   [[nodiscard]] Courses courses() const {

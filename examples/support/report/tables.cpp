@@ -5,9 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "support/report/false_colour.hpp"
-#include "support/report/metrics.hpp"
-
 namespace gmis::tools {
 
 namespace {
@@ -107,12 +104,10 @@ Table table_of(const SceneRecord& scene) {
 
 Table metrics_table_of(const SceneRecord& scene) {
   Table table;
-  if (scene.reference.rgb.empty()) return table;
   table.headings = {"integrator", "relative error", "without the worst 0.1 %", "SMAPE", "ꟻLIP"};
-  const float exposure = exposure_of(scene.reference);
   for (const ContenderRecord& contender : scene.contenders) {
-    if (contender.image.rgb.size() != scene.reference.rgb.size()) continue;
-    const ImageMetrics metrics = metrics_of(contender.image, scene.reference, exposure);
+    if (!contender.picture_error) continue;
+    const ImageMetrics& metrics = contender.picture_error->metrics;
     table.rows.push_back({contender.name, percentage(metrics.relative_error), percentage(metrics.trimmed),
                           percentage(metrics.smape), percentage(metrics.flip)});
   }

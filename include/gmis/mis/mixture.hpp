@@ -247,7 +247,7 @@ class DensitiesAt {
     evaluations_ += out.size();
   }
 
-  /// Small ones are passed as they are: what no function was given the address of can stay in registers.
+  /// Small arguments are passed by value: an object whose address is never taken can stay in registers.
   template <class Argument>
   using Passed = std::conditional_t<std::is_trivially_copyable_v<Argument> && sizeof(Argument) <= 2 * sizeof(void*),
                                     Argument, const Argument&>;

@@ -35,24 +35,26 @@ struct Picture {
   }
 };
 
-/// The means of a film.
-template <Spectrum S>
-[[nodiscard]] Picture picture_of(const Film<S>& film) {
+/// A picture of the film's size, with `value_of(pixel, channel)` as its values.
+template <Spectrum S, class ValueOf>
+[[nodiscard]] Picture picture_with(const Film<S>& film, ValueOf&& value_of) {
   constexpr int channels = Film<S>::channel_count;
   Picture picture(film.resolution(), channels);
   for (std::size_t pixel = 0, i = 0; pixel < film.pixel_count(); ++pixel)
-    for (int c = 0; c < channels; ++c, ++i) picture.values[i] = static_cast<float>(film.mean(pixel, c));
+    for (int c = 0; c < channels; ++c, ++i) picture.values[i] = static_cast<float>(value_of(pixel, c));
   return picture;
+}
+
+/// The means of a film.
+template <Spectrum S>
+[[nodiscard]] Picture picture_of(const Film<S>& film) {
+  return picture_with(film, [&film](std::size_t pixel, int channel) { return film.mean(pixel, channel); });
 }
 
 /// The estimated variances of the means of a film, see `Film::variance_of_mean`.
 template <Spectrum S>
 [[nodiscard]] Picture variance_picture_of(const Film<S>& film) {
-  constexpr int channels = Film<S>::channel_count;
-  Picture picture(film.resolution(), channels);
-  for (std::size_t pixel = 0, i = 0; pixel < film.pixel_count(); ++pixel)
-    for (int c = 0; c < channels; ++c, ++i) picture.values[i] = static_cast<float>(film.variance_of_mean(pixel, c));
-  return picture;
+  return picture_with(film, [&film](std::size_t pixel, int channel) { return film.variance_of_mean(pixel, channel); });
 }
 
 /// The part of the picture that one technique makes.
