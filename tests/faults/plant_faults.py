@@ -135,7 +135,9 @@ class Planter:
         command = [self.compiler, *COMPILE, "-include", str(self.build / "framework.hpp")]
         if header_folder:
             command += ["-I", str(header_folder)]
-        command += ["-I", str(self.copy / "include"), "-I", str(self.copy / "tests"), "-I", str(place)]
+        for part in ("include", "tests", "examples"):
+            command += ["-I", str(self.copy / part)]
+        command += ["-I", str(place)]
         command += [str(place / file) for file in files] + [str(self.main), "-o", str(program), "-pthread", *self.libraries]
         compiled = subprocess.run(command, capture_output=True, text=True)
         if compiled.returncode != 0:
