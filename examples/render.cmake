@@ -4,24 +4,30 @@ if(NOT GMIS_RENDER_CAN_BE_BUILT)
   return()
 endif()
 
-# From a scene to a picture.
-add_library(gmis_render_session STATIC
+# Where the time of a rendering goes. Programs link these objects before all others: of an inline function that is compiled in
+# many files the linker keeps the first, which is to be an optimised one (tests/linkage/engines_first.py).
+add_library(gmis_render_engines OBJECT
   support/build_scene.cpp
-  support/choices.cpp
   support/engines/both_sides.cpp
   support/engines/camera_side.cpp
   support/engines/pilot.cpp
   support/engines/split_trees.cpp
   support/executor.cpp
+  support/progressive_render.cpp
+  support/render.cpp)
+target_link_libraries(gmis_render_engines PUBLIC gmis_scene_reader PRIVATE gmis_warnings)
+target_compile_options(gmis_render_engines PRIVATE ${gmis_full_options})
+
+# From a scene to a picture.
+add_library(gmis_render_session STATIC
+  support/choices.cpp
   support/first_hit_layers.cpp
   support/integrator_names.cpp
   support/plan_text.cpp
-  support/progressive_render.cpp
-  support/render.cpp
   support/scene_files.cpp
   support/session.cpp
   support/technique_sheet.cpp)
-target_link_libraries(gmis_render_session PUBLIC gmis_scene_reader PRIVATE gmis_warnings)
+target_link_libraries(gmis_render_session PUBLIC gmis_scene_reader PRIVATE gmis_render_engines gmis_warnings)
 target_compile_definitions(gmis_render_session PRIVATE GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
 
 # What the command line of gmis-render adds; the demo does without it.
@@ -36,17 +42,14 @@ target_link_libraries(gmis_render_program PUBLIC gmis_render_session PRIVATE gmi
                                                                             nlohmann_json::nlohmann_json)
 target_compile_definitions(gmis_render_program PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 
-# Where the time of a rendering goes.
-set_source_files_properties(
-  support/build_scene.cpp support/engines/both_sides.cpp support/engines/camera_side.cpp support/engines/pilot.cpp
-  support/engines/split_trees.cpp support/executor.cpp support/progressive_render.cpp support/render.cpp
-  PROPERTIES COMPILE_OPTIONS "${gmis_full_options}")
 # Much to compile, little to run.
 set_source_files_properties(
   support/manual.cpp support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
   support/session.cpp support/statistics.cpp support/technique_sheet.cpp support/report/comparison.cpp
   support/report/html_report.cpp support/report/plot.cpp support/report/tables.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Debug>:-O0>)
+# Traces one path.
+set_source_files_properties(support/replay.cpp PROPERTIES COMPILE_OPTIONS "${gmis_no_optimization}")
 
 add_library(gmis_report STATIC
   support/report/comparison.cpp
@@ -61,7 +64,7 @@ target_compile_definitions(gmis_report PRIVATE GMIS_VERSION="${PROJECT_VERSION}"
 
 foreach(program render compare demo)
   add_executable(gmis-${program} gmis_${program}.cpp)
-  target_link_libraries(gmis-${program} PRIVATE gmis_report gmis_warnings)
+  target_link_libraries(gmis-${program} PRIVATE gmis_render_engines gmis_report gmis_warnings)
 endforeach()
 target_link_libraries(gmis-render PRIVATE gmis_render_program)
 target_compile_definitions(gmis-render PRIVATE GMIS_VERSION="${PROJECT_VERSION}")

@@ -93,7 +93,7 @@ std::string zsh_completion(const ProgramSummary& program) {
     if (!option.value.empty()) {
       const auto words = words_of_value(option);
       action = ":value:";
-      action += !words.empty()         ? "(" + joined(words) + ")"
+      action += !words.empty()         ? std::string("(").append(joined(words)).append(")")
                 : takes_folder(option) ? "_files -/"
                 : takes_file(option)   ? "_files"
                                        : "";
