@@ -1,8 +1,9 @@
 find_package(Threads REQUIRED)
 
-# gmis_add_example(NAME sources…): a program that is run as a test, too.
+# gmis_add_example(NAME sources…): a program that is run as a test, too. It renders for a moment only.
 function(gmis_add_example name)
   add_executable(${name} ${ARGN})
+  target_compile_options(${name} PRIVATE ${gmis_no_optimization})
   target_link_libraries(${name} PRIVATE gmis::gmis gmis_warnings Threads::Threads)
   if(GMIS_BUILD_TESTS)
     add_test(NAME example_${name} COMMAND ${name})

@@ -1,4 +1,5 @@
 add_executable(own_material own_material.cpp)
+target_compile_options(own_material PRIVATE ${gmis_no_optimization})
 target_link_libraries(own_material PRIVATE gmis::gmis gmis_warnings)
 if(GMIS_BUILD_TESTS)
   add_test(NAME example_own_material COMMAND own_material)

@@ -23,7 +23,7 @@ FAULTS = pathlib.Path(__file__).resolve().parent / "faults.txt"
 REQUIRED = 0.95
 # A test that takes so many times as long with a fault in it as without, and a minute, does not end.
 RUN_LIMIT_FACTOR, RUN_LIMIT_SECONDS = 30, 60
-COMPILE = ["-std=c++20", "-O1", "-w"]
+COMPILE = ["-std=c++20", "-w"]
 
 
 class Fault:
@@ -93,33 +93,40 @@ def planted(text, fault):
 
 
 def test_sources(copy):
-    """From the name of a test to its folder and sources, as the CMake files declare it."""
+    """From the name of a test to its folder, its sources and whether it is optimised, as the CMake files declare it."""
     sources = {}
     for cmake in (copy / "tests").glob("*/CMake*.txt"):
         text = "".join(part.read_text() for part in [cmake, *cmake.parent.glob("*.cmake")])
         for call in re.finditer(r"gmis_add_test\(\s*(\w+)([^)]*)\)", text):
             files = [word for word in call[2].split() if word.endswith(".cpp")]
-            sources[call[1]] = (cmake.parent, files)
+            sources[call[1]] = (cmake.parent, files, "UNOPTIMIZED" not in call[2].split())
     return sources
 
 
 class Planter:
     def __init__(self, copy, compiler):
-        self.copy, self.compiler = copy, compiler
+        self.copy = copy
         self.sources = test_sources(copy)
         self.build = copy / "build"
         self.build.mkdir()
+        self.compile = [compiler, *COMPILE]
+        if "clang" not in compiler:
+            self.compile += ["--param=ggc-min-heapsize=524288"]  # as CMakeLists.txt has it
         # What no fault touches is parsed once.
-        (self.build / "framework.hpp").write_text(
+        framework = (
             '#include "support/catch.hpp"\n#include <algorithm>\n#include <array>\n#include <cmath>\n#include <complex>\n'
             "#include <map>\n#include <optional>\n#include <random>\n#include <string>\n#include <vector>\n"
             "#include <glm/common.hpp>\n#include <glm/geometric.hpp>\n#include <glm/vec2.hpp>\n#include <glm/vec3.hpp>\n"
         )
         tests = ["-I", str(copy / "tests")]
-        self.must([compiler, *COMPILE, *tests, "-x", "c++-header", str(self.build / "framework.hpp")])
+        for level in ("-O0", "-O1"):
+            (self.build / level).mkdir()
+            header = self.build / level / "framework.hpp"
+            header.write_text(framework)
+            self.must([*self.compile, level, *tests, "-x", "c++-header", str(header)])
         self.seconds = {}  # of a test without a fault
         self.main = self.build / "main.o"
-        self.must([compiler, *COMPILE, "-O0", *tests, "-c", str(copy / "tests/support/main.cpp"), "-o", str(self.main)])
+        self.must([*self.compile, "-O0", *tests, "-c", str(copy / "tests/support/main.cpp"), "-o", str(self.main)])
         self.libraries = []
         if any((pathlib.Path(p) / "catch2/catch_all.hpp").exists() for p in ("/usr/include", "/usr/local/include")):
             self.libraries = ["-lCatch2"]
@@ -130,9 +137,10 @@ class Planter:
 
     def run_test(self, name, folder, header_folder):
         """Compiles and runs one test: (passed, what happened). `header_folder` comes before the library's headers."""
-        place, files = self.sources[name]
+        place, files, is_optimised = self.sources[name]
+        level = "-O1" if is_optimised else "-O0"
         program = folder / name
-        command = [self.compiler, *COMPILE, "-include", str(self.build / "framework.hpp")]
+        command = [*self.compile, level, "-include", str(self.build / level / "framework.hpp")]
         if header_folder:
             command += ["-I", str(header_folder)]
         for part in ("include", "tests", "examples"):
