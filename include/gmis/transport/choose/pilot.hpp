@@ -111,6 +111,7 @@ class RenderPilot {
       const double least = std::max(0.0, share * variance_[u]);
       all[c].variance = std::max(least, variance_[u] - (1.0 - share) * within_[u]) / pixels_taken_;
       all[c].squared_bias = squared_bias(u);
+      all[c].squared_bias_bound = squared_bias_bound(u);
       all[c].cost = (predicted_camera_cost(candidates_[c], made_, work_, costs) +
                      predicted_light_cost(candidates_[c], made_, engine_.light_work(), photons_, costs)) /
                     static_cast<double>(iterations());
@@ -319,6 +320,15 @@ class RenderPilot {
     const BiasSums& bias = biases_[c];
     const double tiles = bias.tiles - standard_errors * std::sqrt(bias.tiles_noise);
     return std::max({0.0, tiles, bias.whole - std::sqrt(bias.whole_noise)}) / pixels_taken_;
+  }
+
+  /// Upper confidence bound of the squared bias over tiles: the estimate plus two standard errors. The sum of squared
+  /// products is at least their variance on average.
+  [[nodiscard]] double squared_bias_bound(std::size_t c) const noexcept {
+    constexpr double standard_errors = 2.0;
+    if (!(pixels_taken_ > 0.0)) return 0.0;
+    const BiasSums& bias = biases_[c];
+    return std::max(0.0, bias.tiles + standard_errors * std::sqrt(bias.tiles_noise)) / pixels_taken_;
   }
 
   /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and
