@@ -212,7 +212,23 @@ std::string duration_text(double seconds) {
   return text.str();
 }
 
-std::string text_of(const std::optional<PriceTable>& prices) {
+std::string explain_forecast(const PriceTable& prices) {
+  return "price       as the pilot expects it, rare and bright samples and merging's bias apart\n" +
+         text_of(prices, nullptr);
+}
+
+std::string noise_and_bias(const RenderSummary& result) {
+  if (!result.error || result.error->doubt == ErrorDoubt::nothing_found || result.bias_bound == 0.0) return {};
+  std::ostringstream text;
+  text << std::setprecision(2) << "noise " << 100 * result.error->relative_error << " %, bias of merging ";
+  if (result.bias_bound)
+    text << "at most " << 100 * *result.bias_bound << " %";
+  else
+    text << "not measured: no pilot ran";
+  return text.str();
+}
+
+std::string text_of(const std::optional<PriceTable>& prices, const char* last) {
   if (!prices) return {};
   std::ostringstream text;
   const auto whole = [](double value) {
@@ -229,10 +245,10 @@ std::string text_of(const std::optional<PriceTable>& prices) {
   for (std::size_t i = 0; i < prices->prices.size(); ++i) {
     const Price& price = prices->prices[i];
     std::ostringstream error;
-    if (i + 1 < prices->prices.size())
+    if (last == nullptr || i + 1 < prices->prices.size())
       error << 100 * price.error << " %";
     else
-      error << "half of this";
+      error << last;
     if (!std::isfinite(price.iterations))
       line(error.str(), "-", "-", "-", "not in sight: the error does not fall");
     else
