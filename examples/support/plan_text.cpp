@@ -150,6 +150,17 @@ std::string reason_for_nothing(const RenderRequest& request, const Plan& plan) {
   return {};
 }
 
+/// What the scene calls for and this integrator has not; empty where a pilot has chosen.
+std::string techniques_left_out(const RenderResult& result, const RenderRequest& request, const Plan& plan) {
+  std::string names;
+  if (request.integrator == IntegratorChoice::automatic) return names;
+  for (const TechniquePlan& technique : plan.techniques) {
+    if (!technique.is_on || result.counts.has(technique.technique)) continue;
+    names += std::string(names.empty() ? "" : " and ") + words_of(technique.technique);
+  }
+  return names;
+}
+
 /// What made most of a pixel, where images of techniques or of classes are there to tell; empty otherwise.
 std::string maker_of(const RenderResult& result, std::size_t pixel) {
   const auto brightness = [&](const Image& image) {
@@ -192,7 +203,10 @@ std::string caution_of(const RenderResult& result, const RenderRequest& request,
       text << " (the first mostly by " << maker << ")";
     text << "; ";
   }
-  text << "rare, bright samples rule the error: it has no interval, and --error does not end the run\n";
+  text << "rare, bright samples rule the error: it has no interval, and --error does not end the run";
+  if (const std::string more = techniques_left_out(result, request, plan); !more.empty())
+    text << "; --integrator auto would add " << more << ", which this scene calls for";
+  text << "\n";
   return text.str();
 }
 

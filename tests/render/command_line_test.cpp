@@ -694,6 +694,14 @@ TEST_CASE("A caution names the pixels that rule the error, and what made the fir
   const gmis::Plan plan{};
   std::string caution = caution_of(result, request, plan);
   CHECK(caution.find("75 % of the squared error is in the pixels 3,2 7,0; ") != std::string::npos);
+  CHECK(caution.find("--integrator auto") == std::string::npos);
+  gmis::Plan with_merging = plan;
+  with_merging.techniques.back() = {gmis::Technique::merge, true, gmis::PlanRule::helps, {}};
+  result.counts = gmis::integrators::bpt;
+  CHECK(caution_of(result, request, with_merging)
+            .find("--integrator auto would add merging, which this scene calls for") != std::string::npos);
+  result.counts = gmis::integrators::vcm;
+  CHECK(caution_of(result, request, with_merging).find("--integrator auto") == std::string::npos);
   TechniqueImage splat, connect;
   splat.id = {gmis::Technique::splat, 2, 1};
   connect.id = {gmis::Technique::connect, 2, 2};

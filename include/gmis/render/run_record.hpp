@@ -37,7 +37,8 @@ struct RunRecord {
   ConvergenceLog log;                        ///< error and time so far
   RunState state;                            ///< iterations and wall time so far
   double cpu_seconds = 0.0;                  ///< of iterations
-  Counters counters, light_work;             ///< of whole iterations, and the part of light trees
+  Counters counters;                         ///< of whole iterations
+  Counters light_work;                       ///< the part of `counters` that light trees took
   std::vector<RejectedPath> rejected_paths;  ///< the first ones
   PhaseSeconds phases;                       ///< wall time by phase
   double film_seconds = 0.0;                 ///< wall time of sums over iterations
