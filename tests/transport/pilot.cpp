@@ -235,10 +235,10 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot]") {
   CAPTURE(loss, std::sqrt(forecast), limit);
   CHECK(forecast < gmis::square(1.08 * loss) + limit);
   CHECK(forecast > gmis::square(0.7 * loss) - limit);
-  // The upper bound has noise on the other side: at most as much as the lower one leaves room for.
+  // The upper bound has noise on the other side, and the factor of an edge in place of that of smooth light.
   CAPTURE(std::sqrt(bound));
-  CHECK(bound > gmis::square(loss) - limit);
-  CHECK(bound < gmis::square(1.5 * loss) + limit);
+  CHECK(bound > gmis::square(gmis::bias_of_change_at_edge / (4.0 / 3.0) * loss) - limit);
+  CHECK(bound < gmis::square(1.5 * gmis::bias_of_change_at_edge / (4.0 / 3.0) * loss) + limit);
   CHECK(of_half < forecast / 4);  // a sixteenth, and noise
   CHECK(limit < gmis::square(0.5 * loss));
 }
