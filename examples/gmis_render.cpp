@@ -301,6 +301,8 @@ int run(Options options) {
   const RenderResult result = render(scene, request, executor);
   executor.report_to({});
   bar.finish();
+  if (!result.joined_seeds.empty() && request.on_log)  // runs that are joined have made their points long ago
+    for (const gmis::ConvergencePoint& point : result.log) request.on_log(point);
   if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
 
   RunFacts facts;
