@@ -1,5 +1,6 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "gmis/core/state_archive.hpp"
+#include "gmis/render/run_record.hpp"
 #include "support/choices.hpp"
 #include "support/first_hit_layers.hpp"
 #include "support/instruction_set.hpp"
@@ -81,12 +83,15 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
-/// The scene as checkpoints name it: its file's name, a digest of that file, and the size of what it describes.
-std::string scene_identity(const std::filesystem::path& file, const BuiltScene& scene) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(gmis::digest_of(bytes_of(file))));
-  return file.filename().string() + " (" + text + ", " + scene.summary() + ", half diagonal " +
-         std::to_string(scene.half_diagonal()) + ")";
+/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how lights are chosen.
+void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Options& options) {
+  request.scene_name = loaded.built->summary() + ", half diagonal " + std::to_string(loaded.built->half_diagonal());
+  for (const std::filesystem::path& file : loaded.files) {
+    char digest[17];
+    std::snprintf(digest, sizeof digest, "%016llx", static_cast<unsigned long long>(gmis::digest_of(bytes_of(file))));
+    request.scene_properties.emplace_back("the content of " + file.filename().string(), digest);
+  }
+  request.scene_properties.emplace_back("the choice of lights", name_of(options.lights));
 }
 
 /// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
@@ -112,6 +117,14 @@ class WriteFailures {
   std::string first_;
 };
 
+/// About how many pieces of work an iteration has: rows of pixels and, where light is traced, chunks of 256 light trees.
+std::size_t pieces_of_iteration(const RenderRequest& request, const BuiltScene& scene) {
+  const glm::ivec2 size = scene.scene().camera().resolution();
+  const gmis::PixelBounds crop = gmis::crop_of(request, size);
+  const double trees = request.settings.counts.light_paths * size.x * size.y;
+  return static_cast<std::size_t>(std::max(0, crop.upper.y - crop.lower.y)) + static_cast<std::size_t>(trees / 256);
+}
+
 /// A line in the file for every point, as it is made; the file is whole at every moment.
 std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem::path& file, WriteFailures& failures) {
   const auto text = std::make_shared<std::string>(gmis::convergence_csv_header() + "\n");
@@ -124,14 +137,19 @@ std::function<void(const gmis::ConvergencePoint&)> log_to(const std::filesystem:
 
 void print_summary(const RenderResult& result, const RenderRequest& request, const gmis::Plan& plan,
                    const std::vector<std::filesystem::path>& written, const std::optional<gmis::ImageError>& error) {
-  std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
-              gmis::name_of(result.stopped_by), result.estimate.mean);
+  if (result.joined_seeds.empty())
+    std::printf("%u iterations in %.2f s (stopped by %s), mean %.6g", result.iterations, result.wall_seconds,
+                gmis::name_of(result.stopped_by), result.estimate.mean);
+  else
+    std::printf("%u iterations of %zu runs in %.2f s, mean %.6g", result.iterations, result.joined_seeds.size(),
+                result.wall_seconds, result.estimate.mean);
   if (result.error && result.error->relative_error > 0) {
     std::printf(", relative error %.4f", result.error->relative_error);
     if (result.error->is_calibrated())
       std::printf(" (95 %%: %.4f to %.4f)", result.error->interval.lower, result.error->interval.upper);
   }
   std::printf("\n");
+  if (const std::string parts = noise_and_bias(result); !parts.empty()) std::printf("%s\n", parts.c_str());
   std::fputs(caution_of(result, request, plan).c_str(), stdout);
   std::fputs(text_of(result.prices).c_str(), stdout);
   if (error)
@@ -210,8 +228,8 @@ int run(Options options) {
   }
   if (options.check) return print_check(find_scene(options.scene), options.quiet);
   if (!options.replay) check_outputs(options);
-  LoadedScene loaded =
-      load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict);
+  LoadedScene loaded = load_scene(find_scene(options.scene), options.size,
+                                  options.lenient ? Strictness::lenient : Strictness::strict, options.lights);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
@@ -249,10 +267,10 @@ int run(Options options) {
   WriteFailures failures;
   request.interrupt = &interrupt_flag();
   if (reference) request.reference = reference->rgb;
-  const bool is_kept = !options.checkpoint_file.empty() || !options.resume_file.empty();
+  const bool is_kept = !options.checkpoint_file.empty() || !options.resume_files.empty();
   request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept;
-  if (is_kept) request.scene_name = scene_identity(find_scene(options.scene), scene);
-  if (!options.resume_file.empty()) request.resume = bytes_of(options.resume_file);
+  if (is_kept) identify_scene(request, loaded, options);
+  for (const auto& file : options.resume_files) request.resume.push_back(bytes_of(file));
   if (!options.checkpoint_file.empty())
     request.on_checkpoint = [&](std::span<const std::byte> state) {
       failures.attempt([&] {
@@ -269,10 +287,22 @@ int run(Options options) {
     WriteFailures on_the_way;  // what counts is the last picture
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output, extras); });
   };
-  ProgressBar bar(request, !options.quiet);
-  if (bar.is_shown()) request.on_iteration = [&](const gmis::RunState& progress) { bar.show(progress); };
+  ProgressBar bar(request.budget, pieces_of_iteration(request, scene), !options.quiet);
+  if (bar.is_shown()) {
+    request.on_iteration = [&](const gmis::RunState& progress) { bar.show(progress); };
+    executor.report_to([&](std::size_t done) { bar.show_piece(done); });
+  }
+  if (options.explain)
+    request.on_forecast = [&](const gmis::PriceTable& prices) {
+      bar.finish();
+      std::fputs(explain_forecast(prices).c_str(), stdout);
+      std::fflush(stdout);
+    };
   const RenderResult result = render(scene, request, executor);
+  executor.report_to({});
   bar.finish();
+  if (!result.joined_seeds.empty() && request.on_log)  // runs that are joined have made their points long ago
+    for (const gmis::ConvergencePoint& point : result.log) request.on_log(point);
   if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
 
   RunFacts facts;
@@ -311,7 +341,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr,
                  "gmis-render: compiled for %s, which this processor is not: configure with -DGMIS_ISA=x86-64, or take "
                  "./run --isa x86-64 path gmis-render\n",
-                 instruction_set.data());
+                 gmis::instruction_set.data());
     return failed;
   }
   try {

@@ -163,8 +163,10 @@ std::optional<PixelBounds> crop_of(const FilmDescription& film) {
 
 }  // namespace
 
-std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics) {
+std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics,
+                                        scene::LightSelection lights) {
   Builder builder;
+  builder.set_light_selection(lights);
   Materials materials(builder, description.materials);
   for (const ShapeDescription& shape : description.shapes)
     at(shape.where, [&] { add_shape(builder, shape, materials.number_of(shape)); });

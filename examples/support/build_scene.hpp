@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gmis/scene/bvh_scene.hpp"
+#include "gmis/scene/light_selection.hpp"
 #include "gmis/transport/walk/context.hpp"
 #include "support/scene_description.hpp"
 
@@ -36,6 +37,7 @@ class BuiltScene {
 };
 
 /// Hands the description to the scene layer. Throws `InputError` with the place of the element that it refuses.
-[[nodiscard]] std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics);
+[[nodiscard]] std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics,
+                                                      scene::LightSelection lights = scene::LightSelection::by_power);
 
 }  // namespace gmis::tools

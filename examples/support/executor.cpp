@@ -1,7 +1,9 @@
 #include "support/executor.hpp"
 
 #include <algorithm>
+#include <mutex>
 #include <thread>
+#include <utility>
 
 #if GMIS_HAS_TBB
 #include <oneapi/tbb/parallel_for.h>
@@ -23,6 +25,20 @@ struct ThreadedExecutor::Arena {
 };
 #endif
 
+struct ThreadedExecutor::Reporter {
+  explicit Reporter(std::function<void(std::size_t)> receiver) : report(std::move(receiver)) {}
+
+  /// Who comes while another thread reports goes on: the next piece will be reported.
+  void add_one() {
+    const std::size_t number = ++done;
+    if (const std::unique_lock lock(reporting, std::try_to_lock); lock.owns_lock()) report(number);
+  }
+
+  std::function<void(std::size_t)> report;
+  std::atomic<std::size_t> done{0};
+  std::mutex reporting;
+};
+
 namespace {
 
 int thread_count_for(int threads) {
@@ -37,9 +53,15 @@ ThreadedExecutor::ThreadedExecutor(int threads, const std::atomic<bool>* stop)
 
 ThreadedExecutor::~ThreadedExecutor() = default;
 
+void ThreadedExecutor::report_to(std::function<void(std::size_t)> report) {
+  reporter_ = report ? std::make_unique<Reporter>(std::move(report)) : nullptr;
+}
+
 void ThreadedExecutor::run(std::size_t count, void (*work)(void*, std::size_t), void* closure) {
   const auto unless_stopped = [&](std::size_t i) {
-    if (!is_stopped()) work(closure, i);
+    if (is_stopped()) return;
+    work(closure, i);
+    if (reporter_) reporter_->add_one();
   };
 #if GMIS_HAS_TBB
   if (thread_count_ > 1) {

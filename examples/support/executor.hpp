@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <type_traits>
 
@@ -21,6 +22,9 @@ class ThreadedExecutor {
 
   [[nodiscard]] int thread_count() const { return thread_count_; }
   void stop_when(const std::atomic<bool>* stop) { stop_ = stop; }
+  /// From now on `report` is called after pieces of work, by one of the threads that work and by no two at once, with the
+  /// number of pieces done since this call. An empty function ends this. Not to be called while work is done.
+  void report_to(std::function<void(std::size_t done)> report);
   [[nodiscard]] bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
 
   template <class Work>
@@ -32,12 +36,14 @@ class ThreadedExecutor {
  private:
   /// The arena of threads, kept out of this header: oneTBB takes long to compile.
   struct Arena;
+  struct Reporter;
 
   void run(std::size_t count, void (*work)(void*, std::size_t), void* closure);
 
   int thread_count_;
   const std::atomic<bool>* stop_;
   std::unique_ptr<Arena> arena_;
+  std::unique_ptr<Reporter> reporter_;  ///< null: nobody asks
 };
 
 }  // namespace gmis::tools

@@ -1,19 +1,10 @@
 #pragma once
 
-#include <string_view>
+#include "gmis/core/instruction_set.hpp"
 
 namespace gmis::tools {
 
-/// The level of the processor that this file is compiled for: "x86-64-v3" (AVX2 and FMA), "x86-64", or "default" on another
-/// architecture.
-inline constexpr std::string_view instruction_set =
-#if defined(__AVX2__) && defined(__FMA__)
-    "x86-64-v3";
-#elif defined(__x86_64__) || defined(_M_X64)
-    "x86-64";
-#else
-    "default";
-#endif
+using gmis::instruction_set;
 
 /// False where this processor lacks what the program is compiled for.
 [[nodiscard]] inline bool processor_has_instruction_set() {

@@ -55,6 +55,10 @@ const char* name_of(SplitChoice split) {
   return names[static_cast<std::size_t>(split)];
 }
 
+const char* name_of(scene::LightSelection lights) {
+  return lights == scene::LightSelection::by_power ? "power" : "receiver";
+}
+
 RadiusChoice radius_of(const std::string& text) {
   const bool is_in_scene_units = !text.empty() && text.back() == 'u';
   const auto value = positive_number_of(text.data(), text.data() + text.size() - (is_in_scene_units ? 1 : 0));

@@ -72,6 +72,12 @@ Sampler sampler_of(const std::string& name) {
   throw InputError("--sampler " + in_quotes(name) + " is not known: use independent or sobol");
 }
 
+scene::LightSelection lights_of(const std::string& name) {
+  for (const auto lights : {scene::LightSelection::by_power, scene::LightSelection::by_receiver})
+    if (name == name_of(lights)) return lights;
+  throw InputError("--lights " + in_quotes(name) + " is not known: use power or receiver");
+}
+
 std::array<int, 4> crop_of(const std::string& text) {
   const auto crop = integers_of<4>(text, ',');
   if (!crop || (*crop)[0] < 0 || (*crop)[1] < 0 || (*crop)[0] >= (*crop)[2] || (*crop)[1] >= (*crop)[3])
@@ -86,7 +92,7 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius, sampler = "independent";
+  std::string replay, aov, isa, radius, sampler = "independent", lights = "power";
   std::string tone = "clamp", completion;
   double seconds = 0, relative_error = 0;
   bool manual = false;
@@ -126,6 +132,10 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "--sampler", raw.sampler,
          "How numbers are drawn: independent (the default) or sobol, 8 replications of low-discrepancy iterations")
       ->type_name("independent|sobol");
+  app.add_option("--lights", raw.lights,
+                 "How next events choose a light: by its power (the default), or by power, distance and orientation as "
+                 "the receiver sees it, which pays with many lights")
+      ->type_name("power|receiver");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)")->type_name("NUMBER");
   app.add_option("--time", raw.seconds, "Stop after so many seconds")->type_name("SECONDS");
@@ -174,8 +184,13 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--checkpoint", options.checkpoint_file,
                  "Keep the state of the run in this file, so that --resume can go on from it")
       ->type_name("FILE");
-  app.add_option("--resume", options.resume_file, "Go on from this checkpoint of a run with the same scene and options")
-      ->type_name("FILE");
+  app.add_option("--resume", options.resume_files,
+                 "Go on from this checkpoint of a run with the same scene and options; given several times, for runs "
+                 "with other seeds: join them into one picture and render nothing")
+      ->type_name("FILE")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1)
+      ->allow_extra_args(false);
   app.add_option("--write-every", options.write_every,
                  "Keep picture and checkpoint on disk current: write them after so many seconds again (30)")
       ->type_name("SECONDS");
@@ -309,6 +324,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
         "--camera-split needs --split paper or budgeted: none and local do not split, and adaptive measures it");
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
+  options.lights = lights_of(raw.lights);
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);
@@ -340,6 +356,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (!(std::abs(options.exposure) <= 100)) throw InputError("--exposure must be from -100 to 100");
   for (int i = 0; i < argc; ++i) options.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
   if (given("--replay")) options.replay = path_choice_of(raw.replay);
+  if (options.resume_files.size() > 1 && !options.checkpoint_file.empty())
+    throw InputError("--checkpoint goes with one --resume: several are joined, and nothing is rendered");
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
   if (!options.list_scenes && options.scene.empty())
     throw InputError("name a scene: a .pbrt file or one that --list-scenes prints; see --help");

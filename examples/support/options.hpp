@@ -9,6 +9,7 @@
 
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/mis/scheme.hpp"
+#include "gmis/scene/light_selection.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 #include "gmis/transport/settings.hpp"
 #include "support/image/image.hpp"
@@ -40,6 +41,7 @@ struct Options {
   SplitChoice split = SplitChoice::local;
   Scheme scheme = Scheme::N3;
   Sampler sampler = Sampler::independent;
+  scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events
   std::optional<std::array<int, 2>> size;
   int max_depth = 16;
   std::optional<RadiusChoice> radius;  ///< unset: 0.4 pixel widths, more where merging has a local count
@@ -69,7 +71,8 @@ struct Options {
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;
   std::filesystem::path log_file;
-  std::filesystem::path checkpoint_file, resume_file;
+  std::filesystem::path checkpoint_file;
+  std::vector<std::filesystem::path> resume_files;  ///< one: go on from it; several: join their runs
   double write_every = 30;  ///< seconds between pictures and checkpoints on disk while the run goes on
   std::filesystem::path reference_file;
   bool check = false;    ///< read the scene, and say all that is not supported
@@ -100,5 +103,6 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 
 [[nodiscard]] const char* name_of(IntegratorChoice integrator);
 [[nodiscard]] const char* name_of(SplitChoice split);
+[[nodiscard]] const char* name_of(scene::LightSelection lights);
 
 }  // namespace gmis::tools

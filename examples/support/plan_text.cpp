@@ -150,6 +150,17 @@ std::string reason_for_nothing(const RenderRequest& request, const Plan& plan) {
   return {};
 }
 
+/// What the scene calls for and this integrator has not; empty where a pilot has chosen.
+std::string techniques_left_out(const RenderResult& result, const RenderRequest& request, const Plan& plan) {
+  std::string names;
+  if (request.integrator == IntegratorChoice::automatic) return names;
+  for (const TechniquePlan& technique : plan.techniques) {
+    if (!technique.is_on || result.counts.has(technique.technique)) continue;
+    names += std::string(names.empty() ? "" : " and ") + words_of(technique.technique);
+  }
+  return names;
+}
+
 /// What made most of a pixel, where images of techniques or of classes are there to tell; empty otherwise.
 std::string maker_of(const RenderResult& result, std::size_t pixel) {
   const auto brightness = [&](const Image& image) {
@@ -192,7 +203,10 @@ std::string caution_of(const RenderResult& result, const RenderRequest& request,
       text << " (the first mostly by " << maker << ")";
     text << "; ";
   }
-  text << "rare, bright samples rule the error: it has no interval, and --error does not end the run\n";
+  text << "rare, bright samples rule the error: it has no interval, and --error does not end the run";
+  if (const std::string more = techniques_left_out(result, request, plan); !more.empty())
+    text << "; --integrator auto would add " << more << ", which this scene calls for";
+  text << "\n";
   return text.str();
 }
 
@@ -212,7 +226,23 @@ std::string duration_text(double seconds) {
   return text.str();
 }
 
-std::string text_of(const std::optional<PriceTable>& prices) {
+std::string explain_forecast(const PriceTable& prices) {
+  return "price       as the pilot expects it, rare and bright samples and merging's bias apart\n" +
+         text_of(prices, nullptr);
+}
+
+std::string noise_and_bias(const RenderSummary& result) {
+  if (!result.error || result.error->doubt == ErrorDoubt::nothing_found || result.bias_bound == 0.0) return {};
+  std::ostringstream text;
+  text << std::setprecision(2) << "noise " << 100 * result.error->relative_error << " %, bias of merging ";
+  if (result.bias_bound)
+    text << "probably at most " << 100 * *result.bias_bound << " %";
+  else
+    text << "not measured: no pilot ran";
+  return text.str();
+}
+
+std::string text_of(const std::optional<PriceTable>& prices, const char* last) {
   if (!prices) return {};
   std::ostringstream text;
   const auto whole = [](double value) {
@@ -229,10 +259,10 @@ std::string text_of(const std::optional<PriceTable>& prices) {
   for (std::size_t i = 0; i < prices->prices.size(); ++i) {
     const Price& price = prices->prices[i];
     std::ostringstream error;
-    if (i + 1 < prices->prices.size())
+    if (last == nullptr || i + 1 < prices->prices.size())
       error << 100 * price.error << " %";
     else
-      error << "half of this";
+      error << last;
     if (!std::isfinite(price.iterations))
       line(error.str(), "-", "-", "-", "not in sight: the error does not fall");
     else

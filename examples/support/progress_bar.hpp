@@ -1,30 +1,70 @@
 #pragma once
 
-#include "support/render.hpp"
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "gmis/result/budget.hpp"
 
 namespace gmis::tools {
+
+/// How far a rendering is, and how long it will take: within an iteration by the pieces of work that are done, of as many as
+/// the iteration before had.
+class Progress {
+ public:
+  /// `pieces`: about how many pieces of work the first iteration has.
+  Progress(const Budget& goal, std::size_t pieces) : goal_(goal), pieces_of_iteration_(pieces > 0 ? pieces : 1) {}
+
+  /// An iteration has ended; `pieces` are done since the beginning.
+  void end_iteration(const RunState& state, std::size_t pieces);
+
+  /// The part of the run that is done, from 0 to 1, by the limit that is nearest. `seconds`: of wall time since the end
+  /// of the latest iteration; `pieces`: done since the beginning.
+  [[nodiscard]] double fraction_done(double seconds, std::size_t pieces) const;
+  /// Wall time until the first limit is met; empty while it is not known.
+  [[nodiscard]] std::optional<double> seconds_left(double seconds, std::size_t pieces) const;
+  /// One line: a bar, iterations, time so far, time left, error; "–" for what is not known.
+  [[nodiscard]] std::string line(double seconds, std::size_t pieces) const;
+
+ private:
+  /// The part of the iteration under way that is done, below 1.
+  [[nodiscard]] double part_of_iteration(std::size_t pieces) const;
+  /// Iterations that the goal of an error takes, as the present error has it.
+  [[nodiscard]] std::optional<double> iterations_for_error() const;
+
+  Budget goal_;
+  RunState state_;
+  std::size_t pieces_of_iteration_, pieces_before_ = 0;  ///< before: of whole iterations
+  std::optional<double> seconds_of_iteration_;           ///< of the latest ones
+};
 
 /// A line on the terminal that shows how far a rendering is. Shows nothing when standard error is no terminal.
 class ProgressBar {
  public:
-  explicit ProgressBar(const RenderRequest& goal, bool is_wanted);
+  /// `pieces`: as in `Progress`.
+  ProgressBar(const Budget& goal, std::size_t pieces, bool is_wanted);
   ~ProgressBar() { finish(); }
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   [[nodiscard]] bool is_shown() const { return is_shown_; }
-  void show(const RunState& progress);
+  /// After an iteration.
+  void show(const RunState& state);
+  /// Within an iteration, when this number of pieces of work is done since the beginning.
+  void show_piece(std::size_t pieces);
   /// Clears the line.
   void finish();
 
  private:
-  [[nodiscard]] double fraction_done(const RunState& progress) const;
+  using Clock = std::chrono::steady_clock;
+  void draw();
 
-  std::optional<std::uint32_t> iterations_;
-  std::optional<double> seconds_, relative_error_;
+  Progress progress_;
   bool is_shown_;
   bool has_drawn_ = false;
-  double last_drawn_ = -1;
+  std::size_t pieces_ = 0;
+  Clock::time_point iteration_start_ = Clock::now(), last_drawn_{};
 };
 
 }  // namespace gmis::tools

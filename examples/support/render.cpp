@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "gmis/render/join_runs.hpp"
 #include "support/progressive_render.hpp"
 
 namespace gmis::tools {
@@ -20,14 +21,25 @@ std::unique_ptr<SceneEngine> start(const BuiltScene& scene, const RenderRequest&
   return engine;
 }
 
+namespace {
+
+gmis::RenderResult rendered(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
+  try {
+    if (request.resume.size() > 1)
+      return join_runs<SceneSpectrum>(request, scene.scene().camera().resolution(), request.resume);
+    ProgressiveRender rendering(scene, request);
+    if (!request.resume.empty()) rendering.resume(request.resume.front());
+    return rendering.run(executor);
+  } catch (const std::invalid_argument& error) {
+    if (request.resume.empty()) throw;
+    throw InputError(std::string("--resume: ") + error.what());
+  }
+}
+
+}  // namespace
+
 RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
-  ProgressiveRender rendering(scene, request);
-  if (!request.resume.empty()) try {
-      rendering.resume(request.resume);
-    } catch (const std::invalid_argument& error) {
-      throw InputError(std::string("--resume: ") + error.what());
-    }
-  const gmis::RenderResult rendered = rendering.run(executor);
+  const gmis::RenderResult rendered = tools::rendered(scene, request, executor);
   RenderResult result{rendered,
                       image_of(rendered.picture),
                       image_of(rendered.variance),

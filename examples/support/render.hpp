@@ -19,7 +19,8 @@ namespace gmis::tools {
 struct RenderRequest : gmis::RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
   SplitChoice split = SplitChoice::local;
-  std::vector<std::byte> resume;  ///< the checkpoint to go on from; empty: a new run
+  /// Checkpoints: none for a new run, one to go on from, several of runs to be joined without rendering.
+  std::vector<std::vector<std::byte>> resume;
 };
 
 /// The part of the image that one technique makes.
@@ -53,7 +54,7 @@ struct RenderResult : RenderSummary {
 
 [[nodiscard]] Image image_of(const Picture& picture);
 
-/// Renders on the threads of `executor`, until the budget is met.
+/// Renders on the threads of `executor`, until the budget is met, or joins runs.
 [[nodiscard]] RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor);
 
 /// The engine that is asked for, ready for its first iteration.

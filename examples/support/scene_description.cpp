@@ -1,9 +1,16 @@
 #include "support/scene_description.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace gmis::tools {
+
+void add_file(SceneDescription& scene, const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return;
+  if (std::find(scene.files.begin(), scene.files.end(), file) == scene.files.end()) scene.files.push_back(file);
+}
 
 std::array<double, 4> picture_window(const CameraDescription& camera, int width, int height) {
   const double half = camera.is_orthographic ? 1 : std::tan(camera.field_of_view * std::numbers::pi / 360);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -178,7 +179,11 @@ struct SceneDescription {
   std::vector<MaterialDescription> materials;
   std::vector<ShapeDescription> shapes;
   std::vector<LightDescription> lights;
+  std::vector<std::filesystem::path> files;  ///< that it was read from: scenes, meshes, images, spectra; each once
 };
+
+/// Adds a file to `SceneDescription::files` unless it is there, or no regular file.
+void add_file(SceneDescription& scene, const std::filesystem::path& file);
 
 /// The rectangle x0, x1, y0, y1 that the picture spans on the plane z = 1 of camera space, y up; with parallel rays on
 /// every plane.

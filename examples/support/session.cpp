@@ -26,8 +26,8 @@ Diagnostics check_scene_file(const std::filesystem::path& file) {
   return diagnostics;
 }
 
-LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size,
-                       Strictness strictness) {
+LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size, Strictness strictness,
+                       scene::LightSelection lights) {
   using Clock = std::chrono::steady_clock;
   LoadedScene loaded;
   const auto start = Clock::now();
@@ -38,7 +38,8 @@ LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::arr
     description.film.width = (*size)[0];
     description.film.height = (*size)[1];
   }
-  loaded.built = build_scene(description, diagnostics);
+  loaded.built = build_scene(description, diagnostics, lights);
+  loaded.files = std::move(description.files);
   loaded.diagnostics = diagnostics.all();
   loaded.read_seconds = std::chrono::duration<double>(read - start).count();
   loaded.build_seconds = std::chrono::duration<double>(Clock::now() - read).count();
@@ -121,6 +122,8 @@ std::string explain(const Options& options, const RenderRequest& request, const 
          << "," << request.crop->upper.y;
   text << "\nintegrator  " << name_of(request.integrator);
   const SampleCounts& counts = request.settings.counts;
+  if (options.lights == scene::LightSelection::by_receiver)
+    text << "\nlights      of next events by power, distance and orientation as the receiver sees them";
   text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);
   if (request.candidates.size() > 1)
     text << "choice      a pilot chooses among " << request.candidates.size()

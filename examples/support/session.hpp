@@ -19,13 +19,15 @@ namespace gmis::tools {
 struct LoadedScene {
   std::unique_ptr<BuiltScene> built;
   std::vector<Diagnostic> diagnostics;
+  std::vector<std::filesystem::path> files;  ///< as in `SceneDescription`
   double read_seconds = 0;
   double build_seconds = 0;
 };
 
 /// `size` replaces that of the film.
 [[nodiscard]] LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size,
-                                     Strictness strictness = Strictness::strict);
+                                     Strictness strictness = Strictness::strict,
+                                     scene::LightSelection lights = scene::LightSelection::by_power);
 
 /// Reads the scene and builds nothing: all that there is to say of it, errors included.
 [[nodiscard]] Diagnostics check_scene_file(const std::filesystem::path& file);

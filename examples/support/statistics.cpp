@@ -115,6 +115,7 @@ Json forecast_json(const Forecast& forecast) {
   Json json = counts_json(forecast.counts);
   json["variance"] = forecast.variance;
   json["squared_bias"] = forecast.squared_bias;
+  json["squared_bias_bound"] = forecast.squared_bias_bound;
   json["cost"] = forecast.cost;
   json["missing_share"] = forecast.missing_share;
   return json;
@@ -164,7 +165,7 @@ Json prediction_json(const std::optional<PriceTable>& table) {
 Json prices_json(const std::optional<PriceTable>& table) {
   Json json = Json::array();
   if (!table) return json;
-  for (std::size_t i = 0; i + 1 < table->prices.size(); ++i) {  // the last is that of half the error
+  for (std::size_t i = 0; i < PriceTable::usual_errors.size(); ++i) {  // that of half the error may follow
     const Price& price = table->prices[i];
     json.push_back({{"error", price.error},
                     {"iterations", number_or_null(price.iterations)},
@@ -198,7 +199,8 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["radius"] = result.radius;
   json["alpha"] = options.alpha;
   json["light_paths"] = result.counts.light_paths;
-  json["seed"] = options.seed;
+  json["lights"] = name_of(options.lights);
+  json["seed"] = result.joined_seeds.empty() ? Json(options.seed) : Json(result.joined_seeds);
   json["threads"] = facts.threads;
   json["iterations"] = result.iterations;
   json["stopped_by"] = gmis::name_of(result.stopped_by);
@@ -226,7 +228,9 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   const bool has_variance = result.iterations > 1;
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
   json["estimate"].update(error_json(result.error, result.image.width));
+  json["estimate"]["bias_bound"] = result.bias_bound ? Json(*result.bias_bound) : Json(nullptr);
   json["prediction"] = prediction_json(result.prices);
+  json["forecast"] = prices_json(result.forecast);
   json["prices"] = prices_json(result.prices);
   json["memory"] = {{"peak_bytes", peak_memory_bytes()}, {"photon_bytes", result.photon_bytes}};
   if (facts.error)

@@ -34,6 +34,30 @@ TEST_CASE("a film holds the mean of its iterations and the variance of that mean
     }
 }
 
+TEST_CASE("joined films have the mean and the variance of all their iterations") {
+  // Against the two-pass formulas in long double; a film of a single iteration and one without any are among them.
+  std::mt19937 source(gmis_test::seed(7));
+  std::normal_distribution<float> noise(3.0F, 2.0F);
+  std::vector<float> all;
+  gmis::Film<float> joined({1, 1});
+  for (const int iterations : {4, 0, 1, 20, 7}) {
+    gmis::Film<float> film({1, 1});
+    for (int i = 0; i < iterations; ++i) {
+      all.push_back(1e3F + noise(source));
+      film.add_iteration(std::vector<float>{all.back()});
+    }
+    joined.join(film);
+    long double mean = 0, squares = 0;
+    const auto count = static_cast<long double>(all.size());
+    for (const float value : all) mean += static_cast<long double>(value) / count;
+    for (const float value : all)
+      squares += (static_cast<long double>(value) - mean) * (static_cast<long double>(value) - mean);
+    CHECK(joined.iterations() == all.size());
+    CHECK(joined.mean(0, 0) == Approx(static_cast<double>(mean)).epsilon(1e-13));
+    CHECK(joined.variance_of_mean(0, 0) == Approx(static_cast<double>(squares / (count * (count - 1)))).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("one iteration has no variance, and the estimate of an image follows its definition") {
   gmis::Film<float> film({2, 2});
   film.add_iteration(std::vector<float>{1.0F, 2.0F, 3.0F, 4.0F});

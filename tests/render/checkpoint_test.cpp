@@ -1,14 +1,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "gmis/core/random.hpp"
 #include "program.hpp"
 #include "support/catch.hpp"
+#include "support/image/image.hpp"
 #include "support/seed.hpp"
 
 using namespace program;
@@ -115,4 +118,93 @@ TEST_CASE("a checkpoint that does not fit: exit code 2, and the name of what dif
   refused(same + "--resume damaged.checkpoint", "damaged");
   const Outcome nowhere = run(folder, same + "--checkpoint no/folder/a.checkpoint");
   CHECK(nowhere.exit_code == 2);
+}
+
+TEST_CASE("Runs with seeds of their own are joined into one picture") {
+  const ScratchFolder folder;
+  const std::string same = "cornell --size 12x12 --halves --quiet ";
+  REQUIRE(run(folder, same + "--seed 1 --iterations 6 --out a.pfm --checkpoint a.ck").exit_code == 0);
+  REQUIRE(run(folder, same + "--seed 2 --iterations 18 --out b.pfm --checkpoint b.ck").exit_code == 0);
+  REQUIRE(run(folder, same + "--resume a.ck --resume b.ck --out c.pfm --stats c.json --log c.csv").exit_code == 0);
+  // Of the longer run iterations 1 to 8, 10, 12, 14 and 16, then all 24, below the header.
+  CHECK(line_count(text_of(folder / "c.csv")) == 14);
+  for (const std::string part : {"", "_a", "_b"}) {
+    const auto a = gmis::tools::read_image(folder / ("a" + part + ".pfm"));
+    const auto b = gmis::tools::read_image(folder / ("b" + part + ".pfm"));
+    const auto c = gmis::tools::read_image(folder / ("c" + part + ".pfm"));
+    REQUIRE(c.rgb.size() == 3 * 144);
+    for (std::size_t i = 0; i < c.rgb.size(); ++i) {
+      const double mean = 0.25 * static_cast<double>(a.rgb[i]) + 0.75 * static_cast<double>(b.rgb[i]);
+      // Each of the three was rounded to float.
+      REQUIRE(std::abs(static_cast<double>(c.rgb[i]) - mean) <= 2 * std::ldexp(mean, -24));
+    }
+  }
+  const auto json = nlohmann::json::parse(text_of(folder / "c.json"));
+  CHECK(json["iterations"] == 24);
+  CHECK(json["stopped_by"] == "joined");
+  CHECK(json["seed"] == nlohmann::json({1, 2}));
+  CHECK(json["estimate"]["relative_error"].is_number());
+  CHECK(json["prices"].size() == 5);
+
+  const auto refused = [&](const std::string& arguments, const std::string& part) {
+    const Outcome outcome = run(folder, same + arguments + " --out d.pfm");
+    INFO(arguments << ": " << outcome.err);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.err.find(part) != std::string::npos);
+    CHECK_FALSE(fs::exists(folder / "d.pfm"));
+  };
+  refused("--resume a.ck --resume b.ck --resume a.ck", "checkpoints 1 and 3 are of runs with the same seed, 1");
+  refused("--resume a.ck --resume b.ck --max-depth 3",
+          "checkpoint 1: the checkpoint is of another run: the greatest depth");
+  refused("--resume a.ck --resume b.ck --checkpoint d.ck", "several are joined");
+  REQUIRE(run(folder, "cornell --size 8x8 --halves --quiet --seed 3 --iterations 2 --out e.pfm --checkpoint e.ck")
+              .exit_code == 0);
+  refused("--resume a.ck --resume e.ck",
+          "checkpoint 2: the checkpoint is of another run: the size of the picture differs");
+}
+
+TEST_CASE("A change in any file of the scene is refused by its name") {
+  const ScratchFolder folder;
+  for (const char* name : {"leaf_color.png", "leaf_alpha.png", "sky.pfm"})
+    fs::copy_file(fs::path(GMIS_SCENE_FOLDER) / name, folder / name);
+  const auto write = [&](const char* name, const std::string& text) { std::ofstream(folder / name) << text; };
+  write("scene.pbrt", R"(LookAt 0 0 -4 0 0 0 0 1 0 Camera "perspective"
+WorldBegin
+LightSource "infinite" "string filename" "sky.pfm"
+Include "part.pbrt"
+Material "diffuse" "spectrum reflectance" "paper.spd"
+Shape "plymesh" "string filename" "triangle.ply"
+)");
+  write("part.pbrt", R"(Texture "leaf" "spectrum" "imagemap" "string filename" "leaf_color.png"
+Material "diffuse" "texture reflectance" "leaf"
+Shape "sphere"
+)");
+  write("paper.spd", "400 .5\n700 .75\n");
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  write("triangle.ply", ply + "-2 -1 0\n2 -1 0\n0 2 0\n3 0 1 2\n");
+  const std::string same = "scene.pbrt --size 6x6 --iterations 2 --quiet --out a.pfm ";
+  const Outcome first = run(folder, same + "--checkpoint a.ck");
+  INFO(first.err);
+  REQUIRE(first.exit_code == 0);
+  CHECK(run(folder, same + "--resume a.ck").exit_code == 0);
+  const auto check_refused = [&](const std::string& name, const std::string& content) {
+    const std::string before = text_of(folder / name);
+    std::ofstream(folder / name, std::ios::binary) << content;
+    const Outcome outcome = run(folder, same + "--resume a.ck");
+    INFO(outcome.err);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.err.find("the content of " + name + " differs") != std::string::npos);
+    std::ofstream(folder / name, std::ios::binary) << before;
+  };
+  check_refused("scene.pbrt", text_of(folder / "scene.pbrt") + "# a word\n");
+  check_refused("part.pbrt", text_of(folder / "part.pbrt") + "# a word\n");
+  check_refused("leaf_color.png", text_of(folder / "leaf_alpha.png"));
+  check_refused("triangle.ply", ply + "-2 -1 0\n2 -1 0\n0 2.0 0\n3 0 1 2\n");  // the same numbers, in other words
+  check_refused("paper.spd", "400 .5\n700 .76\n");
+  std::string sky = text_of(folder / "sky.pfm");
+  sky[sky.size() - 3] = static_cast<char>(sky[sky.size() - 3] ^ 1);
+  check_refused("sky.pfm", sky);
+  CHECK(run(folder, same + "--resume a.ck").exit_code == 0);
 }

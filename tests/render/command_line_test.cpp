@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cmath>
 #include <fstream>
@@ -12,10 +13,12 @@
 
 #include "program.hpp"
 #include "support/catch.hpp"
+#include "support/executor.hpp"
 #include "support/first_hit_layers.hpp"
 #include "support/image/formats.hpp"
 #include "support/image/image.hpp"
 #include "support/plan_text.hpp"
+#include "support/progress_bar.hpp"
 #include "support/seed.hpp"
 #include "support/session.hpp"
 #include "support/technique_sheet.hpp"
@@ -206,11 +209,11 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const ScratchFolder folder;
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
-  for (const char* option :
-       {"--integrator", "--effects",     "--split",       "--scheme",  "--size",       "--max-depth", "--radius",
-        "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
-        "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
-        "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov"}) {
+  for (const char* option : {"--integrator", "--effects", "--split",       "--scheme",     "--size",    "--max-depth",
+                             "--radius",     "--alpha",   "--light-paths", "--seed",       "--threads", "--iterations",
+                             "--time",       "--error",   "--crop",        "--techniques", "--halves",  "--out",
+                             "--stats",      "--log",     "--reference",   "--explain",    "--quiet",   "--list-scenes",
+                             "--check",      "--lenient", "--exposure",    "--aov",        "--lights",  "--resume"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -691,6 +694,14 @@ TEST_CASE("A caution names the pixels that rule the error, and what made the fir
   const gmis::Plan plan{};
   std::string caution = caution_of(result, request, plan);
   CHECK(caution.find("75 % of the squared error is in the pixels 3,2 7,0; ") != std::string::npos);
+  CHECK(caution.find("--integrator auto") == std::string::npos);
+  gmis::Plan with_merging = plan;
+  with_merging.techniques.back() = {gmis::Technique::merge, true, gmis::PlanRule::helps, {}};
+  result.counts = gmis::integrators::bpt;
+  CHECK(caution_of(result, request, with_merging)
+            .find("--integrator auto would add merging, which this scene calls for") != std::string::npos);
+  result.counts = gmis::integrators::vcm;
+  CHECK(caution_of(result, request, with_merging).find("--integrator auto") == std::string::npos);
   TechniqueImage splat, connect;
   splat.id = {gmis::Technique::splat, 2, 1};
   connect.id = {gmis::Technique::connect, 2, 2};
@@ -724,6 +735,139 @@ TEST_CASE("Prices in words") {
   CHECK(text.find("not in sight") != std::string::npos);
   CHECK(text.find("half of this         640        80 s        40 s  predicted") != std::string::npos);
   CHECK(text_of(std::optional<gmis::PriceTable>()).empty());
+}
+
+TEST_CASE("A choice tells its prices before the run, and a run with merging its bias beside its noise") {
+  const ScratchFolder folder;
+  const auto told = run(folder, "paper4 --size 16x16 --iterations 12 --explain --out a.pfm --stats a.json");
+  INFO(told.err << told.out);
+  REQUIRE(told.exit_code == 0);
+  const auto json = nlohmann::json::parse(text_of(folder / "a.json"));
+  const double variance = json["choice"]["chosen"]["variance"];
+  REQUIRE(json["forecast"].size() == 5);
+  for (const auto& price : json["forecast"]) {
+    const double error = price["error"];
+    CHECK(price["iterations"].get<double>() == std::max(1.0, std::ceil(variance / (error * error))));
+    CHECK(price["wall_seconds"].get<double>() > 0);
+    CHECK_FALSE(price["is_reached"].get<bool>());
+  }
+  const std::size_t before = told.out.find("price       as the pilot expects it"), after = told.out.find("noise ");
+  CHECK(before < told.out.find("12 iterations in "));
+  CHECK(told.out.find("0.5 %", before) < after);
+  REQUIRE(after != std::string::npos);
+  CHECK(told.out.find(" %, bias of merging probably at most ", after) < told.out.find('\n', after));
+  CHECK(json["estimate"]["bias_bound"].get<double>() >= 0);
+
+  const auto fixed =
+      run(folder, "paper4 --size 16x16 --iterations 12 --integrator vcm --connections 1 --out a.pfm --stats a.json");
+  CHECK(fixed.out.find("bias of merging not measured: no pilot ran") != std::string::npos);
+  const auto fixed_json = nlohmann::json::parse(text_of(folder / "a.json"));
+  CHECK(fixed_json["estimate"]["bias_bound"].is_null());
+  CHECK(fixed_json["forecast"].empty());
+  const auto unbiased =
+      run(folder, "cornell --size 16x16 --iterations 12 --integrator bpt --connections 1 --out a.pfm --stats a.json");
+  CHECK(unbiased.out.find("bias") == std::string::npos);
+  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["estimate"]["bias_bound"] == 0.0);
+}
+
+TEST_CASE("--lights: how next events choose a light") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "lamps.pbrt") << R"(LookAt 0 2 -6 0 0 0 0 1 0 Camera "perspective" "float fov" 60
+WorldBegin
+LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ -2 1 0 ]
+LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ 2 1 0 ]
+Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
+)";
+  const std::string same = "lamps.pbrt --size 16x16 --integrator pt --max-depth 2 --iterations 200 --out a.pfm ";
+  const auto by_power = run(folder, same + "--explain --stats power.json");
+  const auto by_receiver = run(folder, same + "--lights receiver --explain --stats receiver.json --checkpoint a.ck");
+  INFO(by_power.err << by_receiver.err);
+  REQUIRE(by_power.exit_code == 0);
+  REQUIRE(by_receiver.exit_code == 0);
+  CHECK(by_power.out.find("as the receiver sees them") == std::string::npos);
+  CHECK(
+      by_receiver.out.find("lights      of next events by power, distance and orientation as the receiver sees them") !=
+      std::string::npos);
+  const auto power = nlohmann::json::parse(text_of(folder / "power.json"));
+  const auto receiver = nlohmann::json::parse(text_of(folder / "receiver.json"));
+  CHECK(power["lights"] == "power");
+  CHECK(receiver["lights"] == "receiver");
+  // The same light with less noise: near a lamp the other one is hardly ever chosen. Means of 51,200 samples: six standard errors
+  // are a false alarm in 1e9 pictures.
+  const double variance = power["estimate"]["variance"], other = receiver["estimate"]["variance"];
+  CHECK(other < variance / 2);
+  CHECK(std::abs(power["estimate"]["mean"].get<double>() - receiver["estimate"]["mean"].get<double>()) <
+        6 * std::sqrt((variance + other) / 256));
+  const auto refused = run(folder, same + "--resume a.ck");
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("the choice of lights differs: receiver, not power") != std::string::npos);
+  CHECK(run(folder, same + "--lights all").err.find("--lights \"all\" is not known: use power or receiver") !=
+        std::string::npos);
+}
+
+TEST_CASE("Progress: within an iteration, and what is not known is not 0") {
+  using gmis::tools::Progress;
+  gmis::Budget goal;
+  goal.iterations = 10;
+  Progress progress(goal, 50);
+  CHECK(progress.fraction_done(0, 0) == 0);
+  CHECK_FALSE(progress.seconds_left(0, 0).has_value());
+  CHECK(progress.line(0, 0).find("0 iterations  0.0 s  left –  error –") != std::string::npos);
+  CHECK(progress.fraction_done(1, 25) == Approx(0.05));  // half of the first of ten
+  CHECK(*progress.seconds_left(1, 25) == Approx(19));    // half took one second
+  CHECK(progress.fraction_done(9, 500) == Approx(0.099));
+  // It had 80 pieces after all, and took 4 s.
+  progress.end_iteration({1, 4.0, 0.0, false}, 80);
+  CHECK(progress.fraction_done(0, 80) == Approx(0.1));
+  CHECK(progress.fraction_done(1, 100) == Approx(0.125));
+  CHECK(*progress.seconds_left(1, 100) == Approx(8.75 * 4));
+  CHECK(progress.line(1, 100).find("1 iterations  5.0 s  left 35 s  error –") != std::string::npos);
+  progress.end_iteration({2, 6.0, 0.25, false}, 160);
+  CHECK(*progress.seconds_left(0, 160) == Approx(8 * (4 + 0.3 * (2 - 4))));  // the latest iterations count most
+  CHECK(progress.line(0, 160).find("error 0.250") != std::string::npos);
+  // Between two estimates the last one stays.
+  progress.end_iteration({3, 8.0, 0.0, false}, 240);
+  CHECK(progress.line(0, 240).find("error 0.250") != std::string::npos);
+
+  // A time, and an error: the nearest limit counts.
+  Progress timed({{}, 20.0, 0.05}, 1);
+  CHECK(*timed.seconds_left(5, 0) == Approx(15));
+  CHECK(timed.fraction_done(5, 0) == Approx(0.25));
+  timed.end_iteration({16, 8.0, 0.1, true}, 16);  // of a run that was resumed: four times as many iterations are needed
+  CHECK(timed.fraction_done(0, 16) == Approx(0.4));
+  CHECK(*timed.seconds_left(0, 16) == Approx(12));
+  timed.end_iteration({32, 10.0, 0.0505, true}, 32);
+  CHECK(timed.fraction_done(0, 32) > 0.97);
+  CHECK(*timed.seconds_left(0, 32) < 1);
+  // Nothing but an error, which is not known yet.
+  Progress blind({{}, {}, 0.05}, 10);
+  blind.end_iteration({1, 2.0, 0.0, false}, 10);
+  CHECK_FALSE(blind.seconds_left(0, 10).has_value());
+  CHECK(blind.fraction_done(0, 10) == 0);
+}
+
+TEST_CASE("Pieces of work are reported, by no two threads at once") {
+  for (const int threads : {1, 3}) {
+    gmis::tools::ThreadedExecutor executor(threads);
+    std::size_t last = 0, reports = 0;
+    std::atomic<int> inside{0};
+    bool is_alone = true;
+    executor.report_to([&](std::size_t done) {
+      is_alone = is_alone && ++inside == 1;
+      last = std::max(last, done);
+      ++reports;
+      --inside;
+    });
+    for (int loop = 0; loop < 3; ++loop) executor.parallel_for(100, [](std::size_t) {});
+    CHECK(is_alone);
+    CHECK(reports >= 1);
+    CHECK(last <= 300);
+    if (threads == 1) CHECK((last == 300 && reports == 300));
+    executor.report_to({});
+    const std::size_t before = reports;
+    executor.parallel_for(100, [](std::size_t) {});
+    CHECK(reports == before);
+  }
 }
 
 TEST_CASE("Without --out the film's file name is used") {

@@ -55,6 +55,28 @@ TEST_CASE("A law is flatter than -1/2 where errors fall more slowly, and never s
   CHECK(steep->prices[0].iterations == Approx(256 * std::pow(last / 0.02, 2)).epsilon(1e-3));
 }
 
+TEST_CASE("Prices before a run: iterations by the variance of one, times by those begun with and those to come") {
+  // 10 iterations took 8 s of four processors, and 2 s; from then on two of them take 1 s, and 0.25 s.
+  const double errors[] = {0.5, 0.2, 0.1, 0.03};
+  const gmis::PriceTable table = gmis::forecast_prices(0.64, {10, 8, 2}, {2, 1, 0.25}, errors);
+  REQUIRE(table.prices.size() == 4);
+  const double iterations[] = {3, 16, 64, 712};  // 2.56, 16, 64 and 711.1, rounded up
+  const double cpu[] = {2.4, 8 + 3, 8 + 27, 8 + 351}, wall[] = {0.6, 2.75, 8.75, 89.75};
+  for (std::size_t i = 0; i < 4; ++i) {
+    CAPTURE(i);
+    CHECK(table.prices[i].error == errors[i]);
+    CHECK(table.prices[i].iterations == Approx(iterations[i]).margin(i == 1 || i == 2 ? 1.0 : 1e-9));
+    if (i == 1 || i == 2) continue;  // rounded up or not
+    CHECK(table.prices[i].cpu_seconds == Approx(cpu[i]));
+    CHECK(table.prices[i].wall_seconds == Approx(wall[i]));
+  }
+  CHECK(table.prices[2].cpu_seconds == Approx(cpu[2]).margin(0.5));
+  CHECK_FALSE(table.prices[0].is_reached);
+  CHECK_FALSE(table.law.is_fitted);
+  CHECK(table.law.error_at(64) == Approx(0.1));
+  CHECK(gmis::forecast_prices(0.64, {10, 8, 2}, {2, 1, 0.25}).prices.size() == gmis::PriceTable::usual_errors.size());
+}
+
 TEST_CASE("No price without points, and none where the error does not fall") {
   CHECK_FALSE(gmis::price_table({}).has_value());
   CHECK_FALSE(gmis::price_table(log_of(7, 0.5, -0.5)).has_value());

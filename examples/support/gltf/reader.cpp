@@ -3,6 +3,7 @@
 #if GMIS_HAS_TINYGLTF
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -285,6 +286,21 @@ SceneDescription read_gltf_scene(const std::filesystem::path& file, Diagnostics&
   SceneDescription scene;
   scene.film.file_name = file.stem().string() + ".exr";
   scene.materials.push_back({DiffuseDescription{}, where, {}});
+  add_file(scene, file);
+  const auto add_named = [&](const std::string& uri) {
+    if (uri.empty() || uri.starts_with("data:")) return;
+    std::string name;
+    for (std::size_t i = 0; i < uri.size(); ++i) {
+      unsigned char code = 0;
+      const bool is_escape = uri[i] == '%' && i + 2 < uri.size() &&
+                             std::from_chars(&uri[i + 1], &uri[i + 1] + 2, code, 16).ptr == &uri[i + 1] + 2;
+      name += is_escape ? static_cast<char>(code) : uri[i];
+      if (is_escape) i += 2;
+    }
+    add_file(scene, file.parent_path() / name);
+  };
+  for (const tinygltf::Buffer& buffer : model.buffers) add_named(buffer.uri);
+  for (const tinygltf::Image& image : model.images) add_named(image.uri);
   gltf::Reader(model, where, scene, diagnostics).read();
   return scene;
 }

@@ -462,7 +462,7 @@ void Parser::named_material() {
 void Parser::light_source() {
   const std::string kind = expect_string("a kind of light");
   Parameters parameters = parse_parameters(kind, "light");
-  if (auto light = make_light(kind, parameters, state_.transform, folder_, diagnostics_))
+  if (auto light = make_light(kind, parameters, state_.transform, textures_.find, diagnostics_))
     scene_.lights.push_back(std::move(*light));
   parameters.warn_of_unused(diagnostics_);
 }

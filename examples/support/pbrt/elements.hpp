@@ -27,8 +27,8 @@ using FileFinder = std::function<std::filesystem::path(const std::string&)>;
 
 /// Nothing when the light is black. Images are looked for in `folder`.
 [[nodiscard]] std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
-                                                         const Transform& world_from_light,
-                                                         const std::filesystem::path& folder, Diagnostics& diagnostics);
+                                                         const Transform& world_from_light, const FileFinder& find,
+                                                         Diagnostics& diagnostics);
 
 /// Makes a light brighter by this factor.
 void expose(LightDescription& light, double factor);

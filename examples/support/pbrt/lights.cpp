@@ -63,8 +63,8 @@ SpotLightDescription make_spot(Parameters& parameters, const Transform& world_fr
 }
 
 /// An image of the sky, `scale` left in.
-EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light,
-                                     const std::filesystem::path& folder, Diagnostics& diagnostics) {
+EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light, const FileFinder& find,
+                                     Diagnostics& diagnostics) {
   for (const char* name : {"L", "illuminance"})
     if (parameters.has(name)) parameters.fail(name, "cannot stand beside an image: use scale");
   const double scale = parameters.number_or("scale", 1);
@@ -72,7 +72,7 @@ EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& wo
   const std::string name = parameters.string("filename").value_or("");
   Image image;
   try {
-    image = read_image(folder / name);
+    image = read_image(find(name));
   } catch (const InputError& error) {
     throw InputError(parameters.where(), error.what());
   }
@@ -114,7 +114,7 @@ EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& wo
 }  // namespace
 
 std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
-                                           const Transform& world_from_light, const std::filesystem::path& folder,
+                                           const Transform& world_from_light, const FileFinder& find,
                                            Diagnostics& diagnostics) {
   LightDescription light;
   light.where = parameters.where();
@@ -140,7 +140,7 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
     light.kind = DistantLightDescription{glm::normalize(towards), color};
   } else if (kind == "infinite") {
     if (parameters.has("filename")) {
-      EnvironmentLightDescription sky = make_sky(parameters, world_from_light, folder, diagnostics);
+      EnvironmentLightDescription sky = make_sky(parameters, world_from_light, find, diagnostics);
       for (const glm::vec3& pixel : sky.image.radiance) color = glm::max(color, Rgb(pixel));
       light.kind = std::move(sky);
     } else {

@@ -11,7 +11,7 @@ namespace gmis::tools::pbrt {
 Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics)
     : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics) {
   scene_.materials.push_back({DiffuseDescription{}, {}, {}});  // for shapes before the first Material
-  textures_.find = [this](const std::string& file) { return resolve(file); };
+  textures_.find = [this](const std::string& file) { return find(file); };
 }
 
 const std::map<std::string, Parser::Directive>& Parser::directives() {
@@ -73,6 +73,7 @@ void Parser::parse_file(const std::filesystem::path& file) {
     if (lexer_ == nullptr) throw InputError(file.string() + ": this file" + reason);
     throw InputError(directive_.where, "the file " + file_in_quotes(file.string()) + reason);
   }
+  add_file(scene_, file);
   parse_text({std::istreambuf_iterator<char>(stream), {}}, file.string());
 }
 
@@ -273,6 +274,12 @@ std::filesystem::path Parser::resolve(const std::string& file) const {
   if (std::filesystem::exists(beside_scene, error) || !directive_.where.file) return beside_scene;
   const std::filesystem::path beside_this = std::filesystem::path(*directive_.where.file).parent_path() / file;
   return std::filesystem::exists(beside_this, error) ? beside_this : beside_scene;
+}
+
+std::filesystem::path Parser::find(const std::string& name) {
+  std::filesystem::path file = resolve(name);
+  add_file(scene_, file);
+  return file;
 }
 
 void Parser::finish(const std::string& name) {

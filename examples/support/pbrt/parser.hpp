@@ -62,6 +62,8 @@ class Parser {
   /// Throws, without a word of the file, when it begins with no directive: what is no scene may be somebody's secret.
   static void require_scene(const Lexer& lexer);
   [[nodiscard]] std::filesystem::path resolve(const std::string& file) const;
+  /// `resolve`, for a file that will be read.
+  [[nodiscard]] std::filesystem::path find(const std::string& name);
   [[nodiscard]] std::string named_directive(const std::string& kind) const;
   void ignored_with_note();
 

@@ -19,6 +19,12 @@ namespace gmis {
 
 namespace detail {
 
+/// Adds values to others; to none there, they are copied.
+inline void add_values(std::vector<double>& sum, const std::vector<double>& values) {
+  if (sum.empty()) sum.assign(values.size(), 0.0);
+  for (std::size_t i = 0; i < values.size(); ++i) sum[i] += values[i];
+}
+
 /// Where contributions to the pixels of a frame go in sums over a crop.
 class CropSums {
  public:
@@ -68,6 +74,14 @@ class TechniqueSums {
       const ScalarOf<S> value = SpectrumTraits<S>::channel(contribution.value, c);
       sums.weighted[first + static_cast<std::size_t>(c)] += static_cast<double>(value * contribution.weight);
       sums.unweighted[first + static_cast<std::size_t>(c)] += static_cast<double>(value);
+    }
+  }
+
+  /// Adds the sums of another run of the same size.
+  void join(const TechniqueSums& other) {
+    for (const auto& [key, sums] : other.sums_) {
+      detail::add_values(sums_[key].weighted, sums.weighted);
+      detail::add_values(sums_[key].unweighted, sums.unweighted);
     }
   }
 
@@ -126,6 +140,14 @@ class ClassSums {
     for (int c = 0; c < SpectrumTraits<S>::channel_count; ++c)
       sum[first + static_cast<std::size_t>(c)] +=
           static_cast<double>(SpectrumTraits<S>::channel(contribution.value, c) * contribution.weight);
+  }
+
+  /// Adds the sums of another run of the same size.
+  void join(const ClassSums& other) {
+    for (std::size_t i = 0; i < path_class_count; ++i) {
+      detail::add_values(sums_[i], other.sums_[i]);
+      work_[i] += other.work_[i];
+    }
   }
 
   /// The classes that had any contribution, in the order of their numbers. `work` and `light_work` as in

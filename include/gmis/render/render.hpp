@@ -17,11 +17,12 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/state_archive.hpp"
-#include "gmis/render/contribution_sums.hpp"
+#include "gmis/render/bias_bound.hpp"
+#include "gmis/render/checkpoint.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/render/run_identity.hpp"
-#include "gmis/result/batch_means.hpp"
+#include "gmis/render/run_record.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/transport/render_engine.hpp"
 
@@ -82,15 +83,11 @@ class Render {
       : scene_(scene),
         request_(std::move(request)),
         resolution_(scene.camera().resolution()),
-        crop_(clipped(request_.crop, resolution_)),
-        film_(crop_.upper - crop_.lower),
-        techniques_(resolution_, crop_),
-        classes_(resolution_, crop_) {
-    const detail::RunTimer timer(state_.seconds, cpu_seconds_);
+        crop_(crop_of(request_, resolution_)),
+        made_(request_, resolution_) {
+    const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
     make_engine();
-    if (request_.halves) halves_.assign(2, Film<S>(film_.resolution()));
-    if (request_.intervals || request_.budget.relative_error)
-      batches_.emplace(film_.resolution(), is_replicated() ? sobol_replications : 0);
+    note_engine();
   }
   Render(const Render&) = delete;
   Render& operator=(const Render&) = delete;
@@ -103,24 +100,24 @@ class Render {
       if constexpr (StoppableExecutor<E>) executor.stop_when(flag);
     };
     stop_when(nullptr);
-    double last_picture = state_.seconds;
+    double last_picture = made_.state.seconds;
     std::optional<double> last_checkpoint;  // in seconds of the run
     std::optional<StopReason> reason;
-    if (state_.iterations > 0) reason = reason_to_stop();
+    if (made_.state.iterations > 0) reason = reason_to_stop();
     while (!reason) {
       if (!advance(executor)) {
         reason = StopReason::interrupt;
         break;
       }
-      if (request_.on_iteration) request_.on_iteration(state_);
+      if (request_.on_iteration) request_.on_iteration(made_.state);
       reason = reason_to_stop();
-      if (!reason && request_.on_picture && state_.seconds - last_picture >= request_.seconds_between_pictures) {
-        last_picture = state_.seconds;
+      if (!reason && request_.on_picture && made_.state.seconds - last_picture >= request_.seconds_between_pictures) {
+        last_picture = made_.state.seconds;
         request_.on_picture(picture());
       }
       if (request_.on_checkpoint &&
-          (reason || !last_checkpoint || state_.seconds - *last_checkpoint >= request_.seconds_between_pictures)) {
-        last_checkpoint = state_.seconds;
+          (reason || !last_checkpoint || made_.state.seconds - *last_checkpoint >= request_.seconds_between_pictures)) {
+        last_checkpoint = made_.state.seconds;
         request_.on_checkpoint(checkpoint());
       }
       stop_when(request_.interrupt);  // from now on there is a picture
@@ -134,22 +131,25 @@ class Render {
   /// the rendering cannot go on.
   template <Executor E>
   [[nodiscard]] bool advance(E& executor) {
+    const double cpu_before = made_.cpu_seconds, wall_before = made_.state.seconds;
     {
-      const detail::RunTimer timer(state_.seconds, cpu_seconds_);
+      const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
       engine_->iterate(executor);
       if constexpr (StoppableExecutor<E>)
         if (executor.is_stopped()) return false;
       double ignored = 0.0;
-      const detail::RunTimer film_timer(film_seconds_, ignored);
+      const detail::RunTimer film_timer(made_.film_seconds, ignored);
       take_frame();
     }
-    counters_ = engine_->counters();  // of whole iterations only
-    light_work_ = engine_->light_work();
+    made_.counters = engine_->counters();  // of whole iterations only
+    made_.light_work = engine_->light_work();
     const RejectionLog rejected = engine_->rejections();
-    rejected_paths_.assign(rejected.paths().begin(), rejected.paths().end());
-    phases_ = engine_->seconds();
+    made_.rejected_paths.assign(rejected.paths().begin(), rejected.paths().end());
+    made_.phases = engine_->seconds();
+    note_engine();
+    update_forecast(cpu_before, wall_before);
     update_error();
-    if (log_.is_due(state_.iterations)) add_to_log();
+    if (made_.log.is_due(made_.state.iterations)) add_to_log();
     return true;
   }
 
@@ -157,130 +157,61 @@ class Render {
   /// that replaces the one before it.
   [[nodiscard]] std::vector<std::byte> checkpoint() {
     StateWriter state;
-    state(request_.expected_iterations);
     exchange_state(state);
-    const std::vector<std::byte>& bytes = state.bytes();
-    std::string format{checkpoint_format};
-    RunIdentity identity = identity_of_this();
-    std::uint64_t digest = digest_of(bytes), size = bytes.size();
-    StateWriter whole;
-    whole(format, identity, digest, size);
-    std::vector<std::byte> result = whole.bytes();
-    result.insert(result.end(), bytes.begin(), bytes.end());
-    return result;
+    return detail::checkpoint_bytes(identity_of_this(), state.bytes());
   }
 
   /// Goes on from a checkpoint of a run with the same scene and request; limits, threads and callbacks may differ. The
   /// pictures then have the bits of a run that was never interrupted. Throws `std::invalid_argument` that says what
   /// differs, or that the bytes are damaged; this rendering is then unchanged. Call it before the first iteration.
   void resume(std::span<const std::byte> bytes) {
-    StateReader header(bytes);
-    std::string format;
-    RunIdentity identity;
-    std::uint64_t digest = 0, size = 0;
-    header(format);
-    if (header.is_broken() || format != checkpoint_format) refuse("this is no checkpoint of this version");
-    header(identity, digest, size);
-    if (header.is_broken()) refuse("the checkpoint is cut short");
-    if (const std::string difference = identity.difference_to(identity_of_this()); !difference.empty())
-      refuse(std::string("the checkpoint is of another run: ").append(difference));
-    if (size != header.left().size()) refuse("the checkpoint is cut short or longer than it says");
-    if (digest != digest_of(header.left())) refuse("the checkpoint is damaged: its digest differs");
-    StateReader state(header.left());
-    state(request_.expected_iterations);  // the choice of a pilot depends on it
-    make_engine();
+    const Checkpoint opened = open_checkpoint(bytes, identity_of_this());
+    StateReader state(opened.state);
     exchange_state(state);
-    if (state.is_broken() || !state.is_at_end()) refuse("the checkpoint is damaged");
+    if (state.is_broken() || !state.is_at_end()) reject_argument("the checkpoint is damaged");
   }
 
   /// Adds the latest iteration to the convergence log unless it is there.
   void finish_log() {
-    if (state_.iterations > 0 && log_.points().back().iteration != state_.iterations) add_to_log();
+    if (made_.state.iterations > 0 && made_.log.points().back().iteration != made_.state.iterations) add_to_log();
   }
 
   /// The limit that is met after the iterations so far (at least one), or nothing to go on.
   [[nodiscard]] std::optional<StopReason> reason_to_stop() const {
     if (request_.interrupt != nullptr && request_.interrupt->load()) return StopReason::interrupt;
-    if (request_.rejection_limit.is_surely_exceeded(counters_)) return StopReason::rejected;
-    return request_.budget.reason_to_stop(state_);
+    if (request_.rejection_limit.is_surely_exceeded(made_.counters)) return StopReason::rejected;
+    return request_.budget.reason_to_stop(made_.state);
   }
 
   /// Iterations and wall time so far. The error in it is known when it was estimated after the latest iteration.
-  [[nodiscard]] const RunState& progress() const noexcept { return state_; }
+  [[nodiscard]] const RunState& progress() const noexcept { return made_.state; }
   /// Processor time of the iterations so far, without estimates of the error.
-  [[nodiscard]] double cpu_seconds() const noexcept { return cpu_seconds_; }
+  [[nodiscard]] double cpu_seconds() const noexcept { return made_.cpu_seconds; }
   /// The film so far.
-  [[nodiscard]] const Film<S>& film() const noexcept { return film_; }
+  [[nodiscard]] const Film<S>& film() const noexcept { return made_.film; }
   /// The picture of the latest iteration alone, inside the crop.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
   /// The picture so far.
-  [[nodiscard]] Picture picture() const { return picture_of(film_); }
+  [[nodiscard]] Picture picture() const { return picture_of(made_.film); }
   /// Error and time of the iterations so far.
-  [[nodiscard]] const ConvergenceLog& log() const noexcept { return log_; }
+  [[nodiscard]] const ConvergenceLog& log() const noexcept { return made_.log; }
   /// The engine that is run.
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
 
   /// The estimated error, with `RenderRequest::intervals` or a limit on the error, from the second iteration on.
   [[nodiscard]] std::optional<ErrorEstimate> error() const {
-    if (!batches_) return {};
-    return estimated_after_ == state_.iterations ? latest_error_ : estimate_error(*batches_);
+    return estimated_after_ == made_.state.iterations ? latest_error_ : made_.error();
   }
 
   /// The prices of the usual errors, and of half the present one.
-  [[nodiscard]] std::optional<PriceTable> prices() const {
-    const auto present = error();
-    if (!present) return {};
-    std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
-    errors.push_back(present->relative_error / 2.0);
-    return price_table(log_.points(), errors);
-  }
+  [[nodiscard]] std::optional<PriceTable> prices() const { return made_.prices(error()); }
+  /// The prices of the usual errors as the pilot's choice has them; empty before two iterations with the chosen counts.
+  [[nodiscard]] const std::optional<PriceTable>& forecast() const noexcept { return made_.forecast; }
 
   /// All there is to know about the run so far; `reason` says why it ended.
-  [[nodiscard]] RenderResult result(StopReason reason) const {
-    RenderResult result;
-    result.stopped_by = reason;
-    result.iterations = state_.iterations;
-    result.wall_seconds = state_.seconds;
-    result.cpu_seconds = cpu_seconds_;
-    result.phases = phases_;
-    result.phases.film += film_seconds_;
-    result.picture = picture();
-    if (request_.halves) {
-      result.half_a = picture_of(halves_[0]);
-      result.half_b = picture_of(halves_[1]);
-    }
-    if (request_.techniques) result.techniques = techniques_.means(state_.iterations);
-    if (request_.class_pictures) result.classes = classes_.means(state_.iterations, counters_, light_work_);
-    if (film_.pixel_count() > 0) result.estimate = estimate_of(film_);
-    // The film takes iterations for independent.
-    if (is_replicated()) {
-      const std::vector<double> variances = batches_ ? variances_of_means(*batches_) : std::vector<double>();
-      result.estimate.variance = batches_ ? variance_of_mean(*batches_) : std::numeric_limits<double>::quiet_NaN();
-      if (!variances.empty()) {
-        result.variance = Picture(film_.resolution(), Film<S>::channel_count);
-        std::transform(variances.begin(), variances.end(), result.variance.values.begin(),
-                       [](double variance) { return static_cast<float>(variance); });
-      }
-    } else if (film_.iterations() > 1) {
-      result.variance = variance_picture_of(film_);
-    }
-    result.error = error();
-    result.prices = prices();
-    result.log = log_.points();
-    result.counters = counters_;
-    result.is_trustworthy = !request_.rejection_limit.is_exceeded(counters_);
-    result.rejected_paths = rejected_paths_;
-    result.counts = engine_->counts();
-    if (const Choice* choice = engine_->choice()) result.choice = *choice;
-    result.radius = engine_->first_radius();
-    result.photon_bytes = engine_->photon_bytes();
-    return result;
-  }
+  [[nodiscard]] RenderResult result(StopReason reason) const { return made_.result(request_, reason, error()); }
 
  private:
-  static constexpr std::string_view checkpoint_format = "gmis checkpoint 1\n";
-
-  [[noreturn]] static void refuse(const std::string& message) { reject_argument(message.c_str()); }
   [[nodiscard]] RunIdentity identity_of_this() const {
     return identity_of(request_, resolution_, Film<S>::channel_count, sizeof(ScalarOf<S>));
   }
@@ -288,27 +219,40 @@ class Render {
     engine_.emplace(scene_, request_.settings, request_.candidates, request_.expected_iterations, request_.crop);
     engine_->keep_contributions(request_.techniques || request_.class_pictures);
   }
+  /// The record comes first, which `join_runs` reads without the rest.
   template <class Archive>
   void exchange_state(Archive& archive) {
-    archive(*engine_, film_, techniques_, classes_, log_, state_, cpu_seconds_, latest_error_, estimated_after_,
-            next_estimate_, counters_, light_work_, rejected_paths_, phases_, film_seconds_);
-    // The request, which is the same, says whether these are there.
-    if (batches_) archive(*batches_);
-    for (Film<S>& half : halves_) archive(half);
+    archive(made_, latest_error_, estimated_after_, next_estimate_);
+    archive(request_.expected_iterations);  // the choice of a pilot depends on it
+    if constexpr (Archive::is_reading) make_engine();
+    archive(*engine_);
   }
 
-  [[nodiscard]] bool is_replicated() const noexcept { return request_.settings.sampler == Sampler::sobol; }
+  /// What the record holds of the engine.
+  void note_engine() {
+    made_.counts = engine_->counts();
+    if (const Choice* choice = engine_->choice(); choice != nullptr && !made_.choice) made_.choice = *choice;
+    made_.radius = engine_->first_radius();
+    made_.photon_bytes = engine_->photon_bytes();
+    made_.bias_bound = bias_bound(made_.choice, made_.counts, request_.settings.alpha, made_.state.iterations);
+  }
 
-  [[nodiscard]] static PixelBounds clipped(const std::optional<PixelBounds>& crop, glm::ivec2 resolution) {
-    PixelBounds part = crop.value_or(PixelBounds{{0, 0}, resolution});
-    part.lower = glm::clamp(part.lower, glm::ivec2(0), glm::max(resolution, glm::ivec2(0)));
-    part.upper = glm::clamp(part.upper, part.lower, glm::max(resolution, part.lower));
-    return part;
+  /// After the second iteration with the counts that a pilot has chosen: the first one measures light trees, too.
+  void update_forecast(double cpu_seconds, double wall_seconds) {
+    const Choice* const choice = engine_->choice();
+    if (choice == nullptr || !choice->chosen || made_.forecast ||
+        made_.state.iterations != choice->pilot_iterations + 2)
+      return;
+    made_.forecast =
+        forecast_prices(choice->forecasts[*choice->chosen].variance,
+                        {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},
+                        {1, made_.cpu_seconds - cpu_seconds, made_.state.seconds - wall_seconds});
+    if (request_.on_forecast) request_.on_forecast(*made_.forecast);
   }
 
   void take_frame() {
     frame_ = engine_->frame();
-    const glm::ivec2 size = film_.resolution();
+    const glm::ivec2 size = made_.film.resolution();
     if (size != resolution_) {
       part_.clear();
       for (int y = crop_.lower.y; y < crop_.upper.y; ++y) {
@@ -319,40 +263,40 @@ class Render {
       }
       frame_ = part_;
     }
-    film_.add_iteration(frame_);
-    if (batches_) batches_->add_iteration(frame_);
+    made_.film.add_iteration(frame_);
+    if (made_.batches) made_.batches->add_iteration(frame_);
     // With replications, even and odd iterations belong to different ones, too.
-    if (request_.halves) halves_[state_.iterations % 2].add_iteration(frame_);
+    if (request_.halves) made_.halves[made_.state.iterations % 2].add_iteration(frame_);
     if (request_.techniques || request_.class_pictures)
       engine_->for_each_contribution([&](const Contribution<S>& contribution) {
-        if (request_.techniques) techniques_.add(contribution);
-        if (request_.class_pictures) classes_.add(contribution);
+        if (request_.techniques) made_.techniques.add(contribution);
+        if (request_.class_pictures) made_.classes.add(contribution);
       });
-    ++state_.iterations;
+    ++made_.state.iterations;
   }
 
   void update_error() {
     double ignored = 0.0;
-    const detail::RunTimer timer(state_.seconds, ignored);
-    state_.is_calibrated = false;  // an older estimate must not end the run
-    const bool is_due = request_.budget.relative_error && state_.iterations >= next_estimate_;
-    if (!batches_ || !(is_due || log_.is_due(state_.iterations))) return;
+    const detail::RunTimer timer(made_.state.seconds, ignored);
+    made_.state.is_calibrated = false;  // an older estimate must not end the run
+    const bool is_due = request_.budget.relative_error && made_.state.iterations >= next_estimate_;
+    if (!made_.batches || !(is_due || made_.log.is_due(made_.state.iterations))) return;
     // Eight times per doubling: an estimate takes about as long as adding ten iterations to a film.
-    next_estimate_ = state_.iterations + std::max(1U, state_.iterations / 8);
-    latest_error_ = estimate_error(*batches_);
-    estimated_after_ = state_.iterations;
+    next_estimate_ = made_.state.iterations + std::max(1U, made_.state.iterations / 8);
+    latest_error_ = estimate_error(*made_.batches);
+    estimated_after_ = made_.state.iterations;
     if (!latest_error_) return;
-    state_.relative_error = latest_error_->relative_error;
-    state_.is_calibrated = latest_error_->is_calibrated();
+    made_.state.relative_error = latest_error_->relative_error;
+    made_.state.is_calibrated = latest_error_->is_calibrated();
   }
 
   void add_to_log() {
     double ignored = 0.0;
-    const detail::RunTimer timer(state_.seconds, ignored);
+    const detail::RunTimer timer(made_.state.seconds, ignored);
     ConvergencePoint point;
-    point.cpu_seconds = cpu_seconds_;
-    point.wall_seconds = state_.seconds;
-    point.iteration = state_.iterations;
+    point.cpu_seconds = made_.cpu_seconds;
+    point.wall_seconds = made_.state.seconds;
+    point.iteration = made_.state.iterations;
     if (const auto estimate = error()) {
       point.estimated_error = estimate->relative_error;
       if (estimate->is_calibrated()) point.interval = estimate->interval;
@@ -362,8 +306,8 @@ class Render {
       point.reference_error = std::sqrt(
           image_error(std::span<const float>(shown.values), request_.reference, Film<S>::channel_count).relmse);
     }
-    log_.add(point);
-    if (request_.on_log) request_.on_log(log_.points().back());
+    made_.log.add(point);
+    if (request_.on_log) request_.on_log(made_.log.points().back());
   }
 
   const Sc& scene_;
@@ -371,23 +315,11 @@ class Render {
   glm::ivec2 resolution_;
   PixelBounds crop_;
   std::optional<Engine> engine_;
-  Film<S> film_;
-  std::vector<Film<S>> halves_;
-  std::optional<BatchMeans<S>> batches_;
-  TechniqueSums<S> techniques_;
-  ClassSums<S> classes_;
+  RunRecord<S> made_;         ///< of whole iterations
   std::span<const S> frame_;  ///< of the engine, or `part_`
   std::vector<S> part_;
-  RunState state_;
-  double cpu_seconds_ = 0.0;
   std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
   std::uint32_t estimated_after_ = 0, next_estimate_ = 2;
-  ConvergenceLog log_;
-  // Of the latest whole iteration.
-  Counters counters_, light_work_;
-  std::vector<RejectedPath> rejected_paths_;
-  PhaseSeconds phases_;
-  double film_seconds_ = 0.0;
 };
 
 }  // namespace gmis

@@ -7,11 +7,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gmis/render/picture.hpp"
 #include "gmis/result/budget.hpp"
 #include "gmis/result/convergence_log.hpp"
+#include "gmis/result/price.hpp"
 #include "gmis/result/rejection_limit.hpp"
 #include "gmis/transport/settings.hpp"
 #include "gmis/transport/walk/context.hpp"
@@ -32,6 +34,8 @@ struct RenderRequest {
 
   /// Identifies the scene in checkpoints, for example by a digest of its files.
   std::string scene_name;
+  /// More that identifies it, each with a name for messages: digests of files that it refers to, how it was built.
+  std::vector<std::pair<std::string, std::string>> scene_properties;
 
   // Kept on request, because each costs memory and time.
   bool intervals = false;       ///< batches of iterations, for the error and its interval; implied by an error budget
@@ -45,6 +49,8 @@ struct RenderRequest {
   // Called between iterations by the thread that renders.
   /// After each iteration.
   std::function<void(const RunState&)> on_iteration;
+  /// Once, with the prices that the pilot's choice expects: after two iterations with the chosen counts.
+  std::function<void(const PriceTable&)> on_forecast;
   std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the convergence log
   std::function<void(const Picture&)> on_picture;       ///< with the picture so far, now and then
   /// With the state of the run (`Render::checkpoint`): after the first iteration, now and then, and after the last one.

@@ -18,13 +18,18 @@ namespace gmis {
 /// Everything about a finished run except its pictures.
 struct RenderSummary {
   StopReason stopped_by = StopReason::iterations;  ///< why the run ended
+  std::vector<std::uint64_t> joined_seeds;         ///< of runs that were joined (`join_runs`), else empty
   std::uint32_t iterations = 0;                    ///< those of the pilot included
   double wall_seconds = 0.0;                       ///< of iterations and of estimates of the error
   double cpu_seconds = 0.0;                        ///< of all threads of the process, during iterations
   PhaseSeconds phases;                             ///< wall time by phase
   ImageEstimate estimate;                          ///< mean, variance and error of the picture
   std::optional<ErrorEstimate> error;              ///< with `RenderRequest::intervals`, from the second iteration on
-  std::optional<PriceTable> prices;          ///< of the usual errors, then of half the present one; empty while unknown
+  std::optional<PriceTable> prices;    ///< of the usual errors, then of half the present one; empty while unknown
+  std::optional<PriceTable> forecast;  ///< of the usual errors, as the pilot's choice had them before the run
+  /// Upper bound of the bias of merging, relative like the error, which does not contain it (`bias_bound`). 0: nothing
+  /// was merged; empty: something was, and no pilot has measured it.
+  std::optional<double> bias_bound;
   std::vector<ConvergencePoint> log;         ///< its last point is the last iteration
   Counters counters;                         ///< operations, and what was rejected
   bool is_trustworthy = true;                ///< false: rejections exceed `RenderRequest::rejection_limit`

@@ -4,10 +4,12 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "gmis/core/instruction_set.hpp"
 #include "gmis/render/render_request.hpp"
 
 namespace gmis {
@@ -26,6 +28,10 @@ struct RunIdentity {
       archive(name, value);
     }
   };
+  // Names of properties that not every use of a checkpoint asks for.
+  static constexpr std::string_view seed = "the seed";                        ///< of the random numbers
+  static constexpr std::string_view instruction_set = "the instruction set";  ///< `gmis::instruction_set`
+
   std::vector<Property> properties;  ///< in the order in which they were added
 
   /// Adds a property.
@@ -37,12 +43,24 @@ struct RunIdentity {
     add(name, std::string(text, end));
   }
 
-  /// The first property that differs, in words; empty when none does.
-  [[nodiscard]] std::string difference_to(const RunIdentity& other) const {
+  /// The value of a property; empty when there is none of this name.
+  [[nodiscard]] std::string value_of(std::string_view name) const {
+    for (const Property& property : properties)
+      if (property.name == name) return property.value;
+    return {};
+  }
+
+  /// The first property that differs and must not, in words; empty when there is none.
+  [[nodiscard]] std::string difference_to(const RunIdentity& other,
+                                          std::span<const std::string_view> may_differ = {}) const {
     for (std::size_t i = 0; i < std::max(properties.size(), other.properties.size()); ++i) {
-      if (i >= properties.size() || i >= other.properties.size() || properties[i].name != other.properties[i].name)
-        return "its format differs";
-      if (properties[i].value != other.properties[i].value)
+      if (i >= properties.size()) return other.properties[i].name + " is only in this run";
+      if (i >= other.properties.size()) return properties[i].name + " is only in the checkpoint";
+      if (properties[i].name != other.properties[i].name)
+        return properties[i].name + " is in the place of " + other.properties[i].name;
+      const bool must_be_equal =
+          std::find(may_differ.begin(), may_differ.end(), properties[i].name) == may_differ.end();
+      if (must_be_equal && properties[i].value != other.properties[i].value)
         return properties[i].name + " differs: " + properties[i].value + ", not " + other.properties[i].value;
     }
     return {};
@@ -71,13 +89,15 @@ struct RunIdentity {
     return text;
   };
   identity.add("the scene", request.scene_name);
+  for (const auto& [name, value] : request.scene_properties) identity.add(name, value);
+  identity.add(RunIdentity::instruction_set, std::string(instruction_set));
   identity.add("the size of the picture", std::to_string(resolution.x) + "x" + std::to_string(resolution.y));
   identity.add("the number of channels", channels);
   identity.add("the precision", static_cast<double>(scalar_bytes));
   const PixelBounds crop = request.crop.value_or(PixelBounds{{0, 0}, resolution});
   identity.add("the crop", std::to_string(crop.lower.x) + "," + std::to_string(crop.lower.y) + "," +
                                std::to_string(crop.upper.x) + "," + std::to_string(crop.upper.y));
-  identity.add("the seed", std::to_string(settings.seed));
+  identity.add(RunIdentity::seed, std::to_string(settings.seed));
   identity.add("the sampler", static_cast<int>(settings.sampler));
   identity.add("the greatest depth", settings.max_depth);
   identity.add("the merging radius", settings.radius ? *settings.radius : 0.0);

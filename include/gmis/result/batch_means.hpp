@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/spectrum.hpp"
@@ -20,6 +22,9 @@ namespace gmis {
 /// Where iterations depend on each other but form independent replications (`Sampler::sobol`), iteration i belongs to
 /// batch (i − 1) mod `replications`, all batches are complete from the first iteration on, and their lengths differ by
 /// one at most. Memory: 2 floats per pixel, channel and replication.
+///
+/// Runs that are independent of each other can be joined (`join`). Their parts, replications or batches and what has come
+/// since the last batch, are then the batches, at most `capacity` of them, none less than half as long as the longest.
 template <Spectrum S>
 class BatchMeans {
  public:
@@ -51,6 +56,40 @@ class BatchMeans {
     current_iterations_ = 0;
   }
 
+  /// Takes in all iterations of another run of the same size, which must be independent of those here. Neither run can
+  /// add iterations afterwards. The shortest parts of both are put together, by their lengths alone, until there are
+  /// few enough and none is short.
+  void join(const BatchMeans& other) {
+    std::vector<Part> parts;
+    take_parts(parts);
+    other.take_parts(parts);
+    const auto shorter = [](const Part& a, const Part& b) { return a.iterations < b.iterations; };
+    std::stable_sort(parts.begin(), parts.end(), shorter);
+    while (parts.size() > capacity || (parts.size() > 1 && 2 * parts.front().iterations < parts.back().iterations)) {
+      Part joined = std::move(parts[0]);
+      const Part& next = parts[1];
+      joined.iterations += next.iterations;
+      const double share = static_cast<double>(next.iterations) / static_cast<double>(joined.iterations);
+      for (std::size_t i = 0; i < joined.mean.size(); ++i) joined.mean[i] += (next.mean[i] - joined.mean[i]) * share;
+      parts.erase(parts.begin(), parts.begin() + 2);
+      parts.insert(std::upper_bound(parts.begin(), parts.end(), joined, shorter), std::move(joined));
+    }
+    iterations_ += other.iterations_;
+    current_.assign(current_.size(), 0.0);
+    current_iterations_ = 0;
+    batches_.clear();
+    replications_.clear();
+    lengths_.clear();
+    for (Part& part : parts) {
+      lengths_.push_back(part.iterations);
+      replications_.push_back(std::move(part.mean));
+    }
+    replication_count_ = replications_.size();
+  }
+
+  /// True when the complete batches are equally long, or their lengths differ by one at most.
+  [[nodiscard]] bool has_equal_batches() const noexcept { return lengths_.empty(); }
+
   /// In pixels.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   /// All that were added.
@@ -63,6 +102,7 @@ class BatchMeans {
   [[nodiscard]] std::uint64_t iterations_per_batch() const noexcept { return length_; }
   /// Iterations in a batch.
   [[nodiscard]] std::uint64_t iterations_of(std::size_t batch) const noexcept {
+    if (!lengths_.empty()) return lengths_[batch];
     if (replication_count_ == 0) return length_;
     return iterations_ / replication_count_ + (batch < iterations_ % replication_count_ ? 1 : 0);
   }
@@ -86,6 +126,20 @@ class BatchMeans {
   }
 
  private:
+  /// The mean of some iterations, and their number.
+  struct Part {
+    std::uint64_t iterations = 0;
+    std::vector<double> mean;
+  };
+
+  void take_parts(std::vector<Part>& parts) const {
+    for (std::size_t b = 0; b < batch_count(); ++b) {
+      Part& part = parts.emplace_back(Part{iterations_of(b), std::vector<double>(value_count())});
+      for (std::size_t i = 0; i < part.mean.size(); ++i) part.mean[i] = value(b, i);
+    }
+    if (current_iterations_ > 0) parts.push_back({current_iterations_, current_});
+  }
+
   /// Makes `mean` that of `count` frames, this one being the last.
   static void add(std::span<const S> frame, std::vector<double>& mean, std::uint64_t count) {
     const double weight = 1.0 / static_cast<double>(count);
@@ -113,7 +167,8 @@ class BatchMeans {
   std::uint64_t current_iterations_ = 0;
   std::vector<double> current_;
   std::vector<std::vector<float>> batches_;
-  std::vector<std::vector<double>> replications_;
+  std::vector<std::vector<double>> replications_;  ///< of joined runs: all parts
+  std::vector<std::uint64_t> lengths_;             ///< of joined runs: iterations of each part
 };
 
 }  // namespace gmis

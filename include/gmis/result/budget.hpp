@@ -5,12 +5,12 @@
 
 namespace gmis {
 
-/// The reason why a run ended.
-enum class StopReason { iterations, time, error, interrupt, rejected };
+/// The reason why a run ended; `joined` for runs that were put together after their ends (render/join_runs.hpp).
+enum class StopReason { iterations, time, error, interrupt, rejected, joined };
 
 /// The name of a reason in statistics files.
 [[nodiscard]] constexpr const char* name_of(StopReason reason) noexcept {
-  constexpr const char* names[] = {"iterations", "time", "error", "interrupt", "rejected"};
+  constexpr const char* names[] = {"iterations", "time", "error", "interrupt", "rejected", "joined"};
   return names[static_cast<int>(reason)];
 }
 

@@ -154,6 +154,13 @@ template <Spectrum S>
       const double own = ratio * deviation * deviation;
       const double off = extremes.farthest_from(-ratio * deviation, b);
       double farthest = parts.share(0) * off * off;
+      if (!means.has_equal_batches()) {
+        farthest = 0.0;
+        for (std::size_t c = 0; c < count; ++c) {
+          const double there = deviations[c] + ratio * deviation;
+          if (c != b) farthest = std::max(farthest, parts.share(c) * there * there);
+        }
+      }
       if (count > means.batch_count() && b + 1 < count) {
         const double unfinished = deviations[count - 1] + ratio * deviation;
         farthest = std::max(farthest, parts.share(count - 1) * unfinished * unfinished);

@@ -42,6 +42,21 @@ class Film {
       }
   }
 
+  /// Adds all iterations of a film of the same size that are independent of those here. The means of both are weighted
+  /// by their numbers of iterations; squared deviations are taken from the common mean [Chan, Golub, LeVeque 1979].
+  void join(const Film& other) {
+    if (other.iterations_ == 0) return;
+    const double share = static_cast<double>(other.iterations_) / static_cast<double>(iterations_ + other.iterations_);
+    for (std::size_t i = 0; i < moments_.size(); ++i) {
+      Moments& moments = moments_[i];
+      const double difference = other.moments_[i].mean - moments.mean;
+      moments.mean += difference * share;
+      moments.sum_of_squares +=
+          other.moments_[i].sum_of_squares + difference * difference * share * static_cast<double>(iterations_);
+    }
+    iterations_ += other.iterations_;
+  }
+
   /// In pixels.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   /// Iterations that were added.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -29,6 +30,19 @@ struct PriceTable {
 
   std::vector<Price> prices;  ///< in the order in which the errors were asked for
   PowerLaw law;               ///< of the error over iterations
+
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(prices, law);
+  }
+};
+
+/// What a part of a run took.
+struct WorkDone {
+  double iterations = 0.0;    ///< how many
+  double cpu_seconds = 0.0;   ///< processor time of all threads
+  double wall_seconds = 0.0;  ///< with the threads of this run
 };
 
 namespace detail {
@@ -63,6 +77,23 @@ namespace detail {
 }
 
 }  // namespace detail
+
+/// The prices of errors before a run, from the forecast relative variance of one iteration (`Forecast::variance`): an error e
+/// takes variance / e² independent iterations. `begun`: what the run has taken so far, pilot included. `later`: what a
+/// later part takes, in which iterations are as they will be. An error that fewer iterations than those begun with would have
+/// reached takes its share of their time.
+[[nodiscard]] inline PriceTable forecast_prices(double variance, const WorkDone& begun, const WorkDone& later,
+                                                std::span<const double> errors = PriceTable::usual_errors) {
+  PriceTable table{{}, {-0.5, std::sqrt(variance), false}};
+  for (const double error : errors) {
+    const double iterations = std::max(1.0, std::ceil(variance / (error * error)));
+    const double share = std::min(1.0, iterations / begun.iterations);
+    const double more = std::max(0.0, iterations - begun.iterations) / later.iterations;
+    table.prices.push_back({error, iterations, share * begun.cpu_seconds + more * later.cpu_seconds,
+                            share * begun.wall_seconds + more * later.wall_seconds, false});
+  }
+  return table;
+}
 
 /// The prices of errors from the log of a run. An error that the log came down to for good is reached: its price is read
 /// between two points. The others are predicted by the law fitted to errors over *iterations* (time is what other programs on

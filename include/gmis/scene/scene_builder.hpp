@@ -13,6 +13,7 @@
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
 #include "gmis/scene/light_hierarchy_build.hpp"
+#include "gmis/scene/light_selection.hpp"
 #include "gmis/scene/material_effects.hpp"
 
 namespace gmis::scene {
@@ -21,12 +22,6 @@ namespace gmis::scene {
 struct AreaEmission {
   glm::dvec3 radiance{1};     ///< per steradian and area
   bool is_two_sided = false;  ///< else on the side of the normal alone
-};
-
-/// How a scene chooses the lights of next events. Light subpaths choose them by power.
-enum class LightSelection {
-  by_power,     ///< with probabilities proportional to power
-  by_receiver,  ///< by power, distance and orientation as seen from the receiver (`LightHierarchy`)
 };
 
 /// Triangles with shared corners, in world coordinates. The geometric normal of a triangle is (b − a) × (c − a).

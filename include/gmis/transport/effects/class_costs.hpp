@@ -28,6 +28,13 @@ struct ClassWork {
     camera_edges += static_cast<std::uint64_t>(id.t - 1);
     if (id.s > 0) light_edges += static_cast<std::uint64_t>(id.s - 1);
   }
+  /// Adds the contributions of another run.
+  constexpr ClassWork& operator+=(const ClassWork& other) noexcept {
+    for (std::size_t i = 0; i < technique_count; ++i) contributions[i] += other.contributions[i];
+    camera_edges += other.camera_edges;
+    light_edges += other.light_edges;
+    return *this;
+  }
   /// Contributions of one technique.
   [[nodiscard]] constexpr std::uint64_t of(Technique technique) const noexcept {
     return contributions[static_cast<std::size_t>(technique)];

@@ -1,0 +1,178 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gmis/render/bias_bound.hpp"
+#include "gmis/render/contribution_sums.hpp"
+#include "gmis/render/render_request.hpp"
+#include "gmis/render/render_result.hpp"
+#include "gmis/result/batch_means.hpp"
+
+namespace gmis {
+
+/// The part of a frame that a request asks for, inside the frame.
+[[nodiscard]] inline PixelBounds crop_of(const RenderRequest& request, glm::ivec2 resolution) {
+  PixelBounds part = request.crop.value_or(PixelBounds{{0, 0}, resolution});
+  part.lower = glm::clamp(part.lower, glm::ivec2(0), glm::max(resolution, glm::ivec2(0)));
+  part.upper = glm::clamp(part.upper, part.lower, glm::max(resolution, part.lower));
+  return part;
+}
+
+/// All that a run has made so far and that its result is made from: sums over iterations, and what they took. It needs
+/// no scene and no engine, so that runs can be joined without either.
+template <Spectrum S>
+struct RunRecord {
+  Film<S> film;                              ///< of the crop
+  std::vector<Film<S>> halves;               ///< of the odd and of the even iterations, or empty
+  std::optional<BatchMeans<S>> batches;      ///< for the error
+  TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
+  ClassSums<S> classes;                      ///< empty sums unless they are asked for
+  ConvergenceLog log;                        ///< error and time so far
+  RunState state;                            ///< iterations and wall time so far
+  double cpu_seconds = 0.0;                  ///< of iterations
+  Counters counters;                         ///< of whole iterations
+  Counters light_work;                       ///< the part of `counters` that light trees took
+  std::vector<RejectedPath> rejected_paths;  ///< the first ones
+  PhaseSeconds phases;                       ///< wall time by phase
+  double film_seconds = 0.0;                 ///< wall time of sums over iterations
+  // Of the engine.
+  SampleCounts counts;                 ///< of the last iteration
+  std::optional<Choice> choice;        ///< of a pilot that has finished
+  std::optional<PriceTable> forecast;  ///< prices by the choice
+  std::optional<double> bias_bound;    ///< as in `RenderSummary`
+  double radius = 0.0;                 ///< of the first iteration; 0: merging is off
+  std::size_t photon_bytes = 0;        ///< memory of the stored light vertices
+
+  /// A record without iterations, for the run of a request. `resolution`: of the camera.
+  RunRecord(const RenderRequest& request, glm::ivec2 resolution)
+      : film(size_of(request, resolution)),
+        halves(request.halves ? 2 : 0, Film<S>(size_of(request, resolution))),
+        techniques(resolution, crop_of(request, resolution)),
+        classes(resolution, crop_of(request, resolution)) {
+    if (request.intervals || request.budget.relative_error)
+      batches.emplace(film.resolution(), request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
+  }
+
+  /// The state for a later run (`core/state_archive.hpp`). A reading record must be made for the same request.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
+            film_seconds, counts, choice, forecast, bias_bound, radius, photon_bytes);
+    // The request, which is the same, says whether these are there.
+    if (batches) archive(*batches);
+    for (Film<S>& half : halves) archive(half);
+  }
+
+  /// The estimated error of the picture, from the second iteration on.
+  [[nodiscard]] std::optional<ErrorEstimate> error() const {
+    if (!batches) return {};
+    return estimate_error(*batches);
+  }
+
+  /// Takes in a run of the same request with another seed. Pictures become means over all iterations; counts and times are
+  /// added up. Log, choice and sample counts are those of the longer run. Names of rejected paths are dropped: they
+  /// mean something only together with their run's seed.
+  void join(const RunRecord& other) {
+    const double share =
+        static_cast<double>(other.state.iterations) / static_cast<double>(state.iterations + other.state.iterations);
+    bias_bound = bias_bound && other.bias_bound ? std::optional(*bias_bound + (*other.bias_bound - *bias_bound) * share)
+                                                : std::nullopt;
+    film.join(other.film);
+    for (std::size_t i = 0; i < halves.size(); ++i) halves[i].join(other.halves[i]);
+    if (batches) batches->join(*other.batches);
+    techniques.join(other.techniques);
+    classes.join(other.classes);
+    double pilot_cost = 0.0;
+    std::uint32_t pilot_iterations = 0;
+    for (const std::optional<Choice>* one : std::array<const std::optional<Choice>*, 2>{&choice, &other.choice})
+      if (*one) pilot_cost += (*one)->pilot_cost, pilot_iterations += (*one)->pilot_iterations;
+    const auto last_of = [](const ConvergenceLog& points) {
+      return points.points().empty() ? 0 : points.points().back().iteration;
+    };
+    if (last_of(other.log) > last_of(log)) {
+      log = other.log;
+      counts = other.counts;
+      choice = other.choice;
+      forecast = other.forecast;
+      radius = other.radius;
+    }
+    if (choice) choice->pilot_cost = pilot_cost, choice->pilot_iterations = pilot_iterations;
+    state.iterations += other.state.iterations;
+    state.seconds += other.state.seconds;
+    cpu_seconds += other.cpu_seconds;
+    counters += other.counters;
+    light_work += other.light_work;
+    rejected_paths.clear();
+    phases += other.phases;
+    film_seconds += other.film_seconds;
+    photon_bytes = std::max(photon_bytes, other.photon_bytes);
+  }
+
+  /// The result of a run that ended for this reason. `estimate`: `error()`, which takes long to compute.
+  [[nodiscard]] RenderResult result(const RenderRequest& request, StopReason reason,
+                                    const std::optional<ErrorEstimate>& estimate) const {
+    RenderResult result;
+    result.stopped_by = reason;
+    result.iterations = state.iterations;
+    result.wall_seconds = state.seconds;
+    result.cpu_seconds = cpu_seconds;
+    result.phases = phases;
+    result.phases.film += film_seconds;
+    result.picture = picture_of(film);
+    if (request.halves) {
+      result.half_a = picture_of(halves[0]);
+      result.half_b = picture_of(halves[1]);
+    }
+    if (request.techniques) result.techniques = techniques.means(state.iterations);
+    if (request.class_pictures) result.classes = classes.means(state.iterations, counters, light_work);
+    if (film.pixel_count() > 0) result.estimate = estimate_of(film);
+    // The film takes iterations for independent.
+    if (request.settings.sampler == Sampler::sobol) {
+      const std::vector<double> variances = batches ? variances_of_means(*batches) : std::vector<double>();
+      result.estimate.variance = batches ? variance_of_mean(*batches) : std::numeric_limits<double>::quiet_NaN();
+      if (!variances.empty()) {
+        result.variance = Picture(film.resolution(), Film<S>::channel_count);
+        std::transform(variances.begin(), variances.end(), result.variance.values.begin(),
+                       [](double variance) { return static_cast<float>(variance); });
+      }
+    } else if (film.iterations() > 1) {
+      result.variance = variance_picture_of(film);
+    }
+    result.error = estimate;
+    result.prices = prices(estimate);
+    result.forecast = forecast;
+    result.bias_bound = bias_bound;
+    result.log = log.points();
+    result.counters = counters;
+    result.is_trustworthy = !request.rejection_limit.is_exceeded(counters);
+    result.rejected_paths = rejected_paths;
+    result.counts = counts;
+    result.choice = choice;
+    result.radius = radius;
+    result.photon_bytes = photon_bytes;
+    return result;
+  }
+
+  /// The prices of the usual errors, and of half the present one.
+  [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present) const {
+    if (!present) return {};
+    std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
+    errors.push_back(present->relative_error / 2.0);
+    return price_table(log.points(), errors);
+  }
+
+ private:
+  [[nodiscard]] static glm::ivec2 size_of(const RenderRequest& request, glm::ivec2 resolution) {
+    const PixelBounds crop = crop_of(request, resolution);
+    return crop.upper - crop.lower;
+  }
+};
+
+}  // namespace gmis
