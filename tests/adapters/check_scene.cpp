@@ -11,17 +11,7 @@
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
 
-namespace {
-
-using gmis::Convention;
-using gmis_test::BrokenScene;
-using gmis_test::built_in_scene;
-using gmis_test::check_settings;
-using gmis_test::Mistake;
-using gmis_test::Planted;
-using gmis_test::planted;
-
-}  // namespace
+using namespace gmis_test;
 
 TEST_CASE("nothing is said about a sound scene") {
   CHECK(check_scene(built_in_scene<float>(), check_settings()).text() == "");

@@ -8,16 +8,7 @@
 
 // The mistakes of check_scene.cpp once more, where precision and conventions differ.
 
-namespace {
-
-using gmis_test::BrokenScene;
-using gmis_test::built_in_scene;
-using gmis_test::check_settings;
-using gmis_test::Mistake;
-using gmis_test::Planted;
-using gmis_test::planted;
-
-}  // namespace
+using namespace gmis_test;
 
 TEST_CASE("the same mistakes in double precision") {
   const auto scene = built_in_scene<double>();
