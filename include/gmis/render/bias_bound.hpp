@@ -9,8 +9,9 @@
 
 namespace gmis {
 
-/// Upper bound of the bias of merging in the mean of `iterations` iterations, relative as `ErrorEstimate::relative_error`,
-/// from what a pilot has measured (`Forecast::squared_bias_bound`: a bias that changes sign within a tile is not in it).
+/// Upper confidence bound of the bias of merging in the mean of `iterations` iterations, relative as
+/// `ErrorEstimate::relative_error`, from what a pilot has measured (`Forecast::squared_bias_bound`). Light that the pilot has
+/// not met is not in it.
 /// 0 where nothing merges; empty where something merges and no pilot has finished. `counts`: of the latest iteration.
 ///
 /// With P pilot iterations, whose disk is the largest of all candidates, and the bias c r² of one iteration to first

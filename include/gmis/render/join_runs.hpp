@@ -2,7 +2,6 @@
 
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,7 +12,6 @@
 
 #include "gmis/render/checkpoint.hpp"
 #include "gmis/render/run_record.hpp"
-#include "gmis/result/image_error.hpp"
 
 namespace gmis {
 
@@ -67,18 +65,7 @@ template <Spectrum S>
 
   const std::optional<ErrorEstimate> error = all.error();
   const std::vector<ConvergencePoint>& points = all.log.points();
-  if (points.empty() || points.back().iteration < all.state.iterations) {
-    ConvergencePoint last{all.cpu_seconds, all.state.seconds, all.state.iterations, {}, {}, {}};
-    if (error) {
-      last.estimated_error = error->relative_error;
-      if (error->is_calibrated()) last.interval = error->interval;
-    }
-    if (!request.reference.empty())
-      last.reference_error = std::sqrt(
-          image_error(std::span<const float>(picture_of(all.film).values), request.reference, Film<S>::channel_count)
-              .relmse);
-    all.log.add(last);
-  }
+  if (points.empty() || points.back().iteration < all.state.iterations) all.log.add(all.point(request, error));
   RenderResult result = all.result(request, StopReason::joined, error);
   for (const std::string& seed : seeds) {
     std::uint64_t number = 0;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <ctime>
@@ -23,7 +22,6 @@
 #include "gmis/render/render_result.hpp"
 #include "gmis/render/run_identity.hpp"
 #include "gmis/render/run_record.hpp"
-#include "gmis/result/image_error.hpp"
 #include "gmis/transport/render_engine.hpp"
 
 namespace gmis {
@@ -293,20 +291,7 @@ class Render {
   void add_to_log() {
     double ignored = 0.0;
     const detail::RunTimer timer(made_.state.seconds, ignored);
-    ConvergencePoint point;
-    point.cpu_seconds = made_.cpu_seconds;
-    point.wall_seconds = made_.state.seconds;
-    point.iteration = made_.state.iterations;
-    if (const auto estimate = error()) {
-      point.estimated_error = estimate->relative_error;
-      if (estimate->is_calibrated()) point.interval = estimate->interval;
-    }
-    if (!request_.reference.empty()) {
-      const Picture shown = picture();
-      point.reference_error = std::sqrt(
-          image_error(std::span<const float>(shown.values), request_.reference, Film<S>::channel_count).relmse);
-    }
-    made_.log.add(point);
+    made_.log.add(made_.point(request_, error()));
     if (request_.on_log) request_.on_log(made_.log.points().back());
   }
 

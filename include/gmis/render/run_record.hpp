@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
+#include "gmis/result/image_error.hpp"
 
 namespace gmis {
 
@@ -74,6 +77,22 @@ struct RunRecord {
   [[nodiscard]] std::optional<ErrorEstimate> error() const {
     if (!batches) return {};
     return estimate_error(*batches);
+  }
+
+  /// The record so far as a point of the log. `estimate`: `error()`, which takes long to compute.
+  [[nodiscard]] ConvergencePoint point(const RenderRequest& request,
+                                       const std::optional<ErrorEstimate>& estimate) const {
+    ConvergencePoint point{cpu_seconds, state.seconds, state.iterations, {}, {}, {}};
+    if (estimate) {
+      point.estimated_error = estimate->relative_error;
+      if (estimate->is_calibrated()) point.interval = estimate->interval;
+    }
+    if (!request.reference.empty()) {
+      const Picture shown = picture_of(film);
+      point.reference_error = std::sqrt(
+          image_error(std::span<const float>(shown.values), request.reference, Film<S>::channel_count).relmse);
+    }
+    return point;
   }
 
   /// Takes in a run of the same request with another seed. Pictures become means over all iterations; counts and times are
