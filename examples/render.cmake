@@ -42,14 +42,9 @@ target_link_libraries(gmis_render_program PUBLIC gmis_render_session PRIVATE gmi
                                                                             nlohmann_json::nlohmann_json)
 target_compile_definitions(gmis_render_program PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 
-# Much to compile, little to run.
-set_source_files_properties(
-  support/manual.cpp support/options.cpp support/plan_text.cpp support/progress_bar.cpp support/replay_text.cpp
-  support/session.cpp support/statistics.cpp support/technique_sheet.cpp support/report/comparison.cpp
-  support/report/html_report.cpp support/report/plot.cpp support/report/tables.cpp
-  PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Debug>:-O0>)
 # Traces one path.
-set_source_files_properties(support/replay.cpp PROPERTIES COMPILE_OPTIONS "${gmis_no_optimization}")
+set_source_files_properties(support/replay.cpp PROPERTIES COMPILE_OPTIONS "${gmis_no_optimization}"
+                                                          SKIP_PRECOMPILE_HEADERS ON)
 
 add_library(gmis_report STATIC
   support/report/comparison.cpp
@@ -61,6 +56,12 @@ add_library(gmis_report STATIC
   support/report/tables.cpp)
 target_link_libraries(gmis_report PUBLIC gmis_render_session PRIVATE gmis_warnings nlohmann_json::nlohmann_json)
 target_compile_definitions(gmis_report PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
+
+# Much to compile, little to run.
+foreach(library gmis_render_session gmis_render_program gmis_report)
+  target_compile_options(${library} PRIVATE $<$<CONFIG:Debug>:-O0>)
+  target_precompile_headers(${library} REUSE_FROM gmis_scene_reader)
+endforeach()
 
 foreach(program render compare demo)
   add_executable(gmis-${program} gmis_${program}.cpp)

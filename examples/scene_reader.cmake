@@ -76,6 +76,11 @@ add_library(gmis_scene_reader STATIC
 target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(gmis_scene_reader PUBLIC gmis::gmis PRIVATE gmis_warnings)
 target_compile_options(gmis_scene_reader PRIVATE $<$<CONFIG:Debug>:-O0>)  # much to compile, little to run
+# Parsed once for all that is behind the programs.
+target_precompile_headers(gmis_scene_reader PRIVATE
+  <algorithm> <array> <charconv> <cmath> <cstdint> <filesystem> <fstream> <functional> <map> <memory> <optional> <sstream>
+  <string> <string_view> <utility> <variant> <vector>
+  <glm/common.hpp> <glm/geometric.hpp> <glm/mat3x3.hpp> <glm/mat4x4.hpp> <glm/matrix.hpp> <glm/vec2.hpp> <glm/vec3.hpp>)
 gmis_optional_part(OpenEXR::OpenEXR GMIS_HAS_OPENEXR "gmis-render reads and writes no .exr")
 gmis_optional_part(PNG::PNG GMIS_HAS_PNG "gmis-render writes no .png")
 gmis_optional_part(assimp::assimp GMIS_HAS_ASSIMP "gmis-render reads no plymesh")
