@@ -11,6 +11,7 @@
 #include "gmis/render.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 
 namespace {

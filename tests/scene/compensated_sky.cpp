@@ -6,6 +6,7 @@
 #include "scene/sky_world.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 
 // A picture under a compensated sky has the energy of the one under a plain sky, whatever renders it: rays that scatter bring the
 // light of the directions that next-event samples leave out.

@@ -11,6 +11,7 @@
 #include "gmis/transport/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 
 namespace {
 

@@ -5,6 +5,7 @@
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 #include "transport/technique_estimates.hpp"
 
 // Glass that absorbs, against closed forms and technique against technique: each segment of a path counts once, whichever

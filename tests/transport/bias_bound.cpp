@@ -9,6 +9,7 @@
 #include "gmis/render/render.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/furnace_engines.hpp"
 
 namespace {
 

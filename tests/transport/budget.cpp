@@ -4,6 +4,7 @@
 #include "gmis/core/statistics.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 

@@ -7,6 +7,7 @@
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 #include "transport/technique_estimates.hpp"
 
 // Scenes whose answer is known in closed form (or by an integral of one or two variables), against what each technique finds

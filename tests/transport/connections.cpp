@@ -7,6 +7,7 @@
 #include "gmis/transport/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 

@@ -5,6 +5,7 @@
 #include "gmis/result/film.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 

@@ -10,6 +10,7 @@
 #include "gmis/transport/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 
 // The energy of a local count of merging, at radii so large that a factor forgotten at one end of a path shows: the means of
 // whole pictures against path tracing, which has no part in it.

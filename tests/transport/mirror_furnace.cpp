@@ -5,6 +5,7 @@
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 #include "transport/ways.hpp"
 
 // A furnace without symmetry: a closed box whose walls emit 1 and reflect the share a; in it a mirror ball that does the same

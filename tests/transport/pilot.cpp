@@ -11,6 +11,7 @@
 #include "support/catch.hpp"
 #include "support/measured_variance.hpp"
 #include "support/seed.hpp"
+#include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 

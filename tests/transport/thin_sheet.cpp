@@ -3,6 +3,7 @@
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 #include "transport/technique_estimates.hpp"
 
 // A closed sphere of a thin sheet, which reflects the share r diffusely and lets the share t through, in light of radiance 1

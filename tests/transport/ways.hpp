@@ -13,7 +13,7 @@ template <class Method_, const gmis::SampleCounts& base, gmis::LightSplit split 
 struct Way {
   using Heuristic = Heuristic_;
   using Method = Method_;
-  template <class Scene, class Source = gmis::Philox>
+  template <class Scene, class Source = gmis::SampleNumbers>
   using Engine = gmis::Engine<Scene, Method, Source>;
 
   /// The same settings for this integrator: its techniques, with the numbers that `asked` has for them.

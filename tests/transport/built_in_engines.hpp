@@ -1,0 +1,21 @@
+#pragma once
+
+#include "gmis/scene/bvh_scene.hpp"
+#include "gmis/transport/engine.hpp"
+#include "transport/shifted_lattice.hpp"
+
+/// \file
+/// The engines for the built-in scene, as furnace_engines.hpp has those for the furnace: what links `gmis_built_in_engines`
+/// shares those of built_in_engines.cpp.
+
+#ifdef GMIS_SHARE_BUILT_IN_ENGINES
+namespace gmis {
+
+extern template void Engine<scene::BvhScene<float>, CameraSide>::iterate(SerialExecutor&);
+extern template void Engine<scene::BvhScene<float>, BothSides>::iterate(SerialExecutor&);
+extern template void Engine<scene::BvhScene<float>, SplitTrees>::iterate(SerialExecutor&);
+extern template void Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>::iterate(SerialExecutor&);
+extern template void Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>::iterate(SerialExecutor&);
+
+}  // namespace gmis
+#endif
