@@ -82,6 +82,18 @@ TEST_CASE("A fitted power law gives back the law that made the points") {
   }
 }
 
+TEST_CASE("No law is steeper than that of independent samples") {
+  std::vector<gmis::ErrorAtTime> points;
+  for (int i = 0; i < 40; ++i) {
+    const double seconds = std::pow(1.2, i);
+    points.push_back({seconds, 2.0 * std::pow(seconds, -0.8)});
+  }
+  const auto law = gmis::fit_power_law(points);
+  REQUIRE(law.has_value());
+  CHECK(law->is_fitted);
+  CHECK(law->slope == -0.5);
+}
+
 TEST_CASE(
     "With too little to fit the slope is -1/2, with nothing there is no law, and what does not fall takes for ever") {
   const std::vector<gmis::ErrorAtTime> few{{1.0, 0.2}, {4.0, 0.11}};

@@ -125,7 +125,9 @@ class DiscreteWorld {
       const T density = laws.next_event_density(node, from.position);
       // Radiance per density per steradian; intensity and irradiance as the plain irradiance they make.
       const T weight = laws.emitted(node, -to_light) * laws.to_area(node, receiver) / density;
-      return gmis::NextEventSample<Spectrum>{world_->point_of(node), to_light, Spectrum(weight, tag(node)), density,
+      auto origin = world_->point_of(node);
+      if (is_delta()) origin.geometric_normal = -to_light;  // it is no surface, and nobody may ask
+      return gmis::NextEventSample<Spectrum>{origin, to_light, Spectrum(weight, tag(node)), density,
                                              densities(node, -to_light)};
     }
     [[nodiscard]] std::optional<gmis::EmissionSample<Spectrum>> sample_emission(

@@ -68,7 +68,7 @@ class CameraSubpath {
     CameraPartial weights_behind;  ///< partial weights at `from`
     std::int16_t depth;            ///< of the far end: edges from the camera
     HalfPath path{};               ///< the events at `from` and before it
-    bool has_scattered;            ///< `from` or a vertex before it is non-specular
+    bool has_branched;             ///< `from` or a vertex before it has had its children
   };
 
   /// `plain`: subpaths that are neither split nor ended at the first non-specular vertex, in a run that does not
@@ -112,11 +112,11 @@ class CameraSubpath {
       const T survival = survival_probability(bsdf);
       if (survival == T(0)) return;  // the surface absorbs everything
       const bool is_specular = bsdf.is_purely_delta();
-      const bool is_first_non_specular = walk == Walk::general && !is_specular && !edge.has_scattered;
+      // Nothing but the first non-specular vertex of a subpath has several children. Where none has, all vertices are alike.
+      const bool may_branch = walk == Walk::general && !is_specular && !edge.has_branched;
       const T light_children = context_.light_children(bsdf, survival);
       const bool is_plain = walk == Walk::plain;
-      vertex.children = {is_plain ? survival : context_.camera_children(survival, is_first_non_specular),
-                         light_children};
+      vertex.children = {is_plain ? survival : context_.camera_children(survival, may_branch), light_children};
       const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
       if (!is_specular && (is_plain || context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf))))
         at_vertex(vertex, source, number);
@@ -128,8 +128,8 @@ class CameraSubpath {
           TransportMode::radiance,
           survival,
           vertex.children,
-          {is_plain ? survival : context_.camera_delta_children(survival, is_first_non_specular), light_children}};
-      if (is_first_non_specular)
+          {is_plain ? survival : context_.camera_delta_children(survival, may_branch), light_children}};
+      if (may_branch)
         if (const int children = context_.split.camera_children(number_); children > 1 || observes_children<Output>) {
           branch(edge, vertex, scattering, children, source, number + 1);
           return;
@@ -141,7 +141,6 @@ class CameraSubpath {
         if (context_.camera_stops() && !next->is_delta) return;
         edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
         if (!context_.filter.keeps_camera(edge.path)) return;
-        edge.has_scattered = edge.has_scattered || !is_specular;
       }
       edge.step = *next;
       edge.throughput = edge.throughput * next->weight;

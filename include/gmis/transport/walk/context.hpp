@@ -79,15 +79,16 @@ struct IterationContext {
   [[nodiscard]] constexpr bool camera_stops() const noexcept { return counts.camera_children == 0; }
 
   /// Nominal number of children c of a camera subpath at a vertex, for a non-delta event; `survival` is included.
-  /// `is_first_non_specular`: every vertex between this one and the camera is specular.
-  [[nodiscard]] constexpr T camera_children(T survival, bool is_first_non_specular) const noexcept {
+  /// `may_branch`: the vertex is the first non-specular one of the subpath. It may be true of those after it where no vertex
+  /// has more than one child.
+  [[nodiscard]] constexpr T camera_children(T survival, bool may_branch) const noexcept {
     if (camera_stops()) return T(0);
-    return is_first_non_specular ? survival * static_cast<T>(split.nominal_camera_children()) : survival;
+    return may_branch ? survival * static_cast<T>(split.nominal_camera_children()) : survival;
   }
   /// Nominal number of children of a camera subpath at a vertex, for a delta event. A subpath that ends at the first
   /// non-specular vertex still goes on through delta lobes.
-  [[nodiscard]] constexpr T camera_delta_children(T survival, bool is_first_non_specular) const noexcept {
-    return camera_stops() ? survival : camera_children(survival, is_first_non_specular);
+  [[nodiscard]] constexpr T camera_delta_children(T survival, bool may_branch) const noexcept {
+    return camera_stops() ? survival : camera_children(survival, may_branch);
   }
   /// Nominal number of children c of a light subpath at a vertex; `survival` is included.
   template <Bsdf B>
