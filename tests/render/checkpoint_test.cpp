@@ -208,3 +208,45 @@ Shape "sphere"
   check_refused("sky.pfm", sky);
   CHECK(run(folder, same + "--resume a.ck").exit_code == 0);
 }
+
+#if GMIS_HAS_TINYGLTF
+TEST_CASE("A change in any file of a glTF scene is refused by its name") {
+  const ScratchFolder folder;
+  fs::copy_file(fs::path(GMIS_SCENE_FOLDER) / "leaf_color.png", folder / "leaf.png");
+  const float corners[]{-2, -1, 0, 2, -1, 0, 0, 2, 0, /* texture coordinates */ 0, 0, 1, 0, 0, 1};
+  const auto write = [&](const char* name, std::string_view text) {
+    std::ofstream(folder / name, std::ios::binary) << text;
+  };
+  write("corners.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
+  const std::string scene = R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+"materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}],
+"textures": [{"source": 0}], "images": [{"uri": "leaf.png"}],
+"buffers": [{"byteLength": 60, "uri": "corners.bin"}],
+"bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 24}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-2, -1, 0], "max": [2, 2, 0]},
+{"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}]}
+)";
+  write("scene.gltf", scene);
+  const std::string same = "scene.gltf --size 6x6 --iterations 2 --quiet --out a.pfm ";
+  const Outcome first = run(folder, same + "--checkpoint a.ck");
+  INFO(first.err);
+  REQUIRE(first.exit_code == 0);
+  CHECK(run(folder, same + "--resume a.ck").exit_code == 0);
+  const auto check_refused = [&](const char* name, const std::string& content) {
+    const std::string before = text_of(folder / name);
+    write(name, content);
+    const Outcome outcome = run(folder, same + "--resume a.ck");
+    INFO(name << ": " << outcome.err);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.err.find("the content of " + std::string(name) + " differs") != std::string::npos);
+    write(name, before);
+  };
+  check_refused("scene.gltf", scene + "\n");
+  std::string moved = text_of(folder / "corners.bin");
+  moved[33] = static_cast<char>(moved[33] ^ 1);
+  check_refused("corners.bin", moved);
+  check_refused("leaf.png", text_of(fs::path(GMIS_SCENE_FOLDER) / "leaf_alpha.png"));
+  CHECK(run(folder, same + "--resume a.ck").exit_code == 0);
+}
+#endif
