@@ -129,8 +129,13 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
   Real sum = 0;
   int outliers = 0;
   std::vector<Real> per_pixel(pixels, 0.0L);
+  // Of all pixels and channels: the deviations of the parts, divided by what the value is taken for; and the squared error
+  // relative to the mean of all parts and to that of the others.
+  std::vector<std::vector<Real>> scaled(parts.size());
+  Real near = 0, far = 0;
   for (std::size_t p = 0; p < pixels; ++p)
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c) {
+      const Real all = mean_of(p, c, [](std::size_t) { return true; });
       for (std::size_t b = 0; b < parts.size(); ++b) {
         const auto others = [&](std::size_t part) { return part != b; };
         const Real share = static_cast<Real>(parts[b].end - parts[b].begin) / iterations;
@@ -147,6 +152,8 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
           farthest = std::max(farthest, square);
         }
         const Real variance = share * share * (1 - share) * (here - value) * (here - value);
+        near += variance / (all * all + 0.01L);
+        far += variance / (value * value + 0.01L);
         if (own > 25 * (rest - farthest) / static_cast<Real>(parts.size() - 3)) {
           ++outliers;
           const int x = static_cast<int>(p) % size.x, y = static_cast<int>(p) / size.x;
@@ -161,7 +168,9 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
         }
         sum += variance / (value * value + 0.01L);
         per_pixel[p] += variance / (value * value + 0.01L);
+        scaled[b].push_back(share * (here - all) / std::sqrt(value * value + 0.01L));
       }
+    }
   REQUIRE(outliers > 10);
   const auto estimate = gmis::estimate_error(means);
   REQUIRE(estimate.has_value());
@@ -176,6 +185,24 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
     CHECK(static_cast<double>(per_pixel[estimate->worst[k].pixel]) == Approx(static_cast<double>(sorted[k])));
   }
   CHECK(estimate->share_of_worst() == Approx(static_cast<double>(five)).epsilon(1e-4));
+
+  // The interval: how far the products of different parts scatter about the mean that they should have.
+  Real chance = 0;
+  for (std::size_t b = 0; b < parts.size(); ++b)
+    for (std::size_t c = 0; c < b; ++c) {
+      Real product = 0;
+      for (std::size_t i = 0; i < scaled[b].size(); ++i) product += scaled[b][i] * scaled[c][i];
+      const auto share = [&](std::size_t part) {
+        return static_cast<Real>(parts[part].end - parts[part].begin) / iterations;
+      };
+      chance += std::pow(product + share(b) * share(c) * sum, 2.0L);
+    }
+  const auto count = static_cast<Real>(parts.size());
+  const Real deviation = 2 * std::sqrt(chance / ((count - 1) * (count - 3))) * count / sum;
+  const Real t = gmis::student_t_quantile(0.975, static_cast<double>(parts.size() - 1));
+  const Real reach = std::exp((t * deviation + std::log(std::max({1.0L, far / sum, sum / near}))) / 2);
+  CHECK(estimate->interval.upper / estimate->relative_error == Approx(static_cast<double>(reach)).epsilon(1e-4));
+  CHECK(estimate->relative_error / estimate->interval.lower == Approx(static_cast<double>(reach)).epsilon(1e-4));
 }
 
 TEST_CASE("Joined runs: few parts, none short, and nothing lost") {
