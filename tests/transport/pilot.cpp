@@ -144,7 +144,7 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
   const std::vector<gmis::SampleCounts> candidates{
       {1.0, 1, true, true},  {0.0, 0, false, false},    {0.0, 0, false, false, 4}, {0.5, 0, true, false},
       {1.0, 4, true, false}, {0.25, 1, true, false, 2}, {0.5, 0, true, true},      {2.0, 1, true, true, 4},
-      {0.25, 2, true, true}, {2.0, 4, true, false, 4}};
+      {0.25, 2, true, true}, {2.0, 16, true, false, 4}};
   const auto all = settings();
   check_forecasts(scene, all, candidates,
                   {measure<Vcm>(scene, all, candidates[0]), measure<Pt>(scene, all, candidates[1]),
