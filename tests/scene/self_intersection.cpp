@@ -1,3 +1,5 @@
+#include <limits>
+
 #include "gmis/core/interaction.hpp"
 #include "scene/shapes.hpp"
 #include "support/catch.hpp"
@@ -66,6 +68,38 @@ TEMPLATE_TEST_CASE("a ray that leaves a sphere outwards never meets it, inwards 
   CHECK(leaked == 0);
   CHECK(wrong_place == 0);
   CHECK(worst_error < 0.5);
+}
+
+TEMPLATE_TEST_CASE("a ray that leaves a sphere from where rounding has its surface meets it at once or never",
+                   "[offset]", float, double) {
+  // The origin may be inside by a rounding error: the ray then meets the surface after so little, and never on the far side.
+  using T = TestType;
+  Philox source(gmis_test::seed(36));
+  int at_once = 0, elsewhere = 0;
+  for (int scene_number = 0; scene_number < 200; ++scene_number) {
+    const double radius = random_magnitude(source, -3, 4);
+    const glm::dvec3 center = random_in_cube(source) * radius;
+    SceneBuilder<T> builder;
+    builder.add_sphere(center, radius, builder.add_material(make_dielectric<T>(1.5)));
+    builder.set_camera(camera_at({0, 0, 0}));
+    const auto scene = builder.build();
+    for (int i = 0; i < 300; ++i) {
+      const glm::dvec3 normal(random_direction<double>(source));
+      const Vec3<T> from(center + normal * radius);
+      Vec3<T> away(random_direction<double>(source));
+      const double cosine = glm::dot(normal, glm::dvec3(away));
+      if (std::abs(cosine) < 0.1) continue;
+      if (cosine < 0) away = -away;
+      const auto hit = scene.intersect({from, away});
+      if (!hit) continue;
+      const double moved = glm::length(glm::dvec3(hit->point.position) - glm::dvec3(from));
+      const double rounding = std::numeric_limits<T>::epsilon() * (glm::length(center) + radius) / std::abs(cosine);
+      ++(moved < 16 * rounding ? at_once : elsewhere);
+    }
+  }
+  CAPTURE(at_once);
+  CHECK(at_once > 1000);
+  CHECK(elsewhere == 0);
 }
 
 TEMPLATE_TEST_CASE("a ray that leaves a triangle never meets it", "[offset]", float, double) {
