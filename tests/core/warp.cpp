@@ -42,6 +42,19 @@ TEMPLATE_TEST_CASE("maps of the square make the densities they state", "[warp]",
   }
 }
 
+TEMPLATE_TEST_CASE("what is drawn over a hemisphere has a density, on the border of the square too", "[warp]", float,
+                   double) {
+  using T = TestType;
+  for (const T x : {T(0), T(0.3), T(0.5), std::nextafter(T(1), T(0))})
+    for (const T y : {T(0), T(0.7), std::nextafter(T(1), T(0))}) {
+      const Vec3<T> edge = square_to_cosine_hemisphere(Vec2<T>{x, y}),
+                    other = square_to_cosine_hemisphere(Vec2<T>{y, x});
+      CHECK(edge.z > T(0));
+      CHECK(other.z > T(0));
+      CHECK(std::abs(glm::length(edge) - T(1)) < T(2) * std::numeric_limits<T>::epsilon());
+    }
+}
+
 TEMPLATE_TEST_CASE("a narrow cone keeps its width", "[warp]", float, double) {
   using T = TestType;
   // Mean of sin² over the cone: drop (1 − drop/3), whatever 1 − drop rounds to.

@@ -71,7 +71,7 @@ Measured render(const Scene& scene, std::uint64_t seed, int iterations) {
 TEST_CASE("cloth and the library's materials: pt, bpt and vcm have one mean") {
   using namespace gmis_test::ways;
   const Scene scene = make_scene();
-  constexpr int iterations = 300;
+  constexpr int iterations = 400;
   const Measured pt = render<Pt>(scene, 71, iterations), bpt = render<Bpt>(scene, 72, iterations),
                  vcm = render<Vcm>(scene, 73, iterations);
   // Student's t with the degrees of one run: a false alarm of the three comparisons together in a thousandth of the seeds.
@@ -80,7 +80,7 @@ TEST_CASE("cloth and the library's materials: pt, bpt and vcm have one mean") {
     const double error = std::hypot(a.standard_error, b.standard_error);
     CAPTURE(a.mean, b.mean, error);
     CHECK(std::abs(a.mean - b.mean) < limit * error + bias * a.mean);
-    CHECK(limit * error < 0.02 * a.mean);  // so that an error of 2 % would show
+    CHECK(limit * error < 0.02 * a.mean);  // so that an error of 2 % would show: it is 1.7 ± 0.06 %
   };
   compare(pt, bpt, 0);
   compare(pt, vcm, 0.001);  // what merging within 0.02 of walls some 3 apart may be off by

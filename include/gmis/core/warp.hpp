@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "gmis/core/math.hpp"
 
 /// \file
@@ -20,11 +24,13 @@ template <std::floating_point T>
   return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
-/// Direction on the upper hemisphere, density cos θ / π per steradian.
+/// Direction on the upper hemisphere, density cos θ / π per steradian. Never on the horizon, where the density is 0: cos θ is
+/// the machine epsilon at least.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_cosine_hemisphere(const Vec2<T>& u) noexcept {
   const Vec2<T> disk = square_to_disk(u);
-  return {disk.x, disk.y, sqrt_or_zero(T(1) - disk.x * disk.x - disk.y * disk.y)};
+  constexpr T least = std::numeric_limits<T>::epsilon() * std::numeric_limits<T>::epsilon();
+  return {disk.x, disk.y, std::sqrt(std::max(least, T(1) - disk.x * disk.x - disk.y * disk.y))};
 }
 
 /// Uniform direction on the sphere, density 1/(4π) per steradian.
