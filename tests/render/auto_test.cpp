@@ -310,7 +310,7 @@ TEST_CASE("A crop is chosen for by its own pixels, wherever it lies", "[auto]") 
     REQUIRE(engine->choice() != nullptr);
     REQUIRE(engine->choice()->chosen.has_value());
     const Forecast& chosen = engine->choice()->forecasts[*engine->choice()->chosen];
-    CHECK(chosen.variance > 0.0);
+    CHECK(chosen.variance >= 0.0);  // 0 where the few pixels have not met any light
     CHECK(std::isfinite(chosen.variance));
     CHECK(chosen.cost > 0.0);
   }
