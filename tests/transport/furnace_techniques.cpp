@@ -56,7 +56,7 @@ TEST_CASE("each technique alone finds the furnace's closed form at every length"
   SECTION("connections of paired subpaths") {
     auto paired = settings();
     paired.counts.connections = gmis::paired_connections;
-    check_techniques<Vcm, gmis_test::ShiftedLattice>(paired, 1, 800, 0.004);
+    check_techniques<Vcm, gmis_test::ShiftedLattice>(paired, 1, 1000, 0.004);
   }
   SECTION("connections drawn from the cache of all trees") {
     auto cached = settings();
