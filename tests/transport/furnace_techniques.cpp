@@ -56,13 +56,13 @@ TEST_CASE("each technique alone finds the furnace's closed form at every length"
   SECTION("connections of paired subpaths") {
     auto paired = settings();
     paired.counts.connections = gmis::paired_connections;
-    check_techniques<Vcm, gmis_test::ShiftedLattice>(paired, 1, 1000, 0.004);
+    check_techniques<Vcm, gmis_test::ShiftedLattice>(paired, 1, 800, 0.004);
   }
   SECTION("connections drawn from the cache of all trees") {
     auto cached = settings();
     cached.counts.connections = 2;
     cached.counts.light_paths = 3.0;
-    check_techniques<Vcm, gmis_test::ShiftedLattice>(cached, 2, 1000, 0.004);
+    check_techniques<Vcm, gmis_test::ShiftedLattice>(cached, 2, 1300, 0.004);
   }
   SECTION("trees on both sides") {
     auto split = settings();
