@@ -10,47 +10,38 @@ Writes out/calibration/table.md and runs.json, and the table in docs/accuracy-an
 """
 
 import argparse
-import array
 import concurrent.futures
 import json
 import os
 import pathlib
 import statistics
 import subprocess
-import sys
 
-OWN = "bench/scenes/{}.pbrt"
+from measuring import FOURTEEN, read_pfm, write_into
+
 # Name: scene, options of the run, what the reference has instead, whether rare, bright samples rule its error.
 BPT = ["--integrator", "bpt", "--connections", "1"]
 VCM = ["--integrator", "vcm", "--connections", "1"]
 CASES = {
     "cornell, bpt": ("cornell", BPT, [], False),
     "paper2, bpt": ("paper2", BPT, [], False),
-    "all_glossy, bpt": (OWN.format("all_glossy"), BPT, [], False),
-    "open_sky, bpt": (OWN.format("open_sky"), BPT, [], False),
-    "one_point_light, bpt": (OWN.format("one_point_light"), BPT, [], False),
-    "slit, bpt": (OWN.format("slit"), BPT, [], False),
-    "mixed, vcm": (OWN.format("mixed"), VCM, [], False),
+    "all_glossy, bpt": (FOURTEEN["all_glossy"], BPT, [], False),
+    "open_sky, bpt": (FOURTEEN["open_sky"], BPT, [], False),
+    "one_point_light, bpt": (FOURTEEN["one_point_light"], BPT, [], False),
+    "slit, bpt": (FOURTEEN["slit"], BPT, [], False),
+    "mixed, vcm": (FOURTEEN["mixed"], VCM, [], False),
     "paper1, vcm": ("paper1", VCM, [], True),
     "paper1, bpt": ("paper1", BPT, VCM, True),
     "paper3, bpt": ("paper3", BPT, [], True),
     "paper4, vcm": ("paper4", VCM, [], True),
-    "caustic_pool, vcm": (OWN.format("caustic_pool"), VCM, [], True),
-    "light_behind_glass, vcm": (OWN.format("light_behind_glass"), VCM, [], True),
-    "mirror_hall, bpt": (OWN.format("mirror_hall"), BPT, [], True),
-    "many_lights, bpt": (OWN.format("many_lights"), BPT, [], True),
+    "caustic_pool, vcm": (FOURTEEN["caustic_pool"], VCM, [], True),
+    "light_behind_glass, vcm": (FOURTEEN["light_behind_glass"], VCM, [], True),
+    "mirror_hall, bpt": (FOURTEEN["mirror_hall"], BPT, [], True),
+    "many_lights, bpt": (FOURTEEN["many_lights"], BPT, [], True),
 }
 ITERATIONS = (8, 16, 32, 128)
 DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
 BEGIN, END = "<!-- calibration: written by ./run bench calibration -->", "<!-- end of calibration -->"
-
-
-def read_pfm(file):
-    head, rest = file.read_bytes().split(b"\n", 3)[:3], file.read_bytes().split(b"\n", 3)[3]
-    values = array.array("f", rest)
-    if (float(head[2]) < 0) != (sys.byteorder == "little"):
-        values.byteswap()
-    return values
 
 
 def render(options, scene, extra, stem):
@@ -136,10 +127,8 @@ def main():
     table = "\n".join(lines) + "\n" + note
     (options.out / "table.md").write_text(table)
     (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
-    text = DOCUMENT.read_text()
-    if options.cases == list(CASES) and BEGIN in text:
-        before, rest = text.split(BEGIN, 1)
-        DOCUMENT.write_text(before + BEGIN + "\n" + table + END + rest.split(END, 1)[1])
+    if options.cases == list(CASES):
+        write_into(DOCUMENT, BEGIN, END, table)
     print(lines[-1] + "\n" + note)
 
 

@@ -21,24 +21,10 @@ import statistics
 import subprocess
 import sys
 
-OWN = "bench/scenes/{}.pbrt"
-# Scene: (file or built-in name, who makes the reference).
-SCENES = {
-    "paper1": ("paper1", "vcm"),
-    "paper2": ("paper2", "vcm"),
-    "paper3": ("paper3", "bpt"),
-    "paper4": ("paper4", "vcm"),
-    "cornell": ("cornell", "bpt"),
-    "all_glossy": (OWN, "bpt"),
-    "caustic_pool": (OWN, "vcm"),
-    "light_behind_glass": (OWN, "vcm"),
-    "open_sky": (OWN, "bpt"),
-    "many_lights": (OWN, "bpt"),
-    "one_point_light": (OWN, "bpt"),
-    "mirror_hall": (OWN, "bpt"),
-    "slit": (OWN, "bpt"),
-    "mixed": (OWN, "vcm"),
-}
+from measuring import FOURTEEN, read_pfm
+
+# Who makes the reference: bpt, but where it hardly finds some of the paths.
+FOUND_BY_MERGING = {"paper1", "paper2", "paper4", "caustic_pool", "light_behind_glass", "mixed"}
 
 FIXED = {"pt": ["--integrator", "pt"], "lt": ["--integrator", "lt"],
          "vcm 2 1": ["--integrator", "vcm", "--light-paths", "2", "--connections", "1"]}
@@ -63,17 +49,9 @@ def render(options, scene, extra, stats, keep=False):
     return json.loads(stats.read_text())
 
 
-def read_pfm(file):
-    head, rest = file.read_bytes().split(b"\n", 3)[:3], file.read_bytes().split(b"\n", 3)[3]
-    values = array.array("f", rest)
-    if (float(head[2]) < 0) != (sys.byteorder == "little"):
-        values.byteswap()
-    return head, values
-
-
 def make_reference(options, pool, name):
     """The mean of two runs, kept for the next time; how far they are apart says how noisy it is."""
-    scene, integrator = SCENES[name]
+    integrator = "vcm" if name in FOUND_BY_MERGING else "bpt"
     folder = options.out / "references"
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{name}_{options.size}_{options.reference_time:g}.pfm"
@@ -83,14 +61,15 @@ def make_reference(options, pool, name):
     if integrator == "vcm":
         extra += ["--radius", "0.1"]
     halves = [folder / f"{name}_{half}.pfm" for half in "ab"]
-    jobs = [pool.submit(render, options, scene.format(name), [*extra, "--seed", str(1000 + i), "--out", str(half)],
+    jobs = [pool.submit(render, options, FOURTEEN[name], [*extra, "--seed", str(1000 + i), "--out", str(half)],
                         half.with_suffix(".json")) for i, half in enumerate(halves)]
     for job in jobs:
         job.result()
-    (head, a), (_, b) = (read_pfm(half) for half in halves)
+    a, b = (read_pfm(half) for half in halves)
     mean = array.array("f", ((x + y) / 2 for x, y in zip(a, b)))
     scale = b"-1.0" if sys.byteorder == "little" else b"1.0"
-    file.write_bytes(head[0] + b"\n" + head[1] + b"\n" + scale + b"\n" + mean.tobytes())
+    width_and_height = options.size.replace("x", " ").encode()
+    file.write_bytes(b"PF\n" + width_and_height + b"\n" + scale + b"\n" + mean.tobytes())
     noise = statistics.fmean((x - y) ** 2 / 4 / (m * m + 0.01) for x, y, m in zip(a, b, mean))
     print(f"{name}: reference by {integrator}, relMSE of its own about {noise:.2g}", flush=True)
     return file
@@ -123,7 +102,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--size", default="64x64")
     parser.add_argument("--keep", action="store_true", help="take the runs that are there already, and add what is missing")
-    parser.add_argument("--scenes", nargs="*", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--scenes", nargs="*", default=list(FOURTEEN), choices=list(FOURTEEN))
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/effects"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -132,7 +111,7 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
             reference = make_reference(options, pool, name)
-            scene = SCENES[name][0].format(name)
+            scene = FOURTEEN[name]
             jobs = {}
             for seed in range(options.seeds):
                 for label, extra in configurations.items():

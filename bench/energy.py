@@ -10,31 +10,18 @@ Writes out/energy/table.md and, when all scenes took part, the table in docs/eff
 """
 
 import argparse
-import array
 import math
 import pathlib
 import statistics
 import subprocess
 import sys
 
-FOLDER = pathlib.Path("bench/scenes")
-OWN = ["all_glossy", "caustic_pool", "light_behind_glass", "many_lights", "mirror_hall", "mixed", "one_point_light", "open_sky",
-       "slit"]
-TEMPTING = ["all_narrow", "camera_in_water", "far_sun", "huge_ground", "keyhole", "none_narrow", "panes", "rare_caustic",
-            "telephoto", "two_scales"]
-SCENES = ["cornell", "paper1", "paper2", "paper3", "paper4", *OWN, *TEMPTING]
+from measuring import ALL, read_pfm, write_into
+
 DOCUMENT = pathlib.Path("docs/effects.md")
 BEGIN, END = "<!-- energy: written by ./run bench energy -->", "<!-- end of energy -->"
 ENOUGH = 0.002  # relative standard error at which the unbiased mean is known
 LIMIT = 0.005
-
-
-def mean_of(file):
-    *head, rest = file.read_bytes().split(b"\n", 3)
-    values = array.array("f", rest)
-    if (float(head[2]) < 0) != (sys.byteorder == "little"):
-        values.byteswap()
-    return math.fsum(values) / len(values)
 
 
 def render(options, scene, integrator, iterations, seed):
@@ -42,7 +29,8 @@ def render(options, scene, integrator, iterations, seed):
     subprocess.run([options.renderer, scene, "--integrator", integrator, "--lights", "receiver", "--size", options.size, "--quiet",
                     "--seed", str(seed), "--iterations", str(iterations), "--out", str(picture)],
                    check=True, stdin=subprocess.DEVNULL)
-    return mean_of(picture)
+    values = read_pfm(picture)
+    return math.fsum(values) / len(values)
 
 
 def mean_and_error(values):
@@ -50,8 +38,7 @@ def mean_and_error(values):
 
 
 def measure(options, name):
-    folder = FOLDER / "tempting" if name in TEMPTING else FOLDER
-    scene = str(folder / f"{name}.pbrt") if name in OWN or name in TEMPTING else name
+    scene = ALL[name]
     ours = mean_and_error([render(options, scene, "auto", options.iterations, seed) for seed in range(1, options.seeds + 1)])
     true = []
     while len(true) < options.most_reference_seeds:
@@ -69,7 +56,7 @@ def main():
     parser.add_argument("--most-reference-seeds", type=int, default=64)
     parser.add_argument("--size", default="64x64")
     parser.add_argument("--iterations", type=int, default=64)
-    parser.add_argument("--scenes", nargs="*", default=SCENES, choices=SCENES)
+    parser.add_argument("--scenes", nargs="*", default=list(ALL), choices=list(ALL))
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/energy"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -87,10 +74,8 @@ def main():
         f"\n\n{options.size} pixels, {options.iterations} iterations, {options.seeds} seeds of auto. Within two standard errors or "
         f"{100 * LIMIT:g} %: {passed} of {len(options.scenes)} scenes; in {vague} of them the standard error is above {100 * LIMIT:g} %.\n")
     (options.out / "table.md").write_text(table)
-    text = DOCUMENT.read_text()
-    if options.scenes == SCENES and BEGIN in text:
-        before, rest = text.split(BEGIN, 1)
-        DOCUMENT.write_text(before + BEGIN + "\n" + table + END + rest.split(END, 1)[1])
+    if options.scenes == list(ALL):
+        write_into(DOCUMENT, BEGIN, END, table)
     print(table.rsplit("\n\n", 1)[1])
     sys.exit(passed < len(options.scenes))
 

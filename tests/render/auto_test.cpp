@@ -305,12 +305,13 @@ TEST_CASE("A crop is chosen for by its own pixels, wherever it lies", "[auto]") 
   for (const gmis::PixelBounds& crop : {gmis::PixelBounds{{0, 5}, {24, 6}}, gmis::PixelBounds{{3, 11}, {9, 23}}}) {
     RenderRequest request = request_for(*scene);
     request.crop = crop;
+    request.expected_iterations = 800;  // so few pixels need the longest pilot for a forecast that is not all noise
     const auto engine = start(*scene, request);
-    for (int i = 0; i < 3; ++i) engine->iterate(executor);
+    for (int i = 0; i < 17; ++i) engine->iterate(executor);
     REQUIRE(engine->choice() != nullptr);
     REQUIRE(engine->choice()->chosen.has_value());
     const Forecast& chosen = engine->choice()->forecasts[*engine->choice()->chosen];
-    CHECK(chosen.variance >= 0.0);  // 0 where the few pixels have not met any light
+    CHECK(chosen.variance > 0.0);
     CHECK(std::isfinite(chosen.variance));
     CHECK(chosen.cost > 0.0);
   }

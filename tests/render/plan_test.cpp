@@ -200,44 +200,52 @@ TEST_CASE("an engine that classifies all paths makes the same bits as one that d
 
 TEST_CASE("with effects switched off the image is the sum of the class images that are left, and costs less") {
   const auto scene = scene_of(specular_room + rough_room + triangle_light);
-  for (const IntegratorChoice integrator : {IntegratorChoice::pt, IntegratorChoice::vcm}) {
-    RenderRequest request = request_for(integrator, *scene, 6);
-    request.techniques = true;
-    if (!request.settings.path_classes) request.settings.path_classes = PathClassSet::all();
-    request.settings.counts.connections = gmis::paired_connections;  // drawn from fewer vertices, others would be drawn
-    const auto whole = rendered(*scene, request, 1);
-    std::map<PathClass, std::vector<glm::dvec3>> images;
-    whole->for_each_contribution([&](const auto& contribution) {
-      auto& image = images[contribution.id.path_class];
-      image.resize(whole->frame().size(), glm::dvec3(0));
-      image[contribution.pixel] += glm::dvec3(contribution.value * contribution.weight);
-    });
-    REQUIRE(images.size() > 5);
-    for (const std::string list : {"no-caustics", "direct-only", "indirect-only", "emission-only", "no-specular",
-                                   "no-mirrored", "no-glossy", "caustics-only", "LS+DE-only"}) {
-      CAPTURE(name_of(integrator), list);
-      const RenderRequest switched = with_effects(request, list);
-      const auto part = rendered(*scene, switched, 1);
-      double worst = 0, brightest = 0;
-      for (std::size_t i = 0; i < part->frame().size(); ++i) {
-        glm::dvec3 sum(0);
-        for (const auto& [path_class, image] : images)
-          if (switched.settings.path_classes->contains(path_class)) sum += image[i];
-        const glm::dvec3 difference = glm::abs(sum - glm::dvec3(part->frame()[i]));
-        worst = std::max(worst, gmis::max_channel(glm::dvec3(difference / (1e-3 + sum))));
-        brightest = std::max(brightest, gmis::max_channel(sum));
+  // Of each list with vcm, over all iterations: so few paths do not find every class each time.
+  std::map<std::string, double> brightest_of;
+  for (const IntegratorChoice integrator : {IntegratorChoice::pt, IntegratorChoice::vcm})
+    for (const std::uint64_t seed : {11, 12, 13, 14, 15, 16}) {
+      RenderRequest request = request_for(integrator, *scene, 6);
+      request.settings.seed = gmis_test::seed(seed);
+      request.techniques = true;
+      if (!request.settings.path_classes) request.settings.path_classes = PathClassSet::all();
+      request.settings.counts.connections =
+          gmis::paired_connections;  // drawn from fewer vertices, others would be drawn
+      const auto whole = rendered(*scene, request, 1);
+      std::map<PathClass, std::vector<glm::dvec3>> images;
+      whole->for_each_contribution([&](const auto& contribution) {
+        auto& image = images[contribution.id.path_class];
+        image.resize(whole->frame().size(), glm::dvec3(0));
+        image[contribution.pixel] += glm::dvec3(contribution.value * contribution.weight);
+      });
+      REQUIRE(images.size() > 5);
+      for (const std::string list : {"no-caustics", "direct-only", "indirect-only", "emission-only", "no-specular",
+                                     "no-mirrored", "no-glossy", "caustics-only", "LS+DE-only"}) {
+        CAPTURE(name_of(integrator), list);
+        const RenderRequest switched = with_effects(request, list);
+        const auto part = rendered(*scene, switched, 1);
+        double worst = 0, brightest = 0;
+        for (std::size_t i = 0; i < part->frame().size(); ++i) {
+          glm::dvec3 sum(0);
+          for (const auto& [path_class, image] : images)
+            if (switched.settings.path_classes->contains(path_class)) sum += image[i];
+          const glm::dvec3 difference = glm::abs(sum - glm::dvec3(part->frame()[i]));
+          worst = std::max(worst, gmis::max_channel(glm::dvec3(difference / (1e-3 + sum))));
+          brightest = std::max(brightest, gmis::max_channel(sum));
+        }
+        CHECK(worst < 1e-5);  // sums of some hundred floats
+        const Counters &less = part->counters(), &all = whole->counters();
+        // What was left out may be what so few paths did not find.
+        CHECK(less.contributions <= all.contributions);
+        // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's do.
+        const bool has_light_side = integrator == IntegratorChoice::vcm;
+        if (has_light_side) brightest_of[list] = std::max(brightest_of[list], brightest);
+        CHECK((has_light_side ? less.rays < all.rays : less.rays <= all.rays));
+        CHECK((has_light_side ? less.shadow_rays < all.shadow_rays : less.shadow_rays <= all.shadow_rays));
       }
-      CHECK(worst < 1e-5);  // sums of some hundred floats
-      const Counters &less = part->counters(), &all = whole->counters();
-      // What was left out may be what so few paths did not find.
-      CHECK(less.contributions <= all.contributions);
-      // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's do.
-      const bool has_light_side = integrator == IntegratorChoice::vcm;
-      // So few see the lamp itself.
-      if (has_light_side && list != "emission-only") CHECK(brightest > 0);
-      CHECK((has_light_side ? less.rays < all.rays : less.rays <= all.rays));
-      CHECK((has_light_side ? less.shadow_rays < all.shadow_rays : less.shadow_rays <= all.shadow_rays));
     }
+  for (const auto& [list, brightest] : brightest_of) {
+    CAPTURE(list);
+    CHECK(brightest > 0);
   }
 }
 

@@ -202,7 +202,8 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot]") {
   auto rendered = wide;
   rendered.counts = merges;
   gmis::SerialExecutor executor;
-  constexpr int iterations = 160;
+  constexpr std::size_t batches = 45;  // so many that limits hardly vary
+  constexpr int iterations = 125;
   const auto add = [](double value, double& sum, double& squares) {
     sum += value / batches;
     squares += value * value / batches;
@@ -241,7 +242,7 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot]") {
   CHECK(bound > gmis::square(gmis::bias_of_change_at_edge / (4.0 / 3.0) * loss) - limit);
   CHECK(bound < gmis::square(1.5 * gmis::bias_of_change_at_edge / (4.0 / 3.0) * loss) + limit);
   CHECK(of_half < forecast / 4);            // a sixteenth, and noise
-  CHECK(limit < gmis::square(0.6 * loss));  // so that it says something: 0.21 ± 0.03 of the squared loss
+  CHECK(limit < gmis::square(0.5 * loss));  // so that it says something: it is 0.17 ± 0.02 of the squared loss
 
   // In two iterations no tile shows it, the whole of a larger picture does. A lower bound by one standard error of much noise:
   // half of the loss is seen at least.

@@ -132,50 +132,52 @@ TEST_CASE("What a replayed path says of its vertices") {
   const Scene scene(albedo, 1.0F, size);
   gmis::Engine<Scene> engine(scene, settings());
   gmis::SerialExecutor executor;
-  engine.prepare_replay(executor, 7);
   constexpr double pi = 3.14159265358979;
   int vertices = 0, light_ends = 0;
-  for (const gmis::PathKind kind : {gmis::PathKind::camera, gmis::PathKind::light})
-    for (std::uint32_t number = 0; number < size * size; ++number) {
-      const auto path = gmis::replay(engine, kind, number);
-      CAPTURE(number);
-      for (std::size_t i = 1; i < path.vertices.size(); ++i) {
-        const auto& here = path.vertices[i];
-        REQUIRE(here.parent == i - 1);
-        REQUIRE(here.depth == static_cast<int>(i));
-        const auto& from = path.vertices[i - 1];
-        const glm::dvec3 offset = glm::dvec3(here.point.position) - glm::dvec3(from.point.position);
-        const double distance = glm::length(offset);
-        const glm::dvec3 direction = offset / distance;
-        REQUIRE(glm::length(glm::dvec3(here.to_prev) + direction) < 1e-3);
-        const double cos_here = -glm::dot(direction, glm::dvec3(here.point.geometric_normal));
-        const double cos_from = glm::dot(direction, glm::dvec3(from.point.geometric_normal));
-        // One nominal child per survivor; emission and the camera's rays are certain.
-        double forward = albedo * cos_from / pi;
-        if (i == 1 && kind == gmis::PathKind::light) forward = cos_from / pi;
-        if (i == 1 && kind == gmis::PathKind::camera) {
-          const double pixel_area = 1.5 * 1.5 / (size * size);
-          forward = 1.0 / (pixel_area * std::pow(direction.z, 3.0));
+  for (const std::uint32_t iteration : {6U, 7U})
+    for (const gmis::PathKind kind : {gmis::PathKind::camera, gmis::PathKind::light}) {
+      engine.prepare_replay(executor, iteration);
+      for (std::uint32_t number = 0; number < size * size; ++number) {
+        const auto path = gmis::replay(engine, kind, number);
+        CAPTURE(number);
+        for (std::size_t i = 1; i < path.vertices.size(); ++i) {
+          const auto& here = path.vertices[i];
+          REQUIRE(here.parent == i - 1);
+          REQUIRE(here.depth == static_cast<int>(i));
+          const auto& from = path.vertices[i - 1];
+          const glm::dvec3 offset = glm::dvec3(here.point.position) - glm::dvec3(from.point.position);
+          const double distance = glm::length(offset);
+          const glm::dvec3 direction = offset / distance;
+          REQUIRE(glm::length(glm::dvec3(here.to_prev) + direction) < 1e-3);
+          const double cos_here = -glm::dot(direction, glm::dvec3(here.point.geometric_normal));
+          const double cos_from = glm::dot(direction, glm::dvec3(from.point.geometric_normal));
+          // One nominal child per survivor; emission and the camera's rays are certain.
+          double forward = albedo * cos_from / pi;
+          if (i == 1 && kind == gmis::PathKind::light) forward = cos_from / pi;
+          if (i == 1 && kind == gmis::PathKind::camera) {
+            const double pixel_area = 1.5 * 1.5 / (size * size);
+            forward = 1.0 / (pixel_area * std::pow(direction.z, 3.0));
+          }
+          CHECK(here.forward == Approx(forward).epsilon(1e-3));
+          CHECK(here.density == Approx(forward * cos_here / (distance * distance)).epsilon(2e-3));
+          if (i >= 2) {
+            const double cos_back = glm::dot(glm::dvec3(from.to_prev), glm::dvec3(from.point.geometric_normal));
+            CHECK(here.reverse == Approx(albedo * cos_back / pi).epsilon(1e-3));
+          }
+          REQUIRE(here.weights.has_value());
+          if (kind == gmis::PathKind::camera)
+            CHECK(here.weights->shared.to_double() == Approx(1.0 / static_cast<double>(here.density)).epsilon(1e-5));
+          ++vertices;
         }
-        CHECK(here.forward == Approx(forward).epsilon(1e-3));
-        CHECK(here.density == Approx(forward * cos_here / (distance * distance)).epsilon(2e-3));
-        if (i >= 2) {
-          const double cos_back = glm::dot(glm::dvec3(from.to_prev), glm::dvec3(from.point.geometric_normal));
-          CHECK(here.reverse == Approx(albedo * cos_back / pi).epsilon(1e-3));
+        for (const auto& made : path.contributions) {
+          if (!made.light_vertex) continue;
+          const auto& [tree, depth] = *made.light_vertex;
+          const auto other = gmis::replay(engine, gmis::PathKind::light, tree);
+          REQUIRE(other.vertices[static_cast<std::size_t>(depth)].point.position == made.position.value());
+          ++light_ends;
         }
-        REQUIRE(here.weights.has_value());
-        if (kind == gmis::PathKind::camera)
-          CHECK(here.weights->shared.to_double() == Approx(1.0 / static_cast<double>(here.density)).epsilon(1e-5));
-        ++vertices;
-      }
-      for (const auto& made : path.contributions) {
-        if (!made.light_vertex) continue;
-        const auto& [tree, depth] = *made.light_vertex;
-        const auto other = gmis::replay(engine, gmis::PathKind::light, tree);
-        REQUIRE(other.vertices[static_cast<std::size_t>(depth)].point.position == made.position.value());
-        ++light_ends;
       }
     }
-  CHECK(vertices > 400);  // 510 ± 17
+  CHECK(vertices > 500);  // 1020 ± 24
   CHECK(light_ends > 100);
 }
