@@ -12,6 +12,7 @@
 #include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
+#include "gmis/scene/cut_large_triangles.hpp"
 #include "gmis/scene/light_hierarchy_build.hpp"
 #include "gmis/scene/light_selection.hpp"
 #include "gmis/scene/material_effects.hpp"
@@ -169,14 +170,34 @@ class SceneBuilder {
 
     // Shapes in the scene's own space; what has no area there is left out.
     std::vector<TriangleCorners<T>> corners;
-    std::vector<std::uint32_t> kept;
+    KeptTriangles kept;
+    std::size_t whole_triangles = 0;
+    const auto cutter = LargeTriangleCutter::for_precision<T>(farthest_corner(origin));
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
       TriangleCorners<T> moved;
       for (std::size_t corner = 0; corner < 3; ++corner)
         moved[corner] = moved_to(origin, triangles_[i].corners[corner]);
-      if (!(static_cast<T>(glm::length(area_normal(moved))) >= std::numeric_limits<T>::min())) continue;
-      corners.push_back(moved);
-      kept.push_back(static_cast<std::uint32_t>(i));
+      const glm::dvec3 normal = area_normal(moved);
+      if (!(static_cast<T>(glm::length(normal)) >= std::numeric_limits<T>::min())) continue;
+      ++whole_triangles;
+      const std::array<glm::dvec3, 3> exact{triangles_[i].corners[0] - origin, triangles_[i].corners[1] - origin,
+                                            triangles_[i].corners[2] - origin};
+      const std::size_t first_piece = kept.pieces.size();
+      if (!emits(triangles_[i].surface))  // a light stays one
+        cutter.for_each_piece(exact, [&](const TrianglePiece& piece) {
+          kept.pieces.push_back({static_cast<std::uint32_t>(i), glm::normalize(normal), piece});
+        });
+      if (kept.pieces.size() - first_piece < 2) {
+        kept.pieces.resize(first_piece);
+        corners.push_back(moved);
+        kept.numbers.push_back(static_cast<std::uint32_t>(i));
+        continue;
+      }
+      for (std::size_t p = first_piece; p < kept.pieces.size(); ++p) {
+        const auto& ends = kept.pieces[p].shape.corners;
+        corners.push_back({Vec3<T>(ends[0]), Vec3<T>(ends[1]), Vec3<T>(ends[2])});
+        kept.numbers.push_back(static_cast<std::uint32_t>(triangles_.size() + p));
+      }
     }
     std::vector<SphereShape<T>> balls;
     for (const Sphere& sphere : spheres_)
@@ -199,8 +220,8 @@ class SceneBuilder {
     radius = radius > 0 ? radius * (1 + 64 * unit) + 8 * unit * glm::length(center) : 1.0;
 
     std::vector<T> errors;
-    for (const auto& triangle : corners)
-      errors.push_back(position_error(triangle, glm::normalize(area_normal(triangle))));
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      errors.push_back(position_error(corners[i], normal_of(kept, i, corners[i])));
     const std::vector<SharpEdges> sharp = find_sharp_edges<T>(corners, errors);
 
     BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build(executor);
@@ -212,9 +233,9 @@ class SceneBuilder {
     scene.has_absorption_ = !scene.absorbing_boxes_.empty();
 
     SceneStatistics& statistics = scene.statistics_;
-    statistics.triangle_count = corners.size();
+    statistics.triangle_count = whole_triangles;
     statistics.sphere_count = balls.size();
-    statistics.degenerate_triangle_count = triangles_.size() - corners.size();
+    statistics.degenerate_triangle_count = triangles_.size() - whole_triangles;
     statistics.light_count = scene.lights_.size();
     statistics.bvh_bytes = scene.bvh_.byte_count();
     statistics.half_diagonal = box.is_empty() ? 0 : glm::length(box.upper - box.lower) * 0.5;
@@ -235,6 +256,16 @@ class SceneBuilder {
     bool has_normals = false;
     std::uint32_t coordinates = no_coordinates;  ///< in `coordinates_`
     std::size_t surface = 0;
+  };
+  /// What the triangles of the tree are: `numbers` of those that were added, or, from `triangles_.size()` on, of pieces.
+  struct KeptTriangles {
+    struct Piece {
+      std::uint32_t source;  ///< in `triangles_`
+      glm::dvec3 normal;     ///< of the whole, unit
+      TrianglePiece shape;
+    };
+    std::vector<std::uint32_t> numbers;
+    std::vector<Piece> pieces;
   };
   struct Sphere {
     glm::dvec3 center;
@@ -292,6 +323,36 @@ class SceneBuilder {
     return emission && !is_black(emission->radiance);
   }
 
+  /// The largest distance of a triangle's corner from `origin`.
+  [[nodiscard]] double farthest_corner(const glm::dvec3& origin) const {
+    double farthest = 0;
+    for (const Triangle& triangle : triangles_)
+      for (const glm::dvec3& corner : triangle.corners) farthest = std::max(farthest, glm::length(corner - origin));
+    return farthest;
+  }
+  /// Coordinates (u, v) at barycentric weights; those of a corner itself to the bit.
+  [[nodiscard]] static glm::dvec2 interpolated(const TriangleCoordinates<T>& uv, const glm::dvec3& weights) {
+    return glm::dvec2(uv[0]) * weights[0] + glm::dvec2(uv[1]) * weights[1] + glm::dvec2(uv[2]) * weights[2];
+  }
+
+  [[nodiscard]] const typename KeptTriangles::Piece* piece_of(const KeptTriangles& kept, std::size_t i) const {
+    return kept.numbers[i] < triangles_.size() ? nullptr : &kept.pieces[kept.numbers[i] - triangles_.size()];
+  }
+  [[nodiscard]] const Triangle& source_of(const KeptTriangles& kept, std::size_t i) const {
+    const auto* const piece = piece_of(kept, i);
+    return triangles_[piece == nullptr ? kept.numbers[i] : piece->source];
+  }
+  /// Unit, that of the whole triangle: the rounding of a piece's corners counts for more.
+  [[nodiscard]] glm::dvec3 normal_of(const KeptTriangles& kept, std::size_t i,
+                                     const TriangleCorners<T>& corners) const {
+    const auto* const piece = piece_of(kept, i);
+    return piece == nullptr ? glm::normalize(area_normal(corners)) : piece->normal;
+  }
+  [[nodiscard]] glm::dmat3 weights_of(const KeptTriangles& kept, std::size_t i) const {
+    const auto* const piece = piece_of(kept, i);
+    return piece == nullptr ? glm::dmat3(1) : piece->shape.weights;
+  }
+
   /// Twice the area along the normal.
   [[nodiscard]] static glm::dvec3 area_normal(const TriangleCorners<T>& c) {
     return glm::cross(glm::dvec3(c[1]) - glm::dvec3(c[0]), glm::dvec3(c[2]) - glm::dvec3(c[0]));
@@ -321,12 +382,13 @@ class SceneBuilder {
   }
 
   /// What the shapes and lights that were kept make possible.
-  [[nodiscard]] Effects derived_effects(const Scene& scene, const std::vector<std::uint32_t>& kept) const {
+  [[nodiscard]] Effects derived_effects(const Scene& scene, const KeptTriangles& kept) const {
     Effects effects;
     std::vector<bool> is_used(materials_.size(), false);
-    for (const std::uint32_t i : kept) {
-      is_used[surfaces_[triangles_[i].surface].material] = true;
-      effects.shading_normals = effects.shading_normals || triangles_[i].has_normals;
+    for (std::size_t i = 0; i < kept.numbers.size(); ++i) {
+      const Triangle& triangle = source_of(kept, i);
+      is_used[surfaces_[triangle.surface].material] = true;
+      effects.shading_normals = effects.shading_normals || triangle.has_normals;
     }
     for (const Sphere& sphere : spheres_) is_used[surfaces_[sphere.surface].material] = true;
     for (std::size_t i = 0; i < materials_.size(); ++i)
@@ -347,11 +409,11 @@ class SceneBuilder {
 
   /// Around the surfaces of each material that is a boundary of media.
   [[nodiscard]] std::vector<Box<T>> absorbing_boxes(const std::vector<TriangleCorners<T>>& corners,
-                                                    const std::vector<std::uint32_t>& kept,
+                                                    const KeptTriangles& kept,
                                                     const std::vector<SphereShape<T>>& balls) const {
     std::vector<Box<T>> boxes(materials_.size());
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      const std::size_t material = surfaces_[triangles_[kept[i]].surface].material;
+      const std::size_t material = surfaces_[source_of(kept, i).surface].material;
       if (boundary_of<T>(materials_[material]) != nullptr)
         for (const Vec3<T>& corner : corners[i]) boxes[material].add(corner);
     }
@@ -367,14 +429,14 @@ class SceneBuilder {
 
   /// One light per emitting primitive, then the others.
   void add_lights(Scene& scene, const std::vector<TriangleCorners<T>>& corners, const std::vector<SharpEdges>& sharp,
-                  const std::vector<std::uint32_t>& kept, const std::vector<SphereShape<T>>& balls,
-                  const glm::dvec3& origin, const Vec3<T>& center, T radius) const {
+                  const KeptTriangles& kept, const std::vector<SphereShape<T>>& balls, const glm::dvec3& origin,
+                  const Vec3<T>& center, T radius) const {
     std::vector<Light<T>>& lights = scene.lights_;
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      const std::size_t surface = triangles_[kept[i]].surface;
+      const std::size_t surface = source_of(kept, i).surface;
       if (!emits(surface)) continue;
       const AreaEmission& emission = *surfaces_[surface].emission;
-      const glm::dvec3 normal = glm::normalize(area_normal(corners[i]));
+      const glm::dvec3 normal = normal_of(kept, i, corners[i]);
       lights.push_back(Light<T>::triangle(corners[i][0], corners[i][1], corners[i][2], Vec3<T>(normal),
                                           position_error(corners[i], normal), Vec3<T>(emission.radiance),
                                           emission.is_two_sided, sharp[i]));
@@ -410,13 +472,13 @@ class SceneBuilder {
   }
 
   void fill_slots(Scene& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
-                  const std::vector<SharpEdges>& sharp, const std::vector<std::uint32_t>& kept,
+                  const std::vector<SharpEdges>& sharp, const KeptTriangles& kept,
                   const std::vector<SphereShape<T>>& balls) const {
     // Lights were added in the order of the shapes.
     std::uint32_t next_light = 0;
     std::vector<std::uint32_t> light_of_triangle(corners.size(), no_light), light_of_sphere(balls.size(), no_light);
     for (std::size_t i = 0; i < corners.size(); ++i)
-      if (emits(triangles_[kept[i]].surface)) light_of_triangle[i] = next_light++;
+      if (emits(source_of(kept, i).surface)) light_of_triangle[i] = next_light++;
     for (std::size_t i = 0; i < balls.size(); ++i)
       if (emits(spheres_[i].surface)) light_of_sphere[i] = next_light++;
     const auto light_at = [&](std::uint32_t number) { return number == no_light ? nullptr : &scene.lights_[number]; };
@@ -431,8 +493,8 @@ class SceneBuilder {
     for (std::size_t slot = 0; slot < built.triangle_in_slot.size(); ++slot) {
       const std::uint32_t i = built.triangle_in_slot[slot];
       if (i == BuiltBvh<T>::empty_slot) continue;
-      const Triangle& source = triangles_[kept[i]];
-      const glm::dvec3 normal = glm::normalize(area_normal(corners[i]));
+      const Triangle& source = source_of(kept, i);
+      const glm::dvec3 normal = normal_of(kept, i, corners[i]);
       auto& triangle = scene.triangles_[slot];
       const T error = position_error(corners[i], normal);
       triangle = {Vec3<T>(normal),
@@ -442,13 +504,22 @@ class SceneBuilder {
                   Scene::Triangle::flat,
                   largest_edge_margin(corners[i], sharp[i], error)};
       scene.sharp_edges_[slot] = sharp[i];
-      if (source.coordinates != no_coordinates) scene.coordinates_[slot] = coordinates_[source.coordinates];
+      const glm::dmat3 weights = weights_of(kept, i);
+      if (source.coordinates != no_coordinates) {
+        const TriangleCoordinates<T>& whole = coordinates_[source.coordinates];
+        for (int corner = 0; corner < 3; ++corner)
+          scene.coordinates_[slot][static_cast<std::size_t>(corner)] = Vec2<T>(interpolated(whole, weights[corner]));
+      }
       if (!source.has_normals) continue;
       triangle.vertex_normals = static_cast<std::uint32_t>(scene.vertex_normals_.size());
-      for (const glm::dvec3& n : source.normals) {
+      std::array<glm::dvec3, 3> normals = source.normals;
+      for (glm::dvec3& n : normals) {
         const double length = glm::length(n);
-        scene.vertex_normals_.push_back(length > 0 ? Vec3<T>(n / length) : Vec3<T>(normal));
+        n = length > 0 ? n / length : normal;
       }
+      for (int corner = 0; corner < 3; ++corner)
+        scene.vertex_normals_.push_back(Vec3<T>(normals[0] * weights[corner][0] + normals[1] * weights[corner][1] +
+                                                normals[2] * weights[corner][2]));
     }
     scene.spheres_.resize(built.sphere_in_slot.size());
     for (std::size_t slot = 0; slot < built.sphere_in_slot.size(); ++slot) {
