@@ -1,11 +1,11 @@
 """The price of an error as a run states it, over the price that it turns out to have.
 
 For every scene the same run is made with many seeds, and its picture is kept after a sixteenth and a quarter of the iterations and at
-the end, each time from the checkpoint of the last. The error at each of these is the root mean square over the seeds, from the
-differences between their pictures: no reference is needed, and merging's bias, which all seeds have alike, is not in it. From one
-stage to the next the error halves, or nearly so. What a run said that the error of a later stage costs is divided by what it
-then took: by the pilot's forecast before the run, by its log at a quarter of the iterations (half the error), and by its log at a
-sixteenth (a quarter of the error).
+the end, each time from the checkpoint of the last; from one to the next the error halves, or nearly so. The error of a run at its
+end is against the mean of the other seeds, which differ from it by noise alone: no reference is needed, and merging's bias, which
+all seeds have alike, is not in it. What the run said that this error costs is divided by what it then took: by the pilot's
+forecast before the run, by its log at a quarter of the iterations (half the error), and by its log at a sixteenth (a quarter of
+the error).
 
 Writes out/prices/table.md and runs.json and, when all scenes took part, the table in docs/accuracy-and-time.md.
 """
@@ -44,40 +44,62 @@ def run(options, name, seed):
     return stages
 
 
-def price_of(error, prices, slope):
-    """Iterations and processor seconds of an error, from those of the two smallest errors of a table: iterations by the power
-    law, and time as a straight line over iterations."""
+def squared_error(law, n):
+    power = 2 - law["alpha"]
+    return (law["independent"] * n + law["merging"] * ((n + 0.5) ** power - 0.5**power) / power) / n**2
+
+
+def iterations_by(law, error):
+    lower, upper = 0.0, 50.0  # logarithms
+    for _ in range(60):
+        middle = (lower + upper) / 2
+        lower, upper = (middle, upper) if squared_error(law, math.exp(middle)) > error**2 else (lower, middle)
+    return math.exp(upper)
+
+
+def iterations_between(error, prices):
+    """Of an error between, or beyond, those of a table, by a power law through the two entries nearest to it."""
+    nearest = sorted(prices, key=lambda price: abs(math.log(price["error"] / error)))[:2]
+    a, b = nearest
+    slope = math.log(a["iterations"] / b["iterations"]) / math.log(a["error"] / b["error"])
+    return a["iterations"] * (error / a["error"]) ** slope
+
+
+def seconds_of(iterations, prices):
+    """Processor seconds, a straight line over iterations through the two smallest errors of a table."""
     a, b = prices[-2:]
-    if a["iterations"] is None or b["iterations"] is None:
-        return math.inf, math.inf
-    iterations = b["iterations"] * (error / b["error"]) ** (1 / slope)
     rate = (b["cpu_seconds"] - a["cpu_seconds"]) / (b["iterations"] - a["iterations"])
-    return iterations, b["cpu_seconds"] + rate * (iterations - b["iterations"])
+    return b["cpu_seconds"] + rate * (iterations - b["iterations"])
 
 
-def error_between(pictures):
-    """The root mean square over runs, relative as a run states it."""
-    count, square = len(pictures), 0.0
+def own_errors(pictures):
+    """The error of every picture, relative as a run states it, against the mean of the others: their two halves a and b, and
+    (x - a) (x - b) in place of a square, so that the noise of the others is not in it."""
+    count, squares = len(pictures), [0.0] * len(pictures)
     for values in zip(*pictures):
-        mean = sum(values) / count
-        square += sum((x - mean) ** 2 for x in values) / (count - 1) / (mean * mean + 0.01)
-    return math.sqrt(square / len(pictures[0]))
+        sums = (sum(values[0::2]), sum(values[1::2]))
+        for k, x in enumerate(values):
+            own = [sums[side] - (x if k % 2 == side else 0) for side in (0, 1)]
+            sizes = [len(values[side::2]) - (k % 2 == side) for side in (0, 1)]
+            mean = (own[0] + own[1]) / (count - 1)
+            squares[k] += (x - own[0] / sizes[0]) * (x - own[1] / sizes[1]) / (mean * mean + 0.01)
+    return [math.sqrt(max(square, 0.0) / len(pictures[0])) for square in squares]
 
 
 def measure(runs):
-    """The errors of the stages; what was said over what it took, in iterations and in processor time, a pair for every run."""
-    errors = [error_between([stages[k][1] for stages in runs]) for k in range(len(STAGES))]
+    """The errors of the runs at their end; what was said over what it took, in iterations and in processor time, a pair for every
+    run."""
+    errors = own_errors([stages[-1][1] for stages in runs])
     said = {FORECAST: [], HALF: [], QUARTER: []}
-    for stages in runs:
+    for error, stages in zip(errors, runs):
         sixteenth, quarter, whole = (stats for stats, _ in stages)
 
-        def ratio(prices, slope, stage, then):
-            iterations, seconds = price_of(errors[stage], prices, slope)
-            return iterations / then["iterations"], seconds / then["seconds"]["cpu"]
+        def ratio(iterations, prices):
+            return iterations / whole["iterations"], seconds_of(iterations, prices) / whole["seconds"]["cpu"]
 
-        said[FORECAST].append(ratio(sixteenth["forecast"], -0.5, 2, whole))
-        said[HALF].append(ratio(quarter["prices"], quarter["prediction"]["slope"], 2, whole))
-        said[QUARTER].append(ratio(sixteenth["prices"], sixteenth["prediction"]["slope"], 2, whole))
+        said[FORECAST].append(ratio(iterations_between(error, sixteenth["forecast"]), sixteenth["forecast"]))
+        for key, stats in ((HALF, quarter), (QUARTER, sixteenth)):
+            said[key].append(ratio(iterations_by(stats["prediction"], error), stats["prices"]))
     return errors, said
 
 
@@ -88,9 +110,9 @@ def is_within(ratio, limit):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--renderer", required=True)
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--size", default="64x64")
-    parser.add_argument("--iterations", type=int, default=1024)
+    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--size", default="128x128")
+    parser.add_argument("--iterations", type=int, default=512)
     parser.add_argument("--scenes", nargs="*", default=list(FOURTEEN), choices=list(FOURTEEN))
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/prices"))
     options = parser.parse_args()
@@ -103,7 +125,7 @@ def main():
         for name in options.scenes:
             errors, said = measure([job.result() for job in jobs.pop(name)])
             everything[name] = {"errors": errors, **said}
-            cells = [name, f"{100 * errors[-1]:.1f} %"]
+            cells = [name, f"{100 * statistics.fmean(errors):.1f} %"]
             for key, pairs in said.items():
                 cells += [f"{statistics.median(column):.2f}" for column in zip(*pairs)]
                 if key == FORECAST:

@@ -155,10 +155,13 @@ Json number_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-Json prediction_json(const std::optional<PriceTable>& table) {
+Json prediction_json(const std::optional<PriceTable>& table, double iterations) {
   if (!table) return nullptr;
-  return {{"slope", table->law.slope},
-          {"is_fitted", table->law.is_fitted},
+  // Of the squared error of n iterations: (independent · n + merging · Σ i^(1 − alpha)) / n².
+  return {{"slope", table->law.slope_at(iterations)},
+          {"independent", table->law.independent},
+          {"merging", table->law.merging},
+          {"alpha", table->law.alpha},
           {"seconds_to_half_error", number_or_null(table->prices.back().wall_seconds)}};
 }
 
@@ -229,7 +232,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
   json["estimate"].update(error_json(result.error, result.image.width));
   json["estimate"]["bias_bound"] = result.bias_bound ? Json(*result.bias_bound) : Json(nullptr);
-  json["prediction"] = prediction_json(result.prices);
+  json["prediction"] = prediction_json(result.prices, static_cast<double>(result.iterations));
   json["forecast"] = prices_json(result.forecast);
   json["prices"] = prices_json(result.prices);
   json["memory"] = {{"peak_bytes", peak_memory_bytes()}, {"photon_bytes", result.photon_bytes}};

@@ -232,6 +232,7 @@ class Render {
     if (const Choice* choice = engine_->choice(); choice != nullptr && !made_.choice) made_.choice = *choice;
     made_.radius = engine_->first_radius();
     made_.photon_bytes = engine_->photon_bytes();
+    made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings.alpha);
     made_.bias_bound = bias_bound(made_.choice, made_.counts, request_.settings.alpha, made_.state.iterations);
   }
 
@@ -242,7 +243,7 @@ class Render {
         made_.state.iterations != choice->pilot_iterations + 2)
       return;
     made_.forecast =
-        forecast_prices(choice->forecasts[*choice->chosen].variance,
+        forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings.alpha),
                         {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},
                         {1, made_.cpu_seconds - cpu_seconds, made_.state.seconds - wall_seconds});
     if (request_.on_forecast) request_.on_forecast(*made_.forecast);

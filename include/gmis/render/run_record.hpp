@@ -13,6 +13,7 @@
 
 #include "gmis/render/bias_bound.hpp"
 #include "gmis/render/contribution_sums.hpp"
+#include "gmis/render/expected_law.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
@@ -49,6 +50,7 @@ struct RunRecord {
   SampleCounts counts;                 ///< of the last iteration
   std::optional<Choice> choice;        ///< of a pilot that has finished
   std::optional<PriceTable> forecast;  ///< prices by the choice
+  ErrorLaw expected_law;               ///< what is known of it before the run
   std::optional<double> bias_bound;    ///< as in `RenderSummary`
   double radius = 0.0;                 ///< of the first iteration; 0: merging is off
   std::size_t photon_bytes = 0;        ///< memory of the stored light vertices
@@ -67,7 +69,7 @@ struct RunRecord {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, bias_bound, radius, photon_bytes);
+            film_seconds, counts, choice, forecast, expected_law, bias_bound, radius, photon_bytes);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);
@@ -120,6 +122,7 @@ struct RunRecord {
       counts = other.counts;
       choice = other.choice;
       forecast = other.forecast;
+      expected_law = other.expected_law;
       radius = other.radius;
     }
     if (choice) choice->pilot_cost = pilot_cost, choice->pilot_iterations = pilot_iterations;
@@ -184,7 +187,7 @@ struct RunRecord {
     if (!present) return {};
     std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
     errors.push_back(present->relative_error / 2.0);
-    return price_table(log.points(), errors);
+    return price_table(log.points(), errors, expected_law);
   }
 
  private:

@@ -11,6 +11,7 @@
 
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/error_fit.hpp"
+#include "gmis/result/error_law.hpp"
 
 namespace gmis {
 
@@ -29,7 +30,7 @@ struct PriceTable {
   static constexpr std::array<double, 5> usual_errors{0.1, 0.05, 0.02, 0.01, 0.005};
 
   std::vector<Price> prices;  ///< in the order in which the errors were asked for
-  PowerLaw law;               ///< of the error over iterations
+  ErrorLaw law;               ///< of the error over iterations
 
   /// The state for a later run (`core/state_archive.hpp`).
   template <class Archive>
@@ -78,15 +79,14 @@ namespace detail {
 
 }  // namespace detail
 
-/// The prices of errors before a run, from the forecast relative variance of one iteration (`Forecast::variance`): an error e
-/// takes variance / e² independent iterations. `begun`: what the run has taken so far, pilot included. `later`: what a
-/// later part takes, in which iterations are as they will be. An error that fewer iterations than those begun with would have
-/// reached takes its share of their time.
-[[nodiscard]] inline PriceTable forecast_prices(double variance, const WorkDone& begun, const WorkDone& later,
+/// The prices of errors before a run, by the law that a choice of counts forecasts (`expected_law`). `begun`: what the run has
+/// taken so far, pilot included. `later`: what a later part takes, in which iterations are as they will be. An error that fewer
+/// iterations than those begun with would have reached takes its share of their time.
+[[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, const WorkDone& begun, const WorkDone& later,
                                                 std::span<const double> errors = PriceTable::usual_errors) {
-  PriceTable table{{}, {-0.5, std::sqrt(variance), false}};
+  PriceTable table{{}, law};
   for (const double error : errors) {
-    const double iterations = std::max(1.0, std::ceil(variance / (error * error)));
+    const double iterations = std::max(1.0, std::ceil(law.iterations_to_reach(error)));
     const double share = std::min(1.0, iterations / begun.iterations);
     const double more = std::max(0.0, iterations - begun.iterations) / later.iterations;
     table.prices.push_back({error, iterations, share * begun.cpu_seconds + more * later.cpu_seconds,
@@ -97,24 +97,19 @@ namespace detail {
 
 /// The prices of errors from the log of a run. An error that the log came down to for good is reached: its price is read
 /// between two points. The others are predicted by the law fitted to errors over *iterations* (time is what other programs on
-/// the machine change), never steeper than −1/2, through the last point, which knows most. A slope within 0.05 of −1/2 is taken
-/// for −1/2: over a span of 16 chance alone makes such differences, and they would move a quarter of the error by a third. Points before iteration 8 say too
-/// little about themselves to take part. Nothing without a point from there on with an error above 0.
+/// the machine change). `expected`: the law as far as it was known before the run; by its α = 1 nothing merges. Points before
+/// iteration 8 say too little about themselves to take part. Nothing without a point from there on with an error above 0.
 [[nodiscard]] inline std::optional<PriceTable> price_table(std::span<const ConvergencePoint> log,
-                                                           std::span<const double> errors = PriceTable::usual_errors) {
+                                                           std::span<const double> errors = PriceTable::usual_errors,
+                                                           const ErrorLaw& expected = {}) {
   constexpr std::uint64_t first = 8;
   const std::vector<ErrorAtTime> course = detail::course_over_iterations(log, first);
   if (course.empty() || !(course.back().error > 0.0)) return {};
-  std::optional<PowerLaw> law = fit_power_law(course);
-  if (!law) return {};
-  constexpr double independent = -0.5, chance = 0.05;
-  if (law->slope < independent + chance) law->slope = independent;
-  const ErrorAtTime last = course.back();
-  law->error_at_one = last.error * std::pow(last.seconds, -law->slope);
-  PriceTable table{{}, *law};
+  PriceTable table{{}, fit_error_law(course, expected)};
   for (const double error : errors) {
     const std::optional<double> reached = seconds_until(course, error);
-    Price price{error, std::ceil(reached ? *reached : law->seconds_to_reach(error)), 0.0, 0.0, reached.has_value()};
+    Price price{error, std::ceil(reached ? *reached : table.law.iterations_to_reach(error)), 0.0, 0.0,
+                reached.has_value()};
     if (std::isfinite(price.iterations)) {
       price.cpu_seconds = detail::time_at(log, price.iterations, &ConvergencePoint::cpu_seconds);
       price.wall_seconds = detail::time_at(log, price.iterations, &ConvergencePoint::wall_seconds);

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "gmis/result/error_law.hpp"
+#include "gmis/transport/render_engine.hpp"
+
+namespace gmis {
+
+/// The share of the forecast variance of `forecasts[chosen]` that is inversely proportional to the area of the merging disk:
+/// from the forecast with the nearest factor on the radius, all other counts equal. 0 where there is none to compare with.
+[[nodiscard]] inline double merging_share(const std::vector<Forecast>& forecasts, std::size_t chosen) {
+  const Forecast& one = forecasts[chosen];
+  if (!one.counts.merges || !(one.variance > 0.0)) return 0.0;
+  const Forecast* nearest = nullptr;
+  const auto distance = [&](const Forecast& other) {
+    return std::abs(std::log(other.counts.radius_factor / one.counts.radius_factor));
+  };
+  for (const Forecast& other : forecasts) {
+    SampleCounts same = other.counts;
+    same.radius_factor = one.counts.radius_factor;
+    if (!(same == one.counts) || other.counts.radius_factor == one.counts.radius_factor) continue;
+    if (nearest == nullptr || distance(other) < distance(*nearest)) nearest = &other;
+  }
+  if (nearest == nullptr) return 0.0;
+  // V = V₀ + V₁ / disk.
+  const double disk = disk_factor(nearest->counts, one.counts);
+  return std::clamp((nearest->variance / one.variance - 1.0) / (1.0 / disk - 1.0), 0.0, 1.0);
+}
+
+/// What is known before a run of how its noise falls. With a choice it is the law of the chosen forecast, which is that of an
+/// iteration with the mean disk of the run; without one a law of which only α means something: below 1 where something
+/// merges. `counts`: of the latest iteration.
+[[nodiscard]] inline ErrorLaw expected_law(const std::optional<Choice>& choice, const SampleCounts& counts,
+                                           double alpha) {
+  const double exponent = counts.has(Technique::merge) ? alpha : 1.0;
+  if (!choice || !choice->chosen) return {1.0, 0.0, exponent};
+  const double variance = choice->forecasts[*choice->chosen].variance;
+  const double share = merging_share(choice->forecasts, *choice->chosen);
+  return {variance * (1.0 - share), variance * share * mean_disk(alpha, choice->expected_iterations), exponent};
+}
+
+}  // namespace gmis

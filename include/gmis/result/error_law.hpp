@@ -1,0 +1,109 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "gmis/core/math.hpp"
+#include "gmis/result/error_fit.hpp"
+
+namespace gmis {
+
+/// How the noise in the mean of N iterations falls. The variance of iteration i is `independent` + `merging` · i^(1−α): what
+/// merging adds is inversely proportional to the area of its disk, which shrinks like i^(α−1). The squared error is
+///     (independent · N + merging · Σ_{i ≤ N} i^(1−α)) / N²,
+/// which falls with a slope between −1/2 and −α/2. Merging's bias is not in it.
+struct ErrorLaw {
+  double independent = 0.0;  ///< relative variance of each iteration
+  double merging = 0.0;      ///< the same, of merging in the first iteration
+  double alpha = 1.0;  ///< of the radius, `RenderSettings::alpha`; 1 where nothing merges or the disk stays as it is
+
+  /// Relative error after so many iterations, which need not be a whole number.
+  [[nodiscard]] double error_at(double iterations) const noexcept { return std::sqrt(squared_error_at(iterations)); }
+
+  /// The share of `merging` in the squared error.
+  [[nodiscard]] double merging_share_at(double iterations) const noexcept {
+    const double both = squared_error_at(iterations);
+    return both > 0.0 ? merging * merging_sum(iterations) / square(iterations) / both : 0.0;
+  }
+
+  /// d ln error / d ln iterations.
+  [[nodiscard]] double slope_at(double iterations) const noexcept {
+    return -0.5 + 0.5 * (1.0 - alpha) * merging_share_at(iterations);
+  }
+
+  /// The iterations that it takes; infinite for an error of 0, and for no law at all.
+  [[nodiscard]] double iterations_to_reach(double error) const noexcept {
+    if (!(error > 0.0) || !(independent + merging > 0.0) || !std::isfinite(independent + merging))
+      return std::numeric_limits<double>::infinity();
+    // Between the two laws with the least and the greatest slope through the first iteration.
+    const double at_one = error_at(1.0) / error;
+    double lower = std::log(std::min(1.0, at_one * at_one)), upper = 2.0 * std::log(std::max(1.0, at_one)) / alpha;
+    for (int i = 0; i < 64 && upper - lower > 1e-12; ++i) {
+      const double middle = 0.5 * (lower + upper);
+      (error_at(std::exp(middle)) > error ? lower : upper) = middle;
+    }
+    return std::exp(upper);
+  }
+
+  /// The same law for errors that are this factor as large.
+  [[nodiscard]] ErrorLaw scaled(double factor) const noexcept {
+    return {independent * factor * factor, merging * factor * factor, alpha};
+  }
+
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(independent, merging, alpha);
+  }
+
+ private:
+  [[nodiscard]] double squared_error_at(double n) const noexcept {
+    return independent / n + merging * merging_sum(n) / square(n);
+  }
+  /// Σ_{i ≤ n} i^(1−α) by the midpoint rule.
+  [[nodiscard]] double merging_sum(double n) const noexcept {
+    const double power = 2.0 - alpha;
+    return (std::pow(n + 0.5, power) - std::pow(0.5, power)) / power;
+  }
+};
+
+/// The law through the last point of a log, of errors over *iterations* (the `seconds` of the points). Its shape is found by
+/// least squares of relative squared errors over the points from an eighth of the last iteration on, both parts at least 0.
+/// Points of a log know of each other and are few: from N iterations the share of merging counts as N / (N + 64) of what is
+/// found, the rest is that of `expected`, what was known before. With α = 1 nothing need be found. `points` must hold an error
+/// above 0, the last one.
+[[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected) {
+  const ErrorAtTime last = points.back();
+  const auto through_last = [&](const ErrorLaw& law) { return law.scaled(last.error / law.error_at(last.seconds)); };
+  if (!(expected.alpha < 1.0)) return through_last({1.0, 0.0, 1.0});
+  const ErrorLaw independent{1.0, 0.0, expected.alpha}, merging{0.0, 1.0, expected.alpha};
+  // Normal equations for the factors a and b of the two laws: Σ (a x + b y − 1)².
+  double xx = 0.0, xy = 0.0, yy = 0.0, x1 = 0.0, y1 = 0.0;
+  int count = 0;
+  for (const ErrorAtTime& point : points) {
+    if (!(point.seconds >= last.seconds / 8) || !(point.error > 0.0)) continue;
+    const double x = square(independent.error_at(point.seconds) / point.error);
+    const double y = square(merging.error_at(point.seconds) / point.error);
+    xx += x * x, xy += x * y, yy += y * y, x1 += x, y1 += y, ++count;
+  }
+  double found = 0.0;  // share of merging at the last point
+  constexpr int fewest = 4;
+  if (count >= fewest) {
+    // The best of both parts, or of one alone where the other would be negative.
+    const double determinant = xx * yy - xy * xy;
+    const double a = x1 * yy - y1 * xy, b = y1 * xx - x1 * xy;
+    const bool is_mixture = determinant > 1e-12 * xx * yy && a > 0.0 && b > 0.0;
+    const bool merging_alone = !is_mixture && y1 * y1 * xx > x1 * x1 * yy;
+    found = is_mixture ? ErrorLaw{a, b, expected.alpha}.merging_share_at(last.seconds) : merging_alone ? 1.0 : 0.0;
+  }
+  constexpr double trusted_after = 64.0;
+  const double trust = count >= fewest ? last.seconds / (last.seconds + trusted_after) : 0.0;
+  const double share = trust * found + (1.0 - trust) * expected.merging_share_at(last.seconds);
+  return through_last({square(1.0 / independent.error_at(last.seconds)) * (1.0 - share),
+                       square(1.0 / merging.error_at(last.seconds)) * share, expected.alpha});
+}
+
+}  // namespace gmis

@@ -1,0 +1,74 @@
+#include "gmis/render/expected_law.hpp"
+
+#include <cmath>
+
+#include "support/catch.hpp"
+
+namespace {
+
+/// Forecasts for these factors on the radius, of the variance V₀ + V₁ / factor²; and others that tell nothing of it.
+gmis::Choice choice_of(double independent, double merging) {
+  gmis::Choice choice;
+  choice.expected_iterations = 300;
+  for (const double light_paths : {0.5, 1.0})
+    for (const double factor : {2.0, 4.0, 8.0, 12.0}) {
+      gmis::Forecast forecast;
+      forecast.counts.light_paths = light_paths;
+      forecast.counts.local_merges = true;
+      forecast.counts.radius_factor = factor;
+      forecast.variance = light_paths < 1 ? 77.0 : independent + merging / (factor * factor);
+      choice.forecasts.push_back(forecast);
+    }
+  gmis::Forecast without = choice.forecasts.back();
+  without.counts.merges = without.counts.local_merges = false;
+  without.counts.radius_factor = 1.0;
+  without.variance = 5.0;
+  choice.forecasts.push_back(without);
+  return choice;
+}
+
+}  // namespace
+
+TEST_CASE("The share of merging in a forecast is that of its inverse square") {
+  const gmis::Choice choice = choice_of(0.3, 8.0);
+  for (const std::size_t chosen : {4U, 5U, 6U, 7U}) {
+    const double part = 8.0 / std::pow(choice.forecasts[chosen].counts.radius_factor, 2);
+    CHECK(gmis::merging_share(choice.forecasts, chosen) == Approx(part / (0.3 + part)));
+  }
+  CHECK(gmis::merging_share(choice.forecasts, 0) == 0.0);  // the same for every factor
+  CHECK(gmis::merging_share(choice.forecasts, 8) == 0.0);
+  // Chance may make it less than nothing, or more than all.
+  CHECK(gmis::merging_share(choice_of(0.3, -0.1).forecasts, 5) == 0.0);
+  CHECK(gmis::merging_share(choice_of(-0.1, 8.0).forecasts, 5) == 1.0);
+  CHECK(gmis::merging_share({choice.forecasts[5], choice.forecasts[8]}, 0) == 0.0);  // nothing to compare with
+}
+
+TEST_CASE("The law of a choice has its variance where the disk has its mean area") {
+  gmis::Choice choice = choice_of(0.3, 8.0);
+  choice.chosen = 5;
+  for (const double alpha : {0.75, 0.4}) {
+    const gmis::ErrorLaw law = gmis::expected_law(choice, choice.forecasts[5].counts, alpha);
+    CHECK(law.alpha == alpha);
+    CHECK(law.independent == Approx(0.3));
+    long double disk = 0;
+    for (int i = 1; i <= 300; ++i) disk += std::pow(static_cast<long double>(i), alpha - 1) / 300;
+    CHECK(law.merging == Approx(8.0 / 16 * static_cast<double>(disk)).epsilon(1e-3));
+    // An iteration whose disk is the mean one.
+    const double iteration = std::pow(static_cast<double>(disk), 1 / (alpha - 1));
+    CHECK(law.independent + law.merging * std::pow(iteration, 1 - alpha) ==
+          Approx(choice.forecasts[5].variance).epsilon(1e-3));
+  }
+  choice.chosen = 8;  // merges nothing
+  const gmis::ErrorLaw plain = gmis::expected_law(choice, choice.forecasts[8].counts, 0.75);
+  CHECK(plain.alpha == 1.0);
+  CHECK(plain.independent == 5.0);
+  CHECK(plain.merging == 0.0);
+}
+
+TEST_CASE("Without a choice only the radius is known") {
+  gmis::SampleCounts merges, plain;
+  plain.merges = false;
+  CHECK(gmis::expected_law({}, merges, 0.6).alpha == 0.6);
+  CHECK(gmis::expected_law({}, merges, 0.6).merging_share_at(100) == 0.0);
+  CHECK(gmis::expected_law({}, plain, 0.6).alpha == 1.0);
+}
