@@ -20,7 +20,7 @@ using namespace gmis::tools;
 struct RawOptions {
   std::vector<std::string> integrators{"pt", "bpt", "vcm", "gmis"};
   std::vector<std::string> reference_integrators{"bpt"};
-  std::string size, radius;
+  std::string size, radius, figure;
   double seconds = 0, error = 0, reference_seconds = 0;
 };
 
@@ -48,6 +48,7 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
       ->delimiter(',');
   app.add_option("--reference-time", raw.reference_seconds, "Processor seconds for making it (10 times --time)");
   app.add_option("--out", request.folder, "Folder for report.html, report.md and the logs (out/compare)");
+  app.add_option("--figure", raw.figure, "Also the curves of all scenes as one picture, .svg; needs gnuplot");
 }
 
 void check(const CLI::App& app, ComparisonRequest& request, const RawOptions& raw) {
@@ -79,7 +80,7 @@ void write_report(const Comparison& comparison, const std::filesystem::path& fol
   write_whole(markdown_of(comparison), folder / "report.md");
 }
 
-int run(ComparisonRequest request) {
+int run(ComparisonRequest request, const std::string& figure) {
   std::filesystem::create_directories(request.folder);
   if (!has_gnuplot()) std::fprintf(stderr, "gmis-compare: gnuplot is not here: the report will have no curves\n");
   ThreadedExecutor executor(request.settings.threads);
@@ -95,6 +96,11 @@ int run(ComparisonRequest request) {
   };
   const Comparison comparison = compare(request, executor);
   write_report(comparison, request.folder);
+  if (!figure.empty()) {
+    const std::string svg = error_figure_svg(comparison.scenes, request.folder);
+    if (svg.empty()) throw InputError("--figure " + figure + ": there are no curves to draw, or gnuplot is missing");
+    write_whole(svg, figure);
+  }
   std::printf("%swrote %s\n", comparison.is_whole ? "" : "interrupted; ", (request.folder / "report.html").c_str());
   return 0;
 }
@@ -117,7 +123,7 @@ int main(int argc, char** argv) {
       throw InputError(error.what() + std::string("; see --help"));
     }
     check(app, request, raw);
-    return run(std::move(request));
+    return run(std::move(request), raw.figure);
   } catch (const InputError& error) {
     std::fprintf(stderr, "gmis-compare: %s\n", error.what());
     return 2;

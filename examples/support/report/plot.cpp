@@ -1,6 +1,7 @@
 #include "support/report/plot.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -46,8 +47,8 @@ std::string data_of(const SceneRecord& scene) {
   return text.str();
 }
 
-/// Both axes begin and end at a tick that has its number.
-std::string ranges_of(const SceneRecord& scene) {
+/// Both axes begin and end at a tick that has its number. A time of many decades has numbers at the decades alone.
+std::string ranges_and_ticks_of(const SceneRecord& scene) {
   double least[2] = {1e300, 1e300}, most[2] = {0, 0};
   for (const ContenderRecord& contender : scene.contenders)
     for (const BandPoint& point : band_of(contender.courses(), 64)) {
@@ -58,10 +59,20 @@ std::string ranges_of(const SceneRecord& scene) {
       }
     }
   std::ostringstream text;
-  for (int axis = 0; axis < 2; ++axis)
-    if (most[axis] > 0)
-      text << "set "
-           << "xy"[axis] << "range [" << round_below(least[axis]) << ':' << round_above(most[axis]) << "]\n";
+  for (int axis = 0; axis < 2; ++axis) {
+    constexpr double most_in_full = 300;
+    const bool is_wide = axis == 0 && most[0] > most_in_full * least[0];
+    const double first = is_wide ? std::pow(10.0, std::floor(std::log10(least[0]))) : round_below(least[axis]);
+    const char name = "xy"[axis];
+    if (most[axis] > 0) text << "set " << name << "range [" << first << ':' << round_above(most[axis]) << "]\n";
+    text << "set " << name << "tics add (";
+    const char* separator = "";
+    for (double tick = 1e-4; tick < 2e4; tick = is_wide ? 10 * tick : round_above(1.5 * tick)) {
+      text << separator << tick;
+      separator = ", ";
+    }
+    text << ")\n";
+  }
   return text.str();
 }
 
@@ -70,22 +81,12 @@ std::string script_of(const SceneRecord& scene, const std::filesystem::path& out
   text << data_of(scene);
   text << "set terminal svg size 560,380 dynamic font 'sans-serif,15' linewidth 1.1\nset output '" << output.string()
        << "'\nset logscale xy\n"
-       << ranges_of(scene) << "set border 3 lc rgb '" << axis_colour << "'\nset tics nomirror textcolor rgb '"
+       << ranges_and_ticks_of(scene) << "set border 3 lc rgb '" << axis_colour << "'\nset tics nomirror textcolor rgb '"
        << axis_colour << "'\nset format x '%g'\nset format y '%g %%'\n";
-  const char* separator = "";
-  for (const char axis : {'x', 'y'}) {
-    text << "set " << axis << "tics add (";
-    separator = "";
-    for (double tick = 1e-4; tick < 2e4; tick = round_above(1.5 * tick)) {
-      text << separator << tick;
-      separator = ", ";
-    }
-    text << ")\n";
-  }
   text << "set xlabel 'processor seconds' textcolor rgb '" << axis_colour
        << "'\nset ylabel 'relative error' textcolor rgb '" << axis_colour << "'\nset grid x y lc rgb '" << axis_colour
        << "' lw 0.4 dt 3\nset key top right textcolor rgb '" << axis_colour << "' samplen 2\nset samples 2\nplot ";
-  separator = "";
+  const char* separator = "";
   for (std::size_t i = 0; i < scene.contenders.size(); ++i) {
     if (band_of(scene.contenders[i].courses(), 2).empty()) continue;
     text << separator;
@@ -134,6 +135,33 @@ std::string error_plot_svg(const SceneRecord& scene, const std::filesystem::path
   replace_all(svg, "href='#", "href='#" + scene.name + "_");
   replace_all(svg, "id='", "id='" + scene.name + "_");
   return svg;
+}
+
+std::string error_figure_svg(const std::vector<SceneRecord>& scenes, const std::filesystem::path& folder) {
+  constexpr int width = 560, height = 380, title = 34, across = 2;
+  std::ostringstream parts;
+  int count = 0;
+  for (const SceneRecord& scene : scenes) {
+    const std::string plot = error_plot_svg(scene, folder);
+    if (plot.empty()) continue;
+    const int x = count % across * width, y = count / across * (height + title);
+    parts << "<text class=\"title\" x=\"" << x + width / 2 << "\" y=\"" << y + title - 8 << "\">" << scene.name
+          << "</text>\n<g transform=\"translate(" << x << ',' << y + title << ")\">\n<svg width=\"" << width
+          << "\" height=\"" << height << "\"" << plot.substr(4) << "</g>\n";
+    ++count;
+  }
+  if (count == 0) return {};
+  const int columns = std::min(count, across), rows = (count + across - 1) / across;
+  std::ostringstream svg;
+  svg << "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" viewBox=\"0 0 "
+      << columns * width << ' ' << rows * (height + title) << "\">\n"
+      << "<style>svg{--axis:#57524c;--series-1:#c2410c;--series-2:#0e7490;--series-3:#6d28d9;--series-4:#4d7c0f;"
+         "--series-5:#be185d}text{font-family:system-ui,sans-serif;fill:var(--axis)}"
+         ".title{font-size:17px;font-weight:600;text-anchor:middle}"
+         "@media(prefers-color-scheme:dark){svg{--axis:#a39c94;--series-1:#fb923c;--series-2:#22d3ee;"
+         "--series-3:#a78bfa;--series-4:#a3e635;--series-5:#f472b6}}</style>\n"
+      << parts.str() << "</svg>\n";
+  return svg.str();
 }
 
 }  // namespace gmis::tools

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "support/report/records.hpp"
 
@@ -15,5 +16,9 @@ namespace gmis::tools {
 /// the axes from `--axis`. Uses files in `folder`, which are gone afterwards. Empty when there is nothing to show or gnuplot
 /// fails.
 [[nodiscard]] std::string error_plot_svg(const SceneRecord& scene, const std::filesystem::path& folder);
+
+/// The plots of all scenes in one picture, two beside each other, each with its name above it: a file that needs no page, with colours
+/// for a light and a dark background. Empty when no scene has a plot.
+[[nodiscard]] std::string error_figure_svg(const std::vector<SceneRecord>& scenes, const std::filesystem::path& folder);
 
 }  // namespace gmis::tools
