@@ -549,7 +549,7 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
   SceneBuilder<> builder;
   const auto material = builder.add_material(make_diffuse({.5, .5, .5}));
   builder.add_mesh(box({-1, -1, -1}, {1, 1, 1}).shape(), material);
-  builder.add_sphere({0, 0, 0}, 0.1, material, AreaEmission{{10, 10, 10}, false});
+  builder.add_sphere({0, 0, 0}, 0.1, material, AreaEmission{{1000, 1000, 1000}, false});
   builder.add_point_light({0.5, 0, 0}, {1, 1, 1});
   builder.add_directional_light({0, 1, 0}, {2, 2, 2});
   builder.add_environment({0.1, 0.1, 0.1});
@@ -564,7 +564,7 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
   for (const auto& light : scene.lights()) sum += static_cast<double>(scene.selection_probability(light));
   CHECK(sum == Approx(1).epsilon(1e-6));
   const double disk = pi<double> * 3;  // the ball around the box has r² = 3
-  const double area = 4 * pi<double> * 0.01 * pi<double> * 10, point = 4 * pi<double>, sun = 2 * disk,
+  const double area = 4 * pi<double> * 0.01 * pi<double> * 1000, point = 4 * pi<double>, sun = 2 * disk,
                sky = 0.1 * 4 * pi<double> * disk, cone = 2 * 2 * pi<double> * (1 - std::cos(0.3));
   double image = 0;
   for (const auto& pixel : small_sky().radiance) image += static_cast<double>(pixel.x) * 4 * pi<double> / 16 * disk;
@@ -580,6 +580,34 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
     REQUIRE(choice.light != nullptr);
     if (!(choice.selection_probability > 0.0F)) FAIL("a light that emits nothing was chosen");
   }
+}
+
+TEST_CASE("a sky over a wide plane does not starve the lamps", "[light]") {
+  const auto chances = [](double half_width, bool has_sky) {
+    SceneBuilder<> builder;
+    const auto material = builder.add_material(make_diffuse({.5, .5, .5}));
+    builder.add_mesh(box({-half_width, -1, -half_width}, {half_width, 1, half_width}).shape(), material);
+    builder.add_sphere({0, 0, 0}, 0.1, material, AreaEmission{{10, 10, 10}, false});
+    builder.add_point_light({0.5, 0, 0}, {0.1, 0.1, 0.1});
+    if (has_sky) builder.add_environment({0.1, 0.1, 0.1});
+    if (has_sky) builder.add_directional_light({0, 1, 0}, {0.3, 0.3, 0.3});
+    builder.set_camera(camera_at({0, 0, -0.5}));
+    const auto scene = builder.build();
+    std::vector<double> result;
+    for (const auto& light : scene.lights()) result.push_back(static_cast<double>(scene.selection_probability(light)));
+    return result;
+  };
+  const auto alone = chances(1, false), small = chances(1, true), wide = chances(1e4, true);
+  // By power, where that gives them a tenth or more.
+  const double disk = pi<double> * 3, sphere = 4 * pi<double> * 0.01 * pi<double> * 10, point = 0.1 * 4 * pi<double>;
+  const double sky = 0.1 * 4 * pi<double> * disk, sun = 0.3 * disk;
+  CHECK(small[0] + small[1] == Approx((sphere + point) / (sphere + point + sky + sun)).epsilon(1e-4));
+  // Else half by power, which is next to nothing, and half as one of three.
+  CHECK(wide[0] + wide[1] == Approx(0.5 / 3).epsilon(1e-4));
+  // Among themselves lamps are chosen by power, and so is what is infinitely far.
+  CHECK(wide[0] / wide[1] == Approx(alone[0] / alone[1]).epsilon(1e-4));
+  CHECK(wide[2] / wide[3] == Approx(small[2] / small[3]).epsilon(1e-4));
+  CHECK(wide[0] + wide[1] + wide[2] + wide[3] == Approx(1).epsilon(1e-6));
 }
 
 /// What a unit of its area emits, by quadrature over the directions of both sides: radiance · |cos|, midpoints in the cosine.

@@ -8,6 +8,7 @@
 
 #include "gmis/scene/light.hpp"
 #include "gmis/scene/light_hierarchy.hpp"
+#include "gmis/scene/light_selection.hpp"
 
 namespace gmis::scene {
 
@@ -52,10 +53,8 @@ class LightHierarchyBuilder {
     }
     if (!infinite_powers.empty()) {
       made_.infinite_choice_ = AliasTable<T>(infinite_powers);
-      const double count = static_cast<double>(infinite_powers.size());
-      // Half by power, half as if the tree were one light: neither a sky nor the lamps can be starved.
-      const double share =
-          leaves_.empty() ? 1.0 : 0.5 * infinite_power / (infinite_power + power) + 0.5 * count / (count + 1.0);
+      // Neither a sky nor the lamps can be starved.
+      const double share = balanced_infinite_share(infinite_power, infinite_powers.size(), power);
       made_.infinite_probability_ = static_cast<T>(share);
       const std::vector<double> chances = made_.infinite_choice_.realised_probabilities();
       for (std::size_t k = 0; k < chances.size(); ++k)

@@ -460,6 +460,7 @@ class SceneBuilder {
 
     std::vector<double> powers;
     for (const Light<T>& light : lights) powers.push_back(light.power());
+    keep_local_lights(lights, powers);
     scene.light_choice_ = AliasTable<T>(powers);
     const std::vector<double> chances = scene.light_choice_.realised_probabilities();
     for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -469,6 +470,21 @@ class SceneBuilder {
     if (light_selection_ != LightSelection::by_receiver || scene.light_choice_.is_empty()) return;
     scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights);
     scene.has_light_hierarchy_ = true;
+  }
+
+  /// Scales the powers of infinite lights so that these have the probability `infinite_share`.
+  static void keep_local_lights(const std::vector<Light<T>>& lights, std::vector<double>& powers) {
+    double local = 0, infinite = 0;
+    std::size_t infinite_count = 0;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      (lights[i].is_infinite() ? infinite : local) += powers[i];
+      if (lights[i].is_infinite() && powers[i] > 0) ++infinite_count;
+    }
+    const double share = infinite_share(infinite, infinite_count, local), by_power = infinite / (infinite + local);
+    if (!(local > 0) || !(share < by_power)) return;
+    const double scale = share / (1 - share) * local / infinite;
+    for (std::size_t i = 0; i < lights.size(); ++i)
+      if (lights[i].is_infinite()) powers[i] *= scale;
   }
 
   void fill_slots(Scene& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
