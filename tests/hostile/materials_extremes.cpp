@@ -200,8 +200,9 @@ void check_samples(const std::vector<Named<T>>& materials, int count) {
       if (!(roundings < 100)) FAIL(where() << "density off by " << error << ", " << roundings << " roundings");
     }
   }
-  std::printf("%s: %zu materials, %llu samples, largest weight %.3g, densities off by %.3g roundings\n", sizeof(T) == 4 ? "float" : "double",
-              materials.size(), static_cast<unsigned long long>(drawn), worst_weight, worst_density);
+  std::printf("%s: %zu materials, %llu samples, largest weight %.3g, densities off by %.3g roundings\n",
+              sizeof(T) == 4 ? "float" : "double", materials.size(), static_cast<unsigned long long>(drawn),
+              worst_weight, worst_density);
   CHECK(drawn > 100U * materials.size());
   CHECK(worst_weight < 10.5);
 }
@@ -248,8 +249,8 @@ TEMPLATE_TEST_CASE("hostile: values for any two directions are finite, reciproca
                     differ(there.pdf.reverse.value, back.pdf.forward.value)});
       // Half vectors of the two ways differ by their rounding.
       if (difference > 0)
-        worst = std::max(worst, difference / (static_cast<double>(std::numeric_limits<T>::epsilon()) *
-                                              condition(material, a, b)));
+        worst = std::max(
+            worst, difference / (static_cast<double>(std::numeric_limits<T>::epsilon()) * condition(material, a, b)));
     }
   }
   std::printf("%s: reciprocal but for %.2g roundings\n", sizeof(T) == 4 ? "float" : "double", worst);

@@ -95,6 +95,27 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
+namespace {
+
+/// The mean around a pixel of what `value_at` says of the pixels, by the definition of `neighbourhood_without`.
+long double value_around(glm::ivec2 size, std::size_t pixel, long double added, const auto& value_at) {
+  const int x = static_cast<int>(pixel) % size.x, y = static_cast<int>(pixel) / size.x;
+  for (int reach = 1;; reach *= 2) {
+    long double light = 0, sum = 0, weights = 0;
+    for (int v = 0; v < size.y; ++v)
+      for (int u = 0; u < size.x; ++u) {
+        const long double value = value_at(static_cast<std::size_t>(v * size.x + u));
+        const long double weight = std::max(0, reach + 1 - std::abs(u - x)) * std::max(0, reach + 1 - std::abs(v - y));
+        if (weight > 0) light += value;
+        sum += weight * value;
+        weights += weight;
+      }
+    if (light >= 2.5L * added || reach == 16) return sum / weights;
+  }
+}
+
+}  // namespace
+
 TEST_CASE("The estimate is its definition, summed by brute force") {
   // In long double, from the frames themselves, with batches of two iterations and one iteration left over.
   std::mt19937 source(gmis_test::seed(3));
@@ -156,15 +177,7 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
         far += variance / (value * value + 0.01L);
         if (own > 25 * (rest - farthest) / static_cast<Real>(parts.size() - 3)) {
           ++outliers;
-          const int x = static_cast<int>(p) % size.x, y = static_cast<int>(p) / size.x;
-          Real around = 0, weights = 0;
-          for (int v = 0; v < size.y; ++v)
-            for (int u = 0; u < size.x; ++u) {
-              const Real weight = std::max(0, 3 - std::abs(u - x)) * std::max(0, 3 - std::abs(v - y));
-              around += weight * mean_of(static_cast<std::size_t>(v * size.x + u), c, others);
-              weights += weight;
-            }
-          value = around / weights;
+          value = value_around(size, p, share * here, [&](std::size_t q) { return mean_of(q, c, others); });
         }
         sum += variance / (value * value + 0.01L);
         per_pixel[p] += variance / (value * value + 0.01L);
@@ -288,15 +301,8 @@ TEST_CASE("The estimate of joined runs is its definition, summed by brute force"
       }
       if (29 * share * (1 - share) * off * off > 25 * (rest - farthest) / static_cast<Real>(count - 3)) {
         ++outliers;
-        Real around = 0, weights = 0;
-        const int x = static_cast<int>(p) % 7, y = static_cast<int>(p) / 7;
-        for (int v = 0; v < 6; ++v)
-          for (int u = 0; u < 7; ++u) {
-            const Real weight = std::max(0, 3 - std::abs(u - x)) * std::max(0, 3 - std::abs(v - y));
-            around += weight * mean_without(static_cast<std::size_t>(v * 7 + u), b);
-            weights += weight;
-          }
-        value = around / weights;
+        value = value_around({7, 6}, p, share * static_cast<Real>(means.value(b, p)),
+                             [&](std::size_t q) { return mean_without(q, b); });
       }
       sum += share * share * (1 - share) * off * off / (value * value + 0.01L);
     }

@@ -110,7 +110,8 @@ template <Spectrum S>
 /// m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased estimate of the variance of m. Each of its terms is
 /// divided by what the *other* parts say of the value there, so that a bright, rare sample is not divided by itself:
 /// by m_-b² + `relative_error_floor`, but where x_b lies five standard deviations off what the others let expect, m_-b has most
-/// likely missed what such samples add, and the mean around the pixel, of the other parts again, takes its place.
+/// likely missed what such samples add, and the mean around the pixel, of the other parts again, takes its place: of as few
+/// pixels as hold enough light to tell (`neighbourhood_without`).
 ///
 /// The interval is of this image's own squared error. With e_b the true deviations, that error is Σ_bc w_b w_c e_b e_c and
 /// its estimate lacks the products b ≠ c; they have the mean 0 and a variance that the products of different parts, summed

@@ -77,24 +77,32 @@ class Extremes {
   std::array<Entry, 2> low_{}, high_{};
 };
 
-/// The mean around a pixel without one part of the run, by a tent five pixels wide, cut at the borders of the image.
+/// The mean around a pixel without one part of the run, by a tent, cut at the borders of the image: the smallest one, from 3
+/// to 33 pixels wide, whose square holds `enough_light` times what the part adds to the pixel. In less light than that it
+/// is chance whether samples of the same kind have been met around; further away the picture is another one.
 template <Spectrum S>
 [[nodiscard]] double neighbourhood_without(const RunParts<S>& parts, std::span<const double> mean,
                                            glm::ivec2 resolution, std::size_t index, std::size_t part) {
-  constexpr int channels = BatchMeans<S>::channel_count, reach = 2;
+  constexpr double enough_light = 2.5;
+  constexpr int channels = BatchMeans<S>::channel_count, farthest = 16;
   const int pixel = static_cast<int>(index / channels), x = pixel % resolution.x, y = pixel / resolution.x;
-  double sum = 0.0, weights = 0.0;
-  for (int v = std::max(0, y - reach); v <= std::min(resolution.y - 1, y + reach); ++v)
-    for (int u = std::max(0, x - reach); u <= std::min(resolution.x - 1, x + reach); ++u) {
-      const std::size_t there =
-          (static_cast<std::size_t>(v) * static_cast<std::size_t>(resolution.x) + static_cast<std::size_t>(u)) *
-              channels +
-          index % channels;
-      const double weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
-      sum += weight * (mean[there] - parts.share(part) * parts.value(part, there)) / (1.0 - parts.share(part));
-      weights += weight;
-    }
-  return sum / weights;
+  const double share = parts.share(part), added = share * parts.value(part, index);
+  for (int reach = 1;; reach *= 2) {
+    double light = 0.0, sum = 0.0, weights = 0.0;
+    for (int v = std::max(0, y - reach); v <= std::min(resolution.y - 1, y + reach); ++v)
+      for (int u = std::max(0, x - reach); u <= std::min(resolution.x - 1, x + reach); ++u) {
+        const std::size_t there =
+            (static_cast<std::size_t>(v) * static_cast<std::size_t>(resolution.x) + static_cast<std::size_t>(u)) *
+                channels +
+            index % channels;
+        const double weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
+        const double value = (mean[there] - share * parts.value(part, there)) / (1.0 - share);
+        light += value;
+        sum += weight * value;
+        weights += weight;
+      }
+    if (light >= enough_light * added || reach == farthest) return sum / weights;
+  }
 }
 
 }  // namespace detail
