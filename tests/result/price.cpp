@@ -101,6 +101,12 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       REQUIRE(fitted.has_value());
       CHECK(fitted->law.merging_share_at(256) == Approx(0.8 * law.merging_share_at(256)).epsilon(0.03));
       CHECK(fitted->law.error_at(256) == Approx(*log.back().estimated_error));
+      // What came before an eighth of the run has no part in it.
+      auto begun_badly = log;
+      for (gmis::ConvergencePoint& point : begun_badly)
+        if (point.iteration < 32) *point.estimated_error *= 3;
+      const auto later = gmis::price_table(begun_badly, errors, {1.0, 0.0, alpha});
+      CHECK(later->law.merging_share_at(256) == fitted->law.merging_share_at(256));
       // Too few points to find anything: what was known stays.
       const auto known = gmis::price_table(log_of(law, 8), errors, law);
       CHECK(known->law.merging_share_at(8) == Approx(law.merging_share_at(8)));
