@@ -102,7 +102,7 @@ def measure(options, pool, name):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--renderer", required=True)
-    parser.add_argument("--seeds", type=int, default=24)
+    parser.add_argument("--seeds", type=int, default=100)
     parser.add_argument("--size", default="32x32")
     parser.add_argument("--reference-iterations", type=int, default=600, help="of each half of a reference")
     parser.add_argument("--cases", nargs="*", default=list(CASES), choices=list(CASES))
