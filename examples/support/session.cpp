@@ -65,6 +65,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.alpha = options.alpha;
   request.settings.scheme = options.scheme;
   request.settings.sampler = options.sampler;
+  request.settings.emission = options.emission;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;

@@ -112,10 +112,18 @@ class LightTree {
   template <UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
     const auto [u_x, u_y, v_x, v_y] = uniforms<T, 4>(source);
-    const auto choice = context_.scene.sample_light(uniform<T>(source));
+    const T u_light = uniform<T>(source);
     const Vec2<T> uv_origin{u_x, u_y}, uv_direction{v_x, v_y};
-    if (choice.light == nullptr) return std::nullopt;
-    auto emission = choice.light->sample_emission(uv_origin, uv_direction);
+    LightChoice<T, typename Sc::Light> choice{};
+    std::optional<EmissionSample<S>> emission;
+    if (is_guided()) [[unlikely]] {
+      if constexpr (GuidableLight<typename Sc::Light>)
+        emission = context_.guide->sample(context_.scene, u_light, uv_origin, uv_direction, choice);
+    } else {
+      choice = context_.scene.sample_light(u_light);
+      if (choice.light == nullptr) return std::nullopt;
+      emission = choice.light->sample_emission(uv_origin, uv_direction);
+    }
     if (!emission) return std::nullopt;
 
     if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
@@ -129,8 +137,13 @@ class LightTree {
     const bool is_infinite = choice.light->is_infinite();
     const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
     // a_1: from the measure of `first` (`EmissionDensity`) to area at x_1
-    const T density = emission->density.first * (is_infinite ? cos_here : cos_here / distance_squared);
+    const T first = guided_first(context_, *choice.light, choice.selection_probability, emission->density.first,
+                                 emission->origin, emission->direction, hit->point.position);
+    const T density = first * (is_infinite ? cos_here : cos_here / distance_squared);
     if (!is_usable(density) || !is_usable(emission->density.origin)) return std::nullopt;
+
+    if (is_guided()) [[unlikely]]
+      emission->weight = emission->weight * (emission->density.first / first);
 
     // g_0: b_0 = reverse · g_0; 0 for a delta light, which no ray can hit
     T to_origin = T(0);
@@ -154,8 +167,8 @@ class LightTree {
                         context_.lights_make_photons(),
                         {}};
     if constexpr (observes_paths<Output>)
-      output_.on_vertex(Step<S>{emission->direction, emission->weight, emission->density.first, T(0), false}, density,
-                        vertex, vertex.point);
+      output_.on_vertex(Step<S>{emission->direction, emission->weight, first, T(0), false}, density, vertex,
+                        vertex.point);
     return vertex;
   }
 
@@ -191,6 +204,10 @@ class LightTree {
     vertex.path = path;
     if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
     return true;
+  }
+
+  [[nodiscard]] constexpr bool is_guided() const noexcept {
+    return GuidableLight<typename Sc::Light> && context_.guide != nullptr;
   }
 
   [[nodiscard]] constexpr NominalChildren<T> children_of(const typename Sc::Bsdf& bsdf) const noexcept {
