@@ -58,10 +58,10 @@ class EmissionGuide {
   /// Draws the start of a light subpath; nothing when the sample fails. The weight and the densities are those of the light
   /// alone: they must be divided and multiplied by `ratio`. `choice` receives the light, with the probability of
   /// `sample_light(u)`. The guide must not be empty.
-  [[nodiscard, gnu::cold, gnu::noinline]] std::optional<EmissionSample<S>> sample(const Sc& scene, T u_light,
-                                                                                  const Vec2<T>& uv_origin,
-                                                                                  const Vec2<T>& uv_direction,
-                                                                                  LightChoice<T, L>& choice) const {
+  [[nodiscard, gnu::noinline]] std::optional<EmissionSample<S>> sample(const Sc& scene, T u_light,
+                                                                       const Vec2<T>& uv_origin,
+                                                                       const Vec2<T>& uv_direction,
+                                                                       LightChoice<T, L>& choice) const {
     if (u_light < own_share_) {
       choice = scene.sample_light(u_light / own_share_);
       if (choice.light == nullptr) return std::nullopt;
@@ -87,8 +87,8 @@ class EmissionGuide {
   /// The density of a start divided by that of the lights alone. `origin` is x_0 (ignored for an infinite light), `receiver`
   /// is x_1, `direction` points from x_0 to x_1. `selection_probability` is that of `sample_light(u)` for this light, and
   /// `first` the light's own `EmissionDensity::first`.
-  [[nodiscard, gnu::cold, gnu::noinline]] T ratio(const L& light, T selection_probability, T first, const Point& origin,
-                                                  const Vec3<T>& direction, const Vec3<T>& receiver) const noexcept {
+  [[nodiscard, gnu::noinline]] T ratio(const L& light, T selection_probability, T first, const Point& origin,
+                                       const Vec3<T>& direction, const Vec3<T>& receiver) const noexcept {
     const auto found = std::lower_bound(by_address_.begin(), by_address_.end(), &light,
                                         [](const auto& a, const L* b) { return std::less<>{}(a.first, b); });
     if (found == by_address_.end() || found->first != &light) return own_share_;

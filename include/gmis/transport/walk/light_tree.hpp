@@ -114,60 +114,70 @@ class LightTree {
     const auto [u_x, u_y, v_x, v_y] = uniforms<T, 4>(source);
     const T u_light = uniform<T>(source);
     const Vec2<T> uv_origin{u_x, u_y}, uv_direction{v_x, v_y};
-    LightChoice<T, typename Sc::Light> choice{};
-    std::optional<EmissionSample<S>> emission;
-    if (is_guided()) [[unlikely]] {
-      if constexpr (GuidableLight<typename Sc::Light>)
-        emission = context_.guide->sample(context_.scene, u_light, uv_origin, uv_direction, choice);
-    } else {
-      choice = context_.scene.sample_light(u_light);
-      if (choice.light == nullptr) return std::nullopt;
-      emission = choice.light->sample_emission(uv_origin, uv_direction);
-    }
+    if constexpr (GuidableLight<typename Sc::Light>)
+      if (context_.guide != nullptr) [[unlikely]]
+        return emit_guided(u_light, uv_origin, uv_direction);
+    const auto choice = context_.scene.sample_light(u_light);
+    if (choice.light == nullptr) return std::nullopt;
+    auto emission = choice.light->sample_emission(uv_origin, uv_direction);
     if (!emission) return std::nullopt;
+    return arrive_first<false>(choice, *emission);
+  }
+  [[nodiscard, gnu::noinline]] std::optional<Vertex> emit_guided(T u_light, const Vec2<T>& uv_origin,
+                                                                 const Vec2<T>& uv_direction) {
+    LightChoice<T, typename Sc::Light> choice{};
+    auto emission = context_.guide->sample(context_.scene, u_light, uv_origin, uv_direction, choice);
+    if (!emission) return std::nullopt;
+    return arrive_first<true>(choice, *emission);
+  }
 
-    if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
+  /// Traces the ray of an emission to x_1, as `emit` says. Overwrites its weight.
+  template <bool is_guided>
+  [[nodiscard]] std::optional<Vertex> arrive_first(const LightChoice<T, typename Sc::Light>& choice,
+                                                   EmissionSample<S>& emission) {
+    if constexpr (observes_paths<Output>) output_.on_start(emission.origin, emission.weight);
     ++output_.counters().rays;
-    const auto hit = first_hit(context_.scene, emission->origin, emission->direction);
+    const auto hit = first_hit(context_.scene, emission.origin, emission.direction);
     if (!hit) return std::nullopt;
     if (absorbs(context_.scene) && !choice.light->is_infinite()) [[unlikely]]
-      attenuate(context_.scene, emission->origin, emission->direction, hit->point.position, emission->weight);
-    const Vec3<T> offset = hit->point.position - emission->origin.position;
+      attenuate(context_.scene, emission.origin, emission.direction, hit->point.position, emission.weight);
+    const Vec3<T> offset = hit->point.position - emission.origin.position;
     const T distance_squared = glm::dot(offset, offset);
     const bool is_infinite = choice.light->is_infinite();
-    const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
+    const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission.direction));
     // a_1: from the measure of `first` (`EmissionDensity`) to area at x_1
-    const T first = guided_first(context_, *choice.light, choice.selection_probability, emission->density.first,
-                                 emission->origin, emission->direction, hit->point.position);
+    T first = emission.density.first;
+    if constexpr (is_guided)
+      first *= context_.guide->ratio(*choice.light, choice.selection_probability, first, emission.origin,
+                                     emission.direction, hit->point.position);
     const T density = first * (is_infinite ? cos_here : cos_here / distance_squared);
-    if (!is_usable(density) || !is_usable(emission->density.origin)) return std::nullopt;
+    if (!is_usable(density) || !is_usable(emission.density.origin)) return std::nullopt;
 
-    if (is_guided()) [[unlikely]]
-      emission->weight = emission->weight * (emission->density.first / first);
+    if constexpr (is_guided) emission.weight = emission.weight * (emission.density.first / first);
 
     // g_0: b_0 = reverse · g_0; 0 for a delta light, which no ray can hit
     T to_origin = T(0);
     if (!choice.light->is_delta())
       to_origin = is_infinite ? T(1)
-                              : solid_angle_per_area(glm::dot(emission->origin.geometric_normal, emission->direction),
+                              : solid_angle_per_area(glm::dot(emission.origin.geometric_normal, emission.direction),
                                                      distance_squared);
     // a_0 and e_0, each with its own probability of choosing the light; that of a next event is known only here, where its
     // receiver x_1 is  [Georgiev TR 31–33]
     const T next_event = next_event_probability(context_.scene, choice, hit->point) *
-                         choice.light->next_event_density(emission->origin, emission->direction, hit->point);
-    const auto weights = context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
+                         choice.light->next_event_density(emission.origin, emission.direction, hit->point);
+    const auto weights = context_.recursion.first_light_vertex(choice.selection_probability * emission.density.origin,
                                                                next_event, density, to_origin);
     const Vertex vertex{hit->point,
                         hit->bsdf,
-                        -emission->direction,
-                        emission->weight * (T(1) / choice.selection_probability),
+                        -emission.direction,
+                        emission.weight * (T(1) / choice.selection_probability),
                         weights,
                         children_of(hit->bsdf),
                         1,
                         context_.lights_make_photons(),
                         {}};
     if constexpr (observes_paths<Output>)
-      output_.on_vertex(Step<S>{emission->direction, emission->weight, first, T(0), false}, density, vertex,
+      output_.on_vertex(Step<S>{emission.direction, emission.weight, first, T(0), false}, density, vertex,
                         vertex.point);
     return vertex;
   }
@@ -204,10 +214,6 @@ class LightTree {
     vertex.path = path;
     if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
     return true;
-  }
-
-  [[nodiscard]] constexpr bool is_guided() const noexcept {
-    return GuidableLight<typename Sc::Light> && context_.guide != nullptr;
   }
 
   [[nodiscard]] constexpr NominalChildren<T> children_of(const typename Sc::Bsdf& bsdf) const noexcept {
