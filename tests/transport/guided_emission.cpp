@@ -67,7 +67,7 @@ Scene make_scene(Lights lights, int size = 24) {
 
 Guide learn(const Scene& scene, std::uint64_t seed = gmis_test::seed(7)) {
   gmis::SerialExecutor executor;
-  return gmis::learn_emission(scene, seed, 8, executor);
+  return gmis::learn_emission(scene, seed, 8, executor, 1e9);  // also where it would not pay
 }
 
 constexpr std::array every_kind{Lights::far_sphere,     Lights::sky, Lights::image, Lights::sun, Lights::ceiling,
@@ -150,7 +150,7 @@ struct Backwards {
 TEST_CASE("What is learned depends on the seed alone, not on who does which part of the work when") {
   const Scene scene = make_scene(Lights::all);
   Backwards executor;
-  const Guide forwards = learn(scene, 3), backwards = gmis::learn_emission(scene, 3, 8, executor);
+  const Guide forwards = learn(scene, 3), backwards = gmis::learn_emission(scene, 3, 8, executor, 1e9);
   REQUIRE(forwards.lights().size() == backwards.lights().size());
   REQUIRE(forwards.lights().size() >= 2);
   for (std::size_t i = 0; i < forwards.lights().size(); ++i) {
@@ -161,6 +161,32 @@ TEST_CASE("What is learned depends on the seed alone, not on who does which part
     CHECK(a.aim.centre() == b.aim.centre());
     CHECK(a.aim.radii() == b.aim.radii());
   }
+}
+
+TEST_CASE("A run that goes on later learns the same: its pictures have the same bits") {
+  const Scene scene = make_scene(Lights::far_sphere);
+  gmis::RenderSettings settings;
+  settings.emission = gmis::Emission::learned;
+  settings.max_depth = 5;
+  settings.seed = 3;
+  gmis::SerialExecutor executor;
+  gmis::Engine<Scene> whole(scene, settings), later(scene, settings);
+  for (int i = 0; i < 3; ++i) whole.iterate(executor);
+  later.continue_after(2);
+  later.iterate(executor);
+  REQUIRE(later.emission_guide() != nullptr);
+  CHECK(std::memcmp(whole.frame().data(), later.frame().data(), whole.frame().size_bytes()) == 0);
+}
+
+TEST_CASE("Nothing is guided where most of what the lights emit is of use") {
+  Builder builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse({0.5, 0.5, 0.5}));
+  builder.add_sphere({0, 0, 0}, 5, grey);
+  builder.add_point_light({0, 3, 0}, {10, 10, 10});
+  builder.set_camera(gmis::scene::look_at({0, 0, -2}, {0, 0, 1}, {0, 1, 0}, 80, {16, 16}));
+  const Scene scene = builder.build();
+  gmis::SerialExecutor executor;
+  CHECK(gmis::learn_emission(scene, gmis_test::seed(8), 8, executor).is_empty());
 }
 
 namespace {
@@ -178,6 +204,7 @@ Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, gmis::Emissio
   settings.seed = gmis_test::seed(emission == gmis::Emission::learned ? 43 : 44);
   gmis::Engine<Scene> engine(scene, settings);
   gmis::SerialExecutor executor;
+  if (emission == gmis::Emission::learned) engine.use_emission_guide(learn(scene, settings.seed));
   double sum = 0, squares = 0;
   for (int i = 0; i < iterations; ++i) {
     engine.iterate(executor);

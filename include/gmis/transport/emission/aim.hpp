@@ -22,7 +22,9 @@ class Aim {
 
   Aim() = default;
   /// `radii` must increase from 0.
-  Aim(const Vec3<T>& centre, const Radii& radii) noexcept : centre_(centre), radii_(radii) {}
+  Aim(const Vec3<T>& centre, const Radii& radii) noexcept : centre_(centre), radii_(radii) {
+    for (std::size_t k = 0; k < squares_.size(); ++k) squares_[k] = square(radii[k]);
+  }
 
   [[nodiscard]] const Vec3<T>& centre() const noexcept { return centre_; }
   [[nodiscard]] const Radii& radii() const noexcept { return radii_; }
@@ -33,8 +35,8 @@ class Aim {
     const Vec3<T> offset = centre_ - point;
     const T distance_squared = glm::dot(offset, offset);
     const Ring ring = pick(u.x);
-    if (!(square(radii_[ring.number]) < distance_squared)) return std::nullopt;
-    const T from = drop(radii_[ring.number], distance_squared), to = drop(radii_[ring.number + 1], distance_squared);
+    if (!(squares_[ring.number] < distance_squared)) return std::nullopt;
+    const T from = drop(ring.number, distance_squared), to = drop(ring.number + 1, distance_squared);
     const T below = from + (to - from) * ring.rest;  // 1 − cos θ
     const T sine = sqrt_or_zero(below * (T(2) - below)), turn = T(2) * pi<T> * u.y;
     return Frame<T>::around(offset * (T(1) / std::sqrt(distance_squared)))
@@ -44,9 +46,8 @@ class Aim {
   [[nodiscard]] T failure(const Vec3<T>& point) const noexcept {
     const Vec3<T> offset = centre_ - point;
     const T distance_squared = glm::dot(offset, offset);
-    std::size_t reached = 0;
-    while (reached < rings && square(radii_[reached]) < distance_squared) ++reached;
-    return T(rings - reached) / T(rings);
+    const auto reached = std::lower_bound(squares_.begin(), squares_.end() - 1, distance_squared) - squares_.begin();
+    return T(rings - static_cast<std::size_t>(reached)) / T(rings);
   }
   /// Density per steradian of `sample_direction(point, ·)` for the unit `direction` of the line through `on_line`. That the
   /// line passes `point`, too, is known; `on_line` is nearer to the centre and gives its distance more exactly.
@@ -56,15 +57,14 @@ class Aim {
     if (!(glm::dot(offset, direction) > T(0))) return T(0);
     const std::size_t ring = ring_of(on_line, direction);
     const T distance_squared = glm::dot(offset, offset);
-    if (ring == rings || !(square(radii_[ring]) < distance_squared)) return T(0);
-    return T(1) / (T(2) * pi<T> * T(rings) *
-                   (drop(radii_[ring + 1], distance_squared) - drop(radii_[ring], distance_squared)));
+    if (ring == rings || !(squares_[ring] < distance_squared)) return T(0);
+    return T(1) / (T(2) * pi<T> * T(rings) * (drop(ring + 1, distance_squared) - drop(ring, distance_squared)));
   }
 
   /// A point of a line with the unit `direction`, in the plane through the centre.
   [[nodiscard]] Vec3<T> sample_line(const Vec3<T>& direction, const Vec2<T>& u) const noexcept {
     const Ring ring = pick(u.x);
-    const T from = square(radii_[ring.number]), to = square(radii_[ring.number + 1]);
+    const T from = squares_[ring.number], to = squares_[ring.number + 1];
     const T distance = std::sqrt(from + (to - from) * ring.rest), turn = T(2) * pi<T> * u.y;
     const Frame<T> frame = Frame<T>::around(direction);
     return centre_ + (frame.tangent * std::cos(turn) + frame.bitangent * std::sin(turn)) * distance;
@@ -73,7 +73,7 @@ class Aim {
   [[nodiscard]] T line_density(const Vec3<T>& direction, const Vec3<T>& on_line) const noexcept {
     const std::size_t ring = ring_of(on_line, direction);
     if (ring == rings) return T(0);
-    return T(1) / (pi<T> * T(rings) * (square(radii_[ring + 1]) - square(radii_[ring])));
+    return T(1) / (pi<T> * T(rings) * (squares_[ring + 1] - squares_[ring]));
   }
 
  private:
@@ -90,18 +90,17 @@ class Aim {
   [[nodiscard]] std::size_t ring_of(const Vec3<T>& on_line, const Vec3<T>& direction) const noexcept {
     const Vec3<T> across = glm::cross(centre_ - on_line, direction);
     const T distance_squared = glm::dot(across, across);
-    std::size_t ring = 0;
-    while (ring < rings && square(radii_[ring + 1]) <= distance_squared) ++ring;
-    return ring;
+    return static_cast<std::size_t>(std::upper_bound(squares_.begin() + 1, squares_.end(), distance_squared) -
+                                    (squares_.begin() + 1));
   }
-  /// 1 − cos of the half angle of a ball of this radius around the centre; 1 for a radius above the distance.
-  [[nodiscard]] static T drop(T radius, T distance_squared) noexcept {
-    const T sine_squared = std::min(T(1), square(radius) / distance_squared);
+  /// 1 − cos of the half angle of the ball with radius ρ_k; 1 for a radius above the distance.
+  [[nodiscard]] T drop(std::size_t k, T distance_squared) const noexcept {
+    const T sine_squared = std::min(T(1), squares_[k] / distance_squared);
     return sine_squared / (T(1) + std::sqrt(T(1) - sine_squared));
   }
 
   Vec3<T> centre_{T(0)};
-  Radii radii_{};
+  Radii radii_{}, squares_{};
 };
 
 }  // namespace gmis

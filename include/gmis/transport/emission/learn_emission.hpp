@@ -27,6 +27,7 @@ struct Arrival {
   SurfacePoint<T> origin;          ///< x_0; not used for an infinite light
   Vec3<T> direction;               ///< unit, from x_0 to x_1
   Vec3<T> receiver;                ///< x_1
+  T first;                         ///< the light's `EmissionDensity::first`
   double mass;                     ///< what it adds to the picture, about
 };
 
@@ -64,9 +65,9 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
         if (mass > 0 && std::isfinite(mass) &&
             scene.visible(choice.light->is_infinite() ? leave(hit->point, light->to_light)
                                                       : segment(hit->point, light->origin, light->to_light)))
-          found(Arrival<T, typename Sc::Light>{choice.light,
-                                               choice.light->start_numbers(light->origin, -light->to_light),
-                                               light->origin, -light->to_light, hit->point.position, mass});
+          found(Arrival<T, typename Sc::Light>{
+              choice.light, choice.light->start_numbers(light->origin, -light->to_light), light->origin,
+              -light->to_light, hit->point.position, light->density.first, mass});
       }
     source.at_vertex(static_cast<std::uint32_t>(2 * depth + 1));
     const Vec3<T> to_prev = -direction;
@@ -151,7 +152,7 @@ template <std::floating_point T, class L>
 
 }  // namespace detail
 
-/// Learns the guide from arrivals of all lights. `order` gives each light its place, which does not depend on addresses.
+/// Learns the guide from arrivals of all lights. The order of the lights in it does not depend on addresses.
 /// A light with less than a thousandth of the mass keeps its own emission, and so do all but the 64 with the most mass.
 template <Scene Sc>
 [[nodiscard]] EmissionGuide<Sc> guide_from(
@@ -204,18 +205,39 @@ template <Scene Sc>
   return EmissionGuide<Sc>(std::move(lights), static_cast<T>(std::max(own_share, 1.0 - guided / total)));
 }
 
-/// Learns where emission matters from 8192 camera subpaths of their own, spread evenly over the picture, before the first
+/// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide, over that without it. It
+/// is taken for an f that is proportional to the density of the arrivals: below 1 the guide makes emission better, on the whole.
+template <Scene Sc>
+[[nodiscard]] double relative_moment(
+    const Sc& scene, const EmissionGuide<Sc>& guide,
+    std::span<const Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
+  double sum = 0, total = 0;
+  for (const auto& arrival : arrivals) {
+    total += arrival.mass;
+    sum += arrival.mass /
+           static_cast<double>(guide.ratio(*arrival.light, scene.selection_probability(*arrival.light), arrival.first,
+                                           arrival.origin, arrival.direction, arrival.receiver));
+  }
+  return total > 0 ? sum / total : 1.0;
+}
+
+/// Learns where emission matters from camera subpaths of their own, one for four pixels and at most 8192, before the first
 /// iteration: they add nothing to the picture, and the guide depends on no sample that it guides. Camera subpaths find where
 /// light is needed even when no light subpath would: a far sun misses the scene with all of its subpaths.
+/// Empty when a guide would gain little, `relative_moment` above `most_moment`: when most of what the lights emit is of use.
+/// With 0.4, the work of its densities is saved where it was measured not to pay.
 /// Same bits for any number of threads.
 template <Scene Sc, Executor E>
-[[nodiscard]] EmissionGuide<Sc> learn_emission(const Sc& scene, std::uint64_t seed, int max_depth, E& executor) {
+[[nodiscard]] EmissionGuide<Sc> learn_emission(const Sc& scene, std::uint64_t seed, int max_depth, E& executor,
+                                               double most_moment = 0.4) {
   using Found = std::vector<Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>>;
-  constexpr std::size_t paths = 8192, part_size = 256;
+  constexpr std::size_t part_size = 256;
   constexpr std::uint32_t stream = 6;  // the others: `Engine::Stream`
   const glm::ivec2 size = scene.camera().resolution();
   const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
-  std::vector<Found> parts(paths / part_size);
+  const auto part_count = static_cast<std::size_t>(std::clamp<std::uint64_t>(pixels / 1024, 4, 32));
+  const std::size_t paths = part_count * part_size;
+  std::vector<Found> parts(part_count);
   executor.parallel_for(parts.size(), [&](std::size_t part) {
     for (std::size_t i = part * part_size; i < (part + 1) * part_size; ++i) {
       const std::uint64_t pixel = i * pixels / paths;
@@ -227,7 +249,9 @@ template <Scene Sc, Executor E>
   });
   Found all;
   for (const Found& part : parts) all.insert(all.end(), part.begin(), part.end());
-  return guide_from<Sc>(std::move(all));
+  auto guide = guide_from<Sc>(all);
+  if (!guide.is_empty() && relative_moment<Sc>(scene, guide, all) > most_moment) return {};
+  return guide;
 }
 
 }  // namespace gmis
