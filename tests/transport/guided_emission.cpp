@@ -109,10 +109,11 @@ TEST_CASE("Guided starts follow the stated density, which is nowhere below its f
     std::array<double, 12> drawn{}, stated{}, squares{};
     bool is_above_share = true;
     for (int i = 0; i < count; ++i) {
-      gmis::LightChoice<float, gmis::scene::Light<float>> choice{};
-      const auto guided = guide.sample(scene, gmis::uniform<float>(source), two(), two(), choice);
-      if (guided)
-        if (const auto place = passing(scene, *guided)) drawn[place->place] += 1.0 / count;
+      const gmis::GuidedLight<float, gmis::scene::Light<float>>* guided = nullptr;
+      const auto choice = guide.sample_light(scene, gmis::uniform<float>(source), guided);
+      const auto sample = guide.sample(*choice.light, guided, two(), two());
+      if (sample)
+        if (const auto place = passing(scene, *sample)) drawn[place->place] += 1.0 / count;
       // The same places by emission as the lights have it, each start weighted by the ratio of the densities.
       for (int repeat = 0; repeat < repeats; ++repeat) {
         const auto own = scene.sample_light(gmis::uniform<float>(source));

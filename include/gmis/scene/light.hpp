@@ -240,7 +240,8 @@ class Light {
         return area_emission(origin, direction, cosine);
       }
       case Kind::point:
-        return EmissionSample<Spectrum>{place(), direction, emission_ * (T(4) * pi<T>), {T(1), uniform_sphere}};
+        return EmissionSample<Spectrum>{
+            place(), direction, emission_ * (T(1) / uniform_sphere), {T(1), uniform_sphere}};
       case Kind::spot: {
         const T falloff = cone_.falloff(direction);
         if (!(falloff > T(0))) return std::nullopt;
@@ -408,16 +409,16 @@ class Light {
     const T along = glm::dot(offset, direction);
     if (!(glm::dot(offset, offset) - along * along <= square(radius_))) return std::nullopt;
     const Point start{on_line - direction * (radius_ + along), {}, {}, T(0)};
-    if (kind_ == Kind::directional)
-      return EmissionSample<Spectrum>{start, direction, emission_ * (T(1) / inverse_area_), {T(1), inverse_area_}};
-    if (kind_ == Kind::environment)
-      return EmissionSample<Spectrum>{
-          start, direction, emission_ * (T(4) * pi<T> / inverse_area_), {uniform_sphere, inverse_area_}};
-    const Spectrum radiance = map_->radiance(-direction);
-    const T density = map_->density(radiance);
-    if (!(density > T(0))) return std::nullopt;
+    T density(1);  // of the direction
+    Spectrum light = emission_;
+    if (kind_ == Kind::environment) density = uniform_sphere;
+    if (kind_ == Kind::image) {
+      light = map_->radiance(-direction);
+      density = map_->density(light);
+      if (!(density > T(0))) return std::nullopt;
+    }
     return EmissionSample<Spectrum>{
-        start, direction, radiance * (T(1) / (density * inverse_area_)), {density, inverse_area_}};
+        start, direction, light * (T(1) / (density * inverse_area_)), {density, inverse_area_}};
   }
   /// Barycentric coordinates (of the second and third corner) of a point of the triangle that points are drawn from.
   [[nodiscard]] Vec2<T> barycentric(const Vec3<T>& position) const noexcept {

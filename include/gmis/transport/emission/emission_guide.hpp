@@ -55,32 +55,30 @@ class EmissionGuide {
   /// The lights that are guided.
   [[nodiscard]] std::span<const GuidedLight<T, L>> lights() const noexcept { return lights_; }
 
-  /// Draws the start of a light subpath; nothing when the sample fails. The weight and the densities are those of the light
-  /// alone: they must be divided and multiplied by `ratio`. `choice` receives the light, with the probability of
-  /// `sample_light(u)`. The guide must not be empty.
-  [[nodiscard, gnu::noinline]] std::optional<EmissionSample<S>> sample(const Sc& scene, T u_light,
-                                                                       const Vec2<T>& uv_origin,
-                                                                       const Vec2<T>& uv_direction,
-                                                                       LightChoice<T, L>& choice) const {
-    if (u_light < own_share_) {
-      choice = scene.sample_light(u_light / own_share_);
-      if (choice.light == nullptr) return std::nullopt;
-      return choice.light->sample_emission(uv_origin, uv_direction);
-    }
-    const T u = (u_light - own_share_) / (T(1) - own_share_);
-    const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end() - 1, u);
-    const auto& guided = lights_[static_cast<std::size_t>(found - cumulative_.begin())];
-    const L& light = *guided.light;
-    choice = {&light, scene.selection_probability(light)};
+  /// Chooses the light of a light subpath. The probability in the result is that of `scene.sample_light(u)`. `guided`
+  /// receives what `sample` needs: null for a start as the light has it.
+  [[nodiscard]] LightChoice<T, L> sample_light(const Sc& scene, T u, const GuidedLight<T, L>*& guided) const {
+    guided = nullptr;
+    if (u < own_share_) return scene.sample_light(u / own_share_);
+    const auto found =
+        std::upper_bound(cumulative_.begin(), cumulative_.end() - 1, (u - own_share_) / (T(1) - own_share_));
+    guided = &lights_[static_cast<std::size_t>(found - cumulative_.begin())];
+    return {guided->light, scene.selection_probability(*guided->light)};
+  }
+  /// Draws the start of a light subpath on the light that `sample_light` chose; nothing when the sample fails. The weight and
+  /// the densities are those of the light alone: they must be divided and multiplied by `ratio`.
+  [[nodiscard]] std::optional<EmissionSample<S>> sample(const L& light, const GuidedLight<T, L>* guided,
+                                                        const Vec2<T>& uv_origin, const Vec2<T>& uv_direction) const {
+    if (guided == nullptr) return light.sample_emission(uv_origin, uv_direction);
     if (light.is_infinite()) {
-      const auto drawn = light.sample_emission(uv_origin, guided.first.warp(uv_direction).point);
+      const auto drawn = light.sample_emission(uv_origin, guided->first.warp(uv_direction).point);
       if (!drawn) return std::nullopt;
-      const Vec3<T> on_line = guided.aim.sample_line(drawn->direction, uv_origin);
+      const Vec3<T> on_line = guided->aim.sample_line(drawn->direction, uv_origin);
       return light.emission_along({on_line, {}, {}, T(0)}, drawn->direction);
     }
-    const auto drawn = light.sample_emission(guided.first.warp(uv_origin).point, uv_direction);
+    const auto drawn = light.sample_emission(guided->first.warp(uv_origin).point, uv_direction);
     if (!drawn) return std::nullopt;
-    const auto direction = guided.aim.sample_direction(drawn->origin.position, uv_direction);
+    const auto direction = guided->aim.sample_direction(drawn->origin.position, uv_direction);
     return direction ? light.emission_along(drawn->origin, *direction) : drawn;
   }
 

@@ -35,8 +35,13 @@ class LightTree {
     if (context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
     ++output_.counters().light_subpaths;
     source.at_vertex(0);
+    if constexpr (GuidableLight<typename Sc::Light>)
+      if (context_.guide != nullptr) [[unlikely]] {
+        trace_guided(source, stored, expanded);
+        return;
+      }
     if constexpr (Split::splits_light)
-      trace_tree(source, stored, expanded);
+      trace_tree<false>(source, stored, expanded);
     else
       trace_path(source, stored);
   }
@@ -50,7 +55,19 @@ class LightTree {
   /// connection and merging 2 %. A tree would take a minute to compile that way.
   template <UniformSource Source>
   [[gnu::flatten]] void trace_path(Source& source, Chunk* stored) {
-    std::optional<Vertex> first = emit(source);
+    follow_path<false>(source, stored);
+  }
+  /// The same with a guide of emission. It is compiled separately, so that runs without one do no work for it.
+  template <UniformSource Source, class Expanded>
+  [[gnu::noinline]] void trace_guided(Source& source, Chunk* stored, Expanded&& expanded) {
+    if constexpr (Split::splits_light)
+      trace_tree<true>(source, stored, expanded);
+    else
+      follow_path<true>(source, stored);
+  }
+  template <bool is_guided, UniformSource Source>
+  void follow_path(Source& source, Chunk* stored) {
+    std::optional<Vertex> first = emit<is_guided>(source);
     if (!first) return;
     Vertex& vertex = *first;
     std::uint32_t number = 0;  // number of the vertex in its path; it keys the vertex's random numbers
@@ -64,9 +81,9 @@ class LightTree {
     }
   }
 
-  template <UniformSource Source, class Expanded>
+  template <bool is_guided, UniformSource Source, class Expanded>
   void trace_tree(Source& source, Chunk* stored, Expanded&& expanded) {
-    const std::optional<Vertex> first = emit(source);
+    const std::optional<Vertex> first = emit<is_guided>(source);
     std::uint32_t number = 0;
     int remaining = context_.split.budget();
     queue_.clear();
@@ -109,75 +126,69 @@ class LightTree {
   }
 
   /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is unusable.
-  template <UniformSource Source>
+  template <bool is_guided, UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
     const auto [u_x, u_y, v_x, v_y] = uniforms<T, 4>(source);
-    const T u_light = uniform<T>(source);
+    [[maybe_unused]] const GuidedLight<T, typename Sc::Light>* guided = nullptr;
+    const auto choice = [&](T u) {
+      if constexpr (is_guided)
+        return context_.guide->sample_light(context_.scene, u, guided);
+      else
+        return context_.scene.sample_light(u);
+    }(uniform<T>(source));
     const Vec2<T> uv_origin{u_x, u_y}, uv_direction{v_x, v_y};
-    if constexpr (GuidableLight<typename Sc::Light>)
-      if (context_.guide != nullptr) [[unlikely]]
-        return emit_guided(u_light, uv_origin, uv_direction);
-    const auto choice = context_.scene.sample_light(u_light);
     if (choice.light == nullptr) return std::nullopt;
-    auto emission = choice.light->sample_emission(uv_origin, uv_direction);
+    auto emission = [&] {
+      if constexpr (is_guided)
+        return context_.guide->sample(*choice.light, guided, uv_origin, uv_direction);
+      else
+        return choice.light->sample_emission(uv_origin, uv_direction);
+    }();
     if (!emission) return std::nullopt;
-    return arrive_first<false>(choice, *emission);
-  }
-  [[nodiscard, gnu::noinline]] std::optional<Vertex> emit_guided(T u_light, const Vec2<T>& uv_origin,
-                                                                 const Vec2<T>& uv_direction) {
-    LightChoice<T, typename Sc::Light> choice{};
-    auto emission = context_.guide->sample(context_.scene, u_light, uv_origin, uv_direction, choice);
-    if (!emission) return std::nullopt;
-    return arrive_first<true>(choice, *emission);
-  }
 
-  /// Traces the ray of an emission to x_1, as `emit` says. Overwrites its weight.
-  template <bool is_guided>
-  [[nodiscard]] std::optional<Vertex> arrive_first(const LightChoice<T, typename Sc::Light>& choice,
-                                                   EmissionSample<S>& emission) {
-    if constexpr (observes_paths<Output>) output_.on_start(emission.origin, emission.weight);
+    if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
     ++output_.counters().rays;
-    const auto hit = first_hit(context_.scene, emission.origin, emission.direction);
+    const auto hit = first_hit(context_.scene, emission->origin, emission->direction);
     if (!hit) return std::nullopt;
     if (absorbs(context_.scene) && !choice.light->is_infinite()) [[unlikely]]
-      attenuate(context_.scene, emission.origin, emission.direction, hit->point.position, emission.weight);
-    const Vec3<T> offset = hit->point.position - emission.origin.position;
+      attenuate(context_.scene, emission->origin, emission->direction, hit->point.position, emission->weight);
+    const Vec3<T> offset = hit->point.position - emission->origin.position;
     const T distance_squared = glm::dot(offset, offset);
     const bool is_infinite = choice.light->is_infinite();
-    const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission.direction));
+    const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
     // a_1: from the measure of `first` (`EmissionDensity`) to area at x_1
-    T first = emission.density.first;
+    T first = emission->density.first;
     if constexpr (is_guided)
-      first *= context_.guide->ratio(*choice.light, choice.selection_probability, first, emission.origin,
-                                     emission.direction, hit->point.position);
+      first *= context_.guide->ratio(*choice.light, choice.selection_probability, first, emission->origin,
+                                     emission->direction, hit->point.position);
     const T density = first * (is_infinite ? cos_here : cos_here / distance_squared);
-    if (!is_usable(density) || !is_usable(emission.density.origin)) return std::nullopt;
+    if (!is_usable(density) || !is_usable(emission->density.origin)) return std::nullopt;
 
-    if constexpr (is_guided) emission.weight = emission.weight * (emission.density.first / first);
+    if constexpr (is_guided) emission->weight = emission->weight * (emission->density.first / first);
 
     // g_0: b_0 = reverse · g_0; 0 for a delta light, which no ray can hit
     T to_origin = T(0);
     if (!choice.light->is_delta())
       to_origin = is_infinite ? T(1)
-                              : solid_angle_per_area(glm::dot(emission.origin.geometric_normal, emission.direction),
+                              : solid_angle_per_area(glm::dot(emission->origin.geometric_normal, emission->direction),
                                                      distance_squared);
     // a_0 and e_0, each with its own probability of choosing the light; that of a next event is known only here, where its
     // receiver x_1 is  [Georgiev TR 31–33]
     const T next_event = next_event_probability(context_.scene, choice, hit->point) *
-                         choice.light->next_event_density(emission.origin, emission.direction, hit->point);
-    const auto weights = context_.recursion.first_light_vertex(choice.selection_probability * emission.density.origin,
+                         choice.light->next_event_density(emission->origin, emission->direction, hit->point);
+    const auto weights = context_.recursion.first_light_vertex(choice.selection_probability * emission->density.origin,
                                                                next_event, density, to_origin);
     const Vertex vertex{hit->point,
                         hit->bsdf,
-                        -emission.direction,
-                        emission.weight * (T(1) / choice.selection_probability),
+                        -emission->direction,
+                        emission->weight * (T(1) / choice.selection_probability),
                         weights,
                         children_of(hit->bsdf),
                         1,
                         context_.lights_make_photons(),
                         {}};
     if constexpr (observes_paths<Output>)
-      output_.on_vertex(Step<S>{emission.direction, emission.weight, first, T(0), false}, density, vertex,
+      output_.on_vertex(Step<S>{emission->direction, emission->weight, first, T(0), false}, density, vertex,
                         vertex.point);
     return vertex;
   }
