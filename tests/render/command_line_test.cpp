@@ -816,7 +816,7 @@ Translate 500 800 -300
 Material "diffuse" "rgb reflectance" [ 0 0 0 ]
 Shape "sphere" "float radius" 100
 )";
-  const std::string same = "far.pbrt --size 16x16 --integrator vcm --out a.pfm ";
+  const std::string same = "far.pbrt --size 16x16 --integrator vcm --connections 1 --out a.pfm ";
   const auto by_power = run(folder, same + "--iterations 6 --stats power.json --explain");
   const auto learned = run(folder, same + "--iterations 6 --emission learned --stats learned.json --explain");
   INFO(by_power.err << learned.err);
