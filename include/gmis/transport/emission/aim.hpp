@@ -20,13 +20,16 @@ class Aim {
   /// ρ_0 … ρ_16, increasing from ρ_0 = 0.
   using Radii = std::array<T, rings + 1>;
 
+  /// Aims at nothing: its densities are 0.
   Aim() = default;
   /// `radii` must increase from 0.
   Aim(const Vec3<T>& centre, const Radii& radii) noexcept : centre_(centre), radii_(radii) {
     for (std::size_t k = 0; k < squares_.size(); ++k) squares_[k] = square(radii[k]);
   }
 
+  /// What lines pass.
   [[nodiscard]] const Vec3<T>& centre() const noexcept { return centre_; }
+  /// The bounds of the rings.
   [[nodiscard]] const Radii& radii() const noexcept { return radii_; }
 
   /// A direction from `point` towards the centre, at most 90° off. Nothing when `point` is nearer to the centre than the

@@ -31,7 +31,9 @@ class EmissionGuide {
  public:
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
+  /// A light of the scene.
   using L = typename Sc::Light;
+  /// A point of a path.
   using Point = SurfacePoint<T>;
 
   /// Emission as the lights have it.

@@ -22,7 +22,7 @@ namespace gmis {
 /// Light that arrives at a vertex x_1 of a camera subpath from a point x_0 of a light.
 template <std::floating_point T, class L>
 struct Arrival {
-  const L* light;
+  const L* light;                  ///< which
   std::optional<Vec2<T>> numbers;  ///< `start_numbers`
   SurfacePoint<T> origin;          ///< x_0; not used for an infinite light
   Vec3<T> direction;               ///< unit, from x_0 to x_1
