@@ -66,6 +66,12 @@ Scheme scheme_of(const std::string& name) {
   throw InputError("--scheme " + in_quotes(name) + " is not known: use R1, R2, R3, N1, N2 or N3");
 }
 
+Emission emission_of(const std::string& name) {
+  if (name == "power") return Emission::power;
+  if (name == "learned") return Emission::learned;
+  throw InputError("--emission " + in_quotes(name) + " is not known: use power or learned");
+}
+
 Sampler sampler_of(const std::string& name) {
   if (name == "independent") return Sampler::independent;
   if (name == "sobol") return Sampler::sobol;
@@ -92,7 +98,7 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius, sampler = "independent", lights = "power";
+  std::string replay, aov, isa, radius, sampler = "independent", lights = "power", emission = "power";
   std::string tone = "clamp", completion;
   double seconds = 0, relative_error = 0;
   bool manual = false;
@@ -136,6 +142,11 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                  "How next events choose a light: by its power (the default), or by power, distance and orientation as "
                  "the receiver sees it, which pays with many lights")
       ->type_name("power|receiver");
+  app.add_option(
+         "--emission", raw.emission,
+         "Where light subpaths start: as the lights shine, by power (the default), or learned, where their light "
+         "is needed, which pays when lights shine far beyond the picture")
+      ->type_name("power|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)")->type_name("NUMBER");
   app.add_option("--time", raw.seconds, "Stop after so many seconds")->type_name("SECONDS");
@@ -325,6 +336,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
   options.lights = lights_of(raw.lights);
+  options.emission = emission_of(raw.emission);
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);

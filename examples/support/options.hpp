@@ -41,6 +41,7 @@ struct Options {
   SplitChoice split = SplitChoice::local;
   Scheme scheme = Scheme::N3;
   Sampler sampler = Sampler::independent;
+  Emission emission = Emission::power;                             ///< of light subpaths
   scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events
   std::optional<std::array<int, 2>> size;
   int max_depth = 16;

@@ -65,6 +65,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.alpha = options.alpha;
   request.settings.scheme = options.scheme;
   request.settings.sampler = options.sampler;
+  request.settings.emission = options.emission;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;
@@ -124,6 +125,8 @@ std::string explain(const Options& options, const RenderRequest& request, const 
   const SampleCounts& counts = request.settings.counts;
   if (options.lights == scene::LightSelection::by_receiver)
     text << "\nlights      of next events by power, distance and orientation as the receiver sees them";
+  if (options.emission == Emission::learned)
+    text << "\nemission    of light subpaths learned: where their light is needed";
   text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);
   if (request.candidates.size() > 1)
     text << "choice      a pilot chooses among " << request.candidates.size()

@@ -209,11 +209,12 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const ScratchFolder folder;
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
-  for (const char* option : {"--integrator", "--effects", "--split",       "--scheme",     "--size",    "--max-depth",
-                             "--radius",     "--alpha",   "--light-paths", "--seed",       "--threads", "--iterations",
-                             "--time",       "--error",   "--crop",        "--techniques", "--halves",  "--out",
-                             "--stats",      "--log",     "--reference",   "--explain",    "--quiet",   "--list-scenes",
-                             "--check",      "--lenient", "--exposure",    "--aov",        "--lights",  "--resume"}) {
+  for (const char* option :
+       {"--integrator", "--effects",     "--split",       "--scheme",  "--size",       "--max-depth", "--radius",
+        "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
+        "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
+        "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov",
+        "--lights",     "--resume",      "--emission"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -802,6 +803,46 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
   CHECK(refused.exit_code == 2);
   CHECK(refused.err.find("the choice of lights differs: receiver, not power") != std::string::npos);
   CHECK(run(folder, same + "--lights all").err.find("--lights \"all\" is not known: use power or receiver") !=
+        std::string::npos);
+}
+
+TEST_CASE("--emission: where light subpaths start") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "far.pbrt") << R"(LookAt 0 2 -6 0 0 0 0 1 0 Camera "perspective" "float fov" 60
+WorldBegin
+Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
+AreaLightSource "diffuse" "rgb L" [ 60 56 48 ]
+Translate 500 800 -300
+Material "diffuse" "rgb reflectance" [ 0 0 0 ]
+Shape "sphere" "float radius" 100
+)";
+  const std::string same = "far.pbrt --size 16x16 --integrator vcm --connections 1 --out a.pfm ";
+  const auto by_power = run(folder, same + "--iterations 6 --stats power.json --explain");
+  const auto learned = run(folder, same + "--iterations 6 --emission learned --stats learned.json --explain");
+  INFO(by_power.err << learned.err);
+  REQUIRE(by_power.exit_code == 0);
+  REQUIRE(learned.exit_code == 0);
+  CHECK(by_power.out.find("learned: where their light is needed") == std::string::npos);
+  CHECK(learned.out.find("learned: where their light is needed") != std::string::npos);
+  const auto power = nlohmann::json::parse(text_of(folder / "power.json"));
+  const auto other = nlohmann::json::parse(text_of(folder / "learned.json"));
+  CHECK(power["emission"] == "power");
+  CHECK(other["emission"] == "learned");
+  // By power a light subpath meets the floor with a probability of 36/(4π 990²) · 0.8 = 2.4e-6: of 1536, hardly one in 270 runs.
+  CHECK(power["counts"]["photons_stored"] < 3);
+  CHECK(other["counts"]["photons_stored"] > 400);
+
+  // A run that goes on has the same bits: it learns the same.
+  REQUIRE(run(folder, same + "--iterations 3 --emission learned --quiet --checkpoint a.ck").exit_code == 0);
+  const auto resumed =
+      run(folder, same + "--iterations 6 --emission learned --quiet --resume a.ck --stats resumed.json");
+  INFO(resumed.err);
+  REQUIRE(resumed.exit_code == 0);
+  CHECK(nlohmann::json::parse(text_of(folder / "resumed.json"))["image_hash"] == other["image_hash"]);
+  const auto refused = run(folder, same + "--iterations 6 --resume a.ck");
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("the emission differs") != std::string::npos);
+  CHECK(run(folder, same + "--emission all").err.find("--emission \"all\" is not known: use power or learned") !=
         std::string::npos);
 }
 

@@ -276,6 +276,97 @@ TEMPLATE_TEST_CASE("spot lights and image skies: emission, next event and stated
   }
 }
 
+/// `emission_along` and `start_numbers` are inverses of `sample_emission`. `has_numbers`: the light can tell its numbers.
+template <std::floating_point T>
+void check_inverse(const scene::Light<T>& light, bool has_numbers, Philox& source) {
+  const double tolerance = std::same_as<T, float> ? 2e-4 : 1e-10;
+  double worst_number = 0, worst = 0, worst_place = 0;
+  const auto compare = [&](T a, T b) {
+    worst = std::max(worst, std::abs(double(a) - double(b)) / std::max(std::abs(double(a)), 1e-30));
+  };
+  for (int i = 0; i < 2000; ++i) {
+    const auto uv_origin = random_square<T>(source), uv_direction = random_square<T>(source);
+    const auto start = light.sample_emission(uv_origin, uv_direction);
+    if (!start) continue;
+    const auto numbers = light.start_numbers(start->origin, start->direction);
+    REQUIRE(numbers.has_value() == has_numbers);
+    if (numbers) {
+      const Vec2<T> first = light.is_infinite() ? uv_direction : uv_origin;
+      // Near the poles and at the first corner the second number has few digits.
+      const double digits = std::min(1.0, double(std::min(first.x, T(1) - first.x)) * 50);
+      worst_number = std::max(worst_number, std::abs(double(numbers->x - first.x)));
+      const double turn = std::abs(double(numbers->y - first.y));
+      worst_number = std::max(worst_number, std::min(turn, std::abs(1 - turn)) * digits);
+      REQUIRE((numbers->x >= T(0) && numbers->x <= T(1) && numbers->y >= T(0) && numbers->y <= T(1)));
+    }
+    auto at = start->origin;
+    if (light.is_infinite()) at.position += start->direction * T(3);  // any point of the line
+    const auto again = light.emission_along(at, start->direction);
+    if (!again) {  // rounding, at the rim of the disk or of a cone, or where a sky changes
+      CHECK((light.is_infinite() || light.is_spot()));
+      worst_place += 1e-4;
+      continue;
+    }
+    worst_place =
+        std::max(worst_place, double(glm::length(again->origin.position - start->origin.position)) / (1 + tolerance));
+    REQUIRE(again->direction == start->direction);
+    // The falloff of a spot has few digits at its rim, and so has a cosine near 0.
+    const bool is_oblique = glm::length(start->origin.geometric_normal) > T(0) &&
+                            std::abs(glm::dot(start->origin.geometric_normal, start->direction)) < T(0.02);
+    if (is_oblique || (light.is_spot() && start->density.first < T(0.02))) continue;
+    compare(start->weight.x, again->weight.x);
+    compare(start->density.origin, again->density.origin);
+    compare(start->density.first, again->density.first);
+  }
+  CHECK(worst < 10 * tolerance);
+  CHECK(worst_number < tolerance);
+  CHECK(worst_place < 0.01);
+}
+
+TEMPLATE_TEST_CASE("the start of emission can be inverted for every kind of light", "[light]", float, double) {
+  using T = TestType;
+  Philox source(gmis_test::seed(61));
+  const auto enclosed = [](scene::Light<T> light) {
+    light.enclose(Vec3<T>(0, -1, 0), T(5));
+    return light;
+  };
+  check_inverse(triangle_light<T>({-1, 0, 0}, {1, 0, 0.3}, {0, 0.3, 1}), true, source);
+  check_inverse(triangle_light<T>({-1, 0, 0}, {1, 0, 0.3}, {0, 0.3, 1}, true), true, source);
+  for (const bool is_inward : {false, true})
+    for (const bool is_two_sided : {false, true})
+      check_inverse(scene::Light<T>::sphere(Vec3<T>(0.2, 0, 0), T(0.7), is_inward, T(0), Vec3<T>(1), is_two_sided),
+                    true, source);
+  check_inverse(scene::Light<T>::point(Vec3<T>(0.2, 0, 0), Vec3<T>(1)), false, source);
+  check_inverse(spot<T>(0.2, 0.5), false, source);
+  check_inverse(enclosed(scene::Light<T>::directional(glm::normalize(Vec3<T>(0.3, 1, 0.2)), Vec3<T>(1))), false,
+                source);
+  check_inverse(enclosed(scene::Light<T>::environment(Vec3<T>(1))), true, source);
+}
+
+TEST_CASE("the start of emission from an image: the direction has no numbers, the rest is inverted", "[light]") {
+  Philox source(gmis_test::seed(62));
+  EnvironmentImage image{{1, 1}, {glm::vec3(2.0F)}, SkyMapping::latitude_longitude};
+  const EnvironmentMap<double> plain(image, glm::dmat3(1)), map(small_sky(), glm::dmat3(1));
+  for (const auto* const one : {&plain, &map}) {
+    auto sky = scene::Light<double>::environment(*one);
+    sky.enclose(Vec3<double>(0, -1, 0), 5);
+    check_inverse(sky, false, source);
+  }
+}
+
+TEST_CASE("no emission along what does not shine", "[light]") {
+  using T = double;
+  const auto triangle = triangle_light<T>({-1, 0, 0}, {1, 0, 0}, {0, 1, 0});  // shines along +z
+  const auto at = receiver<T>({0, 0.2, 0}, {0, 0, 1});
+  CHECK(triangle.emission_along(at, {0, 0, 1}).has_value());
+  CHECK_FALSE(triangle.emission_along(at, {0, 0, -1}).has_value());
+  CHECK_FALSE(spot<T>(0.2, 0.5).emission_along(at, {0, 1, 0}).has_value());
+  auto sky = scene::Light<T>::environment(Vec3<T>(1));
+  sky.enclose({0, 0, 0}, 2);
+  CHECK(sky.emission_along(receiver<T>({0, 1.9, 0}, {0, 1, 0}), {1, 0, 0}).has_value());
+  CHECK_FALSE(sky.emission_along(receiver<T>({0, 2.1, 0}, {0, 1, 0}), {1, 0, 0}).has_value());
+}
+
 TEST_CASE("a spot light shines as its falloff says, and gives off the power that comes of it", "[light][spot]") {
   using T = double;
   Philox source(gmis_test::seed(60));

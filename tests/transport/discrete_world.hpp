@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/guided_light.hpp"
 #include "gmis/core/light_choice.hpp"
 #include "transport/discrete_atlas.hpp"
 #include "transport/tagged_spectrum.hpp"
@@ -144,6 +145,31 @@ class DiscreteWorld {
       const T weight = laws.emitted(node, direction) * cosine / (density.origin * density.first);
       return gmis::EmissionSample<Spectrum>{origin, direction, Spectrum(weight, tag(node)), density};
     }
+    /// The direction is turned to the nearest surface, and the line through `origin` is moved to it.
+    [[nodiscard]] std::optional<gmis::EmissionSample<Spectrum>> emission_along(const gmis::SurfacePoint<T>& origin,
+                                                                               const V& direction) const {
+      const Atlas& laws = world_->atlas_;
+      const std::size_t node = node_of(origin, direction);
+      const auto distance = [&](std::size_t target) {
+        return is_infinite() ? glm::length(glm::cross(laws.nodes[target].position - origin.position, direction))
+                             : -glm::dot(-laws.direction(target, node), direction);
+      };
+      std::size_t target = node == 0 ? 1 : 0;
+      for (std::size_t i = 0; i < surfaces; ++i)
+        if (i != node && distance(i) < distance(target)) target = i;
+      for (std::size_t i = 0; i < surfaces; ++i)
+        if (i == target) return sample_emission(number(node), {(static_cast<T>(i) + T(0.5)) / T(surfaces), T(0.5)});
+      return std::nullopt;
+    }
+    [[nodiscard]] std::optional<gmis::Vec2<T>> start_numbers(const gmis::SurfacePoint<T>& origin,
+                                                             const V& direction) const {
+      if (is_delta()) return std::nullopt;
+      return atlas_numbers(node_of(origin, direction));
+    }
+    /// The numbers of a node that emits: a law of this world.
+    [[nodiscard]] static gmis::Vec2<T> atlas_numbers(std::size_t node) {
+      return {T(0.03) + T(0.11) * static_cast<T>(node), T(0.97) - T(0.09) * static_cast<T>(node)};
+    }
     [[nodiscard]] gmis::Emitted<Spectrum> emitted(const gmis::SurfacePoint<T>& origin, const V& direction) const {
       const std::size_t node = node_of(origin, direction);
       // Only the nodes of the sky shine.
@@ -170,6 +196,11 @@ class DiscreteWorld {
     }
     [[nodiscard]] static Tag tag(std::size_t node) {
       return {0, static_cast<std::uint8_t>(node), Tag::smooth, TagRole::light};
+    }
+    /// A number from which `sample_emission` chooses this node.
+    [[nodiscard]] gmis::Vec2<T> number(std::size_t node) const {
+      const auto place = std::find(nodes_.begin(), nodes_.end(), node) - nodes_.begin();
+      return {(static_cast<T>(place) + T(0.5)) / static_cast<T>(nodes_.size()), T(0.5)};
     }
     const DiscreteWorld* world_;
     Kind kind_;
@@ -259,6 +290,7 @@ class DiscreteWorld {
   [[nodiscard]] std::array<const Light*, 1> infinite_lights() const { return {&lights_[3]}; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
   [[nodiscard]] const Atlas& atlas() const { return atlas_; }
+  [[nodiscard]] const std::array<Light, 4>& lights() const { return lights_; }
 
  private:
   static constexpr std::size_t surfaces = 5, first_sky = 7, sky_nodes = 2, first_camera = 9;

@@ -12,6 +12,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/discrete_world.hpp"
+#include "transport/guide_oracle.hpp"
 #include "transport/path_oracle.hpp"
 #include "transport/ways.hpp"
 
@@ -172,12 +173,18 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings)
   const auto atlas = world.atlas().template as<long double>();
   auto nominal = nominal_counts<I>(render_settings);
   nominal.chooses_for_receiver = gmis::SceneWithReceiverChoice<World>;
+  const auto guide = random_guide(world, render_settings.seed);
+  if (render_settings.emission == gmis::Emission::learned)
+    nominal.emission_ratio = [&](std::size_t light, std::size_t surface) {
+      return guide_ratio(guide, world, atlas, light, surface);
+    };
   const PathOracle oracle(atlas, nominal);
   const long double trees = std::round(render_settings.counts.light_paths * size * size);
   auto counts = technique_counts<I>(render_settings, 1, trees, 1.0L);
 
   typename I::template Engine<World> engine(world, I::settings(render_settings));
   engine.keep_contributions(true);
+  if (render_settings.emission == gmis::Emission::learned) engine.use_emission_guide(guide);
   gmis::SerialExecutor executor;
   engine.iterate(executor);
   const bool uses_cache =

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "gmis/transport/output/path_output.hpp"
@@ -55,9 +56,11 @@ template <std::floating_point T>
 struct NominalCounts {
   long double light_per_lobe =
       0.0L;  ///< of a light subpath at a surface with smooth lobes, for each of them; 0: one in all
-  long double camera_first = 1.0L;    ///< at the first surface seen that is not purely specular
-  bool camera_stops = false;          ///< camera subpaths go on by delta events alone
-  bool local_merges = false;          ///< photons are what comes from a surface with a narrow lobe
+  long double camera_first = 1.0L;  ///< at the first surface seen that is not purely specular
+  bool camera_stops = false;        ///< camera subpaths go on by delta events alone
+  bool local_merges = false;        ///< photons are what comes from a surface with a narrow lobe
+  /// Guided emission: the density of the start from a node of a light to a surface, relative to that of the light alone.
+  std::function<long double(std::size_t, std::size_t)> emission_ratio;
   bool chooses_for_receiver = false;  ///< next events choose their light for the surface x_1
 };
 
@@ -110,6 +113,7 @@ class PathOracle {
       densities.from_light[i] =
           (i == 1 ? atlas_.emission_first_density(node(0), emitted) : step(path, i - 1, i - 2, i, false, as_drawn)) *
           atlas_.to_area(node(i), node(i - 1));
+    if (nominal_.emission_ratio && k >= 2) densities.from_light[1] *= nominal_.emission_ratio(node(0), node(1));
     // From the camera.
     const V seen = atlas_.nodes[node(k)].is_infinite ? -atlas_.nodes[node(k)].position : towards(k, k - 1);
     for (std::size_t i = k; i-- > 0;)

@@ -42,11 +42,28 @@ template <std::floating_point T>
   return {radius * std::cos(angle), radius * std::sin(angle), z};
 }
 
+/// The inverse of `square_to_sphere`, for a unit vector.
+template <std::floating_point T>
+[[nodiscard]] inline Vec2<T> sphere_to_square(const Vec3<T>& w) noexcept {
+  const T turn = std::atan2(w.y, w.x) / (T(2) * pi<T>);
+  // (1 − z) / 2 = sin² of half the angle from z, accurate at both poles.
+  const T sine_squared = w.x * w.x + w.y * w.y;
+  const T share = w.z > T(0) ? sine_squared / (T(2) * (T(1) + w.z)) : (T(1) - w.z) / T(2);
+  return {std::clamp(share, T(0), T(1)), turn < T(0) ? turn + T(1) : turn};
+}
+
 /// Barycentric coordinates (of the second and third corner) of a uniform point on a triangle, density 1/area per area.
 template <std::floating_point T>
 [[nodiscard]] inline Vec2<T> square_to_triangle(const Vec2<T>& u) noexcept {
   const T root = std::sqrt(u.x);
   return {root * (T(1) - u.y), root * u.y};
+}
+
+/// The inverse of `square_to_triangle`; points beside the triangle are moved onto it.
+template <std::floating_point T>
+[[nodiscard]] inline Vec2<T> triangle_to_square(const Vec2<T>& b) noexcept {
+  const T second = std::max(b.x, T(0)), third = std::max(b.y, T(0)), root = second + third;
+  return {std::min(root * root, T(1)), root > T(0) ? third / root : T(0)};
 }
 
 /// Uniform direction in the cone cos θ ≥ 1 − `one_minus_cos`, density 1/(2π · one_minus_cos) per steradian. The

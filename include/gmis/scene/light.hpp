@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "gmis/core/concepts.hpp"
+#include "gmis/core/guided_light.hpp"
 #include "gmis/core/warp.hpp"
 #include "gmis/scene/edge_margin.hpp"
 #include "gmis/scene/environment_map.hpp"
@@ -228,6 +228,50 @@ class Light {
     return std::nullopt;
   }
 
+  /// The start that `sample_emission` makes at `origin` along `direction` (`GuidableLight`). Nothing on a side that does not
+  /// emit, and for a line that passes the bounding ball of the scene.
+  [[nodiscard]] std::optional<EmissionSample<Spectrum>> emission_along(const Point& origin,
+                                                                       const Vec3<T>& direction) const noexcept {
+    switch (kind_) {
+      case Kind::triangle:
+      case Kind::sphere: {
+        const T cosine = glm::dot(origin.geometric_normal, direction);
+        if (!emits_at(cosine)) return std::nullopt;
+        return area_emission(origin, direction, cosine);
+      }
+      case Kind::point:
+        return EmissionSample<Spectrum>{
+            place(), direction, emission_ * (T(1) / uniform_sphere), {T(1), uniform_sphere}};
+      case Kind::spot: {
+        const T falloff = cone_.falloff(direction);
+        if (!(falloff > T(0))) return std::nullopt;
+        return EmissionSample<Spectrum>{
+            place(), direction, emission_ * cone_.solid_angle(), {T(1), falloff / cone_.solid_angle()}};
+      }
+      case Kind::directional:
+      case Kind::environment:
+      case Kind::image:
+        return infinite_emission(origin.position, direction);
+    }
+    return std::nullopt;
+  }
+
+  /// The inverse of the first part of `sample_emission` (`GuidableLight`): of the point of an area light and of the direction
+  /// of a uniform environment. Nothing for a light whose first part is fixed, and for an image: its alias tables have no
+  /// inverse.
+  [[nodiscard]] std::optional<Vec2<T>> start_numbers(const Point& origin, const Vec3<T>& direction) const noexcept {
+    switch (kind_) {
+      case Kind::triangle:
+        return triangle_to_square(barycentric(origin.position));
+      case Kind::sphere:
+        return sphere_to_square(glm::normalize(origin.position - origin_));
+      case Kind::environment:
+        return sphere_to_square(-direction);
+      default:
+        return std::nullopt;
+    }
+  }
+
   /// Radiance from `origin` along `direction` and the densities of `sample_emission` there; 0 for a delta light and on
   /// a side that does not emit.
   [[nodiscard]] Emitted<Spectrum> emitted(const Point& origin, const Vec3<T>& direction) const noexcept {
@@ -351,8 +395,37 @@ class Light {
     const Vec3<T> local = square_to_cosine_hemisphere(uv);
     if (!(local.z > T(0))) return std::nullopt;
     const Vec3<T> direction = Frame<T>::around(origin.geometric_normal).to_world({local.x, local.y, local.z * side});
+    return area_emission(origin, direction, local.z);
+  }
+  [[nodiscard]] EmissionSample<Spectrum> area_emission(const Point& origin, const Vec3<T>& direction,
+                                                       T cosine) const noexcept {
+    return {origin, direction, emission_ * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_),
+            area_density(cosine)};
+  }
+  /// The start on the disk of the line through `on_line`; nothing when the line passes the bounding ball.
+  [[nodiscard]] std::optional<EmissionSample<Spectrum>> infinite_emission(const Vec3<T>& on_line,
+                                                                          const Vec3<T>& direction) const noexcept {
+    const Vec3<T> offset = on_line - origin_;
+    const T along = glm::dot(offset, direction);
+    if (!(glm::dot(offset, offset) - along * along <= square(radius_))) return std::nullopt;
+    const Point start{on_line - direction * (radius_ + along), {}, {}, T(0)};
+    T density(1);  // of the direction
+    Spectrum light = emission_;
+    if (kind_ == Kind::environment) density = uniform_sphere;
+    if (kind_ == Kind::image) {
+      light = map_->radiance(-direction);
+      density = map_->density(light);
+      if (!(density > T(0))) return std::nullopt;
+    }
     return EmissionSample<Spectrum>{
-        origin, direction, emission_ * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_), area_density(local.z)};
+        start, direction, light * (T(1) / (density * inverse_area_)), {density, inverse_area_}};
+  }
+  /// Barycentric coordinates (of the second and third corner) of a point of the triangle that points are drawn from.
+  [[nodiscard]] Vec2<T> barycentric(const Vec3<T>& position) const noexcept {
+    const Vec3<T> offset = position - origin_, normal = glm::cross(edge_b_, edge_c_);
+    const T inverse = T(1) / glm::dot(normal, normal);
+    return {glm::dot(glm::cross(offset, edge_c_), normal) * inverse,
+            glm::dot(glm::cross(edge_b_, offset), normal) * inverse};
   }
 
   /// A uniform point on the disk that touches the bounding ball on the side of `to_light`.
@@ -377,7 +450,7 @@ class Light {
   const EnvironmentMap<T>* map_ = nullptr;
 };
 
-static_assert(gmis::Light<Light<float>>);
-static_assert(gmis::Light<Light<double>>);
+static_assert(gmis::GuidableLight<Light<float>>);
+static_assert(gmis::GuidableLight<Light<double>>);
 
 }  // namespace gmis::scene

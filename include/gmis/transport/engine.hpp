@@ -8,10 +8,12 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/sobol_numbers.hpp"
+#include "gmis/transport/emission/learn_emission.hpp"
 #include "gmis/transport/method.hpp"
 #include "gmis/transport/photons/pixel_width.hpp"
 #include "gmis/transport/settings.hpp"
@@ -77,6 +79,17 @@ class Engine {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(iteration_, counters_, light_work_, rejections_, seconds_);
+  }
+
+  /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide must not depend on samples
+  /// of the iterations that it serves. Call it before the first iteration with `RenderSettings::emission` learned.
+  void use_emission_guide(EmissionGuide<Sc> guide) {
+    has_learned_ = true;
+    guide_ = std::move(guide);
+  }
+  /// The guide of emission, which is learned before the first iteration; null without one.
+  [[nodiscard]] const EmissionGuide<Sc>* emission_guide() const noexcept {
+    return guide_.is_empty() ? nullptr : &guide_;
   }
 
   /// Prepares the engine to replay paths of `iteration` (output/replay.hpp): traces the light trees of that iteration.
@@ -170,7 +183,7 @@ class Engine {
  private:
   static constexpr std::size_t chunk_size = 256;
   static constexpr std::size_t census_tree_count = 4096;
-  enum Stream : std::uint32_t {  // 3: median_pixel_width
+  enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_emission
     light_stream = 0,
     camera_stream = 1,
     census_stream = 2,
@@ -184,6 +197,11 @@ class Engine {
   /// Starts the next iteration: traces the light trees and builds the grid.
   template <Executor E>
   void begin_iteration(E& executor) {
+    if constexpr (has_light_side && GuidableLight<typename Sc::Light>)
+      if (settings_.emission == Emission::learned && !has_learned_ && counts().traces_light()) {
+        const Stopwatch stopwatch(seconds_.light);
+        use_emission_guide(learn_emission(scene_, settings_.seed, settings_.max_depth, executor));
+      }
     if constexpr (has_light_side)
       if (!knows_trees_ && counts().traces_light() && (Split::splits_light || counts().draws_connections()))
         measure_light_trees(executor);
@@ -235,7 +253,8 @@ class Engine {
   RejectionLog rejections_;
   PhaseSeconds seconds_;
   std::uint32_t iteration_ = 0;
-  bool knows_trees_ = false;
+  bool knows_trees_ = false, has_learned_ = false;
+  EmissionGuide<Sc> guide_;
 };
 
 /// Path tracing: the engine without a light side.
@@ -292,6 +311,9 @@ void Engine<Sc, Method_, Source>::check_settings() const {
   require_argument(!counts.has(Technique::merge) || !settings_.radius || *settings_.radius > 0.0,
                    "RenderSettings::radius is not above 0, but SampleCounts::merges is on: "
                    "leave the radius unset for the default, or switch merging off");
+  require_argument(settings_.emission == Emission::power || GuidableLight<typename Sc::Light>,
+                   "RenderSettings::emission is learned, but the scene's lights cannot be guided: they need "
+                   "start_numbers and emission_along (core/guided_light.hpp)");
   if constexpr (Split::splits_light) {
     require_argument(settings_.light_split != LightSplit::none || !counts.traces_light(),
                      "this engine splits light trees, but RenderSettings::light_split is none: use Engine<Scene>");
@@ -351,7 +373,8 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
           .tree_count = light_tree_count_,
           .merge_normalization = merge_area > T(0) ? T(1) / merge_area : T(0),
           .inverse_radius_squared = radius > T(0) ? T(1) / (radius * radius) : T(0),
-          .filter = PathFilter(settings_.path_classes)};
+          .filter = PathFilter(settings_.path_classes),
+          .guide = emission_guide()};
 }
 
 template <Scene Sc, class Method_, class Source>

@@ -43,12 +43,13 @@ struct EmitterHit {
       return;
     }
     const LightChoice<ScalarOf<S>, L> choice{&light, context.scene.selection_probability(light)};
+    const auto first = guided_first(context, light, choice.selection_probability, emitted.density.first, origin,
+                                    direction, from.position);
     // a_0 and e_0, each with its own probability of choosing the light, and a_1 in the measure of
     // `EmissionDensity::first` [Georgiev TR 37, 42, 43].
     const auto weight = context.recursion.emitter_hit(
         weights, choice.selection_probability * emitted.density.origin,
-        next_event_probability(context.scene, choice, from) * light.next_event_density(origin, direction, from),
-        emitted.density.first);
+        next_event_probability(context.scene, choice, from) * light.next_event_density(origin, direction, from), first);
     output.add(id, throughput * emitted.radiance, weight);
   }
 };

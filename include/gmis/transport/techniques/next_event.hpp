@@ -60,12 +60,14 @@ struct NextEvent {
         hit = vertex.children.forward * bsdf.pdf.forward.value *
               (std::abs(glm::dot(sample->origin.geometric_normal, sample->to_light)) / distance_squared);
     }
+    const T emission_choice = emission_probability(context.scene, choice);
+    const T first = guided_first(context, *choice.light, emission_choice, sample->density.first, sample->origin,
+                                 -sample->to_light, point.position);
     // a_0 and e_0, each with its own probability of choosing the light, b_0, a_1, and the density back to x_2
     // [Georgiev TR 37, 44, 45].
     const auto weight = context.recursion.next_event(
-        vertex.weights, vertex.is_next_to_camera(),
-        emission_probability(context.scene, choice) * sample->density.origin,
-        choice.selection_probability * sample->next_event_density, hit, sample->density.first * to_vertex_area,
+        vertex.weights, vertex.is_next_to_camera(), emission_choice * sample->density.origin,
+        choice.selection_probability * sample->next_event_density, hit, first * to_vertex_area,
         vertex.children.reverse * bsdf.pdf.reverse.value);
     if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);
     if (absorbs(context.scene) && !is_infinite) [[unlikely]]

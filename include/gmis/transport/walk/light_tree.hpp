@@ -35,8 +35,13 @@ class LightTree {
     if (context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
     ++output_.counters().light_subpaths;
     source.at_vertex(0);
+    if constexpr (GuidableLight<typename Sc::Light>)
+      if (context_.guide != nullptr) [[unlikely]] {
+        trace_guided(source, stored, expanded);
+        return;
+      }
     if constexpr (Split::splits_light)
-      trace_tree(source, stored, expanded);
+      trace_tree<false>(source, stored, expanded);
     else
       trace_path(source, stored);
   }
@@ -50,7 +55,19 @@ class LightTree {
   /// connection and merging 2 %. A tree would take a minute to compile that way.
   template <UniformSource Source>
   [[gnu::flatten]] void trace_path(Source& source, Chunk* stored) {
-    std::optional<Vertex> first = emit(source);
+    follow_path<false>(source, stored);
+  }
+  /// The same with a guide of emission. It is compiled separately, so that runs without one do no work for it.
+  template <UniformSource Source, class Expanded>
+  [[gnu::noinline]] void trace_guided(Source& source, Chunk* stored, Expanded&& expanded) {
+    if constexpr (Split::splits_light)
+      trace_tree<true>(source, stored, expanded);
+    else
+      follow_path<true>(source, stored);
+  }
+  template <bool is_guided, UniformSource Source>
+  void follow_path(Source& source, Chunk* stored) {
+    std::optional<Vertex> first = emit<is_guided>(source);
     if (!first) return;
     Vertex& vertex = *first;
     std::uint32_t number = 0;  // number of the vertex in its path; it keys the vertex's random numbers
@@ -64,9 +81,9 @@ class LightTree {
     }
   }
 
-  template <UniformSource Source, class Expanded>
+  template <bool is_guided, UniformSource Source, class Expanded>
   void trace_tree(Source& source, Chunk* stored, Expanded&& expanded) {
-    const std::optional<Vertex> first = emit(source);
+    const std::optional<Vertex> first = emit<is_guided>(source);
     std::uint32_t number = 0;
     int remaining = context_.split.budget();
     queue_.clear();
@@ -109,13 +126,24 @@ class LightTree {
   }
 
   /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is unusable.
-  template <UniformSource Source>
+  template <bool is_guided, UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
     const auto [u_x, u_y, v_x, v_y] = uniforms<T, 4>(source);
-    const auto choice = context_.scene.sample_light(uniform<T>(source));
+    [[maybe_unused]] const GuidedLight<T, typename Sc::Light>* guided = nullptr;
+    const auto choice = [&](T u) {
+      if constexpr (is_guided)
+        return context_.guide->sample_light(context_.scene, u, guided);
+      else
+        return context_.scene.sample_light(u);
+    }(uniform<T>(source));
     const Vec2<T> uv_origin{u_x, u_y}, uv_direction{v_x, v_y};
     if (choice.light == nullptr) return std::nullopt;
-    auto emission = choice.light->sample_emission(uv_origin, uv_direction);
+    auto emission = [&] {
+      if constexpr (is_guided)
+        return context_.guide->sample(*choice.light, guided, uv_origin, uv_direction);
+      else
+        return choice.light->sample_emission(uv_origin, uv_direction);
+    }();
     if (!emission) return std::nullopt;
 
     if constexpr (observes_paths<Output>) output_.on_start(emission->origin, emission->weight);
@@ -129,8 +157,14 @@ class LightTree {
     const bool is_infinite = choice.light->is_infinite();
     const T cos_here = std::abs(glm::dot(hit->point.geometric_normal, emission->direction));
     // a_1: from the measure of `first` (`EmissionDensity`) to area at x_1
-    const T density = emission->density.first * (is_infinite ? cos_here : cos_here / distance_squared);
+    T first = emission->density.first;
+    if constexpr (is_guided)
+      first *= context_.guide->ratio(*choice.light, choice.selection_probability, first, emission->origin,
+                                     emission->direction, hit->point.position);
+    const T density = first * (is_infinite ? cos_here : cos_here / distance_squared);
     if (!is_usable(density) || !is_usable(emission->density.origin)) return std::nullopt;
+
+    if constexpr (is_guided) emission->weight = emission->weight * (emission->density.first / first);
 
     // g_0: b_0 = reverse · g_0; 0 for a delta light, which no ray can hit
     T to_origin = T(0);
@@ -154,8 +188,8 @@ class LightTree {
                         context_.lights_make_photons(),
                         {}};
     if constexpr (observes_paths<Output>)
-      output_.on_vertex(Step<S>{emission->direction, emission->weight, emission->density.first, T(0), false}, density,
-                        vertex, vertex.point);
+      output_.on_vertex(Step<S>{emission->direction, emission->weight, first, T(0), false}, density, vertex,
+                        vertex.point);
     return vertex;
   }
 

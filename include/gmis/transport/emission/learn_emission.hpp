@@ -1,0 +1,257 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gmis/core/light_choice.hpp"
+#include "gmis/core/random.hpp"
+#include "gmis/transport/emission/emission_guide.hpp"
+#include "gmis/transport/walk/first_hit.hpp"
+#include "gmis/transport/walk/scatter.hpp"
+
+namespace gmis {
+
+/// Light that arrives at a vertex x_1 of a camera subpath from a point x_0 of a light.
+template <std::floating_point T, class L>
+struct Arrival {
+  const L* light;                  ///< which
+  std::optional<Vec2<T>> numbers;  ///< `start_numbers`
+  SurfacePoint<T> origin;          ///< x_0; not used for an infinite light
+  Vec3<T> direction;               ///< unit, from x_0 to x_1
+  Vec3<T> receiver;                ///< x_1
+  T first;                         ///< the light's `EmissionDensity::first`
+  double mass;                     ///< what it adds to the picture, about
+};
+
+namespace detail {
+
+/// Follows one camera subpath and takes one sample of the lights at each of its vertices, also at specular ones, where next
+/// events are impossible: light subpaths are needed there most. At a surface with a narrow lobe the BSDF is replaced by that of
+/// a diffuse surface with its albedo.
+template <Scene Sc, UniformSource Source, class Found>
+void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source source, Found&& found) {
+  using T = ScalarOf<typename Sc::Spectrum>;
+  source.at_vertex(0);
+  const auto [u, v, u_lens, v_lens] = uniforms<T, 4>(source);
+  const auto sample = scene.camera().sample_ray(pixel, Vec2<T>{u, v}, Vec2<T>{u_lens, v_lens});
+  if (!sample) return;
+  SurfacePoint<T> from = sample->origin;
+  Vec3<T> direction = sample->direction;
+  T throughput = mean_channel(sample->weight);
+  for (int depth = 1; depth < max_depth; ++depth) {
+    const auto hit = depth == 1 ? first_hit(scene, from, direction) : scene.intersect(leave(from, direction));
+    if (!hit) return;
+    const T survival = survival_probability(hit->bsdf);
+    if (survival == T(0)) return;
+    source.at_vertex(static_cast<std::uint32_t>(2 * depth));
+    const auto [u_light, u_x, u_y] = uniforms<T, 3>(source);
+    const auto choice = sample_light_for(scene, hit->point, u_light);
+    if (choice.light != nullptr)
+      if (const auto light = choice.light->sample_next_event(hit->point, Vec2<T>{u_x, u_y})) {
+        T response = mean_channel(hit->bsdf.albedo()) / pi<T>;
+        if (!hit->bsdf.is_purely_delta() && !has_narrow_lobe(hit->bsdf))
+          response = mean_channel(hit->bsdf.evaluate(-direction, light->to_light, TransportMode::radiance).value);
+        const double mass = static_cast<double>(
+            throughput * response * mean_channel(light->weight) *
+            (std::abs(glm::dot(hit->point.shading_normal, light->to_light)) / choice.selection_probability));
+        if (mass > 0 && std::isfinite(mass) &&
+            scene.visible(choice.light->is_infinite() ? leave(hit->point, light->to_light)
+                                                      : segment(hit->point, light->origin, light->to_light)))
+          found(Arrival<T, typename Sc::Light>{
+              choice.light, choice.light->start_numbers(light->origin, -light->to_light), light->origin,
+              -light->to_light, hit->point.position, light->density.first, mass});
+      }
+    source.at_vertex(static_cast<std::uint32_t>(2 * depth + 1));
+    const Vec3<T> to_prev = -direction;
+    const auto next = scatter<false>(
+        ScatteringVertex<typename Sc::Bsdf>{
+            hit->bsdf, hit->point, to_prev, TransportMode::radiance, survival, {T(1), T(1)}, {T(1), T(1)}},
+        source);
+    if (!next) return;
+    throughput *= mean_channel(next->weight);
+    from = hit->point;
+    direction = next->to_next;
+  }
+}
+
+/// Values with masses, in increasing order; the value below which a share of all mass lies.
+template <std::floating_point T>
+class Quantiles {
+ public:
+  explicit Quantiles(std::vector<std::pair<T, double>> values) : values_(std::move(values)) {
+    std::sort(values_.begin(), values_.end());
+    double sum = 0;
+    for (auto& [value, mass] : values_) mass = sum += mass;
+  }
+  [[nodiscard]] T operator()(double share) const {
+    const double wanted = share * values_.back().second;
+    const auto found = std::lower_bound(values_.begin(), values_.end() - 1, wanted,
+                                        [](const auto& a, double mass) { return a.second < mass; });
+    return found->first;
+  }
+
+ private:
+  std::vector<std::pair<T, double>> values_;
+};
+
+/// The aim of one light: the centre is the median of the receivers in each coordinate, and the rings have the same mass.
+/// Nothing when no line comes towards the centre. All arrivals are of one light.
+template <std::floating_point T, class L>
+[[nodiscard]] std::optional<Aim<T>> aim_at(std::span<const Arrival<T, L>> arrivals) {
+  constexpr T narrowest = T(1e-3), least_growth = T(1.05);
+  std::vector<std::pair<T, double>> values;
+  Vec3<T> centre;
+  for (int axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (const auto& arrival : arrivals) values.emplace_back(arrival.receiver[axis], arrival.mass);
+    centre[axis] = Quantiles<T>(values)(0.5);
+  }
+  values.clear();
+  for (const auto& arrival : arrivals) {
+    const bool is_towards =
+        arrival.light->is_infinite() || glm::dot(centre - arrival.origin.position, arrival.direction) > T(0);
+    if (is_towards)
+      values.emplace_back(glm::length(glm::cross(centre - arrival.receiver, arrival.direction)), arrival.mass);
+  }
+  if (values.empty()) return std::nullopt;
+  const Quantiles<T> distances(std::move(values));
+  if (!(distances(1.0) > T(0))) return std::nullopt;
+  typename Aim<T>::Radii radii{};
+  radii[1] = narrowest * distances(1.0);
+  for (std::size_t k = 1; k < radii.size(); ++k) {
+    const T quantile = distances(static_cast<double>(k) / static_cast<double>(Aim<T>::rings));
+    radii[k] = std::max({quantile, radii[k], radii[k - 1] * least_growth});
+  }
+  return Aim<T>(centre, radii);
+}
+
+/// The table over `start_numbers` of one light: the masses in the bins, spread by (1 2 1)/4 along either axis.
+template <std::floating_point T, class L>
+[[nodiscard]] SquareTable<T> table_of(std::span<const Arrival<T, L>> arrivals) {
+  using Table = SquareTable<T>;
+  constexpr int side = static_cast<int>(Table::side);
+  std::array<double, Table::size> masses{}, spread{};
+  for (const auto& arrival : arrivals)
+    if (arrival.numbers) masses[Table::bin_of(*arrival.numbers)] += arrival.mass;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx)
+          spread[static_cast<std::size_t>(std::clamp(y + dy, 0, side - 1) * side + std::clamp(x + dx, 0, side - 1))] +=
+              masses[static_cast<std::size_t>(y * side + x)] * ((2 - std::abs(dx)) * (2 - std::abs(dy)));
+  return Table(spread, 0.1);
+}
+
+}  // namespace detail
+
+/// Learns the guide from arrivals of all lights. The order of the lights in it does not depend on addresses.
+/// A light with less than a thousandth of the mass keeps its own emission, and so do all but the 64 with the most mass.
+template <Scene Sc>
+[[nodiscard]] EmissionGuide<Sc> guide_from(
+    std::vector<Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
+  using L = typename Sc::Light;
+  using T = ScalarOf<typename Sc::Spectrum>;
+  constexpr std::size_t most_lights = 64, least_arrivals = 16;
+  constexpr double least_share = 1e-3, own_share = 0.25, largest = 32.0;
+  // Single arrivals must not rule the guide: a next event next to a lamp has no bound.
+  double total = 0;
+  for (const auto& arrival : arrivals) total += arrival.mass;
+  const double most = largest * total / static_cast<double>(std::max<std::size_t>(1, arrivals.size()));
+  total = 0;
+  for (auto& arrival : arrivals) total += arrival.mass = std::min(arrival.mass, most);
+
+  // By light, and the lights in the order of their first arrival.
+  std::vector<std::pair<const L*, std::size_t>> first_arrivals;
+  for (std::size_t i = 0; i < arrivals.size(); ++i) first_arrivals.emplace_back(arrivals[i].light, i);
+  std::sort(first_arrivals.begin(), first_arrivals.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? std::less<>{}(a.first, b.first) : a.second < b.second;
+  });
+  struct Part {
+    double mass = 0;
+    std::size_t first = 0;  ///< number of the first arrival
+    std::vector<Arrival<T, L>> arrivals;
+  };
+  std::vector<Part> parts;
+  for (const auto& [light, place] : first_arrivals) {
+    if (parts.empty() || parts.back().arrivals.back().light != light) parts.push_back({0, place, {}});
+    parts.back().mass += arrivals[place].mass;
+    parts.back().arrivals.push_back(arrivals[place]);
+  }
+  std::erase_if(parts, [&](const Part& part) {
+    return part.mass < least_share * total || part.arrivals.size() < least_arrivals;
+  });
+  std::sort(parts.begin(), parts.end(),
+            [](const Part& a, const Part& b) { return a.mass != b.mass ? a.mass > b.mass : a.first < b.first; });
+  if (parts.size() > most_lights) parts.resize(most_lights);
+
+  std::vector<GuidedLight<T, L>> lights;
+  std::vector<double> masses;
+  for (const Part& part : parts)
+    if (const auto aim = detail::aim_at<T, L>(part.arrivals)) {
+      lights.push_back({part.arrivals.front().light, T(0), detail::table_of<T, L>(part.arrivals), *aim});
+      masses.push_back(part.mass);
+    }
+  const double guided = std::accumulate(masses.begin(), masses.end(), 0.0);
+  for (std::size_t i = 0; i < lights.size(); ++i) lights[i].probability = static_cast<T>(masses[i] / guided);
+  // Lights that are not guided keep what they are worth.
+  return EmissionGuide<Sc>(std::move(lights), static_cast<T>(std::max(own_share, 1.0 - guided / total)));
+}
+
+/// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide, over that without it. It
+/// is taken for an f that is proportional to the density of the arrivals: below 1 the guide makes emission better, on the whole.
+template <Scene Sc>
+[[nodiscard]] double relative_moment(
+    const Sc& scene, const EmissionGuide<Sc>& guide,
+    std::span<const Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
+  double sum = 0, total = 0;
+  for (const auto& arrival : arrivals) {
+    total += arrival.mass;
+    sum += arrival.mass /
+           static_cast<double>(guide.ratio(*arrival.light, scene.selection_probability(*arrival.light), arrival.first,
+                                           arrival.origin, arrival.direction, arrival.receiver));
+  }
+  return total > 0 ? sum / total : 1.0;
+}
+
+/// Learns where emission matters from camera subpaths of their own, one for four pixels and at most 8192, before the first
+/// iteration: they add nothing to the picture, and the guide depends on no sample that it guides. Camera subpaths find where
+/// light is needed even when no light subpath would: a far sun misses the scene with all of its subpaths.
+/// Empty when a guide would gain little, `relative_moment` above `most_moment`: when most of what the lights emit is of use.
+/// With 0.4, the work of its densities is saved where it was measured not to pay.
+/// Same bits for any number of threads.
+template <Scene Sc, Executor E>
+[[nodiscard]] EmissionGuide<Sc> learn_emission(const Sc& scene, std::uint64_t seed, int max_depth, E& executor,
+                                               double most_moment = 0.4) {
+  using Found = std::vector<Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>>;
+  constexpr std::size_t part_size = 256;
+  constexpr std::uint32_t stream = 6;  // the others: `Engine::Stream`
+  const glm::ivec2 size = scene.camera().resolution();
+  const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
+  const auto part_count = static_cast<std::size_t>(std::clamp<std::uint64_t>(pixels / 1024, 4, 32));
+  const std::size_t paths = part_count * part_size;
+  std::vector<Found> parts(part_count);
+  executor.parallel_for(parts.size(), [&](std::size_t part) {
+    for (std::size_t i = part * part_size; i < (part + 1) * part_size; ++i) {
+      const std::uint64_t pixel = i * pixels / paths;
+      const auto width = static_cast<std::uint64_t>(size.x);
+      detail::find_arrivals(scene, {static_cast<int>(pixel % width), static_cast<int>(pixel / width)}, max_depth,
+                            Philox(seed, 0, static_cast<std::uint32_t>(i), stream),
+                            [&](const auto& arrival) { parts[part].push_back(arrival); });
+    }
+  });
+  Found all;
+  for (const Found& part : parts) all.insert(all.end(), part.begin(), part.end());
+  auto guide = guide_from<Sc>(all);
+  if (!guide.is_empty() && relative_moment<Sc>(scene, guide, all) > most_moment) return {};
+  return guide;
+}
+
+}  // namespace gmis

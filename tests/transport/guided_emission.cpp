@@ -1,0 +1,299 @@
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include "gmis/core/random.hpp"
+#include "gmis/core/statistics.hpp"
+#include "gmis/scene.hpp"
+#include "gmis/transport/emission/learn_emission.hpp"
+#include "gmis/transport/engine.hpp"
+#include "gmis/transport/integrators.hpp"
+#include "support/catch.hpp"
+#include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
+
+// Learned emission in built-in scenes: starts follow the stated density, pictures keep their energy, and light trees hit what is
+// seen as often as the geometry says.
+
+namespace {
+
+using Scene = gmis::scene::BvhScene<float>;
+using Builder = gmis::scene::SceneBuilder<float>;
+using Guide = gmis::EmissionGuide<Scene>;
+using V = gmis::Vec3<double>;
+
+const V to_sun = glm::normalize(V(0.5, 0.8, -0.33));
+
+void add_quad(Builder& builder, std::size_t material, const V& centre, const V& a, const V& b,
+              const std::optional<gmis::scene::AreaEmission>& emission = {}) {
+  const std::vector<glm::dvec3> corners{centre - a - b, centre + a - b, centre + a + b, centre - a + b};
+  const std::vector<std::array<int, 3>> halves{{0, 1, 2}, {0, 2, 3}};
+  builder.add_mesh({corners, halves}, material, emission);
+}
+
+enum class Lights { far_sphere, sky, image, sun, ceiling, spot_and_point, all };
+
+/// A floor of 2 × 2 with a diffuse ball and a mirror, which throws light onto the floor and is seen from behind.
+Scene make_scene(Lights lights, int size = 24) {
+  Builder builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse({0.6, 0.6, 0.6}));
+  const auto black = builder.add_material(gmis::scene::make_diffuse({0, 0, 0}));
+  const auto mirror = builder.add_material(gmis::scene::make_mirror({0.8, 0.8, 0.8}));
+  add_quad(builder, grey, {0, 0, 0}, {0, 0, 1}, {1, 0, 0});
+  builder.add_sphere({0.4, 0.35, 0.1}, 0.35, grey);
+  add_quad(builder, mirror, {-0.95, 0.4, 0}, {0, 0.4, 0}, {0, 0, 0.6});
+  const bool has_all = lights == Lights::all;
+  const gmis::scene::AreaEmission bright{{9, 9, 9}, false}, dim{{2, 2, 2}, true};
+  if (has_all || lights == Lights::far_sphere) builder.add_sphere(to_sun * 15.0, 4.5, black, bright);
+  if (has_all || lights == Lights::sky) builder.add_environment({0.5, 0.6, 0.7});
+  if (lights == Lights::image) {
+    gmis::scene::EnvironmentImage image{{4, 4}, {}, gmis::scene::SkyMapping::equal_area};
+    for (int i = 0; i < 16; ++i) image.radiance.push_back(glm::vec3(i % 5 == 2 ? 4.0F : 0.2F));
+    builder.add_environment(image);
+  }
+  if (has_all || lights == Lights::sun) builder.add_directional_light(to_sun, {2, 2, 2});
+  if (lights == Lights::ceiling) add_quad(builder, black, {0, 4, 0}, {6, 0, 0}, {0, 0, 6}, dim);
+  if (has_all || lights == Lights::spot_and_point) {
+    builder.add_spot_light({1, 1.5, -0.5}, {-1, -1.5, 0.5}, {3, 3, 3}, 0.2, 0.6);
+    builder.add_point_light({-0.5, 1.2, 0.5}, {1, 1, 1});
+  }
+  // Far away: everything else is small beside the bounding ball.
+  if (lights != Lights::far_sphere) builder.add_sphere({0, -12, 0}, 2, grey);
+  builder.set_camera(gmis::scene::look_at({-2, 2.5, -0.6}, {0.1, 0, 0}, {0, 1, 0}, 40, {size, size}));
+  return builder.build();
+}
+
+Guide learn(const Scene& scene, std::uint64_t seed = gmis_test::seed(7)) {
+  gmis::SerialExecutor executor;
+  return gmis::learn_emission(scene, seed, 8, executor, 1e9);  // also where it would not pay
+}
+
+constexpr std::array every_kind{Lights::far_sphere,     Lights::sky, Lights::image, Lights::sun, Lights::ceiling,
+                                Lights::spot_and_point, Lights::all};
+
+/// Where the line of a start passes the floor's middle: the place of its nearest point, among 12; nothing beyond 2 units.
+struct Passing {
+  gmis::Vec3<float> point;
+  std::size_t place;
+};
+std::optional<Passing> passing(const Scene& scene, const gmis::EmissionSample<gmis::Vec3<float>>& start) {
+  const V origin = scene.statistics().world_origin;  // the scene's own space has the camera at 0
+  const V from = V(start.origin.position) + origin, direction(start.direction);
+  const double along = glm::dot(-from, direction);
+  if (along <= 0) return std::nullopt;
+  const V nearest = from + direction * along;
+  const double distance = glm::length(nearest);
+  if (distance > 2) return std::nullopt;
+  const std::size_t octant = (nearest.x > 0 ? 1U : 0U) + (nearest.y > 0 ? 2U : 0U) + (nearest.z > 0 ? 4U : 0U);
+  return Passing{gmis::Vec3<float>(nearest - origin), distance < 0.6 ? 8 + octant / 2 : octant};
+}
+
+}  // namespace
+
+TEST_CASE("Guided starts follow the stated density, which is nowhere below its fixed share") {
+  constexpr int count = 60'000, repeats = 40;
+  // 7 scenes with 12 places each.
+  const double level = gmis::sidak_level(1e-3, 7 * 12);
+  for (const Lights lights : every_kind) {
+    CAPTURE(static_cast<int>(lights));
+    const Scene scene = make_scene(lights);
+    const Guide guide = learn(scene);
+    REQUIRE_FALSE(guide.is_empty());
+    gmis::Philox source(gmis_test::seed(19));
+    const auto two = [&] {
+      const float u = gmis::uniform<float>(source);
+      return gmis::Vec2<float>{u, gmis::uniform<float>(source)};
+    };
+    std::array<double, 12> drawn{}, stated{}, squares{};
+    bool is_above_share = true;
+    for (int i = 0; i < count; ++i) {
+      const gmis::GuidedLight<float, gmis::scene::Light<float>>* guided = nullptr;
+      const auto choice = guide.sample_light(scene, gmis::uniform<float>(source), guided);
+      const auto sample = guide.sample(*choice.light, guided, two(), two());
+      if (sample)
+        if (const auto place = passing(scene, *sample)) drawn[place->place] += 1.0 / count;
+      // The same places by emission as the lights have it, each start weighted by the ratio of the densities.
+      for (int repeat = 0; repeat < repeats; ++repeat) {
+        const auto own = scene.sample_light(gmis::uniform<float>(source));
+        const auto start = own.light->sample_emission(two(), two());
+        if (!start) continue;
+        const auto place = passing(scene, *start);
+        if (!place) continue;
+        const double ratio =
+            static_cast<double>(guide.ratio(*own.light, own.selection_probability, start->density.first, start->origin,
+                                            start->direction, place->point));
+        is_above_share = is_above_share && ratio >= static_cast<double>(guide.own_share());
+        stated[place->place] += ratio / (1.0 * repeats * count);
+        squares[place->place] += ratio * ratio / (repeats * count);
+      }
+    }
+    CHECK(is_above_share);
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      const double error = std::sqrt(drawn[i] * (1 - drawn[i]) / count + squares[i] / (repeats * count));
+      CAPTURE(i, drawn[i], stated[i], error);
+      if (drawn[i] * count < 50) continue;  // below, neither number is normal
+      CHECK(gmis::z_test(drawn[i], error, stated[i]).passes(level));
+    }
+  }
+}
+
+namespace {
+struct Backwards {
+  template <class Work>
+  void parallel_for(std::size_t count, Work&& work) const {
+    while (count-- > 0) work(count);
+  }
+};
+}  // namespace
+
+TEST_CASE("What is learned depends on the seed alone, not on who does which part of the work when") {
+  const Scene scene = make_scene(Lights::all);
+  Backwards executor;
+  const Guide forwards = learn(scene, 3), backwards = gmis::learn_emission(scene, 3, 8, executor, 1e9);
+  REQUIRE(forwards.lights().size() == backwards.lights().size());
+  REQUIRE(forwards.lights().size() >= 2);
+  for (std::size_t i = 0; i < forwards.lights().size(); ++i) {
+    const auto &a = forwards.lights()[i], &b = backwards.lights()[i];
+    CHECK(a.light == b.light);
+    CHECK(a.probability == b.probability);
+    CHECK(a.first.bins() == b.first.bins());
+    CHECK(a.aim.centre() == b.aim.centre());
+    CHECK(a.aim.radii() == b.aim.radii());
+  }
+}
+
+TEST_CASE("A run that goes on later learns the same: its pictures have the same bits") {
+  const Scene scene = make_scene(Lights::far_sphere);
+  gmis::RenderSettings settings;
+  settings.emission = gmis::Emission::learned;
+  settings.max_depth = 5;
+  settings.seed = 3;
+  gmis::SerialExecutor executor;
+  gmis::Engine<Scene> whole(scene, settings), later(scene, settings);
+  for (int i = 0; i < 3; ++i) whole.iterate(executor);
+  later.continue_after(2);
+  later.iterate(executor);
+  REQUIRE(later.emission_guide() != nullptr);
+  CHECK(std::memcmp(whole.frame().data(), later.frame().data(), whole.frame().size_bytes()) == 0);
+}
+
+TEST_CASE("Nothing is guided where most of what the lights emit is of use") {
+  Builder builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse({0.5, 0.5, 0.5}));
+  builder.add_sphere({0, 0, 0}, 5, grey);
+  builder.add_point_light({0, 3, 0}, {10, 10, 10});
+  builder.set_camera(gmis::scene::look_at({0, 0, -2}, {0, 0, 1}, {0, 1, 0}, 80, {16, 16}));
+  const Scene scene = builder.build();
+  gmis::SerialExecutor executor;
+  CHECK(gmis::learn_emission(scene, gmis_test::seed(8), 8, executor).is_empty());
+}
+
+namespace {
+
+struct Mean {
+  double value = 0, standard_error = 0;
+  gmis::Counters counters;
+};
+
+Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, gmis::Emission emission, int iterations) {
+  gmis::RenderSettings settings;
+  settings.counts = counts;
+  settings.max_depth = 5;
+  settings.emission = emission;
+  settings.seed = gmis_test::seed(emission == gmis::Emission::learned ? 43 : 44);
+  gmis::Engine<Scene> engine(scene, settings);
+  gmis::SerialExecutor executor;
+  if (emission == gmis::Emission::learned) engine.use_emission_guide(learn(scene, settings.seed));
+  double sum = 0, squares = 0;
+  for (int i = 0; i < iterations; ++i) {
+    engine.iterate(executor);
+    double mean = 0;
+    for (const auto& pixel : engine.frame())
+      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
+    sum += mean / iterations;
+    squares += mean * mean / iterations;
+  }
+  CHECK(engine.counters().rejected() == 0);
+  CHECK((engine.emission_guide() != nullptr) == (emission == gmis::Emission::learned));
+  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1)), engine.counters()};
+}
+
+}  // namespace
+
+TEST_CASE("Learned emission keeps the energy, with every technique and under every kind of light") {
+  // 6 scenes, 2 integrators. Merging is biased a little, in its own way with each set of weights.
+  const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 12) / 2);
+  for (const Lights lights : every_kind) {
+    if (lights == Lights::all) continue;  // by power, hardly a tree starts on the small lights
+    const Scene scene = make_scene(lights);
+    for (const auto* const counts : {&gmis::integrators::bpt, &gmis::integrators::vcm}) {
+      const Mean truth = mean_of(scene, *counts, gmis::Emission::power, 1000);
+      const Mean learned = mean_of(scene, *counts, gmis::Emission::learned, 400);
+      const double error = std::hypot(truth.standard_error, learned.standard_error);
+      const double bias = counts->merges ? 0.003 : 0.0;
+      CAPTURE(static_cast<int>(lights), counts->merges, learned.value / truth.value, error / truth.value);
+      CHECK(std::abs(learned.value - truth.value) < quantile * error + bias * truth.value);
+      CHECK(quantile * error < 0.03 * truth.value);  // so that 3 % shows
+    }
+  }
+}
+
+TEST_CASE("A far sun over a small floor: light trees hit it as much more often as the geometry says") {
+  // The sun of radius R at a distance d emits 4π²R²L. The floor of area A receives A cos θ π L (R/d)²: a share of
+  // A cos θ / (4π d²) of all light trees, exact as long as the sun is far away.
+  constexpr double distance = 3000, radius = 300, area = 4;
+  Builder builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse({0.6, 0.6, 0.6}));
+  const auto black = builder.add_material(gmis::scene::make_diffuse({0, 0, 0}));
+  add_quad(builder, grey, {0, 0, 0}, {0, 0, 1}, {1, 0, 0});
+  builder.add_sphere(to_sun * distance, radius, black, gmis::scene::AreaEmission{{9, 9, 9}, false});
+  builder.set_camera(gmis::scene::look_at({0, 1.5, -3}, {0, 0, 0}, {0, 1, 0}, 50, {64, 64}));
+  const Scene scene = builder.build();
+  const double by_power = area * to_sun.y / (4 * gmis::pi<double> * distance * distance);
+  CHECK(by_power < 1e-7);  // so that no tree at all would hit it
+
+  constexpr int iterations = 8;
+  gmis::SampleCounts counts = gmis::integrators::bpt;
+  gmis::RenderSettings settings;
+  settings.counts = counts;
+  settings.max_depth = 3;
+  settings.seed = gmis_test::seed(45);
+  settings.emission = gmis::Emission::learned;
+  gmis::Engine<Scene> engine(scene, settings);
+  gmis::SerialExecutor executor;
+  for (int i = 0; i < iterations; ++i) engine.iterate(executor);
+  const double trees = static_cast<double>(engine.counters().light_subpaths);
+  const double hits = static_cast<double>(engine.counters().photons_stored) / trees;  // the floor is all they can hit
+
+  // The share of the guided starts that hit the floor is that by power times the mean ratio of the densities over the lines
+  // between the floor and the sun. All those lines carry about the same light.
+  const Guide& guide = *engine.emission_guide();
+  const auto& sun = scene.lights()[0];
+  gmis::Philox source(gmis_test::seed(46));
+  constexpr int count = 200'000;
+  double mean = 0, squares = 0;
+  for (int i = 0; i < count; ++i) {
+    const float u = gmis::uniform<float>(source), v = gmis::uniform<float>(source);
+    const V at(2.0 * static_cast<double>(u) - 1, 0, 2.0 * static_cast<double>(v) - 1);
+    // The scene's own space has the camera at 0.
+    gmis::SurfacePoint<float> point{
+        gmis::Vec3<float>(at - scene.statistics().world_origin), {0, 1, 0}, {0, 1, 0}, 0.0F};
+    const float a = gmis::uniform<float>(source), b = gmis::uniform<float>(source);
+    const auto sample = sun.sample_next_event(point, {a, b});
+    REQUIRE(sample.has_value());
+    const double ratio = static_cast<double>(
+        guide.ratio(sun, 1.0F, sample->density.first, sample->origin, -sample->to_light, point.position));
+    const double carried = static_cast<double>(sample->to_light.y) / to_sun.y;
+    mean += ratio * carried * by_power / count;
+    squares += gmis::square(ratio * carried * by_power) / count;
+  }
+  // Floats: a direction over 3000 units is off by 2e-4 units at the floor, of 2 across, and 1 % of the sun's edge is dark.
+  const double error = std::hypot(std::sqrt(hits * (1 - hits) / trees), std::sqrt((squares - mean * mean) / count));
+  CAPTURE(hits, mean, hits / by_power, error);
+  CHECK(std::abs(hits - mean) < gmis::normal_quantile(1 - 1e-4) * error + 0.01 * mean);
+  // The rings that the floor fills, the half of the sun that faces it, and a quarter as by power: more than 0.4 of all.
+  CHECK(hits > 0.4);
+  CHECK(hits / by_power > 4e6);
+}
