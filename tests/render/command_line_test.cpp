@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "gmis/render/expected_law.hpp"
 #include "program.hpp"
 #include "support/catch.hpp"
 #include "support/executor.hpp"
@@ -744,11 +745,27 @@ TEST_CASE("A choice tells its prices before the run, and a run with merging its 
   INFO(told.err << told.out);
   REQUIRE(told.exit_code == 0);
   const auto json = nlohmann::json::parse(text_of(folder / "a.json"));
-  const double variance = json["choice"]["chosen"]["variance"];
+  // The law of the forecasts in the file.
+  gmis::Choice choice;
+  choice.expected_iterations = 12;
+  const auto& chosen = json["choice"]["chosen"];
+  for (const auto& one : json["choice"]["forecasts"]) {
+    gmis::Forecast forecast;
+    forecast.counts = {one["light_paths"], one["connections"], one["splats"], one["merges"]};
+    forecast.counts.local_merges = one["local_merges"];
+    forecast.counts.radius_factor = one["radius_factor"];
+    forecast.counts.camera_children = one["camera_children"];
+    forecast.variance = one["variance"];
+    if (one == chosen) choice.chosen = choice.forecasts.size();
+    choice.forecasts.push_back(forecast);
+  }
+  REQUIRE(choice.chosen.has_value());
+  const auto law = gmis::expected_law(choice, choice.forecasts[*choice.chosen].counts, json["alpha"].get<double>());
+  CHECK(law.merging > 0);
   REQUIRE(json["forecast"].size() == 5);
   for (const auto& price : json["forecast"]) {
     const double error = price["error"];
-    CHECK(price["iterations"].get<double>() == std::max(1.0, std::ceil(variance / (error * error))));
+    CHECK(price["iterations"].get<double>() == Approx(std::max(1.0, std::ceil(law.iterations_to_reach(error)))));
     CHECK(price["wall_seconds"].get<double>() > 0);
     CHECK_FALSE(price["is_reached"].get<bool>());
   }

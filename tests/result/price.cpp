@@ -85,7 +85,7 @@ TEST_CASE("The law of an error follows its definition, summed by brute force") {
 }
 
 TEST_CASE("The price where merging shrinks its disk is that of the fitted law") {
-  const double errors[] = {0.02, 0.005};
+  const double errors[] = {0.05, 0.02};
   for (const double alpha : {0.75, 0.5})
     for (const double merging : {0.02, 0.1, 0.6}) {
       const gmis::ErrorLaw law{0.25, merging, alpha};
@@ -95,7 +95,7 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       CAPTURE(alpha, merging, exact->law.independent, exact->law.merging);
       for (const gmis::Price& price : exact->prices)
         CHECK(squared_error(law, static_cast<int>(price.iterations)) ==
-              Approx(price.error * price.error).epsilon(5e-3));
+              Approx(price.error * price.error).epsilon(5e-3 + 1 / price.iterations));  // rounded up
       // Without a forecast the fit counts for four fifths.
       const auto fitted = gmis::price_table(log, errors, {1.0, 0.0, alpha});
       REQUIRE(fitted.has_value());
