@@ -202,17 +202,17 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot]") {
   auto rendered = wide;
   rendered.counts = merges;
   gmis::SerialExecutor executor;
-  constexpr std::size_t batches = 45;  // so many that limits hardly vary
+  constexpr std::size_t count = 45;  // so many that limits hardly vary
   constexpr int iterations = 125;
   const auto add = [](double value, double& sum, double& squares) {
-    sum += value / batches;
-    squares += value * value / batches;
+    sum += value / count;
+    squares += value * value / count;
   };
   const auto error = [](double sum, double squares) {
-    return std::sqrt(std::max(0.0, squares - sum * sum) / (batches - 1));
+    return std::sqrt(std::max(0.0, squares - sum * sum) / (count - 1));
   };
   double loss = 0, loss_squares = 0, forecast = 0, forecast_squares = 0, of_half = 0, bound = 0;
-  for (std::size_t batch = 0; batch < batches; ++batch) {
+  for (std::size_t batch = 0; batch < count; ++batch) {
     ++rendered.seed;
     gmis::Engine<Scene> engine(scene, rendered);
     double mean = 0;
@@ -227,12 +227,12 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot]") {
     for (int i = 0; i < iterations; ++i) pilot.iterate(executor);
     const auto forecasts = pilot.forecasts();
     add(forecasts[0].squared_bias, forecast, forecast_squares);
-    of_half += forecasts[1].squared_bias / batches;
-    bound += forecasts[0].squared_bias_bound / batches;
+    of_half += forecasts[1].squared_bias / count;
+    bound += forecasts[0].squared_bias_bound / count;
   }
   // The first order leaves out the square of r²/8, 8 % of the loss; the forecast is a lower bound. It sees at least 0.7 of the
   // loss: noise takes away less.
-  const double limit = gmis::student_t_quantile(1 - level / 2, batches - 1) *
+  const double limit = gmis::student_t_quantile(1 - level / 2, count - 1) *
                        std::hypot(2 * loss * error(loss, loss_squares), error(forecast, forecast_squares));
   CAPTURE(loss, std::sqrt(forecast), limit);
   CHECK(forecast < gmis::square(1.08 * loss) + limit);
