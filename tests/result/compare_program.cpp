@@ -76,6 +76,26 @@ TEST_CASE("A comparison leaves a report, its tables, its logs and a reference th
   CHECK(second.out.find("seed 2 of 2") != std::string::npos);
 }
 
+TEST_CASE("The curves of all scenes as one picture") {
+  const ScratchFolder folder;
+  const Outcome drawn =
+      run(folder, "cornell paper2 --integrators pt,vcm --size 8x6 --time 0.05 --seeds 1 --out here --figure all.svg");
+  if (drawn.err.find("gnuplot is not here") != std::string::npos) {
+    CHECK(drawn.exit_code == 2);
+    CHECK(drawn.err.find("--figure all.svg") != std::string::npos);
+    return;
+  }
+  INFO(drawn.err);
+  REQUIRE(drawn.exit_code == 0);
+  const std::string svg = text_of(folder.path / "all.svg");
+  CHECK(svg.starts_with("<svg xmlns"));
+  CHECK(svg.ends_with("</svg>\n"));
+  CHECK(occurrences(svg, "<svg") == 3);
+  CHECK(occurrences(svg, "</svg>") == 3);
+  for (const char* part : {">cornell</text>", ">paper2</text>", "--series-2", "prefers-color-scheme:dark"})
+    CHECK(svg.find(part) != std::string::npos);
+}
+
 TEST_CASE("Ctrl-C in the middle of a comparison leaves a valid report of what there is") {
   const ScratchFolder folder;
   const pid_t child = fork();
