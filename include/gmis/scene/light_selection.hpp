@@ -24,6 +24,7 @@ enum class LightSelection {
 [[nodiscard]] constexpr double infinite_share(double infinite_power, std::size_t infinite_lights,
                                               double local_power) noexcept {
   constexpr double least = 0.1;
+  if (!(infinite_power > 0) || !(local_power > 0)) return infinite_power > 0 ? 1 : 0;
   return local_power >= least * (infinite_power + local_power)
              ? infinite_power / (infinite_power + local_power)
              : balanced_infinite_share(infinite_power, infinite_lights, local_power);

@@ -480,8 +480,9 @@ class SceneBuilder {
       (lights[i].is_infinite() ? infinite : local) += powers[i];
       if (lights[i].is_infinite() && powers[i] > 0) ++infinite_count;
     }
-    const double share = infinite_share(infinite, infinite_count, local), by_power = infinite / (infinite + local);
-    if (!(local > 0) || !(share < by_power)) return;
+    if (!(infinite > 0) || !(local > 0)) return;
+    const double share = infinite_share(infinite, infinite_count, local);
+    if (!(share < infinite / (infinite + local))) return;
     const double scale = share / (1 - share) * local / infinite;
     for (std::size_t i = 0; i < lights.size(); ++i)
       if (lights[i].is_infinite()) powers[i] *= scale;
