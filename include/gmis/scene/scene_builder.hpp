@@ -259,10 +259,11 @@ class SceneBuilder {
   };
   /// What the triangles of the tree are: `numbers` of those that were added, or, from `triangles_.size()` on, of pieces.
   struct KeptTriangles {
+    /// A piece of a triangle that was cut.
     struct Piece {
       std::uint32_t source;  ///< in `triangles_`
       glm::dvec3 normal;     ///< of the whole, unit
-      TrianglePiece shape;
+      TrianglePiece shape;   ///< its corners
     };
     std::vector<std::uint32_t> numbers;
     std::vector<Piece> pieces;
