@@ -14,9 +14,11 @@ gmis::RenderSettings settings() {
   return result;
 }
 
+constexpr int iterations = 5;  // so many that the numbers of whole paths are reached with any seed
+
 template <class I, class World_ = World>
 void check(const gmis::RenderSettings& render_settings = settings()) {
-  gmis_test::path_by_path::check_both_cameras<I, World_>(1e-10, 60, render_settings);
+  gmis_test::path_by_path::check_both_cameras<I, World_>(1e-10, 100, render_settings, iterations);
 }
 
 }  // namespace
@@ -24,7 +26,7 @@ void check(const gmis::RenderSettings& render_settings = settings()) {
 TEST_CASE("guided emission: what the engine weights and adds is what brute force says") {
   using namespace gmis_test::ways;
   SECTION("lt") {
-    gmis_test::path_by_path::check_both_cameras<Lt, World>(1e-10, 25, settings());
+    gmis_test::path_by_path::check_both_cameras<Lt, World>(1e-10, 50, settings(), iterations);
   }
   SECTION("bpt") {
     check<Bpt>();

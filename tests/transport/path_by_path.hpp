@@ -166,9 +166,9 @@ long double connect_count(const PathOracle& oracle, const DiscretePath& path, st
 }
 
 template <class I, class World>
-Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings) {
+Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings, int iterations) {
   using T = gmis::ScalarOf<typename World::Spectrum>;
-  const int size = 32, iterations = 3;
+  const int size = 32;
   const World world(make_atlas<T>(5, has_parallel_rays), size);
   const auto atlas = world.atlas().template as<long double>();
   auto nominal = nominal_counts<I>(render_settings);
@@ -258,10 +258,11 @@ inline void check(const Outcome& outcome, double tolerance, std::size_t whole) {
 }
 
 template <class I, class World>
-void check_both_cameras(double tolerance, std::size_t whole, const gmis::RenderSettings& render_settings) {
+void check_both_cameras(double tolerance, std::size_t whole, const gmis::RenderSettings& render_settings,
+                        int iterations = 3) {
   for (const bool has_parallel_rays : {false, true}) {
     CAPTURE(has_parallel_rays);
-    check(run<I, World>(has_parallel_rays, render_settings), tolerance, whole);
+    check(run<I, World>(has_parallel_rays, render_settings, iterations), tolerance, whole);
   }
 }
 

@@ -20,11 +20,10 @@ enum class LightSelection {
 }
 
 /// The probability of infinite lights together in `LightSelection::by_power`: by power, or balanced where the lights at a place would
-/// have less than a tenth.
+/// have less than a tenth. Both powers must be above 0.
 [[nodiscard]] constexpr double infinite_share(double infinite_power, std::size_t infinite_lights,
                                               double local_power) noexcept {
   constexpr double least = 0.1;
-  if (!(infinite_power > 0) || !(local_power > 0)) return infinite_power > 0 ? 1 : 0;
   return local_power >= least * (infinite_power + local_power)
              ? infinite_power / (infinite_power + local_power)
              : balanced_infinite_share(infinite_power, infinite_lights, local_power);
