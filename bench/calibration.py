@@ -1,10 +1,8 @@
 """The error that a run states over the true one of that very run, and how often its interval covers it.
 
-For every scene and number of iterations the same run is made with many seeds. Its true error is the square root of its
-relMSE against a reference of other seeds. The reference has two independent halves a and b, and (x - a) (x - b) takes the
-place of (x - ref)^2: what remains of it in the mean is the run's own error alone, without the reference's. Merging integrators
-are held against their own mean at the same radius, since the error that a run states is without merging's bias; the radius
-shrinks with the iterations, so what bias is left in the comparison counts as error here.
+For every scene and number of iterations the same run is made with many seeds. Its true error is the square root of its relMSE
+against the other seeds: against all that they rendered, or, where something merges, against what they have after the same number
+of iterations, since the error that a run states is without merging's bias, which shrinks with the radius.
 
 Writes out/calibration/table.md and runs.json, and the table in docs/accuracy-and-time.md when all scenes took part.
 """
@@ -17,27 +15,27 @@ import pathlib
 import statistics
 import subprocess
 
-from measuring import FOURTEEN, read_pfm, write_into
+from measuring import FOURTEEN, own_errors, read_pfm, write_into
 
-# Name: scene, options of the run, what the reference has instead, whether rare, bright samples rule its error.
+# Name: scene, options of the run.
 BPT = ["--integrator", "bpt", "--connections", "1"]
 VCM = ["--integrator", "vcm", "--connections", "1"]
 CASES = {
-    "cornell, bpt": ("cornell", BPT, [], False),
-    "paper2, bpt": ("paper2", BPT, [], False),
-    "all_glossy, bpt": (FOURTEEN["all_glossy"], BPT, [], False),
-    "open_sky, bpt": (FOURTEEN["open_sky"], BPT, [], False),
-    "one_point_light, bpt": (FOURTEEN["one_point_light"], BPT, [], False),
-    "slit, bpt": (FOURTEEN["slit"], BPT, [], False),
-    "mixed, vcm": (FOURTEEN["mixed"], VCM, [], False),
-    "paper1, vcm": ("paper1", VCM, [], True),
-    "paper1, bpt": ("paper1", BPT, VCM, True),
-    "paper3, bpt": ("paper3", BPT, [], True),
-    "paper4, vcm": ("paper4", VCM, [], True),
-    "caustic_pool, vcm": (FOURTEEN["caustic_pool"], VCM, [], True),
-    "light_behind_glass, vcm": (FOURTEEN["light_behind_glass"], VCM, [], True),
-    "mirror_hall, bpt": (FOURTEEN["mirror_hall"], BPT, [], True),
-    "many_lights, bpt": (FOURTEEN["many_lights"], BPT, [], True),
+    "cornell, bpt": ("cornell", BPT),
+    "paper2, bpt": ("paper2", BPT),
+    "all_glossy, bpt": (FOURTEEN["all_glossy"], BPT),
+    "open_sky, bpt": (FOURTEEN["open_sky"], BPT),
+    "one_point_light, bpt": (FOURTEEN["one_point_light"], BPT),
+    "slit, bpt": (FOURTEEN["slit"], BPT),
+    "mixed, vcm": (FOURTEEN["mixed"], VCM),
+    "paper1, vcm": ("paper1", VCM),
+    "paper1, bpt": ("paper1", BPT),
+    "paper3, bpt": ("paper3", BPT),
+    "paper4, vcm": ("paper4", VCM),
+    "caustic_pool, vcm": (FOURTEEN["caustic_pool"], VCM),
+    "light_behind_glass, vcm": (FOURTEEN["light_behind_glass"], VCM),
+    "mirror_hall, bpt": (FOURTEEN["mirror_hall"], BPT),
+    "many_lights, bpt": (FOURTEEN["many_lights"], BPT),
 }
 ITERATIONS = (8, 16, 32, 128)
 DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
@@ -51,14 +49,6 @@ def render(options, scene, extra, stem):
         subprocess.run([options.renderer, scene, "--size", options.size, "--max-depth", "8", "--threads", "1", "--quiet",
                         "--out", str(image), "--stats", str(stats), *extra], check=True, stdin=subprocess.DEVNULL)
     return read_pfm(image), json.loads(stats.read_text())
-
-
-def true_error(image, a, b):
-    square = 0.0
-    for x, one, other in zip(image, a, b):
-        reference = (one + other) / 2
-        square += (x - one) * (x - other) / (reference * reference + 0.01)
-    return max(square / len(image), 0.0) ** 0.5
 
 
 def percentile(values, share):
@@ -80,22 +70,23 @@ def row_of(name, runs):
 
 
 def measure(options, pool, name):
-    scene, run_options, reference_options, _ = CASES[name]
+    scene, run_options = CASES[name]
     folder = options.out / name.replace(", ", "_")
     folder.mkdir(parents=True, exist_ok=True)
-    halves = [pool.submit(render, options, scene, [*(reference_options or run_options), "--iterations",
-                                                   str(options.reference_iterations), "--seed", str(1_000_000 + half)],
-                          folder / f"reference_{options.size}_{options.reference_iterations}_{half}") for half in range(2)]
     jobs = {(seed, iterations): pool.submit(
         render, options, scene, [*run_options, "--iterations", str(iterations), "--seed", str(seed)],
         folder / f"run_{options.size}_{iterations}_{seed}") for seed in range(options.seeds) for iterations in ITERATIONS}
-    (a, _), (b, _) = (half.result() for half in halves)
+    made = {key: job.result() for key, job in jobs.items()}
+    pictures = {n: [made[seed, n][0] for seed in range(options.seeds)] for n in ITERATIONS}
+    every = [[sum(n * value for n, value in zip(ITERATIONS, values)) / sum(ITERATIONS) for values in zip(*of_seed)]
+             for of_seed in zip(*pictures.values())]
     runs = []
-    for (seed, iterations), job in jobs.items():
-        image, stats = job.result()
-        estimate = stats["estimate"]
-        runs.append({"seed": seed, "iterations": iterations, "true": true_error(image, a, b),
-                     "stated": estimate["relative_error"], "interval": estimate["interval"]})
+    for n in ITERATIONS:
+        true = own_errors(pictures[n], None if run_options is VCM else every)
+        for seed in range(options.seeds):
+            estimate = made[seed, n][1]["estimate"]
+            runs.append({"seed": seed, "iterations": n, "true": true[seed], "stated": estimate["relative_error"],
+                         "interval": estimate["interval"]})
     return runs
 
 
@@ -104,7 +95,6 @@ def main():
     parser.add_argument("--renderer", required=True)
     parser.add_argument("--seeds", type=int, default=100)
     parser.add_argument("--size", default="32x32")
-    parser.add_argument("--reference-iterations", type=int, default=600, help="of each half of a reference")
     parser.add_argument("--cases", nargs="*", default=list(CASES), choices=list(CASES))
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/calibration"))
     options = parser.parse_args()
@@ -122,8 +112,7 @@ def main():
     total = sum(len(runs) for runs in all_runs.values())
     share = f"{100 * covered / shown:.1f} %" if shown else "–"
     lines.append(f"| all | | | | | | {shown} of {total} | {covered}, {share} |")
-    note = (f"\n{options.size} pixels, {options.seeds} seeds, references of twice {options.reference_iterations} iterations. Medians, with "
-            "the range of eight runs in ten.\n")
+    note = f"\n{options.size} pixels, {options.seeds} seeds. Medians, with the range of eight runs in ten.\n"
     table = "\n".join(lines) + "\n" + note
     (options.out / "table.md").write_text(table)
     (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))

@@ -19,7 +19,7 @@ import pathlib
 import statistics
 import subprocess
 
-from measuring import FOURTEEN, read_pfm, write_into
+from measuring import FOURTEEN, own_errors, read_pfm, write_into
 
 STAGES = (16, 4, 1)  # the whole run over each
 DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
@@ -70,20 +70,6 @@ def seconds_of(iterations, prices):
     a, b = prices[-2:]
     rate = (b["cpu_seconds"] - a["cpu_seconds"]) / (b["iterations"] - a["iterations"])
     return b["cpu_seconds"] + rate * (iterations - b["iterations"])
-
-
-def own_errors(pictures):
-    """The error of every picture, relative as a run states it, against the mean of the others: their two halves a and b, and
-    (x - a) (x - b) in place of a square, so that the noise of the others is not in it."""
-    count, squares = len(pictures), [0.0] * len(pictures)
-    for values in zip(*pictures):
-        sums = (sum(values[0::2]), sum(values[1::2]))
-        for k, x in enumerate(values):
-            own = [sums[side] - (x if k % 2 == side else 0) for side in (0, 1)]
-            sizes = [len(values[side::2]) - (k % 2 == side) for side in (0, 1)]
-            mean = (own[0] + own[1]) / (count - 1)
-            squares[k] += (x - own[0] / sizes[0]) * (x - own[1] / sizes[1]) / (mean * mean + 0.01)
-    return [math.sqrt(max(square, 0.0) / len(pictures[0])) for square in squares]
 
 
 def measure(runs):

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <glm/vec3.hpp>
+#include <map>
 #include <random>
 #include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/math.hpp"
@@ -97,21 +101,107 @@ double median(std::vector<double> values) {
 
 namespace {
 
-/// The mean around a pixel of what `value_at` says of the pixels, by the definition of `neighbourhood_without`.
-long double value_around(glm::ivec2 size, std::size_t pixel, long double added, const auto& value_at) {
+using Real = long double;
+
+/// The mean around a pixel of what `value_at` says of the pixels, by the definition of `neighbourhood_without`, and how far it
+/// reaches.
+std::pair<Real, int> value_around(glm::ivec2 size, std::size_t pixel, Real added, const auto& value_at) {
   const int x = static_cast<int>(pixel) % size.x, y = static_cast<int>(pixel) / size.x;
   for (int reach = 1;; reach *= 2) {
-    long double light = 0, sum = 0, weights = 0;
+    Real light = 0, sum = 0, weights = 0;
     for (int v = 0; v < size.y; ++v)
       for (int u = 0; u < size.x; ++u) {
-        const long double value = value_at(static_cast<std::size_t>(v * size.x + u));
-        const long double weight = std::max(0, reach + 1 - std::abs(u - x)) * std::max(0, reach + 1 - std::abs(v - y));
+        const Real value = value_at(static_cast<std::size_t>(v * size.x + u));
+        const Real weight = std::max(0, reach + 1 - std::abs(u - x)) * std::max(0, reach + 1 - std::abs(v - y));
         if (weight > 0) light += value;
         sum += weight * value;
         weights += weight;
       }
-    if (light >= 2.5L * added || reach == 16) return sum / weights;
+    if (light >= 2.5L * added || reach == 16) return {sum / weights, reach};
   }
+}
+
+/// What `estimate_error` adds up, by its definition.
+struct Definition {
+  Real sum = 0, near = 0, far = 0;  // the squared error; relative to the mean of all parts, and to that of the others
+  std::vector<Real> per_pixel;      // of `sum`
+  std::vector<std::vector<Real>> scaled;  // for every part its deviations, divided by what the value is taken for
+  int rare = 0, brighter = 0;             // rare samples; those in places that are brighter than what is around
+};
+
+/// `shares` of the parts; `value(part, pixel, channel)`.
+Definition by_definition(glm::ivec2 size, int channels, const std::vector<Real>& shares, const auto& value) {
+  const std::size_t count = shares.size(), pixels = static_cast<std::size_t>(size.x * size.y);
+  const auto mean_without = [&](std::size_t p, int c, std::size_t left_out) {
+    Real sum = 0, weight = 0;
+    for (std::size_t b = 0; b < count; ++b)
+      if (b != left_out) sum += shares[b] * value(b, p, c), weight += shares[b];
+    return sum / weight;
+  };
+  struct Look {  // of a part at a value
+    std::size_t pixel, part;
+    Real deviation, all, others, variance,
+        spread;  // spread: the variance of the mean by the others, without the farthest
+    bool is_rare;
+    Real around;
+    int reach;
+  };
+  std::vector<Look> looks;
+  struct Brightness {  // of pixels with rare samples
+    Real there = 0, there_squares = 0, around = 0;
+    [[nodiscard]] Real factor() const {
+      const Real effective = there * there / there_squares;
+      return 1 + std::max(0.0L, there / around - 1) * effective / (effective + 20);
+    }
+  };
+  std::map<int, Brightness> brightness;  // by reach
+  for (std::size_t p = 0; p < pixels; ++p)
+    for (int c = 0; c < channels; ++c)
+      for (std::size_t b = 0; b < count; ++b) {
+        const Real here = value(b, p, c), all = mean_without(p, c, count), others = mean_without(p, c, b);
+        const Real own = shares[b] * (1 - shares[b]) * (here - others) * (here - others);
+        Look look{p, b, here - all, all, others, shares[b] * own, 0, false, 0, 0};
+        Real rest = 0, farthest = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+          if (k == b) continue;
+          const Real off = value(k, p, c) - others;
+          rest += shares[k] * off * off;
+          farthest = std::max(farthest, shares[k] * off * off);
+        }
+        look.spread = (rest - farthest) / static_cast<Real>(count - 3);
+        look.is_rare = own > 25 * look.spread;
+        if (look.is_rare) {
+          std::tie(look.around, look.reach) =
+              value_around(size, p, shares[b] * here, [&](std::size_t q) { return mean_without(q, c, b); });
+          const Real weight = look.variance / (look.around * look.around + 0.01L);
+          brightness[look.reach].there += weight * others;
+          brightness[look.reach].there_squares += weight * weight * others * others;
+          brightness[look.reach].around += weight * look.around;
+        }
+        looks.push_back(look);
+      }
+  Definition all;
+  all.per_pixel.resize(pixels);
+  all.scaled.resize(count);
+  for (const Look& look : looks) {
+    const Real v = look.others;
+    all.near += look.variance / (look.all * look.all + 0.01L);
+    all.far += look.variance / (v * v + 0.01L);
+    Real inverse = 1 / (v * v + 0.01L);
+    if (look.is_rare) {
+      const Real factor = brightness[look.reach].factor(), taken_for = look.around * factor;
+      inverse = 1 / (taken_for * taken_for + 0.01L);
+      ++all.rare;
+      all.brighter += factor > 1 ? 1 : 0;
+    } else {
+      const Real curvature = std::max(0.0L, 3 * v * v - 0.01L) / ((v * v + 0.01L) * (v * v + 0.01L));
+      inverse /= 1 + curvature * look.spread / (1 - shares[look.part]);
+    }
+    all.sum += look.variance * inverse;
+    all.per_pixel[look.pixel] += look.variance * inverse;
+    all.scaled[look.part].push_back(shares[look.part] * look.deviation * std::sqrt(inverse));
+  }
+  return all;
 }
 
 }  // namespace
@@ -131,60 +221,20 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
     for (std::size_t p = 0; p < pixels; ++p)
       frame.emplace_back(noise(source), 0.1F * noise(source), 3.0F * noise(source));
     frame[anywhere(source)] += glm::vec3(50.0F);
+    if (i == 3 || i == 12) frame[17] += glm::vec3(300.0F);  // where the other parts see bright samples, too
     means.add_iteration(frame);
   }
-  using Real = long double;
-  struct Part {
-    std::size_t begin, end;
-  };
-  std::vector<Part> parts;
-  for (std::size_t i = 0; i < 20; i += 2) parts.push_back({i, i + 2});
-  parts.push_back({20, 21});
-  const auto mean_of = [&](std::size_t p, int c, const auto& is_in) {
-    Real sum = 0, count = 0;
-    for (std::size_t b = 0; b < parts.size(); ++b)
-      for (std::size_t i = parts[b].begin; i < parts[b].end; ++i)
-        if (is_in(b)) sum += static_cast<Real>(frames[i][p][c]), count += 1;
-    return sum / count;
-  };
-  Real sum = 0;
-  int outliers = 0;
-  std::vector<Real> per_pixel(pixels, 0.0L);
-  // Of all pixels and channels: the deviations of the parts, divided by what the value is taken for; and the squared error
-  // relative to the mean of all parts and to that of the others.
-  std::vector<std::vector<Real>> scaled(parts.size());
-  Real near = 0, far = 0;
-  for (std::size_t p = 0; p < pixels; ++p)
-    for (int c = 0; c < 3; ++c) {
-      const Real all = mean_of(p, c, [](std::size_t) { return true; });
-      for (std::size_t b = 0; b < parts.size(); ++b) {
-        const auto others = [&](std::size_t part) { return part != b; };
-        const Real share = static_cast<Real>(parts[b].end - parts[b].begin) / iterations;
-        const Real here = mean_of(p, c, [&](std::size_t part) { return part == b; });
-        Real value = mean_of(p, c, others);
-        // The variance of an iteration as this part tells it, and as the others do without the one that is farthest off.
-        const Real own = iterations * share * (1 - share) * (here - value) * (here - value);
-        Real rest = 0, farthest = 0;
-        for (std::size_t k = 0; k < parts.size(); ++k) {
-          if (k == b) continue;
-          const Real off = mean_of(p, c, [&](std::size_t part) { return part == k; }) - value;
-          const Real square = static_cast<Real>(parts[k].end - parts[k].begin) * off * off;
-          rest += square;
-          farthest = std::max(farthest, square);
-        }
-        const Real variance = share * share * (1 - share) * (here - value) * (here - value);
-        near += variance / (all * all + 0.01L);
-        far += variance / (value * value + 0.01L);
-        if (own > 25 * (rest - farthest) / static_cast<Real>(parts.size() - 3)) {
-          ++outliers;
-          value = value_around(size, p, share * here, [&](std::size_t q) { return mean_of(q, c, others); });
-        }
-        sum += variance / (value * value + 0.01L);
-        per_pixel[p] += variance / (value * value + 0.01L);
-        scaled[b].push_back(share * (here - all) / std::sqrt(value * value + 0.01L));
-      }
-    }
-  REQUIRE(outliers > 10);
+  std::vector<Real> shares(10, Real(2) / iterations);
+  shares.push_back(Real(1) / iterations);
+  const Definition expected = by_definition(size, 3, shares, [&](std::size_t part, std::size_t p, int c) {
+    const std::size_t first = 2 * part;
+    const auto at = [&](std::size_t i) { return static_cast<Real>(frames[i][p][c]); };
+    return part < 10 ? (at(first) + at(first + 1)) / 2 : at(first);
+  });
+  const Real sum = expected.sum;
+  const std::vector<Real>& per_pixel = expected.per_pixel;
+  REQUIRE(expected.rare > 10);
+  REQUIRE(expected.brighter > 0);
   const auto estimate = gmis::estimate_error(means);
   REQUIRE(estimate.has_value());
   CHECK(estimate->relative_error == Approx(static_cast<double>(std::sqrt(sum / (3.0L * pixels)))).epsilon(1e-5));
@@ -201,19 +251,18 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
 
   // The interval: how far the products of different parts scatter about the mean that they should have.
   Real chance = 0;
-  for (std::size_t b = 0; b < parts.size(); ++b)
+  for (std::size_t b = 0; b < shares.size(); ++b)
     for (std::size_t c = 0; c < b; ++c) {
       Real product = 0;
-      for (std::size_t i = 0; i < scaled[b].size(); ++i) product += scaled[b][i] * scaled[c][i];
-      const auto share = [&](std::size_t part) {
-        return static_cast<Real>(parts[part].end - parts[part].begin) / iterations;
-      };
-      chance += std::pow(product + share(b) * share(c) * sum, 2.0L);
+      for (std::size_t i = 0; i < expected.scaled[b].size(); ++i)
+        product += expected.scaled[b][i] * expected.scaled[c][i];
+      chance += std::pow(product + shares[b] * shares[c] * sum, 2.0L);
     }
-  const auto count = static_cast<Real>(parts.size());
+  const auto count = static_cast<Real>(shares.size());
   const Real deviation = 2 * std::sqrt(chance / ((count - 1) * (count - 3))) * count / sum;
-  const Real t = gmis::student_t_quantile(0.975, static_cast<double>(parts.size() - 1));
-  const Real reach = std::exp((t * deviation + std::log(std::max({1.0L, far / sum, sum / near}))) / 2);
+  const Real t = gmis::student_t_quantile(0.975, static_cast<double>(shares.size() - 1));
+  const Real reach =
+      std::exp((t * deviation + std::log(std::max({1.0L, expected.far / sum, sum / expected.near}))) / 2);
   CHECK(estimate->interval.upper / estimate->relative_error == Approx(static_cast<double>(reach)).epsilon(1e-4));
   CHECK(estimate->relative_error / estimate->interval.lower == Approx(static_cast<double>(reach)).epsilon(1e-4));
 }
@@ -276,41 +325,16 @@ TEST_CASE("The estimate of joined runs is its definition, summed by brute force"
     }
     means.join(run);
   }
-  using Real = long double;
-  const std::size_t count = means.batch_count();
-  const auto length = [&](std::size_t b) { return static_cast<Real>(means.iterations_of(b)); };
-  const auto mean_without = [&](std::size_t p, std::size_t left_out) {
-    Real sum = 0, iterations = 0;
-    for (std::size_t b = 0; b < count; ++b)
-      if (b != left_out) sum += length(b) * static_cast<Real>(means.value(b, p)), iterations += length(b);
-    return sum / iterations;
-  };
-  Real sum = 0;
-  int outliers = 0;
-  bool are_unequal = false;
-  for (std::size_t p = 0; p < 42; ++p)
-    for (std::size_t b = 0; b < count; ++b) {
-      are_unequal = are_unequal || length(b) != length(0);
-      const Real share = length(b) / 29, off = static_cast<Real>(means.value(b, p)) - mean_without(p, b);
-      Real value = mean_without(p, b), rest = 0, farthest = 0;
-      for (std::size_t k = 0; k < count; ++k) {
-        if (k == b) continue;
-        const Real there = static_cast<Real>(means.value(k, p)) - value;
-        rest += length(k) * there * there;
-        farthest = std::max(farthest, length(k) * there * there);
-      }
-      if (29 * share * (1 - share) * off * off > 25 * (rest - farthest) / static_cast<Real>(count - 3)) {
-        ++outliers;
-        value = value_around({7, 6}, p, share * static_cast<Real>(means.value(b, p)),
-                             [&](std::size_t q) { return mean_without(q, b); });
-      }
-      sum += share * share * (1 - share) * off * off / (value * value + 0.01L);
-    }
-  CHECK(are_unequal);
-  REQUIRE(outliers > 10);
+  std::vector<Real> shares;
+  for (std::size_t b = 0; b < means.batch_count(); ++b)
+    shares.push_back(static_cast<Real>(means.iterations_of(b)) / 29);
+  const Definition expected = by_definition(
+      size, 1, shares, [&](std::size_t part, std::size_t p, int) { return static_cast<Real>(means.value(part, p)); });
+  CHECK(std::any_of(shares.begin(), shares.end(), [&](Real share) { return share != shares[0]; }));
+  REQUIRE(expected.rare > 10);
   const auto estimate = gmis::estimate_error(means);
   REQUIRE(estimate.has_value());
-  CHECK(estimate->relative_error == Approx(static_cast<double>(std::sqrt(sum / 42))).epsilon(1e-6));
+  CHECK(estimate->relative_error == Approx(static_cast<double>(std::sqrt(expected.sum / 42))).epsilon(1e-6));
 }
 
 // As below for single runs: fewer than 90 % of 400 would be in 1 of 40,000 seeds.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "gmis/result/convergence_log.hpp"
@@ -101,6 +102,16 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       REQUIRE(fitted.has_value());
       CHECK(fitted->law.merging_share_at(256) == Approx(0.8 * law.merging_share_at(256)).epsilon(0.03));
       CHECK(fitted->law.error_at(256) == Approx(*log.back().estimated_error));
+      // With one it does, too, where the last point has an interval; where it has none the forecast counts for two thirds.
+      const gmis::ErrorLaw half{0.25, merging / 2, alpha};
+      auto sure = log;
+      sure.back().interval = gmis::Interval{};
+      for (const auto& [points, trust] : {std::pair{sure, 256.0 / 320}, std::pair{log, 256.0 / 768}}) {
+        const auto table = gmis::price_table(points, errors, half);
+        REQUIRE(table.has_value());
+        CHECK(table->law.merging_share_at(256) ==
+              Approx(trust * law.merging_share_at(256) + (1 - trust) * half.merging_share_at(256)).epsilon(0.03));
+      }
       // What came before an eighth of the run has no part in it.
       auto begun_badly = log;
       for (gmis::ConvergencePoint& point : begun_badly)

@@ -10,9 +10,11 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/math.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/image_error.hpp"
+#include "gmis/result/rare_samples.hpp"
 #include "gmis/result/run_parts.hpp"
 
 namespace gmis {
@@ -109,9 +111,10 @@ template <Spectrum S>
 /// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m the mean of all and
 /// m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased estimate of the variance of m. Each of its terms is
 /// divided by what the *other* parts say of the value there, so that a bright, rare sample is not divided by itself:
-/// by m_-b² + `relative_error_floor`, but where x_b lies five standard deviations off what the others let expect, m_-b has most
-/// likely missed what such samples add, and the mean around the pixel, of the other parts again, takes its place: of as few
-/// pixels as hold enough light to tell (`neighbourhood_without`).
+/// by m_-b² + `relative_error_floor`, and by 1 + v (3 m_-b² − c) / (m_-b² + c)² for what the variance v of m_-b adds to the mean
+/// of that inverse (second order; c is the floor). Where x_b lies five standard deviations off what the others let expect,
+/// m_-b has most likely missed what such samples add, and the mean around the pixel, of the other parts again, takes its
+/// place (`detail::RareSamples`).
 ///
 /// The interval is of this image's own squared error. With e_b the true deviations, that error is Σ_bc w_b w_c e_b e_c and
 /// its estimate lacks the products b ≠ c; they have the mean 0 and a variance that the products of different parts, summed
@@ -129,51 +132,31 @@ template <Spectrum S>
   for (std::size_t b = 0; b < count; ++b)
     for (std::size_t i = 0; i < values; ++i) mean[i] += parts.share(b) * parts.value(b, i);
 
+  const detail::RareSamples rare(parts, mean);
+  auto next_rare = rare.samples().begin();
   std::vector<double> per_pixel(values / channels, 0.0);
   std::array<std::array<double, Parts::most>, Parts::most> products{};  // of parts, over the image: the lower triangle
   double near = 0.0, far = 0.0;  // relative to the mean of all parts, and to that of the others
   for (std::size_t i = 0; i < values; ++i) {
-    std::array<double, Parts::most> deviations{}, scaled{};
-    double total = 0.0;
-    for (std::size_t b = 0; b < count; ++b) {
-      deviations[b] = parts.value(b, i) - mean[i];
-      total += parts.share(b) * deviations[b] * deviations[b];
-    }
-    constexpr double rounding = 1e-14;  // batches are stored as float
-    if (!(total > rounding * mean[i] * mean[i])) continue;
-    const detail::Extremes extremes(std::span<const double>(deviations).first(means.batch_count()));
+    const detail::PartsOfValue<S> here(parts, i, mean[i]);
+    if (!here.varies()) continue;
+    std::array<double, Parts::most> scaled{};
     double squares = 0.0;
     for (std::size_t b = 0; b < count; ++b) {
-      const double share = parts.share(b), ratio = share / (1.0 - share), deviation = deviations[b];
-      const double square = share * ratio * deviation * deviation;
-      double value = mean[i] - ratio * deviation;  // the mean of the others
-      double inverse = 1.0 / (value * value + relative_error_floor);
-      squares += square;
-      far += square * inverse;
-      // The spread of the others, Σ w_c (x_c − value)², without the one of them that is farthest off: two bright samples must
-      // not hide each other.
-      const double own = ratio * deviation * deviation;
-      const double off = extremes.farthest_from(-ratio * deviation, b);
-      double farthest = parts.share(0) * off * off;
-      if (!means.has_equal_batches()) {
-        farthest = 0.0;
-        for (std::size_t c = 0; c < count; ++c) {
-          const double there = deviations[c] + ratio * deviation;
-          if (c != b) farthest = std::max(farthest, parts.share(c) * there * there);
-        }
+      const double share = parts.share(b), variance = here.variance_by(b), others = here.others(b);
+      double inverse = 1.0 / (others * others + relative_error_floor);
+      squares += variance;
+      far += variance * inverse;
+      if (next_rare != rare.samples().end() && next_rare->index == i && next_rare->part == b) {
+        inverse = 1.0 / (square(rare.value_at(*next_rare++)) + relative_error_floor);
+      } else {
+        // Half the second derivative of 1 / (v² + c) over the function is (3v² − c) / (v² + c)².
+        const double variance_of_others = here.variance_by_others(b) / (1.0 - share);
+        const double curvature = std::max(0.0, 3.0 * others * others - relative_error_floor) * inverse * inverse;
+        inverse /= 1.0 + curvature * variance_of_others;
       }
-      if (count > means.batch_count() && b + 1 < count) {
-        const double unfinished = deviations[count - 1] + ratio * deviation;
-        farthest = std::max(farthest, parts.share(count - 1) * unfinished * unfinished);
-      }
-      constexpr double standard_deviations = 5.0;
-      const double expected = count > 3 ? (total - own - farthest) / static_cast<double>(count - 3) : 0.0;
-      if (own > standard_deviations * standard_deviations * expected) {
-        value = detail::neighbourhood_without(parts, std::span<const double>(mean), means.resolution(), i, b);
-        inverse = 1.0 / (value * value + relative_error_floor);
-      }
-      scaled[b] = share * deviation * std::sqrt(inverse);
-      per_pixel[i / channels] += square * inverse;
+      scaled[b] = share * here.deviation(b) * std::sqrt(inverse);
+      per_pixel[i / channels] += variance * inverse;
     }
     near += squares / (mean[i] * mean[i] + relative_error_floor);
     for (std::size_t b = 0; b < count; ++b)

@@ -13,7 +13,7 @@
 #include "gmis/result/batch_means.hpp"
 
 /// \file
-/// What `estimate_error` is made of.
+/// The parts of a run, and how they lie about their mean.
 
 namespace gmis {
 
@@ -33,6 +33,12 @@ class RunParts {
   }
 
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
+  /// Parts whose lengths differ by one iteration at most: the first so many.
+  [[nodiscard]] std::size_t equal_count() const noexcept {
+    return means_.has_equal_batches() ? means_.batch_count() : 0;
+  }
+  [[nodiscard]] glm::ivec2 resolution() const noexcept { return means_.resolution(); }
+  [[nodiscard]] std::size_t value_count() const noexcept { return means_.value_count(); }
   [[nodiscard]] double share(std::size_t part) const noexcept { return shares_[part]; }
   [[nodiscard]] double value(std::size_t part, std::size_t index) const noexcept {
     return part < means_.batch_count() ? means_.value(part, index) : means_.unfinished()[index];
@@ -77,33 +83,62 @@ class Extremes {
   std::array<Entry, 2> low_{}, high_{};
 };
 
-/// The mean around a pixel without one part of the run, by a tent, cut at the borders of the image: the smallest one, from 3
-/// to 33 pixels wide, whose square holds `enough_light` times what the part adds to the pixel. In less light than that it
-/// is chance whether samples of the same kind have been met around; further away the picture is another one.
+/// What the parts of a run say of one value: of a channel of a pixel. With w_b the share of part b, x_b its value there and m
+/// the mean of all.
 template <Spectrum S>
-[[nodiscard]] double neighbourhood_without(const RunParts<S>& parts, std::span<const double> mean,
-                                           glm::ivec2 resolution, std::size_t index, std::size_t part) {
-  constexpr double enough_light = 2.5;
-  constexpr int channels = BatchMeans<S>::channel_count, farthest = 16;
-  const int pixel = static_cast<int>(index / channels), x = pixel % resolution.x, y = pixel / resolution.x;
-  const double share = parts.share(part), added = share * parts.value(part, index);
-  for (int reach = 1;; reach *= 2) {
-    double light = 0.0, sum = 0.0, weights = 0.0;
-    for (int v = std::max(0, y - reach); v <= std::min(resolution.y - 1, y + reach); ++v)
-      for (int u = std::max(0, x - reach); u <= std::min(resolution.x - 1, x + reach); ++u) {
-        const std::size_t there =
-            (static_cast<std::size_t>(v) * static_cast<std::size_t>(resolution.x) + static_cast<std::size_t>(u)) *
-                channels +
-            index % channels;
-        const double weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
-        const double value = (mean[there] - share * parts.value(part, there)) / (1.0 - share);
-        light += value;
-        sum += weight * value;
-        weights += weight;
-      }
-    if (light >= enough_light * added || reach == farthest) return sum / weights;
+class PartsOfValue {
+ public:
+  static constexpr std::size_t most = RunParts<S>::most;
+
+  PartsOfValue(const RunParts<S>& parts, std::size_t index, double mean) : parts_(parts), mean_(mean) {
+    for (std::size_t b = 0; b < parts.count(); ++b) {
+      deviations_[b] = parts.value(b, index) - mean;
+      total_ += parts.share(b) * deviations_[b] * deviations_[b];
+    }
+    extremes_ = Extremes(std::span<const double>(deviations_).first(parts.equal_count()));
   }
-}
+
+  /// False where the parts differ by rounding alone.
+  [[nodiscard]] bool varies() const noexcept {
+    constexpr double rounding = 1e-14;  // batches are stored as float
+    return total_ > rounding * mean_ * mean_;
+  }
+  /// x_b − m.
+  [[nodiscard]] double deviation(std::size_t b) const noexcept { return deviations_[b]; }
+  /// The mean of the other parts.
+  [[nodiscard]] double others(std::size_t b) const noexcept { return mean_ - ratio(b) * deviations_[b]; }
+  /// w_b² (x_b − m)² / (1 − w_b): the sum over b is the unbiased estimate of the variance of m.
+  [[nodiscard]] double variance_by(std::size_t b) const noexcept { return parts_.share(b) * own(b); }
+  /// The variance of m as the other parts tell it without the one of them that is farthest off: two bright samples must not
+  /// hide each other. 0 for fewer than four parts.
+  [[nodiscard]] double variance_by_others(std::size_t b) const noexcept {
+    const std::size_t count = parts_.count(), equal = parts_.equal_count();
+    if (count < 4) return 0.0;
+    const double to_others = ratio(b) * deviations_[b];
+    const double off = extremes_.farthest_from(-to_others, b);
+    double farthest = parts_.share(0) * off * off;
+    for (std::size_t c = equal; c < count; ++c) {
+      const double there = deviations_[c] + to_others;
+      if (c != b) farthest = std::max(farthest, parts_.share(c) * there * there);
+    }
+    return std::max(0.0, (total_ - own(b) - farthest) / static_cast<double>(count - 3));
+  }
+  /// True where part b lies more than five standard deviations off what the others let expect.
+  [[nodiscard]] bool is_rare(std::size_t b) const noexcept {
+    constexpr double standard_deviations = 5.0;
+    return own(b) > standard_deviations * standard_deviations * variance_by_others(b);
+  }
+
+ private:
+  [[nodiscard]] double ratio(std::size_t b) const noexcept { return parts_.share(b) / (1.0 - parts_.share(b)); }
+  /// w_b (x_b − m)² / (1 − w_b), whose mean is the variance of m.
+  [[nodiscard]] double own(std::size_t b) const noexcept { return ratio(b) * deviations_[b] * deviations_[b]; }
+
+  const RunParts<S>& parts_;
+  double mean_, total_ = 0.0;
+  std::array<double, most> deviations_{};
+  Extremes extremes_{std::span<const double>{}};
+};
 
 }  // namespace detail
 
