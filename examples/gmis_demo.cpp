@@ -58,7 +58,6 @@ int run(const fs::path& folder, double seconds) {
   request.contenders = {contender_of("gmis"), contender_of("vcm")};
   request.cpu_seconds = seconds * executor.thread_count();
   request.seeds = 1;
-  request.measures_bias = false;
   request.folder = folder;
   request.interrupted = &interrupt_flag();
   request.say = [](const std::string&) {};

@@ -232,13 +232,12 @@ std::string explain_forecast(const PriceTable& prices) {
 }
 
 std::string noise_and_bias(const RenderSummary& result) {
-  if (!result.error || result.error->doubt == ErrorDoubt::nothing_found || result.bias_bound == 0.0) return {};
+  if (!result.error || result.error->doubt == ErrorDoubt::nothing_found || !result.merging_bias) return {};
+  const double bound = result.merging_bias->bound();
+  if (bound == 0.0) return {};  // nothing was merged
   std::ostringstream text;
-  text << std::setprecision(2) << "noise " << 100 * result.error->relative_error << " %, bias of merging ";
-  if (result.bias_bound)
-    text << "probably at most " << 100 * *result.bias_bound << " %";
-  else
-    text << "not measured: no pilot ran";
+  text << std::setprecision(2) << "noise " << 100 * result.error->relative_error << " %, bias of merging at most "
+       << 100 * bound << " %";
   return text.str();
 }
 

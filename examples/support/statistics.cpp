@@ -115,7 +115,6 @@ Json forecast_json(const Forecast& forecast) {
   Json json = counts_json(forecast.counts);
   json["variance"] = forecast.variance;
   json["squared_bias"] = forecast.squared_bias;
-  json["squared_bias_bound"] = forecast.squared_bias_bound;
   json["cost"] = forecast.cost;
   json["missing_share"] = forecast.missing_share;
   return json;
@@ -232,7 +231,8 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   const bool has_variance = result.iterations > 1;
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
   json["estimate"].update(error_json(result.error, result.image.width));
-  json["estimate"]["bias_bound"] = result.bias_bound ? Json(*result.bias_bound) : Json(nullptr);
+  json["estimate"]["merging_bias"] = result.merging_bias ? Json(result.merging_bias->relative_bias) : Json(nullptr);
+  json["estimate"]["merging_bias_bound"] = result.merging_bias ? Json(result.merging_bias->bound()) : Json(nullptr);
   json["prediction"] = prediction_json(result.prices, static_cast<double>(result.iterations));
   json["forecast"] = prices_json(result.forecast);
   json["prices"] = prices_json(result.prices);

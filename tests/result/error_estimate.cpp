@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "gmis/core/math.hpp"
-#include "gmis/result/merging_bias.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -545,30 +544,4 @@ TEST_CASE("What is dropped from a trimmed error is what image_error drops") {
   for (const std::size_t p : {3U, 700U, 1500U}) image[p] = 20.0F;
   const gmis::ImageError error = gmis::image_error(std::span<const float>(image), std::span<const float>(reference), 1);
   CHECK(error.relmse_trimmed * 1998 / (error.relmse * 2000) == Approx(1.0 / 3).epsilon(1e-9));
-}
-
-TEST_CASE("Merging's bias from two radii: found where there is one, not where there is none") {
-  // A made-up estimator whose expected value at radius r is 1 + 0.5 r² in every pixel, with noise that both radii share for
-  // the most part; the relative bias at r = 0.2 is 0.02 / √(1.02² + 0.01).
-  std::mt19937 source(5);
-  std::normal_distribution<float> noise(0.0F, 1.0F);
-  const auto bias_of = [&](float strength) {
-    gmis::Film<float> difference({20, 20}), value({20, 20});
-    std::vector<float> at_r(400), apart(400);
-    for (int i = 0; i < 64; ++i) {
-      for (std::size_t p = 0; p < at_r.size(); ++p) {
-        at_r[p] = 1.0F + strength * 0.04F + 0.3F * noise(source);
-        apart[p] = strength * 0.12F + 0.1F * noise(source);
-      }
-      difference.add_iteration(apart);
-      value.add_iteration(at_r);
-    }
-    return gmis::merging_bias(difference, value, 2.0);
-  };
-  const gmis::MergingBias present = bias_of(0.5F);
-  CHECK(present.relative_bias == Approx(0.02 / std::sqrt(1.02 * 1.02 + 0.01)).epsilon(0.03));
-  CHECK(present.relative_bias > 3.0 * present.standard_error);
-  const gmis::MergingBias absent = bias_of(0.0F);
-  CHECK(absent.relative_bias < 2.0 * absent.standard_error);
-  CHECK(absent.standard_error < 0.003);
 }

@@ -109,8 +109,10 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       for (const auto& [points, trust] : {std::pair{sure, 256.0 / 320}, std::pair{log, 256.0 / 768}}) {
         const auto table = gmis::price_table(points, errors, half);
         REQUIRE(table.has_value());
+        // What the error is above the expected one counts as independent.
+        const double known = half.merging_share_at(256) * std::pow(half.error_at(256) / law.error_at(256), 2);
         CHECK(table->law.merging_share_at(256) ==
-              Approx(trust * law.merging_share_at(256) + (1 - trust) * half.merging_share_at(256)).epsilon(0.03));
+              Approx(trust * law.merging_share_at(256) + (1 - trust) * known).epsilon(0.03));
       }
       // What came before an eighth of the run has no part in it.
       auto begun_badly = log;
@@ -120,7 +122,8 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       CHECK(later->law.merging_share_at(256) == fitted->law.merging_share_at(256));
       // Too few points to find anything: what was known stays.
       const auto known = gmis::price_table(log_of(law, 8), errors, law);
-      CHECK(known->law.merging_share_at(8) == Approx(law.merging_share_at(8)));
+      CHECK(known->law.merging_share_at(8) ==
+            Approx(law.merging_share_at(8)).epsilon(3e-3));  // sums by the midpoint rule
     }
 }
 

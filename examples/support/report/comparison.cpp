@@ -162,6 +162,7 @@ struct Runner {
     run.points = rendering.log().points();
     if (record->image.rgb.empty()) {
       record->image = rendering.image();
+      record->bias = rendering.merging_bias();
       record->pixel_error =
           reference.rgb.empty() ? estimated_pixel_error(rendering.film()) : pixel_error(record->image, reference);
     }
@@ -197,33 +198,6 @@ bool run_seed(const ComparisonRequest& request, const std::string& name, const B
       run.command = command_of(request, name, request.contenders[i], scene.scene().camera().resolution(), run);
     }
   return is_whole;
-}
-
-/// Two radii in turns with the same seed, for a part of the time that a run has.
-void measure_bias(const ComparisonRequest& request, const BuiltScene& scene, SceneRecord& record,
-                  ThreadedExecutor& executor) {
-  constexpr double ratio = 2;
-  for (std::size_t i = 0; i < request.contenders.size(); ++i) {
-    ContenderRecord& contender = record.contenders[i];
-    if (!contender.is_merging || contender.runs.empty()) continue;
-    RenderRequest narrow =
-        render_request(request, scene, request.contenders[i].integrator, request.contenders[i].split);
-    narrow.settings.seed = request.settings.seed;
-    narrow.candidates.clear();  // the two radii must differ in nothing else
-    RenderRequest wide = narrow;
-    wide.settings.counts.radius_factor *= ratio;
-    ProgressiveRender at_radius(scene, narrow), at_twice(scene, wide);
-    const glm::ivec2 size = at_radius.film().resolution();
-    Film<SceneSpectrum> difference(size);
-    std::vector<SceneSpectrum> frame(difference.pixel_count());
-    const double seconds = contender.runs.front().cpu_seconds;
-    while (at_radius.cpu_seconds() < seconds / 2 || difference.iterations() < 4) {
-      if (is_interrupted(request) || !at_radius.advance(executor) || !at_twice.advance(executor)) return;
-      for (std::size_t p = 0; p < frame.size(); ++p) frame[p] = at_twice.frame()[p] - at_radius.frame()[p];
-      difference.add_iteration(frame);
-    }
-    contender.bias = merging_bias(difference, at_radius.film(), ratio);
-  }
 }
 
 void write_logs(const ComparisonRequest& request, const SceneRecord& scene) {
@@ -299,11 +273,6 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     for (std::uint32_t seed = 0; seed < request.seeds && comparison.is_whole; ++seed) {
       request.say(record.name + ": seed " + std::to_string(seed + 1) + " of " + std::to_string(request.seeds));
       comparison.is_whole = run_seed(request, name, scene, record, request.settings.seed + seed, executor);
-    }
-    if (comparison.is_whole && request.measures_bias) {
-      request.say(record.name + ": merging's bias from two radii");
-      measure_bias(request, scene, record, executor);
-      comparison.is_whole = !is_interrupted(request);
     }
     write_logs(request, record);
     record.reference_file = kept(record.reference, record.name + "_reference", request.folder);

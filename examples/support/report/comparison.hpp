@@ -29,7 +29,6 @@ struct ComparisonRequest {
   std::optional<double> cpu_seconds;  ///< per integrator and seed
   std::optional<double> error;        ///< against the reference
   std::uint32_t seeds = 3;
-  bool measures_bias = true;        ///< of merging, from two radii, after the runs
   std::filesystem::path reference;  ///< empty: one is made for each scene
   double reference_seconds = 0;     ///< processor time for making one; 0: none is made, errors are estimated
   /// What makes the references: one for all scenes or one for each.

@@ -215,7 +215,7 @@ came so far. “Not reached” is followed by what the power law fitted to the r
 equal variance fall with slope −½.</dd>
 <dt>Efficiency</dt><dd>1 / (error² × processor seconds) at the end, relative to vcm with the same seed: 2 means as good in half the time. In
 brackets the 95 % interval from the spread between seeds; one or two are too few for it.</dd>
-<dt>Merging bias</dt><dd>The relative error that would be left without any noise, estimated from two radii apart from the error itself; “below” where
+<dt>Merging bias</dt><dd>The relative error that would be left without any noise, estimated from what a disk of half the radius would have merged; “below” where
 noise hides it.</dd>
 <dt>Measures</dt><dd>SMAPE: the mean of |x − ref| / (|x| + |ref| + 0.01). ꟻLIP (Andersson et al. 2020): the difference that a person
 sees who flips between the two pictures on a screen with 67 pixels a degree, at the exposure that the viewer starts with; 0 is none, 100 % the

@@ -33,7 +33,7 @@ struct ContenderRecord {
   std::vector<RunRecord> runs;
   Image image;        ///< of the first seed, at the end
   Image pixel_error;  ///< its relative error pixel by pixel: against the reference, or estimated where there is none
-  std::optional<MergingBias> bias;
+  std::optional<MergingBias> bias;            ///< of the first seed's picture
   std::optional<PictureError> picture_error;  ///< of `image` against the reference, where there is one
   std::string file;                           ///< of the picture, in the report's folder; empty where none is written
 

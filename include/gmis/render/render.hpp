@@ -16,7 +16,6 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/state_archive.hpp"
-#include "gmis/render/bias_bound.hpp"
 #include "gmis/render/checkpoint.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
@@ -201,6 +200,9 @@ class Render {
     return estimated_after_ == made_.state.iterations ? latest_error_ : made_.error();
   }
 
+  /// The bias of merging in the picture so far; empty after one iteration that merges.
+  [[nodiscard]] std::optional<MergingBias> merging_bias() const { return made_.merging_bias(); }
+
   /// The prices of the usual errors, and of half the present one.
   [[nodiscard]] std::optional<PriceTable> prices() const { return made_.prices(error()); }
   /// The prices of the usual errors as the pilot's choice has them; empty before two iterations with the chosen counts.
@@ -233,7 +235,6 @@ class Render {
     made_.radius = engine_->first_radius();
     made_.photon_bytes = engine_->photon_bytes();
     made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings.alpha);
-    made_.bias_bound = bias_bound(made_.choice, made_.counts, request_.settings.alpha, made_.state.iterations);
   }
 
   /// After the second iteration with the counts that a pilot has chosen: the first one measures light trees, too.
@@ -249,20 +250,25 @@ class Render {
     if (request_.on_forecast) request_.on_forecast(*made_.forecast);
   }
 
-  void take_frame() {
-    frame_ = engine_->frame();
+  /// The pixels of the crop, copied into `part` unless they are the whole frame.
+  template <class Value>
+  [[nodiscard]] std::span<const Value> in_crop(std::span<const Value> frame, std::vector<Value>& part) const {
     const glm::ivec2 size = made_.film.resolution();
-    if (size != resolution_) {
-      part_.clear();
-      for (int y = crop_.lower.y; y < crop_.upper.y; ++y) {
-        const auto row = frame_.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) +
-                                            static_cast<std::size_t>(crop_.lower.x),
-                                        static_cast<std::size_t>(size.x));
-        part_.insert(part_.end(), row.begin(), row.end());
-      }
-      frame_ = part_;
+    if (size == resolution_ || frame.empty()) return frame;
+    part.clear();
+    for (int y = crop_.lower.y; y < crop_.upper.y; ++y) {
+      const auto row = frame.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) +
+                                         static_cast<std::size_t>(crop_.lower.x),
+                                     static_cast<std::size_t>(size.x));
+      part.insert(part.end(), row.begin(), row.end());
     }
+    return part;
+  }
+
+  void take_frame() {
+    frame_ = in_crop(engine_->frame(), part_);
     made_.film.add_iteration(frame_);
+    made_.merging.add_iteration(in_crop(engine_->merging_change(), changes_));
     if (made_.batches) made_.batches->add_iteration(frame_);
     // With replications, even and odd iterations belong to different ones, too.
     if (request_.halves) made_.halves[made_.state.iterations % 2].add_iteration(frame_);
@@ -304,6 +310,7 @@ class Render {
   RunRecord<S> made_;         ///< of whole iterations
   std::span<const S> frame_;  ///< of the engine, or `part_`
   std::vector<S> part_;
+  std::vector<float> changes_;
   std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
   std::uint32_t estimated_after_ = 0, next_estimate_ = 2;
 };

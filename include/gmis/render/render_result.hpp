@@ -10,6 +10,7 @@
 #include "gmis/result/budget.hpp"
 #include "gmis/result/error_estimate.hpp"
 #include "gmis/result/film.hpp"
+#include "gmis/result/merging_bias.hpp"
 #include "gmis/result/price.hpp"
 #include "gmis/transport/render_engine.hpp"
 
@@ -27,9 +28,9 @@ struct RenderSummary {
   std::optional<ErrorEstimate> error;              ///< with `RenderRequest::intervals`, from the second iteration on
   std::optional<PriceTable> prices;    ///< of the usual errors, then of half the present one; empty while unknown
   std::optional<PriceTable> forecast;  ///< of the usual errors, as the pilot's choice had them before the run
-  /// Upper bound of the bias of merging, relative like the error, which does not contain it (`bias_bound`). 0: nothing
-  /// was merged; empty: something was, and no pilot has measured it.
-  std::optional<double> bias_bound;
+  /// The bias of merging, relative like the error, which does not contain it; 0 when nothing was merged. Empty after one
+  /// iteration that merges.
+  std::optional<MergingBias> merging_bias;
   std::vector<ConvergencePoint> log;         ///< its last point is the last iteration
   Counters counters;                         ///< operations, and what was rejected
   bool is_trustworthy = true;                ///< false: rejections exceed `RenderRequest::rejection_limit`

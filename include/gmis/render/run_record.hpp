@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/render/bias_bound.hpp"
 #include "gmis/render/contribution_sums.hpp"
 #include "gmis/render/expected_law.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/image_error.hpp"
+#include "gmis/result/merging_bias.hpp"
 
 namespace gmis {
 
@@ -38,6 +38,7 @@ struct RunRecord {
   std::optional<BatchMeans<S>> batches;      ///< for the error
   TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
   ClassSums<S> classes;                      ///< empty sums unless they are asked for
+  MergingChange merging;                     ///< what the disk changes
   ConvergenceLog log;                        ///< error and time so far
   RunState state;                            ///< iterations and wall time so far
   double cpu_seconds = 0.0;                  ///< of iterations
@@ -51,7 +52,6 @@ struct RunRecord {
   std::optional<Choice> choice;        ///< of a pilot that has finished
   std::optional<PriceTable> forecast;  ///< prices by the choice
   ErrorLaw expected_law;               ///< what is known of it before the run
-  std::optional<double> bias_bound;    ///< as in `RenderSummary`
   double radius = 0.0;                 ///< of the first iteration; 0: merging is off
   std::size_t photon_bytes = 0;        ///< memory of the stored light vertices
 
@@ -60,7 +60,8 @@ struct RunRecord {
       : film(size_of(request, resolution)),
         halves(request.halves ? 2 : 0, Film<S>(size_of(request, resolution))),
         techniques(resolution, crop_of(request, resolution)),
-        classes(resolution, crop_of(request, resolution)) {
+        classes(resolution, crop_of(request, resolution)),
+        merging(film.resolution()) {
     if (request.intervals || request.budget.relative_error)
       batches.emplace(film.resolution(), request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
   }
@@ -69,7 +70,7 @@ struct RunRecord {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, expected_law, bias_bound, radius, photon_bytes);
+            film_seconds, counts, choice, forecast, expected_law, merging, radius, photon_bytes);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);
@@ -101,10 +102,7 @@ struct RunRecord {
   /// added up. Log, choice and sample counts are those of the longer run. Names of rejected paths are dropped: they
   /// mean something only together with their run's seed.
   void join(const RunRecord& other) {
-    const double share =
-        static_cast<double>(other.state.iterations) / static_cast<double>(state.iterations + other.state.iterations);
-    bias_bound = bias_bound && other.bias_bound ? std::optional(*bias_bound + (*other.bias_bound - *bias_bound) * share)
-                                                : std::nullopt;
+    merging.join(other.merging);
     film.join(other.film);
     for (std::size_t i = 0; i < halves.size(); ++i) halves[i].join(other.halves[i]);
     if (batches) batches->join(*other.batches);
@@ -170,7 +168,7 @@ struct RunRecord {
     result.error = estimate;
     result.prices = prices(estimate);
     result.forecast = forecast;
-    result.bias_bound = bias_bound;
+    result.merging_bias = merging_bias();
     result.log = log.points();
     result.counters = counters;
     result.is_trustworthy = !request.rejection_limit.is_exceeded(counters);
@@ -180,6 +178,11 @@ struct RunRecord {
     result.radius = radius;
     result.photon_bytes = photon_bytes;
     return result;
+  }
+
+  /// As in `RenderSummary`.
+  [[nodiscard]] std::optional<MergingBias> merging_bias() const {
+    return merging.is_known() ? std::optional(merging.bias_of(film)) : std::nullopt;
   }
 
   /// The prices of the usual errors, and of half the present one.

@@ -73,7 +73,8 @@ struct ErrorLaw {
 /// The law through the last point of a log, of errors over *iterations* (the `seconds` of the points). Its shape is found by
 /// least squares of relative squared errors over the points from an eighth of the last iteration on, both parts at least 0.
 /// Points of a log know of each other and are few: from N iterations the share of merging counts as N / (N + `trusted_after`)
-/// of what is found, the rest is that of `expected`, what was known before. With α = 1 nothing need be found. `points` must
+/// of what is found, the rest is that of `expected`, what was known before; an error above the expected one has come with rare
+/// samples that were not known, and counts as independent. With α = 1 nothing need be found. `points` must
 /// hold an error above 0, the last one.
 [[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected,
                                             double trusted_after = 64.0) {
@@ -101,7 +102,8 @@ struct ErrorLaw {
     found = is_mixture ? ErrorLaw{a, b, expected.alpha}.merging_share_at(last.seconds) : merging_alone ? 1.0 : 0.0;
   }
   const double trust = count >= fewest ? last.seconds / (last.seconds + trusted_after) : 0.0;
-  const double share = trust * found + (1.0 - trust) * expected.merging_share_at(last.seconds);
+  const double forecast = std::min(1.0, square(expected.error_at(last.seconds) / last.error));
+  const double share = trust * found + (1.0 - trust) * forecast * expected.merging_share_at(last.seconds);
   return through_last({square(1.0 / independent.error_at(last.seconds)) * (1.0 - share),
                        square(1.0 / merging.error_at(last.seconds)) * share, expected.alpha});
 }

@@ -123,6 +123,9 @@ class Engine {
 
   /// Image of the latest iteration: linear values, rows from the upper left. Pixels outside the crop are black.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
+  /// For every pixel of the latest iteration, what was merged minus what a disk of half the radius would have merged of the
+  /// same photons: mean over channels, rows from the upper left. Empty when merging is off.
+  [[nodiscard]] std::span<const float> merging_change() const noexcept { return merging_change_; }
   /// Number of the latest iteration, from 1; 0 before the first one.
   [[nodiscard]] std::uint32_t iteration() const noexcept { return iteration_; }
   /// Counted work of all iterations of this engine.
@@ -249,6 +252,7 @@ class Engine {
   LightVertexCache<StoredVertex> cache_;
   LightVertexGrid<T> grid_;
   std::vector<S> frame_;
+  std::vector<float> merging_change_;
   Counters counters_, light_work_;
   RejectionLog rejections_;
   PhaseSeconds seconds_;
@@ -277,6 +281,8 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
     light_outputs_.resize(chunk_count);
     cache_.resize(chunk_count, chunk_size);
   }
+  if constexpr (observes_merges<Output>)
+    if (counts().has(Technique::merge)) merging_change_.assign(pixels, 0.0F);
   if (counts().has(Technique::merge))
     first_radius_ = counts().radius_factor * (settings.radius ? *settings.radius : default_radius(scene));
   camera_outputs_.resize(static_cast<std::size_t>(std::max(0, crop_.upper.y - crop_.lower.y)));
@@ -469,6 +475,8 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
       subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
       frame_[pixel] = output.take_pixel();
+      if constexpr (observes_merges<Output>)
+        if (!merging_change_.empty()) merging_change_[pixel] = output.merging_change();
     }
   });
   for (const Output& output : camera_outputs_) counters_ += output.counters();

@@ -71,6 +71,10 @@ class RenderEngine {
   [[nodiscard]] std::span<const S> frame() const {
     return visit([](const auto& engine) { return engine.frame(); });
   }
+  /// What merging changes in the latest iteration, as `Engine::merging_change`.
+  [[nodiscard]] std::span<const float> merging_change() const {
+    return visit([](const auto& engine) { return engine.merging_change(); });
+  }
   /// Counted work since the start, including the pilot.
   [[nodiscard]] Counters counters() const {
     Counters all = pilot_.counters;

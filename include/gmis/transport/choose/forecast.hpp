@@ -146,8 +146,6 @@ struct Forecast {
   double squared_bias = 0.0;   ///< of merging over the whole run; relative in the same way
   double cost = 0.0;           ///< of one iteration; unit: `OperationCosts`
   double missing_share = 0.0;  ///< share of the light that no technique of the candidate can make
-  /// Upper confidence bound of the squared bias over tiles, where `squared_bias` is a lower one; not for choosing.
-  double squared_bias_bound = 0.0;
 
   /// Objective: mean squared error × cost of a run of `iterations`, (variance / N + bias²) · N · cost.
   [[nodiscard]] double work(double iterations) const noexcept { return (variance + iterations * squared_bias) * cost; }

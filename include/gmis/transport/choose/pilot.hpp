@@ -12,6 +12,7 @@
 
 #include "gmis/core/math.hpp"
 #include "gmis/result/image_error.hpp"
+#include "gmis/result/merging_bias.hpp"
 #include "gmis/transport/choose/pilot_output.hpp"
 #include "gmis/transport/engine.hpp"
 
@@ -40,11 +41,6 @@ struct SeparateWeights {
   template <std::floating_point T>
   using Recursion = WeightRecursion<T, BalanceRatio, SeparateSums<T>>;
 };
-
-/// The root mean square bias of a disk over that of its change from half the radius, at a straight edge of the light; where
-/// the light is smooth the ratio is 4/3. With g(t) = (arccos t − t √(1 − t²)) / π, the share of a disk of radius 1 that lies
-/// beyond a line at the distance t, the bias is ∓g(x/r), and the ratio √(∫ g(t)² dt / ∫ (g(t) − g(2 t))² dt).
-inline constexpr double bias_of_change_at_edge = 2.0802;
 
 /// Renders iterations with all techniques and forecasts variance, bias and cost of every candidate. A forecast needs at
 /// least two iterations.
@@ -116,7 +112,6 @@ class RenderPilot {
       const double least = std::max(0.0, share * variance_[u]);
       all[c].variance = std::max(least, variance_[u] - (1.0 - share) * within_[u]) / pixels_taken_;
       all[c].squared_bias = squared_bias(u);
-      all[c].squared_bias_bound = squared_bias_bound(u);
       all[c].cost = (predicted_camera_cost(candidates_[c], made_, work_, costs) +
                      predicted_light_cost(candidates_[c], made_, engine_.light_work(), photons_, costs)) /
                     static_cast<double>(iterations());
@@ -166,18 +161,17 @@ class RenderPilot {
     // One value per analysed pixel and candidate: A, B, ∫ f²/D with the pairs of A, and W.
     std::vector<float> means, splats, second_moments, within;
     std::vector<double> kernel_changes;  ///< sum of `PixelRecord::kernel_change`, per tile and candidate
-    std::vector<float> fine_changes;     ///< the same, per fine tile and candidate
 
     template <class Archive>
     void exchange_state(Archive& archive) {
-      archive(picture, means, splats, second_moments, within, kernel_changes, fine_changes);
+      archive(picture, means, splats, second_moments, within, kernel_changes);
     }
   };
 
   /// Sums over pairs of iterations, for the squared bias of one candidate: that of the tiles, that of the whole picture,
-  /// and the variance of either; that of the fine tiles, as the squared change from half the radius.
+  /// and the variance of either.
   struct BiasSums {
-    double tiles = 0.0, tiles_noise = 0.0, whole = 0.0, whole_noise = 0.0, fine = 0.0, fine_noise = 0.0;
+    double tiles = 0.0, tiles_noise = 0.0, whole = 0.0, whole_noise = 0.0;
   };
 
   static constexpr std::uint32_t not_analysed = 0xFFFFFFFFU;
@@ -191,7 +185,6 @@ class RenderPilot {
     all.within.clear();
     all.splats.clear();
     all.kernel_changes.assign(n * grid.tile_count(), 0.0);
-    all.fine_changes.assign(n * grid.fine_tile_count(), 0.0F);
     pixels_.clear();
     place_.assign(engine_.frame().size(), not_analysed);
     engine_.for_each_output([&](PilotOutput<S>& output) {
@@ -207,8 +200,6 @@ class RenderPilot {
         all.within.insert(all.within.end(), record.within.begin(), record.within.end());
         double* const changes = all.kernel_changes.data() + n * grid.tile(record.pixel);
         for (std::size_t c = 0; c < n; ++c) changes[c] += static_cast<double>(record.kernel_change[c]);
-        float* const fine = all.fine_changes.data() + n * grid.fine_tile(record.pixel);
-        for (std::size_t c = 0; c < n; ++c) fine[c] += record.kernel_change[c];
       }
     });
     all.splats.resize(all.means.size(), 0.0F);
@@ -265,7 +256,6 @@ class RenderPilot {
       }
     }
     add_biases(a, b, values);
-    add_fine_changes(a, b, values);
     for (std::size_t p = 0; p < earlier_.size(); ++p) earlier_[p] += a.picture[p] + b.picture[p];
     earlier_iterations_ += 2;
   }
@@ -282,15 +272,14 @@ class RenderPilot {
       tile_values[tile] += values[i];
       tile_pixels[tile] += 1.0;
     }
-    constexpr double whole_of_change = 4.0 / 3.0;
     for (std::size_t c = 0; c < n; ++c) {
       if (!unsplit_[c].merges) continue;
       // Per tile, the mean change relative to the mean value; sums are weighted by numbers of pixels.
       double sum_a = 0.0, sum_b = 0.0, apart = 0.0, pixels = 0.0;
       for (std::size_t t = 0; t < tiles; ++t) {
         if (!(tile_pixels[t] > 0.0)) continue;
-        const double unit =
-            whole_of_change / std::sqrt(square(tile_values[t]) + square(tile_pixels[t]) * relative_error_floor);
+        const double unit = bias_of_change_when_smooth /
+                            std::sqrt(square(tile_values[t]) + square(tile_pixels[t]) * relative_error_floor);
         const double change_a = a.kernel_changes[t * n + c] * unit, change_b = b.kernel_changes[t * n + c] * unit;
         const double product = tile_pixels[t] * change_a * change_b;
         biases_[c].tiles += product;
@@ -304,30 +293,6 @@ class RenderPilot {
       biases_[c].whole += sum_a * sum_b / pixels;
       biases_[c].whole_noise += square(0.5 * apart / pixels);  // that of a product of two such sums, but for its mean
     }
-  }
-
-  /// Adds to the squared change from half the radius over fine tiles, relative to the squared mean of `values`. Within a
-  /// tile the bias at an edge of a caustic changes its sign; few of them are left within a fine tile.
-  void add_fine_changes(const Analysis& a, const Analysis& b, const std::vector<double>& values) {
-    const std::size_t n = shape_.count, tiles = shape_.grid.fine_tile_count();
-    std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0), in_tiles(n * shape_.grid.tile_count(), 0.0);
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      const std::size_t tile = shape_.grid.fine_tile(pixels_[i]);
-      tile_values[tile] += values[i];
-      tile_pixels[tile] += 1.0;
-    }
-    for (std::size_t t = 0; t < tiles; ++t) {
-      if (!(tile_pixels[t] > 0.0)) continue;
-      const double scale = tile_pixels[t] / (square(tile_values[t]) + square(tile_pixels[t]) * relative_error_floor);
-      for (std::size_t c = 0; c < n; ++c) {
-        const double product =
-            scale * static_cast<double>(a.fine_changes[t * n + c]) * static_cast<double>(b.fine_changes[t * n + c]);
-        biases_[c].fine += product;
-        in_tiles[shape_.grid.tile_of_fine(t) * n + c] += product;
-      }
-    }
-    // One photon is merged with several pixels: neighbours are not independent, tiles nearly are.
-    for (std::size_t i = 0; i < in_tiles.size(); ++i) biases_[i % n].fine_noise += square(in_tiles[i]);
   }
 
   /// Estimate of 2 Cov(A, B) from two independent iterations.
@@ -354,17 +319,6 @@ class RenderPilot {
     const BiasSums& bias = biases_[c];
     const double tiles = bias.tiles - standard_errors * std::sqrt(bias.tiles_noise);
     return std::max({0.0, tiles, bias.whole - std::sqrt(bias.whole_noise)}) / pixels_taken_;
-  }
-
-  /// Upper confidence bound of the squared bias: the larger of those over tiles and over fine tiles, each the estimate plus
-  /// two standard errors. A sum of squares is at least the variance of that sum's terms on average.
-  [[nodiscard]] double squared_bias_bound(std::size_t c) const noexcept {
-    constexpr double standard_errors = 2.0;
-    if (!(pixels_taken_ > 0.0)) return 0.0;
-    const BiasSums& bias = biases_[c];
-    const double fine = bias.fine + standard_errors * std::sqrt(bias.fine_noise);
-    const double tiles = bias.tiles + standard_errors * std::sqrt(bias.tiles_noise);
-    return std::max({0.0, tiles, square(bias_of_change_at_edge) * fine}) / pixels_taken_;
   }
 
   /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and

@@ -25,7 +25,6 @@ namespace gmis {
 class PilotGrid {
  public:
   static constexpr int tile_size = 8;  ///< width and height of a tile in analysed pixels; bias is estimated per tile
-  static constexpr int fine_tile_size = 2;  ///< the same of a fine tile, for the upper bound of the bias
   static constexpr std::int64_t analysed_pixels = 1 << 16;
 
   PilotGrid() = default;
@@ -34,11 +33,8 @@ class PilotGrid {
     const glm::ivec2 size = glm::max(crop.upper - crop.lower, glm::ivec2(0));
     const auto pixels = static_cast<std::int64_t>(size.x) * size.y;
     row_step_ = static_cast<int>(std::max<std::int64_t>(1, (pixels + analysed_pixels - 1) / analysed_pixels));
-    const auto tiles_of = [&](int side) {
-      return glm::ivec2{(size.x + side - 1) / side, ((size.y + row_step_ - 1) / row_step_ + side - 1) / side};
-    };
-    tiles_ = tiles_of(tile_size);
-    fine_tiles_ = tiles_of(fine_tile_size);
+    const glm::ivec2 analysed{size.x, (size.y + row_step_ - 1) / row_step_};
+    tiles_ = (analysed + tile_size - 1) / tile_size;
   }
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
@@ -49,20 +45,6 @@ class PilotGrid {
     return static_cast<std::size_t>(row(pixel) / row_step_ / tile_size * tiles_.x + column(pixel) / tile_size);
   }
   [[nodiscard]] std::size_t tile_count() const noexcept { return static_cast<std::size_t>(tiles_.x * tiles_.y); }
-  /// Index of the fine tile of a pixel, which must lie in the crop.
-  [[nodiscard]] std::size_t fine_tile(std::uint32_t pixel) const noexcept {
-    return static_cast<std::size_t>(row(pixel) / row_step_ / fine_tile_size * fine_tiles_.x +
-                                    column(pixel) / fine_tile_size);
-  }
-  /// Index of the tile that holds a fine tile.
-  [[nodiscard]] std::size_t tile_of_fine(std::size_t fine) const noexcept {
-    constexpr int ratio = tile_size / fine_tile_size;
-    const int x = static_cast<int>(fine) % fine_tiles_.x, y = static_cast<int>(fine) / fine_tiles_.x;
-    return static_cast<std::size_t>(y / ratio * tiles_.x + x / ratio);
-  }
-  [[nodiscard]] std::size_t fine_tile_count() const noexcept {
-    return static_cast<std::size_t>(fine_tiles_.x * fine_tiles_.y);
-  }
 
  private:
   [[nodiscard]] int row(std::uint32_t pixel) const noexcept { return static_cast<int>(pixel) / width_ - crop_.lower.y; }
@@ -72,7 +54,7 @@ class PilotGrid {
 
   int width_ = 1, row_step_ = 1;
   PixelBounds crop_;
-  glm::ivec2 tiles_{0, 0}, fine_tiles_{0, 0};
+  glm::ivec2 tiles_{0, 0};
 };
 
 /// Gives the first non-specular camera vertex two children in a quarter of the pixels, to measure the variance of one
@@ -228,6 +210,7 @@ class PilotOutput {
 
   /// Notes the squared distance of the vertices that are merged next, divided by the squared radius of the pilot.
   void on_merge(T relative_distance_squared) noexcept {
+    film_.on_merge(relative_distance_squared);
     merge_distance_ = static_cast<float>(relative_distance_squared);
   }
 
@@ -278,6 +261,9 @@ class PilotOutput {
     }
     return film_.take_pixel();
   }
+
+  /// As `FilmOutput::merging_change`, for the pilot's own disk.
+  [[nodiscard]] float merging_change() const noexcept { return film_.merging_change(); }
 
   [[nodiscard]] std::size_t pixel_count() const noexcept { return pixels_.size(); }
   [[nodiscard]] PixelRecord pixel(std::size_t i) const noexcept {

@@ -43,6 +43,7 @@ class FilmOutput {
     kind_ = PathKind::camera;
     pixel_ = pixel;
     pixel_sum_ = S(ScalarOf<S>(0));
+    merging_change_ = 0.0F;
   }
   /// Sum of the weighted contributions to the pixel since `begin_pixel`, without splats. A sum that overflows is
   /// counted as a non-finite rejection and replaced by 0.
@@ -53,6 +54,14 @@ class FilmOutput {
     }
     return pixel_sum_;
   }
+
+  /// Notes the squared distance of the vertices that are merged next, divided by the squared radius. In a disk of half the
+  /// radius a photon counts four times or not at all.
+  constexpr void on_merge(ScalarOf<S> relative_distance_squared) noexcept {
+    kernel_change_ = ScalarOf<S>(4) * relative_distance_squared <= ScalarOf<S>(1) ? -3.0F : 1.0F;
+  }
+  /// What was merged since `begin_pixel` minus what a disk of half the radius would have merged of it: mean over channels.
+  [[nodiscard]] constexpr float merging_change() const noexcept { return merging_change_; }
 
   /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths`
   /// counts them.
@@ -70,6 +79,8 @@ class FilmOutput {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
     pixel_sum_ += weighted;
+    if (id.technique == Technique::merge)
+      merging_change_ += kernel_change_ * static_cast<float>(mean_channel(weighted));
     if (is_recording_) [[unlikely]]
       record({pixel_, id, value, weight});
   }
@@ -136,6 +147,7 @@ class FilmOutput {
   std::uint32_t pixel_ = 0;
   std::uint32_t first_tree_ = 0;
   S pixel_sum_{ScalarOf<S>(0)};
+  float kernel_change_ = 0.0F, merging_change_ = 0.0F;
   std::vector<Splat> splats_;
   std::vector<Contribution<S>> records_;
 };
