@@ -81,7 +81,7 @@ TEST_CASE("The law of an error follows its definition, summed by brute force") {
       CHECK(law.iterations_to_reach(2 * law.error_at(1)) < 1.0);
     }
   CHECK(gmis::ErrorLaw{0.0, 1.0, 0.5}.merging_share_at(40) == 1.0);
-  CHECK(gmis::ErrorLaw{1.0, 0.0, 0.5}.merging_share_at(40) == 0.0);
+  CHECK(gmis::ErrorLaw{0.0, 0.0, 0.5}.merging_share_at(40) == 0.0);
   CHECK(std::isinf(gmis::ErrorLaw{}.iterations_to_reach(0.1)));
 }
 
@@ -98,11 +98,12 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
         CHECK(squared_error(law, static_cast<int>(price.iterations)) ==
               Approx(price.error * price.error).epsilon(5e-3 + 1 / price.iterations));  // rounded up
       // Without a forecast the fit counts for four fifths.
-      const auto fitted = gmis::price_table(log, errors, {1.0, 0.0, alpha});
+      const auto fitted = gmis::price_table(log, errors, {0.0, 0.0, alpha});
       REQUIRE(fitted.has_value());
       CHECK(fitted->law.merging_share_at(256) == Approx(0.8 * law.merging_share_at(256)).epsilon(0.03));
       CHECK(fitted->law.error_at(256) == Approx(*log.back().estimated_error));
-      // With one it does, too, where the last point has an interval; where it has none the forecast counts for two thirds.
+      // With one it does, too, where the last point has an interval; where it has none the forecast counts for two thirds, and
+      // the law lies between the two at the last point.
       const gmis::ErrorLaw half{0.25, merging / 2, alpha};
       auto sure = log;
       sure.back().interval = gmis::Interval{};
@@ -110,7 +111,10 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
         const auto table = gmis::price_table(points, errors, half);
         REQUIRE(table.has_value());
         // What the error is above the expected one counts as independent.
-        const double known = half.merging_share_at(256) * std::pow(half.error_at(256) / law.error_at(256), 2);
+        const double ratio = half.error_at(256) / *log.back().estimated_error;
+        const double known = half.merging_share_at(256) * std::pow(ratio, 2);
+        CHECK(table->law.error_at(256) ==
+              Approx(*log.back().estimated_error * (points.back().interval ? 1 : std::pow(ratio, 16.0 / 272))));
         CHECK(table->law.merging_share_at(256) ==
               Approx(trust * law.merging_share_at(256) + (1 - trust) * known).epsilon(0.03));
       }
@@ -118,7 +122,7 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       auto begun_badly = log;
       for (gmis::ConvergencePoint& point : begun_badly)
         if (point.iteration < 32) *point.estimated_error *= 3;
-      const auto later = gmis::price_table(begun_badly, errors, {1.0, 0.0, alpha});
+      const auto later = gmis::price_table(begun_badly, errors, {0.0, 0.0, alpha});
       CHECK(later->law.merging_share_at(256) == fitted->law.merging_share_at(256));
       // Too few points to find anything: what was known stays.
       const auto known = gmis::price_table(log_of(law, 8), errors, law);
@@ -137,7 +141,7 @@ TEST_CASE(
     const auto plain = gmis::price_table(log, two_percent);
     REQUIRE(plain.has_value());
     CHECK(plain->prices[0].iterations == Approx(std::ceil(256 * std::pow(last / 0.02, 2))));
-    const auto merging = gmis::price_table(log, two_percent, {1.0, 0.0, 0.5});
+    const auto merging = gmis::price_table(log, two_percent, {0.0, 0.0, 0.5});
     REQUIRE(merging.has_value());
     CAPTURE(slope);
     CHECK(merging->law.merging_share_at(256) == (slope == -0.8 ? Approx(0.0) : Approx(slope == -0.5 ? 0.0 : 0.8)));

@@ -72,15 +72,22 @@ struct ErrorLaw {
 
 /// The law through the last point of a log, of errors over *iterations* (the `seconds` of the points). Its shape is found by
 /// least squares of relative squared errors over the points from an eighth of the last iteration on, both parts at least 0.
-/// Points of a log know of each other and are few: from N iterations the share of merging counts as N / (N + `trusted_after`)
-/// of what is found, the rest is that of `expected`, what was known before; an error above the expected one has come with rare
-/// samples that were not known, and counts as independent. With α = 1 nothing need be found. `points` must
-/// hold an error above 0, the last one.
+/// With α = 1 nothing need be found. `points` must hold an error above 0, the last one. `expected` is what was known before:
+/// a forecast, or nothing but α (both parts 0).
+///
+/// Points of a log know of each other and are few: from N iterations the share of merging counts as N / (N + 64) of what is
+/// found, the rest is the expected one. An error above the expected one has come with rare samples that were not known, and
+/// counts as independent. Where the error is in doubt (it has no interval) rare samples rule it: those that are met one after
+/// the other let it fall too slowly, and few of them state it too high, while a forecast, which leaves the brightest pixels
+/// out, is too low. Then the share counts as N / (N + 512), and the law goes through the forecast and the last point in the
+/// proportion of 16 to N on a scale of logarithms.
 [[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected,
-                                            double trusted_after = 64.0) {
+                                            bool is_in_doubt = false) {
   const ErrorAtTime last = points.back();
-  const auto through_last = [&](const ErrorLaw& law) { return law.scaled(last.error / law.error_at(last.seconds)); };
-  if (!(expected.alpha < 1.0)) return through_last({1.0, 0.0, 1.0});
+  const double n = last.seconds, forecast = expected.error_at(n) / last.error;
+  const double anchor = last.error * (is_in_doubt && forecast > 0.0 ? std::pow(forecast, 16.0 / (n + 16.0)) : 1.0);
+  const auto through_anchor = [&](const ErrorLaw& law) { return law.scaled(anchor / law.error_at(n)); };
+  if (!(expected.alpha < 1.0)) return through_anchor({1.0, 0.0, 1.0});
   const ErrorLaw independent{1.0, 0.0, expected.alpha}, merging{0.0, 1.0, expected.alpha};
   // Normal equations for the factors a and b of the two laws: Σ (a x + b y − 1)².
   double xx = 0.0, xy = 0.0, yy = 0.0, x1 = 0.0, y1 = 0.0;
@@ -99,13 +106,13 @@ struct ErrorLaw {
     const double a = x1 * yy - y1 * xy, b = y1 * xx - x1 * xy;
     const bool is_mixture = determinant > 1e-12 * xx * yy && a > 0.0 && b > 0.0;
     const bool merging_alone = !is_mixture && y1 * y1 * xx > x1 * x1 * yy;
-    found = is_mixture ? ErrorLaw{a, b, expected.alpha}.merging_share_at(last.seconds) : merging_alone ? 1.0 : 0.0;
+    found = is_mixture ? ErrorLaw{a, b, expected.alpha}.merging_share_at(n) : merging_alone ? 1.0 : 0.0;
   }
-  const double trust = count >= fewest ? last.seconds / (last.seconds + trusted_after) : 0.0;
-  const double forecast = std::min(1.0, square(expected.error_at(last.seconds) / last.error));
-  const double share = trust * found + (1.0 - trust) * forecast * expected.merging_share_at(last.seconds);
-  return through_last({square(1.0 / independent.error_at(last.seconds)) * (1.0 - share),
-                       square(1.0 / merging.error_at(last.seconds)) * share, expected.alpha});
+  const double trusted_after = is_in_doubt && forecast > 0.0 ? 512.0 : 64.0;
+  const double trust = count >= fewest ? n / (n + trusted_after) : 0.0;
+  const double share = trust * found + (1.0 - trust) * std::min(1.0, square(forecast)) * expected.merging_share_at(n);
+  return through_anchor({square(1.0 / independent.error_at(n)) * (1.0 - share),
+                         square(1.0 / merging.error_at(n)) * share, expected.alpha});
 }
 
 }  // namespace gmis

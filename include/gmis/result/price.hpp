@@ -98,21 +98,20 @@ namespace detail {
 /// The prices of errors from the log of a run. An error that the log came down to for good is reached: its price is read
 /// between two points. The others are predicted by the law fitted to errors over *iterations* (time is what other programs on
 /// the machine change). `expected`: the law as far as it was known before the run; by its α = 1 nothing merges. Points before
-/// iteration 8 say too little about themselves to take part, and where the last has no interval, what a pilot found of merging
-/// counts eight times as much. Nothing without a point from there on with an error above 0.
+/// iteration 8 say too little about themselves to take part. Nothing without a point from there on with an error above 0.
 [[nodiscard]] inline std::optional<PriceTable> price_table(std::span<const ConvergencePoint> log,
                                                            std::span<const double> errors = PriceTable::usual_errors,
                                                            const ErrorLaw& expected = {}) {
   constexpr std::uint64_t first = 8;
   const std::vector<ErrorAtTime> course = detail::course_over_iterations(log, first);
   if (course.empty() || !(course.back().error > 0.0)) return {};
-  // Where fireflies rule, those that are met one after the other make the errors fall too slowly.
-  const bool is_doubtful = expected.merging > 0.0 && !log.back().interval;
-  PriceTable table{{}, fit_error_law(course, expected, is_doubtful ? 512.0 : 64.0)};
+  PriceTable table{{}, fit_error_law(course, expected, !log.back().interval)};
   for (const double error : errors) {
     const std::optional<double> reached = seconds_until(course, error);
-    Price price{error, std::ceil(reached ? *reached : table.law.iterations_to_reach(error)), 0.0, 0.0,
-                reached.has_value()};
+    // What is not reached lies ahead, wherever the law passes the last point.
+    const double iterations =
+        reached ? *reached : std::max(course.back().seconds, table.law.iterations_to_reach(error));
+    Price price{error, std::ceil(iterations), 0.0, 0.0, reached.has_value()};
     if (std::isfinite(price.iterations)) {
       price.cpu_seconds = detail::time_at(log, price.iterations, &ConvergencePoint::cpu_seconds);
       price.wall_seconds = detail::time_at(log, price.iterations, &ConvergencePoint::wall_seconds);
