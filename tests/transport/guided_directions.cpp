@@ -14,6 +14,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
+#include "transport/furnace_scene.hpp"
 
 // Guided directions in built-in scenes: pictures keep their energy, and lobes point to where light and importance come from.
 
@@ -115,6 +116,40 @@ TEST_CASE("Guided directions keep the energy, with every technique") {
   check_energy<gmis::BothSides>("vcm", scene, guide, gmis::integrators::vcm, level);
 }
 
+TEST_CASE("A furnace with a guide that points anywhere: the closed form") {
+  // L (1 − a^D)/(1 − a), whatever the guide. It is made of incidences that no light brought: at each of a few places mostly
+  // from one direction.
+  using Furnace = gmis_test::FurnaceScene<double>;
+  constexpr double albedo = 0.7, radiance = 2;
+  constexpr int depth = 6;
+  const Furnace furnace(albedo, radiance, 16, 2);
+  gmis::Philox source(gmis_test::seed(57));
+  std::vector<gmis::Incidence<double>> incidences;
+  for (int place = 0; place < 200; ++place) {
+    const auto [u, v, x, y] = gmis::uniforms<double, 4>(source);
+    const V position = gmis::square_to_sphere(gmis::Vec2<double>(u, v));
+    const V to = gmis::square_to_cosine_hemisphere(gmis::Vec2<double>(x, y));
+    for (int i = 0; i < 200; ++i) {
+      const auto [p, q] = gmis::uniforms<double, 2>(source);
+      const V near = to + 0.3 * gmis::square_to_sphere(gmis::Vec2<double>(p, q));
+      incidences.push_back({position, -position, glm::normalize(gmis::Frame<double>::around(-position).to_world(near)),
+                            1.0, i % 2 == 0 ? TransportMode::radiance : TransportMode::importance});
+    }
+  }
+  const gmis::DirectionGuide<double> guide(incidences);
+  REQUIRE(guide.cells().size() > 30);
+  const gmis::GuidedScene<Furnace> guided(furnace, guide);
+  const double expected = radiance * (1 - std::pow(albedo, depth)) / (1 - albedo);
+  const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 2) / 2);
+  for (const bool is_two_sided : {false, true}) {
+    const Mean mean = is_two_sided ? mean_of<gmis::BothSides>(guided, gmis::integrators::bpt, gmis_test::seed(58), 400)
+                                   : mean_of<gmis::CameraSide>(guided, gmis::integrators::pt, gmis_test::seed(59), 400);
+    CAPTURE(is_two_sided, mean.value / expected, mean.standard_error / expected);
+    CHECK(std::abs(mean.value - expected) < quantile * mean.standard_error);
+    CHECK(quantile * mean.standard_error < 0.01 * expected);
+  }
+}
+
 namespace {
 struct Backwards {
   template <class Work>
@@ -198,7 +233,7 @@ TEST_CASE("Light and importance through a slit: lobes point through it") {
     TransportMode mode;
   };
   for (const End& end : {End{0, top, TransportMode::radiance}, End{top, 0, TransportMode::importance}}) {
-    int points = 0, through = 0, near = 0, through_cosine = 0, drawn = 0;
+    int points = 0, through = 0, near = 0, through_cosine = 0, drawn = 0, to_light = 0, elsewhere = 0;
     bool has_density = true;
     const double up = end.to > end.from ? 1 : -1;
     for (int i = 0; i < 400; ++i) {
@@ -209,6 +244,12 @@ TEST_CASE("Light and importance through a slit: lobes point through it") {
       REQUIRE(hit);
       const auto& lobe = hit->bsdf.lobe();
       const bool is_front = hit->point.shading_normal.y * up > 0;
+      // What comes straight from the spot light is left out: no lobe of the patch points there.
+      if (end.mode == TransportMode::importance && !lobe.is_empty() &&
+          lobe.share(is_front, TransportMode::radiance) > 0) {
+        const V w(lobe.sample(is_front, {u, v}, TransportMode::radiance));
+        ++(glm::dot(w, glm::normalize(V(1.5, wall + 0.2, 0) - at)) > 0.8 ? to_light : elsewhere);
+      }
       if (lobe.is_empty() || lobe.share(is_front, end.mode) == 0) continue;
       ++points;
       // `beside`: off the edges by up to two bins, by which tables are smoothed: 1 unit, seen from 2.
@@ -234,5 +275,6 @@ TEST_CASE("Light and importance through a slit: lobes point through it") {
     CHECK(points > 300);
     CHECK(through > 6 * through_cosine);
     CHECK(near > 0.85 * drawn);
+    CHECK(to_light <= elsewhere);
   }
 }
