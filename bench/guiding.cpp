@@ -108,9 +108,10 @@ void compare(const std::string& name, const char* integrator, const Scene& scene
   const double whole_cost = (with_guide.seconds() + training / iterations) / plain.seconds();
   const double ratio = with_guide.total() / plain.total();
   const double error = std::hypot(with_guide.total_error(), plain.total_error()) / plain.total();
-  std::printf("| %s | %s | %.2f | %.2f | %.0f | %.2f | %.2f | %.4f ± %.4f |\n", name.c_str(), integrator,
-              before[1] / after[1], cost, training / plain.seconds(), before[1] / after[1] / whole_cost,
-              before[0] / after[0] / whole_cost, ratio, error);
+  std::printf("| %s | %s | %.4f | %.4f | %.2f | %.2f | %.0f | %.2f | %.2f | %.4f ± %.4f |\n", name.c_str(), integrator,
+              before[1] * plain.seconds(), after[1] * whole_cost * plain.seconds(), before[1] / after[1], cost,
+              training / plain.seconds(), before[1] / after[1] / whole_cost, before[0] / after[0] / whole_cost, ratio,
+              error);
   std::fflush(stdout);
 }
 
@@ -134,8 +135,10 @@ int main(int argc, char** argv) {
                              "bench/scenes/one_point_light", "bench/scenes/open_sky"})
       scenes.push_back(std::string(name) + ".pbrt");
   std::printf(
-      "| scene | integrator | variance, plain/guided | time, guided/plain | training, in iterations | efficiency | "
-      "without the worst 0.1 % | mean, guided/plain |\n| --- | --- | --- | --- | --- | --- | --- | --- |\n");
+      "| scene | integrator | relMSE × seconds, plain | guided | variance, plain/guided | time, guided/plain | "
+      "training, in iterations | efficiency | "
+      "without the worst 0.1 %% | mean, guided/plain |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- "
+      "|\n");
   for (const std::string& file : scenes) {
     gmis::tools::Diagnostics diagnostics;
     gmis::tools::SceneDescription description = gmis::tools::read_pbrt_scene(file, diagnostics);

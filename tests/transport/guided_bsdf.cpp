@@ -218,7 +218,9 @@ TEST_CASE("The lobes of a guided BSDF: each is drawn with its density, in its mo
   gmis::Philox source(gmis_test::seed(37));
   REQUIRE(bsdf.lobe_count() == 3);
   CHECK(bsdf.lobe_weight(0) + bsdf.lobe_weight(1) + bsdf.lobe_weight(2) == Approx(1.0));
-  CHECK_FALSE(bsdf.lobes_have_full_support());
+  const auto diffuse = gmis::scene::make_diffuse<T>({0.5, 0.5, 0.5});
+  CHECK(Own(diffuse, normal, normal).lobes_have_full_support());
+  CHECK_FALSE(Bsdf(Own(diffuse, normal, normal), normal, Lobe(&cell.cell)).lobes_have_full_support());
   for (const TransportMode mode : modes)
     for (const V& to_prev : origins) {
       const bool is_learned = mode == TransportMode::radiance || to_prev.y > 0;
