@@ -128,8 +128,7 @@ class DirectionGuide {
   DirectionGuide& operator=(DirectionGuide&&) noexcept = default;
   ~DirectionGuide() = default;
 
-  /// The lobe at a surface point. None where the BSDF says that it has a narrow lobe: what comes from elsewhere is of no use
-  /// there.
+  /// The lobe at a surface point. None where the BSDF says that it has a narrow lobe, which other directions miss.
   template <Bsdf B>
   [[nodiscard]] Lobe lobe_at(const SurfacePoint<T>& point, const B& bsdf) const noexcept {
     if (nodes_.empty() || !is_guidable(bsdf)) return {};

@@ -52,8 +52,8 @@ void follow_subpath(const Sc& scene, TransportMode mode, SurfacePoint<ScalarOf<t
 }  // namespace detail
 
 /// Learns where light and importance come from over the surfaces of a scene, from light subpaths and camera subpaths of its
-/// own, which add nothing to a picture: the guide depends on no sample that it guides. What comes straight from a light or
-/// the camera is left out: next events and splats make it. Same bits for any number of threads.
+/// own, which add nothing to a picture: the guide depends on no sample that it guides. Light straight from a lamp and
+/// importance straight from the camera are left out: next events and splats carry them. Same bits for any number of threads.
 template <Scene Sc, Executor E>
 [[nodiscard]] DirectionGuide<ScalarOf<typename Sc::Spectrum>> learn_directions(const Sc& scene,
                                                                                const GuideTraining& training,
