@@ -146,7 +146,7 @@ TEST_CASE("A furnace with a guide that points anywhere: the closed form") {
                                    : mean_of<gmis::CameraSide>(guided, gmis::integrators::pt, gmis_test::seed(59), 400);
     CAPTURE(is_two_sided, mean.value / expected, mean.standard_error / expected);
     CHECK(std::abs(mean.value - expected) < quantile * mean.standard_error);
-    CHECK(quantile * mean.standard_error < 0.01 * expected);
+    CHECK(quantile * mean.standard_error < 0.02 * expected);  // so that 2 % shows
   }
 }
 
