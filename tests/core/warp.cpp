@@ -9,7 +9,7 @@ using namespace gmis;
 namespace {
 
 // False-alarm rate of the family of all χ² tests in this file: 1e-3.
-const double level = sidak_level(1e-3, 16);
+const double level = sidak_level(1e-3, 18);
 
 template <std::floating_point T>
 Vec2<T> square_point(Philox& source) {
@@ -33,6 +33,12 @@ TEMPLATE_TEST_CASE("maps of the square make the densities they state", "[warp]",
   CHECK(cosine.passes(level));
   CHECK(cosine.integral == Approx(1).epsilon(1e-5));
 
+  const auto octahedral = check_directions<T>(
+      axis, [&] { return std::optional(square_to_octahedral_hemisphere(square_point<T>(source))); },
+      [](const Vec3<T>& w) { return w.z > T(0) ? octahedral_hemisphere_density(w) : T(0); });
+  CHECK(octahedral.passes(level));
+  CHECK(octahedral.integral == Approx(1).epsilon(1e-5));
+
   // Rims that fall on the border of two rows of bins.
   for (const T drop : {T(1), T(2)}) {
     const auto cone = check_directions<T>(
@@ -53,6 +59,18 @@ TEMPLATE_TEST_CASE("what is drawn over a hemisphere has a density, on the border
       CHECK(other.z > T(0));
       CHECK(std::abs(glm::length(edge) - T(1)) < T(2) * std::numeric_limits<T>::epsilon());
     }
+}
+
+TEMPLATE_TEST_CASE("the octahedral map of the square has an inverse", "[warp]", float, double) {
+  using T = TestType;
+  Philox source(gmis_test::seed(5));
+  for (int i = 0; i < 1000; ++i) {
+    const Vec2<T> point = square_point<T>(source);
+    const Vec3<T> w = square_to_octahedral_hemisphere(point);
+    CHECK(w.z >= T(0));
+    CHECK(std::abs(glm::length(w) - T(1)) < T(4) * std::numeric_limits<T>::epsilon());
+    CHECK(glm::distance(octahedral_hemisphere_to_square(w), point) < T(8) * std::numeric_limits<T>::epsilon());
+  }
 }
 
 TEMPLATE_TEST_CASE("a narrow cone keeps its width", "[warp]", float, double) {

@@ -178,6 +178,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings,
     nominal.emission_ratio = [&](std::size_t light, std::size_t surface) {
       return guide_ratio(guide, world, atlas, light, surface);
     };
+  if constexpr (requires { World::tell(nominal, atlas); }) World::tell(nominal, atlas);
   const PathOracle oracle(atlas, nominal);
   const long double trees = std::round(render_settings.counts.light_paths * size * size);
   auto counts = technique_counts<I>(render_settings, 1, trees, 1.0L);

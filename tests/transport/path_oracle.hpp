@@ -62,6 +62,12 @@ struct NominalCounts {
   /// Guided emission: the density of the start from a node of a light to a surface, relative to that of the light alone.
   std::function<long double(std::size_t, std::size_t)> emission_ratio;
   bool chooses_for_receiver = false;  ///< next events choose their light for the surface x_1
+  /// Guided directions: whether the surface has one lobe more, how often subpaths of the camera or of a light that come from a
+  /// direction take it, and its density. Empty: no surface has one.
+  std::function<bool(std::size_t)> has_lobe;
+  std::function<long double(std::size_t, const gmis::Vec3<long double>&, bool)> lobe_share;
+  std::function<long double(std::size_t, const gmis::Vec3<long double>&, const gmis::Vec3<long double>&, bool)>
+      lobe_pdf;
 };
 
 /// What a path carries and with which densities each technique makes it, all in area measure, written down from the laws of
@@ -147,25 +153,35 @@ class PathOracle {
     const V to_prev = atlas_.direction(node, path.nodes[prev]), to_next = atlas_.direction(node, to);
     const bool is_smooth = path.lobes[i] == Tag::smooth;
     const long double children = atlas_.albedo(node) * (is_camera ? camera_children(path, i) : light_children(node));
-    if (is_smooth && as_drawn && is_drawn_in_rounds(path, i, is_camera))
-      return children * (atlas_.lobe_pdf(node, 0, to_prev, to_next) + atlas_.lobe_pdf(node, 1, to_prev, to_next)) /
-             2.0L;
-    if (is_smooth) return children * atlas_.pdf(node, to_prev, to_next);
+    const bool has_lobe = nominal_.has_lobe && nominal_.has_lobe(node);
+    const long double share = has_lobe ? nominal_.lobe_share(node, to_prev, is_camera) : 0.0L;
+    const long double lobe = has_lobe ? nominal_.lobe_pdf(node, to_prev, to_next, is_camera) : 0.0L;
+    if (is_smooth && as_drawn && is_drawn_in_rounds(path, i, is_camera)) {
+      long double sum = lobe;
+      for (int k = 0; k < atlas_.nodes[node].smooth_lobes; ++k) sum += atlas_.lobe_pdf(node, k, to_prev, to_next);
+      return children * sum / static_cast<long double>(lobes_of(node));
+    }
+    if (is_smooth) return children * ((1.0L - share) * atlas_.pdf(node, to_prev, to_next) + share * lobe);
     const long double cosine = std::abs(glm::dot(atlas_.nodes[node].shading_normal, to_next));
     const long double index = atlas_.index(to);
-    return children * atlas_.delta_probability(node, path.lobes[i], to_prev) * cosine * index * index;
+    return children * (1.0L - share) * atlas_.delta_probability(node, path.lobes[i], to_prev) * cosine * index * index;
   }
 
+  /// Smooth lobes, the one that guides included.
+  [[nodiscard]] int lobes_of(std::size_t node) const {
+    return atlas_.nodes[node].smooth_lobes + (nominal_.has_lobe && nominal_.has_lobe(node) ? 1 : 0);
+  }
   [[nodiscard]] bool is_purely_specular(std::size_t node) const { return atlas_.nodes[node].smooth_lobes == 0; }
 
   [[nodiscard]] bool is_drawn_in_rounds(const DiscretePath& path, std::size_t i, bool is_camera) const {
-    const auto& node = atlas_.nodes[path.nodes[i]];
-    if (node.smooth_lobes < 2 || node.delta_lobes > 0) return false;
-    return std::fmod(is_camera ? camera_children(path, i) : light_children(path.nodes[i]), 2.0L) == 0.0L;
+    const std::size_t node = path.nodes[i];
+    if (lobes_of(node) < 2 || atlas_.nodes[node].delta_lobes > 0) return false;
+    const long double children = is_camera ? camera_children(path, i) : light_children(node);
+    return std::fmod(children, static_cast<long double>(lobes_of(node))) == 0.0L;
   }
   [[nodiscard]] long double light_children(std::size_t node) const {
     if (nominal_.light_per_lobe == 0.0L || is_purely_specular(node)) return 1.0L;
-    return nominal_.light_per_lobe * static_cast<long double>(atlas_.nodes[node].smooth_lobes);
+    return nominal_.light_per_lobe * static_cast<long double>(lobes_of(node));
   }
   [[nodiscard]] long double camera_children(const DiscretePath& path, std::size_t i) const {
     if (nominal_.camera_stops && path.lobes[i] == Tag::smooth) return 0.0L;

@@ -44,6 +44,7 @@ concept Bsdf = std::copyable<B> && requires {
 /// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when the direction goes under the
 ///   surface.
 /// - `lobe_pdfs(to_prev, to_next, pdfs)`: writes the density of every lobe at `to_next`, per steradian, to `pdfs`.
+///   A BSDF whose lobes depend on the transport mode takes `mode` as a last argument, with a default.
 /// - `has_delta_lobes()`: `sample` may also choose a delta lobe here. Children are then drawn by `sample` alone.
 /// - `lobes_have_full_support()`: every lobe has a positive density wherever f is not zero.
 template <class B>

@@ -52,6 +52,30 @@ template <std::floating_point T>
   return {std::clamp(share, T(0), T(1)), turn < T(0) ? turn + T(1) : turn};
 }
 
+/// Direction on the upper hemisphere: the square, its corners at the horizon's axes, folded onto half an octahedron and
+/// projected onto the sphere. `octahedral_hemisphere_density` is its density.
+template <std::floating_point T>
+[[nodiscard]] inline Vec3<T> square_to_octahedral_hemisphere(const Vec2<T>& u) noexcept {
+  const T x = u.x + u.y - T(1), y = u.x - u.y;
+  return glm::normalize(Vec3<T>(x, y, std::max(T(0), T(1) - std::abs(x) - std::abs(y))));
+}
+
+/// The inverse of `square_to_octahedral_hemisphere`, for a unit vector with z ≥ 0.
+template <std::floating_point T>
+[[nodiscard]] inline Vec2<T> octahedral_hemisphere_to_square(const Vec3<T>& w) noexcept {
+  const T scale = T(0.5) / (std::abs(w.x) + std::abs(w.y) + w.z);
+  return {std::clamp(T(0.5) + (w.x + w.y) * scale, T(0), T(1)), std::clamp(T(0.5) + (w.x - w.y) * scale, T(0), T(1))};
+}
+
+/// Density of `square_to_octahedral_hemisphere` per steradian: 1/(2 (|x| + |y| + z)³). With P on the octahedron, |P| =
+/// 1/(|x| + |y| + z): dω = dA cos/|P|² over its face, each factor √3 of area cancels the cosine's 1/(√3 |P|), and the square
+/// has half the area of the octahedron's shadow.
+template <std::floating_point T>
+[[nodiscard]] inline T octahedral_hemisphere_density(const Vec3<T>& w) noexcept {
+  const T sum = std::abs(w.x) + std::abs(w.y) + w.z;
+  return T(1) / (T(2) * sum * sum * sum);
+}
+
 /// Barycentric coordinates (of the second and third corner) of a uniform point on a triangle, density 1/area per area.
 template <std::floating_point T>
 [[nodiscard]] inline Vec2<T> square_to_triangle(const Vec2<T>& u) noexcept {

@@ -186,7 +186,7 @@ class Engine {
  private:
   static constexpr std::size_t chunk_size = 256;
   static constexpr std::size_t census_tree_count = 4096;
-  enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_emission
+  enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_emission, 7 and 8: learn_directions
     light_stream = 0,
     camera_stream = 1,
     census_stream = 2,

@@ -137,17 +137,10 @@ template <std::floating_point T, class L>
 template <std::floating_point T, class L>
 [[nodiscard]] SquareTable<T> table_of(std::span<const Arrival<T, L>> arrivals) {
   using Table = SquareTable<T>;
-  constexpr int side = static_cast<int>(Table::side);
-  std::array<double, Table::size> masses{}, spread{};
+  std::array<double, Table::size> masses{};
   for (const auto& arrival : arrivals)
     if (arrival.numbers) masses[Table::bin_of(*arrival.numbers)] += arrival.mass;
-  for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx)
-          spread[static_cast<std::size_t>(std::clamp(y + dy, 0, side - 1) * side + std::clamp(x + dx, 0, side - 1))] +=
-              masses[static_cast<std::size_t>(y * side + x)] * ((2 - std::abs(dx)) * (2 - std::abs(dy)));
-  return Table(spread, 0.1);
+  return Table(Table::smoothed(masses), 0.1);
 }
 
 }  // namespace detail

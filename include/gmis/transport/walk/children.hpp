@@ -40,7 +40,12 @@ class LobeProposals {
     const Density u = uniform<Density>(source);
     return bsdf_.sample_lobe(static_cast<int>(lobe), to_prev_, {u, uniform<Density>(source)}, mode_);
   }
-  void pdfs(const Value& to_next, std::span<Density> out) const { bsdf_.lobe_pdfs(to_prev_, to_next, out.data()); }
+  void pdfs(const Value& to_next, std::span<Density> out) const {
+    if constexpr (requires { bsdf_.lobe_pdfs(to_prev_, to_next, out.data(), mode_); })
+      bsdf_.lobe_pdfs(to_prev_, to_next, out.data(), mode_);
+    else
+      bsdf_.lobe_pdfs(to_prev_, to_next, out.data());
+  }
 
  private:
   const B& bsdf_;

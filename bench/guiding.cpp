@@ -1,0 +1,158 @@
+// Guided directions (transport/guiding/): what they gain in variance, what they cost in time, and what is left of both.
+//
+//   guiding [ITERATIONS [SIZE [INTEGRATOR [SCENE.pbrt …]]]]
+//
+// Every scene is rendered twice by each integrator, with the guide and without, one iteration after the other on one thread. The
+// error of N iterations is the variance of one over N, relative to the picture as relMSE is. Training counts as time.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gmis/transport/engine.hpp"
+#include "gmis/transport/guiding/learn_directions.hpp"
+#include "gmis/transport/integrators.hpp"
+#include "support/build_scene.hpp"
+#include "support/diagnostics.hpp"
+#include "support/pbrt/reader.hpp"
+
+namespace {
+
+using Scene = gmis::tools::BuiltScene::SceneType;
+using Guided = gmis::GuidedScene<Scene>;
+
+/// Processor seconds of this thread.
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// One way to render, iteration by iteration.
+template <class Engine, class Scene_>
+class Run {
+ public:
+  Run(const Scene_& scene, const gmis::RenderSettings& settings) : engine_(scene, settings) {}
+  void iterate() {
+    const double start = processor_seconds();
+    engine_.iterate(executor_);
+    seconds_ += processor_seconds() - start;
+    ++count_;
+    double total = 0;
+    for (const auto& pixel : engine_.frame()) total += static_cast<double>(gmis::mean_channel(pixel));
+    total_ += total, total_squares_ += total * total;
+    sums_.resize(3 * engine_.frame().size());
+    squares_.resize(sums_.size());
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      const auto value = static_cast<double>(engine_.frame()[i / 3][static_cast<int>(i % 3)]);
+      sums_[i] += value;
+      squares_[i] += value * value;
+    }
+  }
+  [[nodiscard]] double seconds() const { return seconds_ / count_; }
+  [[nodiscard]] double mean(std::size_t i) const { return sums_[i] / count_; }
+  [[nodiscard]] double total() const { return total_ / count_; }
+  [[nodiscard]] double total_error() const {
+    return std::sqrt(std::max(0.0, total_squares_ / count_ - total() * total()) / (count_ - 1));
+  }
+  [[nodiscard]] std::size_t size() const { return sums_.size(); }
+  /// The variance of one iteration at each pixel and channel, relative to `mean`² + 0.01.
+  template <class Mean>
+  [[nodiscard]] std::vector<double> relative_variances(const Mean& mean_of) const {
+    std::vector<double> result(sums_.size());
+    for (std::size_t i = 0; i < result.size(); ++i)
+      result[i] = (squares_[i] / count_ - mean(i) * mean(i)) * count_ / (count_ - 1) / (mean_of(i) * mean_of(i) + 0.01);
+    return result;
+  }
+
+ private:
+  Engine engine_;
+  gmis::SerialExecutor executor_;
+  double seconds_ = 0, count_ = 0, total_ = 0, total_squares_ = 0;
+  std::vector<double> sums_, squares_;
+};
+
+/// The mean of all values but the largest thousandth, and of all.
+std::array<double, 2> trimmed_and_whole(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t kept = values.size() - values.size() / 1000;
+  double sum = 0, rest = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) (i < kept ? sum : rest) += values[i];
+  return {sum / static_cast<double>(kept), (sum + rest) / static_cast<double>(values.size())};
+}
+
+template <template <class> class Engine>
+void compare(const std::string& name, const char* integrator, const Scene& scene, const gmis::SampleCounts& counts,
+             int iterations, const gmis::DirectionGuide<float>& guide, double training) {
+  gmis::RenderSettings settings;
+  settings.counts = counts;
+  settings.max_depth = 10;
+  const Guided guided(scene, guide);
+  Run<Engine<Scene>, Scene> plain(scene, settings);
+  settings.seed = 1;
+  Run<Engine<Guided>, Guided> with_guide(guided, settings);
+  for (int i = 0; i < iterations; ++i) {
+    plain.iterate();
+    with_guide.iterate();
+  }
+  const auto mean = [&](std::size_t i) { return (plain.mean(i) + with_guide.mean(i)) / 2; };
+  const auto before = trimmed_and_whole(plain.relative_variances(mean));
+  const auto after = trimmed_and_whole(with_guide.relative_variances(mean));
+  const double cost = with_guide.seconds() / plain.seconds();
+  const double whole_cost = (with_guide.seconds() + training / iterations) / plain.seconds();
+  const double ratio = with_guide.total() / plain.total();
+  const double error = std::hypot(with_guide.total_error(), plain.total_error()) / plain.total();
+  std::printf("| %s | %s | %.4f | %.4f | %.2f | %.2f | %.0f | %.2f | %.2f | %.4f ± %.4f |\n", name.c_str(), integrator,
+              before[1] * plain.seconds(), after[1] * whole_cost * plain.seconds(), before[1] / after[1], cost,
+              training / plain.seconds(), before[1] / after[1] / whole_cost, before[0] / after[0] / whole_cost, ratio,
+              error);
+  std::fflush(stdout);
+}
+
+template <class S>
+using TwoSides = gmis::Engine<S>;
+template <class S>
+using OneSide = gmis::PathTracer<S>;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int iterations = argc > 1 ? std::atoi(argv[1]) : 256, size = argc > 2 ? std::atoi(argv[2]) : 64;
+  const std::string wanted = argc > 3 ? argv[3] : "all";
+  std::vector<std::string> scenes(argv + std::min(argc, 4), argv + argc);
+  if (iterations < 2 || size < 1) {
+    std::fprintf(stderr, "usage: guiding [ITERATIONS [SIZE [pt|bpt|vcm|all [SCENE.pbrt …]]]]\n");
+    return 2;
+  }
+  if (scenes.empty())
+    for (const char* name : {"bench/scenes/slit", "bench/scenes/light_behind_glass", "examples/scenes/cornell",
+                             "bench/scenes/one_point_light", "bench/scenes/open_sky"})
+      scenes.push_back(std::string(name) + ".pbrt");
+  std::printf(
+      "| scene | integrator | relMSE × seconds, plain | guided | variance, plain/guided | time, guided/plain | "
+      "training, in iterations | efficiency | "
+      "without the worst 0.1 %% | mean, guided/plain |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- "
+      "|\n");
+  for (const std::string& file : scenes) {
+    gmis::tools::Diagnostics diagnostics;
+    gmis::tools::SceneDescription description = gmis::tools::read_pbrt_scene(file, diagnostics);
+    description.film.width = description.film.height = size;
+    const auto built = gmis::tools::build_scene(description, diagnostics);
+    const Scene& scene = built->scene();
+    gmis::SerialExecutor executor;
+    const double start = processor_seconds();
+    const auto guide = gmis::learn_directions(scene, {.seed = 1, .max_depth = 10}, executor);
+    const double training = processor_seconds() - start;
+    const std::string name = std::filesystem::path(file).stem().string();
+    const auto is_wanted = [&](const char* integrator) { return wanted == "all" || wanted == integrator; };
+    if (is_wanted("pt")) compare<OneSide>(name, "pt", scene, gmis::integrators::pt, iterations, guide, training);
+    if (is_wanted("bpt")) compare<TwoSides>(name, "bpt", scene, gmis::integrators::bpt, iterations, guide, training);
+    if (is_wanted("vcm")) compare<TwoSides>(name, "vcm", scene, gmis::integrators::vcm, iterations, guide, training);
+  }
+}
