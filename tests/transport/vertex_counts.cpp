@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/statistics.hpp"
+#include "gmis/transport/counts/counted_work.hpp"
 #include "gmis/transport/counts/learn_counts.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -39,7 +41,57 @@ Table::Entry entry_for(const std::array<double, 4>& expected) {
   return entry;
 }
 
+/// What `draw_counts` reads of a context and a vertex.
+struct FakeContext {
+  gmis::SampleCounts counts;
+};
+struct FakeVertex {
+  using T = double;
+  struct {
+    struct {
+      V position{0, 0, 0}, geometric_normal{0, 0, 1};
+    } point;
+  } hit;
+  V to_prev{0, 0, 1};
+  double throughput = 1;
+};
+
 }  // namespace
+
+TEST_CASE("Drawn numbers have their mean, none is far from it, and what cannot be repeated is not") {
+  constexpr int draws = 200'000;
+  const std::array<double, 4> wanted{0.37, 0.62, 0.21, 0.05};
+  const Table table = same_everywhere(entry_for(wanted));
+  gmis::Philox source(gmis_test::seed(4));
+  std::array<int, 4> sums{};
+  std::array<std::array<int, 4>, 4> both{};
+  for (int i = 0; i < draws; ++i) {
+    const auto counts = gmis::draw_counts(FakeContext{}, table, FakeVertex{}, 0, true, source);
+    for (std::size_t k = 0; k < 4; ++k) {
+      REQUIRE(counts.expected[k] == wanted[k]);
+      REQUIRE((counts.drawn[k] == 0 || counts.drawn[k] == 1));
+      sums[k] += counts.drawn[k];
+      for (std::size_t j = 0; j < 4; ++j) both[k][j] += counts.drawn[k] * counts.drawn[j];
+    }
+  }
+  const double limit = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 4) / 2);
+  for (std::size_t k = 0; k < 4; ++k) {
+    CAPTURE(k);
+    CHECK(std::abs(sums[k] - draws * wanted[k]) < limit * std::sqrt(draws * wanted[k] * (1 - wanted[k])) + 1);
+  }
+  CHECK(both[0][2] == 0);  // one number for all, in turns: they are half a turn apart, and 0.37 and 0.21 of one
+
+  const Table often = same_everywhere(entry_for({5, 5, 5, 5}));
+  FakeContext paired;
+  paired.counts.connections = gmis::paired_connections;
+  CHECK(gmis::draw_counts(FakeContext{}, often, FakeVertex{}, 0, true, source).drawn == std::array{5, 5, 1, 5});
+  CHECK(gmis::draw_counts(FakeContext{}, often, FakeVertex{}, 0, false, source).drawn == std::array{5, 5, 1, 1});
+  CHECK(gmis::draw_counts(paired, often, FakeVertex{}, 0, true, source).drawn == std::array{5, 1, 1, 5});
+  // Integers take no random number.
+  gmis::Philox same = source;
+  CHECK(gmis::draw_counts(paired, often, FakeVertex{}, 0, true, source).expected == std::array<double, 4>{5, 1, 1, 5});
+  CHECK(same() == source());
+}
 
 TEST_CASE("Cells: boxes with equal numbers of vertices, six sides each, and far objects apart") {
   gmis::Philox source(gmis_test::seed(1));

@@ -33,7 +33,7 @@ struct DrawnCounts {
 
 /// Draws the numbers of samples at a non-specular vertex of the camera subpath of a pixel. Merging has one query or none: a second one
 /// would find the same photons; so have connections with all vertices of one light tree. Without `may_branch` there is no more than one
-/// child. At most one random number is drawn, for all counts: in turns of a quarter, so that one technique is rather done where another is
+/// child. At most one random number is drawn, for all counts, each a quarter of a turn on: merging is rather done where next events are
 /// not.
 template <class Context, class Vertex, UniformSource Source>
 [[nodiscard]] DrawnCounts<typename Vertex::T> draw_counts(const Context& context,
