@@ -865,7 +865,8 @@ Shape "sphere" "float radius" 100
 
 TEST_CASE("--counts: samples at camera vertices") {
   const ScratchFolder folder;
-  const std::string same = "svcm.pbrt --size 24x24 --integrator gmis --connections 1 --out a.pfm ";
+  const std::string same =
+      "svcm.pbrt --size 24x24 --integrator gmis --connections 1 --light-paths 0.5 --radius 3.2 --out a.pfm ";
   std::filesystem::copy_file(std::filesystem::path(GMIS_REFERENCE_FOLDER) / "svcm0.pbrt", folder / "svcm.pbrt");
   const auto hash_of = [&](const std::string& arguments) {
     const auto made = run(folder, same + arguments + " --quiet --stats a.json");
