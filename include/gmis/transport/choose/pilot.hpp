@@ -151,7 +151,7 @@ class RenderPilot {
     settings.alpha = 1.0;
     settings.light_split = LightSplit::none;
     settings.vertex_counts = VertexCounts::uniform;  // forecasts are for one sample of everything
-    settings.sampler = Sampler::independent;  // forecasts compare iterations
+    settings.sampler = Sampler::independent;         // forecasts compare iterations
     settings.counts = made;
     return settings;
   }

@@ -51,7 +51,7 @@ struct IterationContext {
   T merge_normalization;     ///< 1 / (n_L π r²)
   T inverse_radius_squared;  ///< 1 / r²
   PathFilter filter;
-  const EmissionGuide<Sc>* guide;  ///< of light subpaths; null where they start as the lights emit
+  const EmissionGuide<Sc>* guide;    ///< of light subpaths; null where they start as the lights emit
   const CountTable<T>* count_table;  ///< numbers of samples at camera vertices; null where they are the nominal ones
 
   /// Index of the pixel in the frame (rows from the upper left), or −1 when it is outside the crop.
