@@ -72,6 +72,12 @@ Emission emission_of(const std::string& name) {
   throw InputError("--emission " + in_quotes(name) + " is not known: use power or learned");
 }
 
+VertexCounts vertex_counts_of(const std::string& name) {
+  if (name == "uniform") return VertexCounts::uniform;
+  if (name == "learned") return VertexCounts::learned;
+  throw InputError("--counts " + in_quotes(name) + " is not known: use uniform or learned");
+}
+
 Sampler sampler_of(const std::string& name) {
   if (name == "independent") return Sampler::independent;
   if (name == "sobol") return Sampler::sobol;
@@ -98,7 +104,8 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius, sampler = "independent", lights = "power", emission = "power";
+  std::string replay, aov, isa, radius, sampler = "independent", lights = "power", emission = "power",
+                                        counts = "uniform";
   std::string tone = "clamp", completion;
   double seconds = 0, relative_error = 0;
   bool manual = false;
@@ -147,6 +154,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "Where light subpaths start: as the lights shine, by power (the default), or learned, where their light "
          "is needed, which pays when lights shine far beyond the picture")
       ->type_name("power|learned");
+  app.add_option("--counts", raw.counts,
+                 "Samples at a camera vertex: uniform (the default), or learned: more where they pay, fewer elsewhere")
+      ->type_name("uniform|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)")->type_name("NUMBER");
   app.add_option("--time", raw.seconds, "Stop after so many seconds")->type_name("SECONDS");
@@ -337,6 +347,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   options.sampler = sampler_of(raw.sampler);
   options.lights = lights_of(raw.lights);
   options.emission = emission_of(raw.emission);
+  options.vertex_counts = vertex_counts_of(raw.counts);
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);

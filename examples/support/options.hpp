@@ -42,6 +42,7 @@ struct Options {
   Scheme scheme = Scheme::N3;
   Sampler sampler = Sampler::independent;
   Emission emission = Emission::power;                             ///< of light subpaths
+  VertexCounts vertex_counts = VertexCounts::uniform;              ///< numbers of samples at camera vertices
   scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events
   std::optional<std::array<int, 2>> size;
   int max_depth = 16;

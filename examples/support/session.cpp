@@ -66,6 +66,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.scheme = options.scheme;
   request.settings.sampler = options.sampler;
   request.settings.emission = options.emission;
+  request.settings.vertex_counts = options.vertex_counts;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;
@@ -127,6 +128,8 @@ std::string explain(const Options& options, const RenderRequest& request, const 
     text << "\nlights      of next events by power, distance and orientation as the receiver sees them";
   if (options.emission == Emission::learned)
     text << "\nemission    of light subpaths learned: where their light is needed";
+  if (options.vertex_counts == VertexCounts::learned)
+    text << "\ncounts      of samples at camera vertices learned: more where they pay, fewer elsewhere";
   text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);
   if (request.candidates.size() > 1)
     text << "choice      a pilot chooses among " << request.candidates.size()

@@ -192,6 +192,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["version"] = GMIS_VERSION;
   json["isa"] = instruction_set;
   json["emission"] = facts.options->emission == Emission::learned ? "learned" : "power";
+  json["vertex_counts"] = facts.options->vertex_counts == VertexCounts::learned ? "learned" : "uniform";
   json["sampler"] = facts.options->sampler == Sampler::sobol ? "sobol" : "independent";
   json["scene"] = options.scene;
   json["width"] = result.image.width;

@@ -215,7 +215,7 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
         "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
         "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
         "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov",
-        "--lights",     "--resume",      "--emission"}) {
+        "--lights",     "--resume",      "--emission",    "--counts"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -861,6 +861,39 @@ Shape "sphere" "float radius" 100
   CHECK(refused.err.find("the emission differs") != std::string::npos);
   CHECK(run(folder, same + "--emission all").err.find("--emission \"all\" is not known: use power or learned") !=
         std::string::npos);
+}
+
+TEST_CASE("--counts: samples at camera vertices") {
+  const ScratchFolder folder;
+  const std::string same =
+      "svcm.pbrt --size 24x24 --integrator gmis --connections 1 --light-paths 0.5 --radius 3.2 --out a.pfm ";
+  std::filesystem::copy_file(std::filesystem::path(GMIS_REFERENCE_FOLDER) / "svcm0.pbrt", folder / "svcm.pbrt");
+  const auto hash_of = [&](const std::string& arguments) {
+    const auto made = run(folder, same + arguments + " --quiet --stats a.json");
+    INFO(made.err);
+    REQUIRE(made.exit_code == 0);
+    return nlohmann::json::parse(text_of(folder / "a.json"))["image_hash"];
+  };
+  const auto learned = hash_of("--iterations 7 --counts learned");
+  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["vertex_counts"] == "learned");
+  CHECK(hash_of("--iterations 7") != learned);
+  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["vertex_counts"] == "uniform");
+  // While nothing is learned yet, every count is 1.
+  CHECK(hash_of("--iterations 4") == hash_of("--iterations 4 --counts learned"));
+  CHECK(hash_of("--iterations 7 --counts learned --threads 2") == learned);
+  // A run that goes on has the same bits, before and after the table is there.
+  for (const char* first : {"2", "6"}) {
+    CAPTURE(first);
+    REQUIRE(run(folder, same + "--counts learned --quiet --checkpoint a.ck --iterations " + first).exit_code == 0);
+    CHECK(hash_of("--iterations 7 --counts learned --resume a.ck") == learned);
+  }
+  const auto refused = run(folder, same + "--iterations 7 --resume a.ck");
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("the choice of vertex counts differs") != std::string::npos);
+  CHECK(run(folder, same + "--counts all").err.find("--counts \"all\" is not known: use uniform or learned") !=
+        std::string::npos);
+  const auto explained = run(folder, same + "--iterations 1 --counts learned --explain");
+  CHECK(explained.out.find("of samples at camera vertices learned") != std::string::npos);
 }
 
 TEST_CASE("Progress: within an iteration, and what is not known is not 0") {

@@ -13,6 +13,7 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/sobol_numbers.hpp"
+#include "gmis/transport/counts/count_learner.hpp"
 #include "gmis/transport/emission/learn_emission.hpp"
 #include "gmis/transport/method.hpp"
 #include "gmis/transport/photons/pixel_width.hpp"
@@ -79,6 +80,8 @@ class Engine {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(iteration_, counters_, light_work_, rejections_, seconds_);
+    if (has_vertex_counts()) archive(learner_, has_table_, count_table_);
+    if (!count_table_.fits(frame_.size())) count_table_ = {};  // a broken archive
   }
 
   /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide must not depend on samples
@@ -87,6 +90,18 @@ class Engine {
     has_learned_ = true;
     guide_ = std::move(guide);
   }
+  /// Takes the numbers of samples at camera vertices from `table` from the next iteration on; it must have the pixels of the frame
+  /// and must not depend on samples of the iterations that it serves. Call it before the first iteration with
+  /// `RenderSettings::vertex_counts` learned: nothing is learned then.
+  void use_count_table(CountTable<T> table) {
+    has_table_ = true;
+    count_table_ = std::move(table);
+  }
+  /// The table of numbers of samples at camera vertices; null before it is learned, and when it would gain little.
+  [[nodiscard]] const CountTable<T>* count_table() const noexcept {
+    return count_table_.is_empty() ? nullptr : &count_table_;
+  }
+
   /// The guide of emission, which is learned before the first iteration; null without one.
   [[nodiscard]] const EmissionGuide<Sc>* emission_guide() const noexcept {
     return guide_.is_empty() ? nullptr : &guide_;
@@ -96,6 +111,8 @@ class Engine {
   /// The engine must not have rendered anything. The same iteration may be prepared again, but no other one.
   template <Executor E>
   void prepare_replay(E& executor, std::uint32_t iteration) {
+    if (has_vertex_counts() && !has_table_)  // a table comes from the iterations before
+      while (iteration_ + 1 < iteration && !has_table_) iterate(executor);
     iteration_ = iteration - 1;
     begin_iteration(executor);
   }
@@ -215,6 +232,14 @@ class Engine {
     }
   }
 
+  /// True when the numbers of samples at camera vertices are learned, or are to be.
+  [[nodiscard]] bool has_vertex_counts() const noexcept {
+    return settings_.vertex_counts == VertexCounts::learned && counts().traces_camera() && counts().camera_children > 0;
+  }
+  [[nodiscard]] bool learns_counts() const noexcept { return has_vertex_counts() && !has_table_; }
+  /// Learns from the latest iteration, which `work` was done for.
+  void learn_counts(const Counters& work);
+
   /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing
   /// to the picture: weights must not depend on the samples that they weight.
   template <Executor E>
@@ -257,8 +282,10 @@ class Engine {
   RejectionLog rejections_;
   PhaseSeconds seconds_;
   std::uint32_t iteration_ = 0;
-  bool knows_trees_ = false, has_learned_ = false;
+  bool knows_trees_ = false, has_learned_ = false, has_table_ = false;
   EmissionGuide<Sc> guide_;
+  CountLearner<T> learner_;
+  CountTable<T> count_table_;
 };
 
 /// Path tracing: the engine without a light side.
@@ -285,7 +312,15 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
     if (counts().has(Technique::merge)) merging_change_.assign(pixels, 0.0F);
   if (counts().has(Technique::merge))
     first_radius_ = counts().radius_factor * (settings.radius ? *settings.radius : default_radius(scene));
-  camera_outputs_.resize(static_cast<std::size_t>(std::max(0, crop_.upper.y - crop_.lower.y)));
+  const glm::ivec2 size = glm::max(crop_.upper - crop_.lower, glm::ivec2(0));
+  camera_outputs_.resize(static_cast<std::size_t>(size.y));
+  if (has_vertex_counts()) {
+    const auto width = static_cast<std::size_t>(resolution_.x);
+    learner_ =
+        CountLearner<T>(width, static_cast<std::size_t>(resolution_.y),
+                        static_cast<std::size_t>(crop_.lower.y) * width + static_cast<std::size_t>(crop_.lower.x),
+                        static_cast<std::size_t>(size.x), static_cast<std::size_t>(size.y));
+  }
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -320,7 +355,12 @@ void Engine<Sc, Method_, Source>::check_settings() const {
   require_argument(settings_.emission == Emission::power || GuidableLight<typename Sc::Light>,
                    "RenderSettings::emission is learned, but the scene's lights cannot be guided: they need "
                    "start_numbers and emission_along (core/guided_light.hpp)");
+  require_argument(settings_.vertex_counts == VertexCounts::uniform || !observes_children<Output>,
+                   "RenderSettings::vertex_counts is learned, but this engine is that of a pilot: use uniform");
   if constexpr (Split::splits_light) {
+    require_argument(settings_.vertex_counts == VertexCounts::uniform || counts.camera_children == 1,
+                     "RenderSettings::vertex_counts is learned: an engine that splits light trees then needs "
+                     "SampleCounts::camera_children 1");
     require_argument(settings_.light_split != LightSplit::none || !counts.traces_light(),
                      "this engine splits light trees, but RenderSettings::light_split is none: use Engine<Scene>");
     require_argument(
@@ -380,19 +420,32 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
           .merge_normalization = merge_area > T(0) ? T(1) / merge_area : T(0),
           .inverse_radius_squared = radius > T(0) ? T(1) / (radius * radius) : T(0),
           .filter = PathFilter(settings_.path_classes),
-          .guide = emission_guide()};
+          .guide = emission_guide(),
+          .count_table = count_table()};
 }
 
 template <Scene Sc, class Method_, class Source>
 template <Executor E>
 void Engine<Sc, Method_, Source>::iterate(E& executor) {
+  const Counters before = counters_;
   begin_iteration(executor);
   if (counts().traces_camera())
     trace_camera(executor, context());
   else
     std::fill(frame_.begin(), frame_.end(), S(T(0)));
   if (counts().has(Technique::splat)) add_splats();
+  if (learns_counts()) learn_counts(counters_ - before);
   for_each_output([this](Output& output) { rejections_.append(output.rejections(), iteration_); });
+}
+
+template <Scene Sc, class Method_, class Source>
+void Engine<Sc, Method_, Source>::learn_counts(const Counters& work) {
+  const Stopwatch stopwatch(seconds_.film);
+  learner_.end_iteration(std::span<const S>(frame_), cost_of(work, vertex_costs));
+  if (learner_.seen() < CountLearner<T>::iterations) return;
+  if (auto table = learner_.table()) count_table_ = std::move(*table);
+  has_table_ = true;
+  learner_ = {};
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -468,11 +521,14 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
     Output& output = camera_outputs_[row];
     output.clear();
     CameraSubpath<Context, Output> subpath(context, output);
+    VertexLog<T>* const log = learns_counts() ? &learner_.log(row) : nullptr;
+    if (log != nullptr) log->clear();
     const int y = crop_.lower.y + static_cast<int>(row);
     for (int x = crop_.lower.x; x < crop_.upper.x; ++x) {
       const auto pixel =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) + static_cast<std::size_t>(x);
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
+      if (log != nullptr) subpath.log_to(learner_.is_logged(pixel) ? log : nullptr);
       subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
       frame_[pixel] = output.take_pixel();
       if constexpr (observes_merges<Output>)

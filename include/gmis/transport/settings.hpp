@@ -18,6 +18,10 @@ enum class LightSplit : std::uint8_t { none, budgeted, paper };
 /// (`learned`, emission/learn_emission.hpp), for scenes whose lights shine far beyond the picture.
 enum class Emission : std::uint8_t { power, learned };
 
+/// Numbers of samples at the vertices of camera subpaths: the same everywhere (`uniform`), or functions of the vertex, learned in
+/// the first iterations and used where they are predicted to gain (`learned`, counts/count_learner.hpp).
+enum class VertexCounts : std::uint8_t { uniform, learned };
+
 /// The settings of a run.
 struct RenderSettings {
   SampleCounts counts;     ///< techniques and their numbers of samples, for example one of `gmis::integrators`
@@ -28,7 +32,9 @@ struct RenderSettings {
   int max_depth = 16;            ///< greatest number of edges of a path; 1: light seen directly; at most 256
   std::optional<double> radius;  ///< r_1, times `SampleCounts::radius_factor`, in scene units; unset: 0.4 pixel widths
   double alpha = 2.0 / 3.0;      ///< r_i = r_1 i^((α−1)/2)
-  Emission emission = Emission::power;        ///< `learned` needs lights that model `GuidableLight`
+  Emission emission = Emission::power;  ///< `learned` needs lights that model `GuidableLight`
+  VertexCounts vertex_counts =
+      VertexCounts::uniform;                  ///< `learned` takes the place of `SampleCounts::camera_children` above 1
   LightSplit light_split = LightSplit::none;  ///< must be `none` for an engine that does not split light trees
   Scheme scheme = Scheme::N3;                 ///< MIS scheme that draws the children of a split vertex
   int rounds = 1;                             ///< k: a split light vertex with N lobes has M = kN children

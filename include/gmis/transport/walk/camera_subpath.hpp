@@ -5,11 +5,9 @@
 #include <cstdint>
 
 #include "gmis/core/transmittance.hpp"
+#include "gmis/transport/counts/counted_work.hpp"
 #include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/techniques/connect.hpp"
 #include "gmis/transport/techniques/emitter_hit.hpp"
-#include "gmis/transport/techniques/merge.hpp"
-#include "gmis/transport/techniques/next_event.hpp"
 #include "gmis/transport/walk/context.hpp"
 #include "gmis/transport/walk/first_hit.hpp"
 #include "gmis/transport/walk/scatter.hpp"
@@ -20,10 +18,13 @@ namespace detail {
 /// Keys of random numbers reserved for each child of a split camera vertex. A vertex uses two keys, one for the
 /// techniques and one for scattering, so a subpath of the greatest depth, 256, fits: 2 · 256 < 1024.
 inline constexpr std::uint32_t camera_numbers_per_child = 1024;
+/// Greatest number of children of one camera subpath that have keys of their own.
+inline constexpr std::uint32_t most_camera_children = 16382;
 }  // namespace detail
 
 /// Traces the camera subpath of one pixel and applies every technique with a positive count at its vertices. The split
-/// policy may give the first non-specular vertex several children; the subpath is then a tree.
+/// policy may give the first non-specular vertex several children; the subpath is then a tree. So may a `CountTable`, at every
+/// non-specular vertex.
 ///
 /// Contributions go to `output`, in the unit of the scene's radiance. A sample whose density is zero or not finite ends
 /// its subpath and is counted as `RejectionCause::zero_pdf`.
@@ -37,6 +38,9 @@ class CameraSubpath {
   using CameraPartial = decltype(Vertex::weights);
 
   CameraSubpath(const Context& context, Output& output) : context_(context), output_(output) {}
+
+  /// Logs the vertices of the next subpaths; null logs none. It has no effect when the context has a `CountTable`.
+  void log_to(VertexLog<T>* log) noexcept { log_ = log; }
 
   /// Traces one subpath through `pixel`. `number` is the index of the pixel in the frame (rows from the upper left).
   /// `source` must be keyed to this pixel and iteration.
@@ -53,6 +57,14 @@ class CameraSubpath {
     Edge edge{
         sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1, {},
         false};
+    if constexpr (!observes_children<Output>)
+      if (context_.count_table != nullptr || log_ != nullptr) [[unlikely]] {
+        branches_ = 0;
+        if (log_ != nullptr) log_->begin_path();
+        follow_counted(edge, source, 0);
+        if (log_ != nullptr) log_->end_path(mean_channel(output_.take_pixel()), output_.counters());
+        return;
+      }
     if (is_plain()) [[likely]]
       follow_plain(edge, source);
     else
@@ -73,8 +85,8 @@ class CameraSubpath {
 
   /// `plain`: subpaths that are neither split nor ended at the first non-specular vertex, in a run that does not
   /// classify paths. Nearly all subpaths are plain. They are compiled separately, so that a vertex skips the tests for
-  /// the rest.
-  enum class Walk { plain, general };
+  /// the rest. `counted`: subpaths with a `CountTable` or a log, whose nominal numbers of children are those of plain ones.
+  enum class Walk { plain, general, counted };
   [[nodiscard]] constexpr bool is_plain() const noexcept {
     return context_.counts.camera_children == 1 && !context_.filter.classifies() && !observes_children<Output>;
   }
@@ -87,6 +99,10 @@ class CameraSubpath {
   template <UniformSource Source>
   [[gnu::noinline]] void follow_general(Edge& edge, Source& source, std::uint32_t first_number) {
     follow<Walk::general>(edge, source, first_number);
+  }
+  template <UniformSource Source>
+  [[gnu::noinline, gnu::flatten]] void follow_counted(Edge& edge, Source& source, std::uint32_t first_number) {
+    follow<Walk::counted>(edge, source, first_number);
   }
 
   /// Traces the subpath from `edge` to its end. Overwrites `edge`.
@@ -115,11 +131,17 @@ class CameraSubpath {
       // Nothing but the first non-specular vertex of a subpath has several children. Where none has, all vertices are alike.
       const bool may_branch = walk == Walk::general && !is_specular && !edge.has_branched;
       const T light_children = context_.light_children(bsdf, survival);
-      const bool is_plain = walk == Walk::plain;
+      const bool is_plain = walk != Walk::general;
       vertex.children = {is_plain ? survival : context_.camera_children(survival, may_branch), light_children};
       const std::uint32_t number = first_number + 2 * static_cast<std::uint32_t>(edge.depth);
-      if (!is_specular && (is_plain || context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf))))
-        at_vertex(vertex, source, number);
+      [[maybe_unused]] int counted_children = 1;
+      if (!is_specular &&
+          (walk == Walk::plain || context_.filter.keeps_camera(context_.filter.after_scattering(edge.path, bsdf)))) {
+        if constexpr (walk == Walk::counted)
+          counted_children = at_counted_vertex(edge, vertex, source, number);
+        else
+          at_vertex(vertex, source, number);
+      }
 
       const ScatteringVertex<typename Sc::Bsdf> scattering{
           bsdf,
@@ -135,9 +157,13 @@ class CameraSubpath {
           return;
         }
       source.at_vertex(number + 1);
+      if constexpr (walk == Walk::counted) {
+        if (counted_children == 0) return;
+        if (counted_children > 1) branch_off(edge, vertex, scattering, counted_children - 1, source);
+      }
       const auto next = scatter<Context::has_light_side>(scattering, source);
       if (!next) return;
-      if constexpr (walk == Walk::general) {
+      if constexpr (walk != Walk::plain) {
         if (context_.camera_stops() && !next->is_delta) return;
         edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
         if (!context_.filter.keeps_camera(edge.path)) return;
@@ -167,6 +193,25 @@ class CameraSubpath {
       follow_general(next, source, detail::camera_numbers_per_child * child);
     });
     if constexpr (observes_children<Output>) output_.end_children();
+  }
+
+  /// Traces `count` more children of a vertex. Each child has random numbers of its own, and so has what comes after.
+  template <UniformSource Source>
+  [[gnu::noinline]] void branch_off(const Edge& edge, const Vertex& vertex,
+                                    const ScatteringVertex<typename Sc::Bsdf>& scattering, int count, Source& source) {
+    std::uint32_t first_number = 0;
+    for (; count > 0; --count) {
+      first_number = detail::camera_numbers_per_child * ++branches_;
+      source.at_vertex(first_number);
+      const auto step = scatter<Context::has_light_side>(scattering, source);
+      if (!step) continue;
+      const HalfPath path = context_.filter.after_event(edge.path, vertex.hit.bsdf, step->is_delta);
+      if (!context_.filter.keeps_camera(path)) continue;
+      Edge child{vertex.hit.point, *step, edge.throughput * step->weight, vertex.weights, edge.depth, path, true};
+      ++child.depth;
+      follow_counted(child, source, first_number);
+    }
+    source.at_vertex(first_number + 1);  // a vertex of the child has larger numbers
   }
 
   /// Forms the partial weights of the vertex from its density per area. Returns false and rejects the sample when the
@@ -245,9 +290,28 @@ class CameraSubpath {
     if constexpr (observes_children<Output>) output_.end_vertex();
   }
 
+  /// Applies the techniques of a non-specular vertex with its counts, or logs them. Returns the number of children; `edge` then has
+  /// the throughput of each without its step.
+  template <UniformSource Source>
+  [[nodiscard]] int at_counted_vertex(Edge& edge, Vertex& vertex, Source& source, std::uint32_t number) {
+    source.at_vertex(number);
+    if (context_.count_table == nullptr) {
+      logged_work(context_, *log_, vertex, number_, source, output_);
+      return 1;
+    }
+    constexpr auto children = static_cast<std::size_t>(VertexWork::children);
+    const bool may_branch = branches_ < detail::most_camera_children - static_cast<std::uint32_t>(CountTable<T>::most);
+    const auto counts = draw_counts(context_, *context_.count_table, vertex, number_, may_branch, source);
+    counted_work(context_, counts, vertex, number_, source, output_);
+    if (counts.expected[children] != T(1)) edge.throughput = edge.throughput * (T(1) / counts.expected[children]);
+    return counts.drawn[children];
+  }
+
   const Context& context_;
   Output& output_;
   std::size_t number_ = 0;
+  VertexLog<T>* log_ = nullptr;
+  std::uint32_t branches_ = 0;  // children of the present subpath with keys of their own
 };
 
 }  // namespace gmis

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "gmis/core/sobol_numbers.hpp"
+#include "gmis/transport/counts/count_table.hpp"
 #include "gmis/transport/effects/path_filter.hpp"
 #include "gmis/transport/emission/emission_guide.hpp"
 #include "gmis/transport/photons/light_vertex_cache.hpp"
@@ -50,7 +51,8 @@ struct IterationContext {
   T merge_normalization;     ///< 1 / (n_L π r²)
   T inverse_radius_squared;  ///< 1 / r²
   PathFilter filter;
-  const EmissionGuide<Sc>* guide;  ///< of light subpaths; null where they start as the lights emit
+  const EmissionGuide<Sc>* guide;    ///< of light subpaths; null where they start as the lights emit
+  const CountTable<T>* count_table;  ///< numbers of samples at camera vertices; null where they are the nominal ones
 
   /// Index of the pixel in the frame (rows from the upper left), or −1 when it is outside the crop.
   [[nodiscard]] constexpr std::int64_t pixel_index(glm::ivec2 pixel) const noexcept {
