@@ -20,11 +20,12 @@ inline constexpr OperationCosts vertex_costs{
 /// A non-specular vertex of a camera subpath, with one sample of everything.
 template <std::floating_point T>
 struct VertexRecord {
-  Vec3<T> position, normal;  ///< the normal points to the side that the subpath came from
-  std::uint32_t pixel;       ///< its index in the frame
-  std::uint32_t cell;        ///< in `VertexCells`; 0 as logged
-  std::uint32_t place;       ///< number of the vertex in its subpath, from 0: a subpath begins with 0
-  T throughput;              ///< mean over channels, above 0
+  Vec3<T> position;     ///< in scene units
+  Vec3<T> normal;       ///< of any length; it points to the side that the subpath came from
+  std::uint32_t pixel;  ///< its index in the frame
+  std::uint32_t cell;   ///< in `VertexCells`; 0 as logged
+  std::uint32_t place;  ///< number of the vertex in its subpath, from 0: a subpath begins with 0
+  T throughput;         ///< mean over channels, above 0
   /// By `VertexWork`: what was added to the pixel, mean over channels, over the throughput.
   std::array<T, vertex_work_count> values;
   /// By `VertexWork`: the cost, in the unit of `OperationCosts`; of `children` everything after the vertex.

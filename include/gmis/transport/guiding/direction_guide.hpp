@@ -19,16 +19,18 @@ namespace gmis {
 /// comes from), or importance along a camera subpath.
 template <std::floating_point T>
 struct Incidence {
-  Vec3<T> position, normal;  ///< of the surface point; the shading normal
-  Vec3<T> direction;         ///< unit, to where it comes from
-  T mass;                    ///< flux, or importance
-  TransportMode mode;        ///< of the subpaths that are to be guided
+  Vec3<T> position;    ///< of the surface point
+  Vec3<T> normal;      ///< the shading normal there
+  Vec3<T> direction;   ///< unit, to where it comes from
+  T mass;              ///< flux, or importance
+  TransportMode mode;  ///< of the subpaths that are to be guided
 };
 
 /// A part of the surfaces with one dominant axis of the normal, and where light and importance come from there: tables over
 /// the hemisphere around that axis.
 template <std::floating_point T>
 struct GuideCell {
+  /// Over the octahedral map of a hemisphere.
   using Table = SquareTable<T>;
   int axis = 0;                          ///< of the hemispheres: 0 to 2
   T sign = T(1);                         ///< of that coordinate of the normal
@@ -63,7 +65,9 @@ class LearnedLobe {
   /// `cell` must outlive this; null for no lobe.
   explicit LearnedLobe(const GuideCell<T>* cell) noexcept : cell_(cell) {}
 
+  /// True for no lobe.
   [[nodiscard]] bool is_empty() const noexcept { return cell_ == nullptr; }
+  /// `learned_share` where a table was learned for this side and mode, else 0.
   [[nodiscard]] T share(bool is_front, TransportMode mode) const noexcept {
     return table(is_front, mode) != nullptr ? learned_share : T(0);
   }
@@ -71,6 +75,7 @@ class LearnedLobe {
   [[nodiscard]] Vec3<T> sample(bool is_front, const Vec2<T>& uv, TransportMode mode) const noexcept {
     return cell_->to_world(is_front, square_to_octahedral_hemisphere(table(is_front, mode)->warp(uv).point));
   }
+  /// Per steradian; 0 beyond that hemisphere.
   [[nodiscard]] T pdf(bool is_front, const Vec3<T>& to_next, TransportMode mode) const noexcept {
     const Vec3<T> local = cell_->to_local(is_front, to_next);
     if (!(local.z > T(0))) return T(0);
@@ -92,6 +97,7 @@ class DirectionGuide {
  public:
   /// What `lobe_at` gives.
   using Lobe = LearnedLobe<T>;
+  /// A part of the surfaces.
   using Cell = GuideCell<T>;
 
   /// Cells with more incidences are divided: of the mode that has fewer of them, as long as those are enough for a table.

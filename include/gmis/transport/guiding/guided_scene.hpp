@@ -32,6 +32,7 @@ class GuidedScene {
   /// What `intersect` finds.
   using Hit = gmis::Hit<T, Bsdf, Light>;
 
+  /// Both must outlive this.
   GuidedScene(const Sc& scene, const Guide& guide) : scene_(scene), guide_(guide) {}
 
   /// The scene without the guide.
@@ -57,8 +58,11 @@ class GuidedScene {
   }
   [[nodiscard]] decltype(auto) infinite_lights() const { return scene_.infinite_lights(); }
   [[nodiscard]] const Camera& camera() const { return scene_.camera(); }
+  /// Those of the scene, like all that follows.
   [[nodiscard]] Effects effects() const requires SceneWithEffects<Sc> { return scene_.effects(); }
+  /// As the scene says.
   [[nodiscard]] bool has_absorption() const requires SceneWithAbsorption<Sc> { return scene_.has_absorption(); }
+  /// As in the scene.
   [[nodiscard]] Spectrum transmittance(const Ray<T>& ray) const requires SceneWithAbsorption<Sc> {
     return scene_.transmittance(ray);
   }
