@@ -178,7 +178,7 @@ TEST_CASE("At an edge of the light the bias of a disk is this much of its change
 
 TEST_CASE("The bias of merging is at most what a run says, and a long run says not much more") {
   // On the furnace's curved wall merging loses light everywhere alike (furnace_techniques.cpp), and the true value is known.
-  // A bound holds with a probability of 97.7 % were its estimate normal: of 60, nine or more would not with a chance of 2e-5.
+  // A bound holds with a probability of 97.7 % were its estimate normal: of 40, seven or more would not with a chance of 3e-5.
   // A run of 24 iterations has a pilot of two with a larger disk, or none. What takes the bias for that of an edge is 2.08 /
   // (4/3) = 1.56 times the true one where the light is smooth; two standard errors over nine large tiles make twice the true one
   // of it, and noise adds to that.
@@ -195,7 +195,7 @@ TEST_CASE("The bias of merging is at most what a run says, and a long run says n
     int runs, most_below;
     double most;  // times the bias, of the median bound
   };
-  for (const Case& one : {Case{true, 24, 60, 8, 5.0}, {false, 24, 60, 8, 5.0}, {false, 600, 2, 1, 3.5}}) {
+  for (const Case& one : {Case{true, 24, 40, 6, 5.0}, {false, 24, 40, 6, 5.0}, {false, 400, 2, 1, 3.5}}) {
     gmis::RenderRequest request;
     request.settings.max_depth = 4;
     request.settings.radius = 0.2;
