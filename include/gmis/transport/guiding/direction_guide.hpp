@@ -178,8 +178,8 @@ class DirectionGuide {
   [[nodiscard]] static std::size_t scarcer_count(Incidences of) noexcept {
     const auto light = static_cast<std::size_t>(std::count_if(
         of.begin(), of.end(), [](const auto& incidence) { return incidence.mode == TransportMode::radiance; }));
-    const auto [fewer, more] = std::minmax(light, of.size() - light);
-    return fewer < least_incidences ? more : fewer;
+    const std::size_t importance = of.size() - light, fewer = std::min(light, importance);
+    return fewer < least_incidences ? std::max(light, importance) : fewer;
   }
 
   void build(std::uint32_t at, std::size_t face, Incidences of, int depth) {
