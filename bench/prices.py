@@ -22,6 +22,7 @@ import subprocess
 from measuring import FOURTEEN, own_errors, read_pfm, write_into
 
 STAGES = (16, 4, 1)  # the whole run over each
+FIRST_SEED = 101  # the constants of the law were chosen with seeds 1 to 8
 DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
 BEGIN, END = "<!-- prices: written by ./run bench prices -->", "<!-- end of prices -->"
 FORECAST, HALF, QUARTER = "forecast", "half the error", "a quarter of the error"
@@ -107,7 +108,7 @@ def main():
              "a quarter of it: iterations | processor time | runs within 20 % |", "|" + " --- |" * 10]
     everything, within, medians_within = {}, {HALF: 0, QUARTER: 0}, 0
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = {name: [pool.submit(run, options, name, seed) for seed in range(1, options.seeds + 1)] for name in options.scenes}
+        jobs = {name: [pool.submit(run, options, name, seed) for seed in range(FIRST_SEED, FIRST_SEED + options.seeds)] for name in options.scenes}
         for name in options.scenes:
             errors, said = measure([job.result() for job in jobs.pop(name)])
             everything[name] = {"errors": errors, **said}
