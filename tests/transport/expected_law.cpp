@@ -53,6 +53,11 @@ TEST_CASE("The law of a choice has its variance where the disk has its mean area
     long double disk = 0;
     for (int i = 1; i <= 300; ++i) disk += std::pow(static_cast<long double>(i), alpha - 1) / 300;
     CHECK(law.merging == Approx(8.0 / 16 * static_cast<double>(disk)).epsilon(1e-3));
+    // Half the radius, four times the variance of merging.
+    gmis::SampleCounts narrower = choice.forecasts[5].counts;
+    narrower.radius_factor /= 2;
+    CHECK(gmis::expected_law(choice, narrower, alpha).merging == Approx(4 * law.merging));
+    CHECK(gmis::expected_law(choice, narrower, alpha).independent == law.independent);
     // An iteration whose disk is the mean one.
     const double iteration = std::pow(static_cast<double>(disk), 1 / (alpha - 1));
     CHECK(law.independent + law.merging * std::pow(iteration, 1 - alpha) ==

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "gmis/core/math.hpp"
 #include "gmis/result/error_law.hpp"
 #include "gmis/transport/render_engine.hpp"
 
@@ -32,15 +33,17 @@ namespace gmis {
 }
 
 /// What is known before a run of how its noise falls. With a choice it is the law of the chosen forecast, which is that of an
-/// iteration with the mean disk of the run; without one nothing but α: below 1 where something
-/// merges. `counts`: of the latest iteration.
+/// iteration with the mean disk of the run, for the radius of `counts`, those of the latest iteration; without one nothing but
+/// α: below 1 where something merges.
 [[nodiscard]] inline ErrorLaw expected_law(const std::optional<Choice>& choice, const SampleCounts& counts,
                                            double alpha) {
   const double exponent = counts.has(Technique::merge) ? alpha : 1.0;
   if (!choice || !choice->chosen) return {0.0, 0.0, exponent};
   const double variance = choice->forecasts[*choice->chosen].variance;
   const double share = merging_share(choice->forecasts, *choice->chosen);
-  return {variance * (1.0 - share), variance * share * mean_disk(alpha, choice->expected_iterations), exponent};
+  const double narrowed = square(choice->forecasts[*choice->chosen].counts.radius_factor / counts.radius_factor);
+  return {variance * (1.0 - share), variance * share * mean_disk(alpha, choice->expected_iterations) * narrowed,
+          exponent};
 }
 
 }  // namespace gmis

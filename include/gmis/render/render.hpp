@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -15,8 +16,10 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/math.hpp"
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/checkpoint.hpp"
+#include "gmis/render/merging_disk.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/render/run_identity.hpp"
@@ -144,6 +147,7 @@ class Render {
     made_.rejected_paths.assign(rejected.paths().begin(), rejected.paths().end());
     made_.phases = engine_->seconds();
     note_engine();
+    choose_disk();
     update_forecast(cpu_before, wall_before);
     update_error();
     if (made_.log.is_due(made_.state.iterations)) add_to_log();
@@ -269,6 +273,7 @@ class Render {
     frame_ = in_crop(engine_->frame(), part_);
     made_.film.add_iteration(frame_);
     made_.merging.add_iteration(in_crop(engine_->merging_change(), changes_));
+    made_.disks += square(engine_->radius());
     if (made_.batches) made_.batches->add_iteration(frame_);
     // With replications, even and odd iterations belong to different ones, too.
     if (request_.halves) made_.halves[made_.state.iterations % 2].add_iteration(frame_);
@@ -278,6 +283,24 @@ class Render {
         if (request_.class_pictures) made_.classes.add(contribution);
       });
     ++made_.state.iterations;
+  }
+
+  /// After 4, 8, 16 … iterations: the disk of what is left of a run whose radius a pilot has chosen. A pilot can hardly see the
+  /// bias of merging; the iterations so far have measured it. The radius becomes at most what the pilot chose, for larger ones
+  /// have their costs, and at least that of the settings.
+  void choose_disk() {
+    const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
+    const std::uint32_t n = made_.state.iterations;
+    const Choice* const choice = engine_->choice();
+    if (choice == nullptr || n < 4 || !std::has_single_bit(n) || !(made_.expected_law.merging > 0.0)) return;
+    const std::optional<MergingBias> bias = made_.merging_bias();
+    if (!bias || !(bias->relative_bias > 0.0)) return;
+    const double factor = engine_->counts().radius_factor, disk = square(engine_->first_radius());
+    const double best =
+        best_first_disk({n, made_.disks, square(bias->relative_bias)}, made_.expected_law.merging * disk,
+                        request_.settings.alpha, std::max(2 * n, choice->expected_iterations));
+    const double chosen = choice->forecasts[*choice->chosen].counts.radius_factor;
+    engine_->merge_within(std::clamp(factor * std::sqrt(best / disk), std::min(1.0, chosen), chosen));
   }
 
   void update_error() {

@@ -39,6 +39,7 @@ struct RunRecord {
   TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
   ClassSums<S> classes;                      ///< empty sums unless they are asked for
   MergingChange merging;                     ///< what the disk changes
+  double disks = 0.0;                        ///< sum of the squared merging radii of all iterations, in scene units
   ConvergenceLog log;                        ///< error and time so far
   RunState state;                            ///< iterations and wall time so far
   double cpu_seconds = 0.0;                  ///< of iterations
@@ -70,7 +71,7 @@ struct RunRecord {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, expected_law, merging, radius, photon_bytes);
+            film_seconds, counts, choice, forecast, expected_law, merging, disks, radius, photon_bytes);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);
@@ -103,6 +104,7 @@ struct RunRecord {
   /// mean something only together with their run's seed.
   void join(const RunRecord& other) {
     merging.join(other.merging);
+    disks += other.disks;
     film.join(other.film);
     for (std::size_t i = 0; i < halves.size(); ++i) halves[i].join(other.halves[i]);
     if (batches) batches->join(*other.batches);

@@ -79,7 +79,7 @@ class Engine {
   /// iteration is measured again, with the same result.
   template <class Archive>
   void exchange_state(Archive& archive) {
-    archive(iteration_, counters_, light_work_, rejections_, seconds_);
+    archive(iteration_, settings_.counts.radius_factor, counters_, light_work_, rejections_, seconds_);
     if (has_vertex_counts()) archive(learner_, has_table_, count_table_);
     if (!count_table_.fits(frame_.size())) count_table_ = {};  // a broken archive
   }
@@ -166,11 +166,15 @@ class Engine {
   /// Merging radius of an iteration (from 1) in scene units: r_i = r_1 i^((α−1)/2)
   /// [Hachisuka, Jensen 2009, as Georgiev 2012 eq. 13]; 0 when merging is off.
   [[nodiscard]] double merge_radius(std::uint32_t iteration) const noexcept {
-    return first_radius_ * std::pow(static_cast<double>(iteration), 0.5 * (settings_.alpha - 1.0));
+    return first_radius() * std::pow(static_cast<double>(iteration), 0.5 * (settings_.alpha - 1.0));
   }
 
   /// Merging radius r_1 of the first iteration in scene units; 0 when merging is off.
-  [[nodiscard]] double first_radius() const noexcept { return first_radius_; }
+  [[nodiscard]] double first_radius() const noexcept { return counts().radius_factor * radius_; }
+
+  /// Merges within another radius from the next iteration on: `radius_factor` replaces that of the counts, and the radius goes on
+  /// shrinking as if it had been so from the first iteration. It must not depend on samples of the iterations that it serves.
+  void merge_within(double radius_factor) noexcept { settings_.counts.radius_factor = radius_factor; }
 
   /// Number of light vertices that merging gathers in the latest iteration; 0 when merging is off.
   [[nodiscard]] std::size_t photon_count() const noexcept {
@@ -269,7 +273,7 @@ class Engine {
   glm::ivec2 resolution_;
   PixelBounds crop_;
   Split split_;
-  double first_radius_ = 0.0;
+  double radius_ = 0.0;  // r_1 for a radius factor of 1
   double vertices_per_tree_ = 0.0;
   std::size_t light_tree_count_ = 0;
   std::vector<Output> light_outputs_;
@@ -310,8 +314,7 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
   }
   if constexpr (observes_merges<Output>)
     if (counts().has(Technique::merge)) merging_change_.assign(pixels, 0.0F);
-  if (counts().has(Technique::merge))
-    first_radius_ = counts().radius_factor * (settings.radius ? *settings.radius : default_radius(scene));
+  if (counts().has(Technique::merge)) radius_ = settings.radius ? *settings.radius : default_radius(scene);
   const glm::ivec2 size = glm::max(crop_.upper - crop_.lower, glm::ivec2(0));
   camera_outputs_.resize(static_cast<std::size_t>(size.y));
   if (has_vertex_counts()) {

@@ -105,6 +105,20 @@ class RenderEngine {
   [[nodiscard]] double first_radius() const {
     return visit([](const auto& engine) { return engine.first_radius(); });
   }
+  /// Merging radius of the latest iteration in scene units; 0 when merging is off, and before the first iteration. After
+  /// `merge_within` it is what that iteration would have had.
+  [[nodiscard]] double radius() const {
+    return visit(
+        [](const auto& engine) { return engine.iteration() > 0 ? engine.merge_radius(engine.iteration()) : 0.0; });
+  }
+  /// As `Engine::merge_within`, after a pilot.
+  void merge_within(double radius_factor) {
+    std::visit(
+        [&](auto& engine) {
+          if constexpr (requires { engine.merge_within(radius_factor); }) engine.merge_within(radius_factor);
+        },
+        engine_);
+  }
   /// The counts of the latest iteration.
   [[nodiscard]] const SampleCounts& counts() const {
     return visit([](const auto& engine) -> const SampleCounts& { return engine.counts(); });

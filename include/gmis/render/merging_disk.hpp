@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "gmis/core/math.hpp"
+#include "gmis/transport/choose/forecast.hpp"
+
+namespace gmis {
+
+/// The merging of a run so far.
+struct DisksSoFar {
+  std::uint32_t iterations = 0;
+  double area = 0.0;          ///< sum of the squared radii of all iterations
+  double squared_bias = 0.0;  ///< of the mean of all iterations, relative; 0 where none is known
+};
+
+/// r_1², from which the disks of the iterations that are left shrink, with the least mean squared error in the end. So many
+/// `iterations` in all, the last of them with r_1² i^(α−1). An iteration has the variance `merging` / r² because of merging, and
+/// the bias of a disk is proportional to r²:
+///     Σ merging / r_i² / N² + c² (Σ r_i² / N)²,
+/// whose derivative vanishes at one place. Infinite when no bias is known.
+[[nodiscard]] inline double best_first_disk(const DisksSoFar& so_far, double merging, double alpha,
+                                            std::uint32_t iterations) {
+  // Of the iterations left, for r_1 = 1: the sums of i^(α−1) and of i^(1−α).
+  const auto sum = [&](double exponent) {
+    return iterations * mean_disk(exponent, iterations) - so_far.iterations * mean_disk(exponent, so_far.iterations);
+  };
+  const double areas = sum(alpha), inverses = sum(2.0 - alpha);
+  const double bias_of_disk = so_far.squared_bias * square(so_far.iterations / so_far.area);  // c²
+  if (!(bias_of_disk * areas > 0.0)) return std::numeric_limits<double>::infinity();
+  // u² (area + areas u) = wanted, for u = r_1².
+  const double wanted = 0.5 * merging * inverses / (bias_of_disk * areas);
+  double lower = 0.0, upper = std::cbrt(wanted / areas);
+  for (int step = 0; step < 100 && lower < upper; ++step) {
+    const double u = 0.5 * (lower + upper);
+    (square(u) * (so_far.area + areas * u) < wanted ? lower : upper) = u;
+  }
+  return 0.5 * (lower + upper);
+}
+
+}  // namespace gmis
