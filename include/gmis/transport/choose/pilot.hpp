@@ -128,10 +128,10 @@ class RenderPilot {
   }
 
  private:
-  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance; with a local count of
-  /// merging fewer light trees, because the largest disk has many photons.
+  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance. Few light trees, since they are
+  /// enough to tell the candidates apart; fewer with a local count of merging, because the largest disk has many photons.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts, const std::vector<SampleCounts>& candidates) {
-    counts.light_paths = counts.local_merges ? 0.5 : 1.0;
+    counts.light_paths = counts.local_merges ? 0.25 : 0.5;
     for (const SampleCounts& candidate : candidates)
       if (candidate.merges) counts.radius_factor = std::max(counts.radius_factor, candidate.radius_factor);
     counts.connections = 2;
@@ -207,12 +207,13 @@ class RenderPilot {
     engine_.for_each_output([&](PilotOutput<S>& output) {
       for (const auto& splat : output.splat_records()) {
         const std::size_t first = n * place_[splat.pixel];
-        output.for_each_candidate(splat, [&](std::size_t c, const typename PilotOutput<S>::Lane& lane) {
-          all.splats[first + c] += lane.own;
-          all.second_moments[first + c] += lane.second_moment;
-          all.within[first + c] += lane.beyond;
-          missing_[c] += static_cast<double>(lane.missed);
-        });
+        output.for_each_candidate(splat,
+                                  [&](std::size_t c, const typename PilotOutput<S>::Terms& terms, std::size_t i) {
+                                    all.splats[first + c] += terms.own[i];
+                                    all.second_moments[first + c] += terms.second_moment[i];
+                                    all.within[first + c] += terms.beyond[i];
+                                    missing_[c] += static_cast<double>(terms.missed[i]);
+                                  });
       }
     });
     photons_ += engine_.photon_count();

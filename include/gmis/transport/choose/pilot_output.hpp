@@ -21,18 +21,20 @@
 namespace gmis {
 
 /// Selects the pixels that a pilot analyses and groups them in tiles. It analyses whole rows of the crop at a constant
-/// spacing, about `analysed_pixels` pixels at most, so that the cost of the pilot is bounded.
+/// spacing: half of the pixels, but at least `fewest_pixels` and at most `most_pixels` of them, so that the cost of the
+/// pilot is bounded.
 class PilotGrid {
  public:
   static constexpr int tile_size = 8;  ///< width and height of a tile in analysed pixels; bias is estimated per tile
-  static constexpr std::int64_t analysed_pixels = 1 << 16;
+  static constexpr std::int64_t fewest_pixels = 1 << 13, most_pixels = 1 << 16;
 
   PilotGrid() = default;
   /// `resolution` is that of the whole frame. Pixels are numbered in the whole frame, by rows from the upper left.
   PilotGrid(glm::ivec2 resolution, const PixelBounds& crop) : width_(resolution.x), crop_(crop) {
     const glm::ivec2 size = glm::max(crop.upper - crop.lower, glm::ivec2(0));
     const auto pixels = static_cast<std::int64_t>(size.x) * size.y;
-    row_step_ = static_cast<int>(std::max<std::int64_t>(1, (pixels + analysed_pixels - 1) / analysed_pixels));
+    const std::int64_t wanted = std::clamp(pixels / 2, fewest_pixels, most_pixels);
+    row_step_ = static_cast<int>(std::max<std::int64_t>(1, (pixels + wanted - 1) / wanted));
     const glm::ivec2 analysed{size.x, (size.y + row_step_ - 1) / row_step_};
     tiles_ = (analysed + tile_size - 1) / tile_size;
   }
@@ -89,11 +91,12 @@ class PilotSplit {
   }
 };
 
-/// The candidates of a pilot, stored in lanes for a vectorised loop. Camera children are not among the counts here;
-/// their effect is computed from the sums afterwards (pilot.hpp).
+/// The candidates of a pilot, in lanes that are worked on at once: no compiler turned loops over arrays of them into vector
+/// instructions, because of the choices in them. Camera children are not among the counts here; their effect is computed from
+/// the sums afterwards (pilot.hpp).
 struct PilotCandidates {
   static constexpr std::size_t lanes = 8;
-  using Lanes = std::array<float, lanes>;
+  using Lanes [[gnu::vector_size(4 * lanes)]] = float;
   struct Block {
     PerTechnique<Lanes> factors{};  ///< counts divided by the counts of the pilot
     Lanes pair_scale{};    ///< factor on pairs of connections at one vertex: m draws give (m−1)/m of the squared mean
@@ -197,14 +200,12 @@ class PilotOutput {
     const float is_child = part_ == before ? 0.0F : 1.0F;
     for (std::size_t b = 0; b < sums_.size(); ++b) {
       Sums& sums = sums_[b];
-      for (std::size_t i = 0; i < lanes; ++i) {
-        const float pairs = sums.connect[i] * sums.connect[i] - sums.connect_squares[i];
-        const float change = pairs * (candidates_->blocks[b].pair_scale[i] - 1.0F);
-        sums.second_moment[i] += times * change;
-        sums.child_squares[i] -= is_child * change;
-      }
-      sums.connect = {};
-      sums.connect_squares = {};
+      const Lanes pairs = sums.connect * sums.connect - sums.connect_squares;
+      const Lanes change = pairs * (candidates_->blocks[b].pair_scale - 1.0F);
+      sums.second_moment += times * change;
+      sums.child_squares -= is_child * change;
+      sums.connect = Lanes{};
+      sums.connect_squares = Lanes{};
     }
   }
 
@@ -223,25 +224,27 @@ class PilotOutput {
     const TechniqueDensities<float> own = single(densities);
     const Reweighted reweighted(single(value), own, camera_beyond(id, own));
     const float times = times_of_part();
-    const float is_child = part_ == before ? 0.0F : 1.0F;
-    const float is_light_side_child = connects || merges ? is_child : 0.0F;
+    const bool is_child = part_ != before;
+    const float is_light_side_child = is_child && (connects || merges) ? 1.0F : 0.0F;
     for (std::size_t b = 0; b < sums_.size(); ++b) {
       Sums& sums = sums_[b];
       const PilotCandidates::Block& block = candidates_->blocks[b];
-      for (std::size_t i = 0; i < lanes; ++i) {
-        const auto lane = reweighted.in_lane(block, i);
-        sums.value[part_][i] += lane.own;
-        sums.second_moment[i] += times * (lane.second_moment - lane.own * lane.own);
-        sums.beyond[i] += times * (lane.beyond + is_light_side_child * lane.own_square);
-        sums.child_squares[i] += is_child * lane.own * lane.own;
-        sums.missing[i] += lane.missed;
-        sums.connect[i] += connects ? lane.own : 0.0F;
-        sums.connect_squares[i] += connects ? lane.own * lane.own : 0.0F;
+      const Terms terms = reweighted.under(block);
+      sums.value[part_] += terms.own;
+      sums.second_moment += times * (terms.second_moment - terms.own * terms.own);
+      sums.beyond += times * (terms.beyond + is_light_side_child * terms.own_square);
+      sums.missing += terms.missed;
+      if (is_child) sums.child_squares += terms.own * terms.own;
+      if (connects) {
+        sums.connect += terms.own;
+        sums.connect_squares += terms.own * terms.own;
+      }
+      if (merges) {
         // The pilot's disk stands for the candidate's in `own`. Here the kernels are those of the candidate's disk and of
         // one with half its radius, a quarter of its area.
-        const float whole = merge_distance_ <= block.disk[i] ? 1.0F : 0.0F;
-        const float half = 4.0F * merge_distance_ <= block.disk[i] ? 4.0F : 0.0F;
-        sums.kernel_change[i] += merges ? lane.own * block.inverse_disk[i] * (whole - half) : 0.0F;
+        const Lanes whole = merge_distance_ <= block.disk ? Lanes{} + 1.0F : Lanes{};
+        const Lanes half = 4.0F * merge_distance_ <= block.disk ? Lanes{} + 4.0F : Lanes{};
+        sums.kernel_change += terms.own * block.inverse_disk * (whole - half);
       }
     }
   }
@@ -275,21 +278,25 @@ class PilotOutput {
   /// Counted work of the camera subpaths.
   [[nodiscard]] const CameraWork& work() const noexcept { return work_; }
 
-  /// One contribution, re-weighted for one candidate.
-  struct Lane {
-    float own;            ///< expected contribution of its technique under the candidate's counts and weights
-    float own_square;     ///< expected sum of squares of these contributions
-    float second_moment;  ///< term of ∫ f²/D
-    float beyond;  ///< part of `second_moment` by emitter hits and next events beyond the first non-specular vertex
-    float missed;  ///< weighted value in the pilot when the candidate has no technique for the path; else 0
+  /// One contribution, re-weighted for one candidate a lane.
+  struct Terms {
+    PilotCandidates::Lanes own;  ///< expected contribution of its technique under the candidate's counts and weights
+    PilotCandidates::Lanes own_square;     ///< expected sum of squares of these contributions
+    PilotCandidates::Lanes second_moment;  ///< term of ∫ f²/D
+    /// Part of `second_moment` by emitter hits and next events beyond the first non-specular vertex.
+    PilotCandidates::Lanes beyond;
+    /// Weighted value in the pilot when the candidate has no technique for the path; else 0.
+    PilotCandidates::Lanes missed;
   };
 
-  /// Calls `visit(candidate, Lane)` for every candidate.
+  /// Calls `visit(candidate, Terms, lane)` for every candidate.
   template <class Visit>
   void for_each_candidate(const SplatRecord& record, Visit&& visit) const {
     const Reweighted reweighted(record.value, record.densities, record.camera_beyond);
-    for (std::size_t c = 0; c < candidates_->count; ++c)
-      visit(c, reweighted.in_lane(candidates_->blocks[c / lanes], c % lanes));
+    for (std::size_t b = 0, c = 0; b < candidates_->blocks.size(); ++b) {
+      const Terms terms = reweighted.under(candidates_->blocks[b]);
+      for (std::size_t i = 0; i < lanes && c < candidates_->count; ++i, ++c) visit(c, terms, i);
+    }
   }
 
   std::vector<double> missing;  ///< per candidate: light in the analysed pixels that none of its techniques makes
@@ -315,16 +322,16 @@ class PilotOutput {
           weighted_(densities.weight() * value),
           camera_beyond_(camera_beyond),
           densities_(densities.relative) {}
-    [[nodiscard]] Lane in_lane(const PilotCandidates::Block& counts, std::size_t i) const noexcept {
+    [[nodiscard, gnu::always_inline]] Terms under(const PilotCandidates::Block& counts) const noexcept {
       const auto& f = counts.factors;
-      float total = 0.0F;
-      for (std::size_t t = 0; t < technique_count; ++t) total += f[t][i] * densities_[t];
-      const bool is_made = total > 0.0F;
-      const float inverse = is_made ? 1.0F / (is_made ? total : 1.0F) : 0.0F;
-      const float share = value_ * inverse;
-      const float own = f[own_][i] * share, second_moment = weighted_ * share;
-      return {own, own * share, second_moment, second_moment * (f[0][i] * camera_beyond_ * inverse),
-              is_made ? 0.0F : weighted_};
+      Lanes total{};
+      for (std::size_t t = 0; t < technique_count; ++t) total += f[t] * densities_[t];
+      const auto is_made = total > 0.0F;
+      const Lanes inverse = is_made ? 1.0F / (is_made ? total : Lanes{} + 1.0F) : Lanes{};
+      const Lanes share = value_ * inverse;
+      const Lanes own = f[own_] * share, second_moment = weighted_ * share;
+      return {own, own * share, second_moment, second_moment * (f[0] * camera_beyond_ * inverse),
+              is_made ? Lanes{} : Lanes{} + weighted_};
     }
 
    private:

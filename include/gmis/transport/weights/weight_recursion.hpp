@@ -12,6 +12,7 @@ namespace gmis {
 template <std::floating_point T>
 struct WholeSum {
   using Sum = Extended<T>;
+  using PlainSum = double;
   using Weight = T;
 
   /// A sum with one term: the density of `technique`.
@@ -19,10 +20,23 @@ struct WholeSum {
   [[nodiscard]] static constexpr Sum of(Extended<T> density) noexcept {
     return density;
   }
+  template <Technique technique>
+  [[nodiscard]] static constexpr PlainSum of(double density) noexcept {
+    return density;
+  }
   /// own / (own + others), in [0, 1]; 0 when `own` is 0.
   [[nodiscard]] static constexpr Weight weight(const OwnAndOthers<Sum>& of) noexcept {
     return of.own.is_zero() ? T(0) : (of.own / (of.own + of.others)).value();
   }
+  [[nodiscard]] static constexpr Weight weight(const OwnAndOthers<PlainSum>& of) noexcept {
+    return of.own == 0.0 ? T(0) : static_cast<T>(of.own / (of.own + of.others));
+  }
+  /// True when the sum has the exponent 0.
+  [[nodiscard]] static constexpr bool is_plain(const Sum& sum) noexcept { return sum.has_no_exponent(); }
+  /// Its value, exactly; needs `is_plain`.
+  [[nodiscard]] static constexpr PlainSum plain(const Sum& sum) noexcept { return static_cast<double>(sum.mantissa()); }
+  /// The sum, rounded to the precision of `T`.
+  [[nodiscard]] static constexpr Sum stored(PlainSum sum) noexcept { return Sum::rounded(sum); }
 };
 
 /// Forms partial sums and weights from densities and counts by `WeightFormulas`. `Sums` is `WholeSum`, or
@@ -36,17 +50,12 @@ struct WholeSum {
 /// Otherwise the formulas are evaluated in `Extended` numbers.
 template <std::floating_point T, class Heuristic = BalanceRatio, class Sums = WholeSum<T>>
 class WeightRecursion {
-  static constexpr bool has_plain_path = std::same_as<T, float> && std::same_as<Sums, WholeSum<T>>;
+  static constexpr bool has_plain_path = std::same_as<T, float>;
   using Exact = WeightFormulas<T, Heuristic, Extended<T>, typename Sums::Sum>;
-  using Plain = WeightFormulas<T, Heuristic, double, double>;
-  struct PlainTerms {
-    template <Technique>
-    [[nodiscard]] static constexpr double of(double count) noexcept {
-      return count;
-    }
-  };
+  using PlainSum = typename Sums::PlainSum;
+  using Plain = WeightFormulas<T, Heuristic, double, PlainSum>;
   struct Nothing {
-    constexpr Nothing(const TechniqueCounts<T>&, PlainTerms) noexcept {}
+    constexpr Nothing(const TechniqueCounts<T>&, Sums) noexcept {}
   };
 
  public:
@@ -56,7 +65,7 @@ class WeightRecursion {
 
   /// The counts are nominal: functions of the path alone, constant while weights are formed.
   constexpr explicit WeightRecursion(const TechniqueCounts<T>& counts) noexcept
-      : exact_(counts, Sums()), plain_(counts, PlainTerms()) {}
+      : exact_(counts, Sums()), plain_(counts, Sums()) {}
 
   /// See `WeightFormulas::first_light_vertex`.
   [[nodiscard]] constexpr LightPartial first_light_vertex(T origin, T next_event, T first, T to_origin) const noexcept {
@@ -150,20 +159,26 @@ class WeightRecursion {
     return formula();
   }
 
-  template <class Partial>
-  [[nodiscard]] static constexpr bool is_plain(const Partial& at) noexcept {
-    return at.shared.has_no_exponent() && at.chain.has_no_exponent();
+  // `shared` of a camera vertex is one number, in every kind of sum.
+  using OneNumber = WholeSum<T>;
+  template <class Part>
+  using KindOf = std::conditional_t<std::same_as<Part, Extended<T>> || std::same_as<Part, double>, OneNumber, Sums>;
+
+  template <class Shared, class Sum>
+  [[nodiscard]] static constexpr bool is_plain(const PartialSums<Shared, Sum>& at) noexcept {
+    return KindOf<Shared>::is_plain(at.shared) && Sums::is_plain(at.chain);
   }
-  template <class Partial>
-  [[nodiscard]] static constexpr PartialSums<double, double> plain(const Partial& at) noexcept {
-    return {static_cast<double>(at.shared.mantissa()), static_cast<double>(at.chain.mantissa())};
+  template <class Shared, class Sum>
+  [[nodiscard]] static constexpr auto plain(const PartialSums<Shared, Sum>& at) noexcept {
+    const auto shared = KindOf<Shared>::plain(at.shared);
+    return PartialSums<std::remove_const_t<decltype(shared)>, PlainSum>{shared, Sums::plain(at.chain)};
   }
-  [[nodiscard]] static constexpr PartialWeights<T> stored(const PartialSums<double, double>& of) noexcept {
-    return {Extended<T>::rounded(of.shared), Extended<T>::rounded(of.chain)};
+  template <class Shared, class Sum>
+  [[nodiscard]] static constexpr auto stored(const PartialSums<Shared, Sum>& of) noexcept {
+    const auto shared = KindOf<Shared>::stored(of.shared);
+    return PartialSums<std::remove_const_t<decltype(shared)>, typename Sums::Sum>{shared, Sums::stored(of.chain)};
   }
-  [[nodiscard]] static constexpr T share(const OwnAndOthers<double>& of) noexcept {
-    return of.own == 0.0 ? T(0) : static_cast<T>(of.own / (of.own + of.others));
-  }
+  [[nodiscard]] static constexpr Weight share(const OwnAndOthers<PlainSum>& of) noexcept { return Sums::weight(of); }
 
   Exact exact_;
   [[no_unique_address]] std::conditional_t<has_plain_path, Plain, Nothing> plain_;

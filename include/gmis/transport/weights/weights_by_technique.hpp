@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
+#include <limits>
 
 #include "gmis/core/extended.hpp"
 #include "gmis/transport/techniques/technique.hpp"
@@ -42,33 +44,35 @@ struct TechniqueDensities {
 };
 
 /// A sum over techniques with a separate term for each.
-template <std::floating_point T>
+template <class Number>
 struct SumByTechnique {
   Technique own{};
-  PerTechnique<Extended<T>> terms{};
+  PerTechnique<Number> terms{};
 
   [[nodiscard]] friend constexpr SumByTechnique operator+(SumByTechnique a, const SumByTechnique& b) noexcept {
     for (std::size_t i = 0; i < technique_count; ++i) a.terms[i] = a.terms[i] + b.terms[i];
     return a;
   }
-  [[nodiscard]] friend constexpr SumByTechnique operator*(SumByTechnique a, Extended<T> factor) noexcept {
-    for (Extended<T>& term : a.terms) term = term * factor;
+  [[nodiscard]] friend constexpr SumByTechnique operator*(SumByTechnique a, Number factor) noexcept {
+    for (Number& term : a.terms) term = term * factor;
     return a;
   }
-  [[nodiscard]] friend constexpr SumByTechnique operator*(Extended<T> factor, const SumByTechnique& a) noexcept {
+  [[nodiscard]] friend constexpr SumByTechnique operator*(Number factor, const SumByTechnique& a) noexcept {
     return a * factor;
   }
 };
 
-/// A `Sums` policy of `WeightRecursion` whose weights are `TechniqueDensities`.
+/// A `Sums` policy of `WeightRecursion` whose weights are `TechniqueDensities`. Its members are those of `WholeSum`, term by
+/// term.
 template <std::floating_point T>
 struct SeparateSums {
-  using Sum = SumByTechnique<T>;
+  using Sum = SumByTechnique<Extended<T>>;
+  using PlainSum = SumByTechnique<double>;
   using Weight = TechniqueDensities<T>;
 
-  template <Technique technique>
-  [[nodiscard]] static constexpr Sum of(Extended<T> density) noexcept {
-    Sum sum;
+  template <Technique technique, class Number>
+  [[nodiscard]] static constexpr SumByTechnique<Number> of(Number density) noexcept {
+    SumByTechnique<Number> sum;
     sum.own = technique;
     sum.terms[static_cast<std::size_t>(technique)] = density;
     return sum;
@@ -81,6 +85,33 @@ struct SeparateSums {
     const Sum sum = own + others;
     for (std::size_t i = 0; i < technique_count; ++i) weight.relative[i] = (sum.terms[i] / unit).value();
     return weight;
+  }
+  [[nodiscard]] static constexpr Weight weight(const OwnAndOthers<PlainSum>& of) noexcept {
+    const auto& [own, others] = of;
+    const double unit = own.terms[static_cast<std::size_t>(own.own)];
+    Weight weight{own.own, {}};
+    if (unit == 0.0) return weight;
+    constexpr double most = std::numeric_limits<T>::max();
+    for (std::size_t i = 0; i < technique_count; ++i) {
+      const double relative = (own.terms[i] + others.terms[i]) / unit;
+      weight.relative[i] = relative <= most ? static_cast<T>(relative) : std::numeric_limits<T>::infinity();
+    }
+    return weight;
+  }
+  [[nodiscard]] static constexpr bool is_plain(const Sum& sum) noexcept {
+    bool all = true;
+    for (const Extended<T>& term : sum.terms) all = all && term.has_no_exponent();
+    return all;
+  }
+  [[nodiscard]] static constexpr PlainSum plain(const Sum& sum) noexcept {
+    PlainSum plain{sum.own, {}};
+    for (std::size_t i = 0; i < technique_count; ++i) plain.terms[i] = static_cast<double>(sum.terms[i].mantissa());
+    return plain;
+  }
+  [[nodiscard]] static constexpr Sum stored(const PlainSum& sum) noexcept {
+    Sum stored{sum.own, {}};
+    for (std::size_t i = 0; i < technique_count; ++i) stored.terms[i] = Extended<T>::rounded(sum.terms[i]);
+    return stored;
   }
 };
 
