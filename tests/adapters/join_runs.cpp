@@ -245,6 +245,7 @@ TEST_CASE("Runs with a pilot each: times, choice and bias of both") {
   for (std::size_t i = 0; i < 64; ++i)
     CHECK(std::abs(static_cast<double>(all.picture.values[i] - reversed.picture.values[i])) <=
           rounding(static_cast<double>(all.picture.values[i])));
+  CHECK(reversed.merging_bias->bound() == Approx(all.merging_bias->bound()).epsilon(1e-3));
 }
 
 TEST_CASE("Runs that cannot be joined are refused by name of what differs") {
