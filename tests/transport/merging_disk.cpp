@@ -144,3 +144,24 @@ TEST_CASE("a run whose disk is too wide narrows it to the one with the least err
   CAPTURE(truth, wide, mean);
   CHECK(std::abs(mean - truth) < 0.5 * std::abs(wide - truth));
 }
+
+TEST_CASE("no bias, however small, makes a disk larger than the pilot's choice") {
+  const Scene scene(0.7F, 1.0F, 12, 2, {0, 0, 0});
+  gmis::RenderRequest request;
+  request.settings.max_depth = 4;
+  request.settings.radius = 0.005;
+  request.settings.counts = {1.0, 0, false, true, 1, true, true, false, 4.0};
+  request.expected_iterations = request.budget.iterations.emplace(32);
+  request.candidates.assign(2, request.settings.counts);
+  request.candidates[1].radius_factor = 3.9;
+  gmis::SerialExecutor executor;
+  for (int run = 0; run < 6; ++run) {
+    request.settings.seed = gmis_test::seed(450 + run);
+    gmis::Render render(scene, request);
+    for (int i = 0; i < 32; ++i) {
+      REQUIRE(render.advance(executor));
+      if (const gmis::Choice* const choice = render.engine().choice())
+        REQUIRE(render.engine().counts().radius_factor <= choice->forecasts[*choice->chosen].counts.radius_factor);
+    }
+  }
+}

@@ -189,6 +189,32 @@ TEST_CASE("Forecasts with a local count of merging and other radii than the pilo
                   50);
 }
 
+TEST_CASE("What merging changes in the pilot's picture is what it says of the candidate with its own counts",
+          "[pilot]") {
+  const Scene scene(albedo, 1.0F, size, 2, centre);
+  gmis::RenderSettings own = settings();
+  own.radius = 0.3;
+  own.counts = {0.5, 2, true, true};
+  using PilotEngine = gmis::RenderPilot<Scene>::EngineType;
+  PilotEngine engine(scene, own);
+  gmis::PilotCandidates candidates;
+  candidates.grid = gmis::PilotGrid({size, size}, engine.crop());
+  candidates.made = own.counts;
+  candidates.add(own.counts);
+  engine.for_each_output([&](auto& output) { output.analyse(&candidates); });
+  gmis::SerialExecutor executor;
+  engine.iterate(executor);
+  float greatest = 0.0F;
+  engine.for_each_output([&](auto& output) {
+    for (std::size_t i = 0; i < output.pixel_count(); ++i) {
+      const float change = output.pixel(i).kernel_change[0];
+      CHECK(engine.merging_change()[output.pixel(i).pixel] == Approx(change).epsilon(1e-3).margin(1e-4));
+      greatest = std::max(greatest, std::abs(change));
+    }
+  });
+  CHECK(greatest > 0.01F);
+}
+
 TEST_CASE("A pilot sees the bias of merging", "[pilot]") {
   // On the curved wall a photon whose light comes from below the camera vertex's horizon is lost: r²/8 of the light that is
   // merged (furnace_techniques.cpp). What a run loses is measured, what the pilot says of it is its first order.
