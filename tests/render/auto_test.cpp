@@ -98,6 +98,7 @@ TEST_CASE("The pilot's picture is that of vcm with its counts, its radius and it
   RenderRequest request = request_for(*scene, IntegratorChoice::vcm);
   gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, gmis::all_candidates(), 100);
   request.settings.counts.connections = 2;
+  request.settings.counts.light_paths = 0.5;
   // The mean disk of 100 iterations.
   double disk = 0;
   for (int i = 1; i <= 100; ++i) disk += std::pow(i, request.settings.alpha - 1) / 100;
