@@ -189,6 +189,35 @@ TEST_CASE("Forecasts with a local count of merging and other radii than the pilo
                   50);
 }
 
+TEST_CASE("A pilot analyses one row of every so many, and not always the same one", "[pilot]") {
+  struct Case {
+    glm::ivec2 lower, upper;
+    int step;
+  };
+  for (const Case& one :
+       {Case{{0, 0}, {64, 64}, 1}, {{3, 100}, {67, 501}, 2}, {{0, 0}, {512, 512}, 4}, {{5, 7}, {9000, 8}, 1}}) {
+    const gmis::PilotGrid grid({9000, 600}, {one.lower, one.upper});
+    std::vector<int> of_place(static_cast<std::size_t>(one.step), 0);
+    for (int first = one.lower.y; first < one.upper.y; first += one.step) {
+      int analysed = 0;
+      for (int y = first; y < std::min(first + one.step, one.upper.y); ++y) {
+        const auto row = static_cast<std::uint32_t>(y * 9000);
+        const bool is_analysed = grid.is_analysed(row + static_cast<std::uint32_t>(one.lower.x));
+        CHECK(grid.is_analysed(row + static_cast<std::uint32_t>(one.upper.x - 1)) == is_analysed);
+        analysed += is_analysed ? 1 : 0;
+        of_place[static_cast<std::size_t>(y - first)] += is_analysed ? 1 : 0;
+      }
+      CHECK(analysed == 1);
+    }
+    // A hash, which needs no seed: no place has less than half or more than twice its share.
+    const int groups = (one.upper.y - one.lower.y + one.step - 1) / one.step;
+    for (const int count : of_place) {
+      CHECK(2 * count * one.step >= groups);
+      CHECK(count * one.step <= 2 * groups);
+    }
+  }
+}
+
 TEST_CASE("What merging changes in the pilot's picture is what it says of the candidate with its own counts",
           "[pilot]") {
   const Scene scene(albedo, 1.0F, size, 2, centre);

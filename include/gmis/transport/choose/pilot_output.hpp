@@ -20,9 +20,9 @@
 
 namespace gmis {
 
-/// Selects the pixels that a pilot analyses and groups them in tiles. It analyses whole rows of the crop at a constant
-/// spacing: half of the pixels, but at least `fewest_pixels` and at most `most_pixels` of them, so that the cost of the
-/// pilot is bounded.
+/// Selects the pixels that a pilot analyses and groups them in tiles: half of the pixels, but at least `fewest_pixels` and at
+/// most `most_pixels` of them, so that the cost of the pilot is bounded. It analyses one whole row of every so many, not
+/// always the same one: a picture may have rows that alternate.
 class PilotGrid {
  public:
   static constexpr int tile_size = 8;  ///< width and height of a tile in analysed pixels; bias is estimated per tile
@@ -41,7 +41,12 @@ class PilotGrid {
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
   /// True when the pixel, which must lie in the crop, is analysed.
-  [[nodiscard]] bool is_analysed(std::uint32_t pixel) const noexcept { return row(pixel) % row_step_ == 0; }
+  [[nodiscard]] bool is_analysed(std::uint32_t pixel) const noexcept {
+    const int first = row(pixel) / row_step_ * row_step_;
+    const int rows = std::min(row_step_, crop_.upper.y - crop_.lower.y - first);
+    const std::uint32_t hash = static_cast<std::uint32_t>(first) * 2654435761U;
+    return row(pixel) - first == static_cast<int>((hash ^ hash >> 15U) >> 8U) % rows;
+  }
   /// Index of the tile of a pixel, which must lie in the crop.
   [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
     return static_cast<std::size_t>(row(pixel) / row_step_ / tile_size * tiles_.x + column(pixel) / tile_size);
