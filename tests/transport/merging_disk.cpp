@@ -155,7 +155,7 @@ TEST_CASE("no bias, however small, makes a disk larger than the pilot's choice")
   request.candidates.assign(2, request.settings.counts);
   request.candidates[1].radius_factor = 3.9;
   gmis::SerialExecutor executor;
-  for (int run = 0; run < 6; ++run) {
+  for (std::uint64_t run = 0; run < 6; ++run) {
     request.settings.seed = gmis_test::seed(450 + run);
     gmis::Render render(scene, request);
     for (int i = 0; i < 32; ++i) {
