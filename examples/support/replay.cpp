@@ -1,7 +1,10 @@
 #include "gmis/transport/output/replay.hpp"
 
+#include <bit>
 #include <string>
+#include <utility>
 
+#include "support/progressive_render.hpp"
 #include "support/replay_text.hpp"
 
 template gmis::ReplayedPath<gmis::tools::SceneSpectrum> gmis::replay(
@@ -32,9 +35,17 @@ ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest&
     if (path.iteration <= pilot_iterations)
       throw InputError("--replay: a pilot renders the first " + std::to_string(pilot_iterations) +
                        " iterations, which cannot be replayed: choose a later one, or fix the counts by --connections");
-    const auto engine = start(scene, request);
-    while (engine->choice() == nullptr) engine->iterate(executor);
-    settings.counts = engine->counts();
+    // The pilot chooses the counts, and later iterations the disk, after 4, 8, 16 … of them.
+    gmis::RenderRequest same = request;
+    same.interrupt = nullptr;
+    Render<SceneType> run(scene.scene(), std::move(same));
+    const auto counts_are_known = [&] {
+      return run.engine().choice() != nullptr &&
+             (!run.engine().counts().merges || run.progress().iterations >= std::bit_floor(path.iteration - 1));
+    };
+    while (!counts_are_known() && run.advance(executor)) {
+    }
+    settings.counts = run.engine().counts();
   }
   if (!settings.counts.traces_light()) {
     settings.light_split = LightSplit::none;

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "program.hpp"
@@ -85,6 +87,27 @@ TEST_CASE("Past the limit the run ends early with exit code 1, says why, and kee
       if (line.find("REJECTED: not finite") != std::string::npos && ++count == 1) first = line;
     CHECK(count == rejected["count"]);
     CHECK(first.find(rejected["technique"].get<std::string>()) == 2);
+  }
+}
+
+TEST_CASE("A path of a run that has narrowed its merging disk is replayed within that disk") {
+  const ScratchFolder folder;
+  const std::string same =
+      "'" GMIS_TEST_SCENE_FOLDER "/../../../bench/scenes/tempting/telephoto.pbrt' --size 32x32 --iterations 12 ";
+  REQUIRE(run(folder, same + "--quiet --out a.pfm --stats s.json").exit_code == 0);
+  const Json json = Json::parse(text_of(folder / "s.json"));
+  const double chosen = json["choice"]["chosen"]["radius_factor"], at_end = json["sample_counts"]["radius_factor"];
+  REQUIRE(at_end < chosen);
+  const double unit = json["radius"].get<double>() / at_end;
+  for (const auto& [iteration, factor] : {std::pair(12, at_end), std::pair(3, chosen)}) {
+    CAPTURE(iteration, factor);
+    const std::string shown = replay(folder, same, std::to_string(iteration) + ":5");
+    const auto lines = lines_of(shown);
+    const auto line =
+        std::find_if(lines.begin(), lines.end(), [](const auto& one) { return one.find("radius ") == 0; });
+    REQUIRE(line != lines.end());
+    CHECK(static_cast<double>(numbers_after(*line, "radius", 1)[0]) ==
+          Approx(unit * factor * std::pow(iteration, (json["alpha"].get<double>() - 1) / 2)).epsilon(1e-5));
   }
 }
 

@@ -53,7 +53,7 @@ struct RunRecord {
   std::optional<Choice> choice;        ///< of a pilot that has finished
   std::optional<PriceTable> forecast;  ///< prices by the choice
   ErrorLaw expected_law;               ///< what is known of it before the run
-  double radius = 0.0;                 ///< of the first iteration; 0: merging is off
+  double radius = 0.0;                 ///< r_1 of the iterations to come; 0: merging is off
   std::size_t photon_bytes = 0;        ///< memory of the stored light vertices
 
   /// A record without iterations, for the run of a request. `resolution`: of the camera.
