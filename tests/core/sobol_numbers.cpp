@@ -48,15 +48,85 @@ TEST_CASE("a scrambled bit depends on the bits above it alone, and half of the s
   gmis::Philox source(gmis_test::seed(2));
   int flipped = 0;
   for (int n = 0; n < 4096; ++n) {
-    const std::uint32_t x = source(), seed = source(), bit = source() % 32U;
+    const std::uint32_t x = source(), bit = source() % 32U;
+    const std::array<std::uint32_t, 3> seeds{source(), source(), source()};
+    const auto scrambled = [&](std::uint32_t word) {
+      return gmis::detail::scramble(word, seeds[0], seeds[1], seeds[2]);
+    };
     const std::uint32_t below = x ^ (std::uint32_t{1} << bit);  // as numbers with reversed bits
-    const std::uint32_t difference = gmis::detail::laine_karras(x, seed) ^ gmis::detail::laine_karras(below, seed);
-    CHECK(std::countr_zero(difference) == static_cast<int>(bit));
-    flipped += static_cast<int>(((gmis::detail::laine_karras(x, seed) ^ x) >> bit) & 1U);
+    CHECK(std::countr_zero(scrambled(x) ^ scrambled(below)) == static_cast<int>(bit));
+    flipped += static_cast<int>(((scrambled(x) ^ x) >> bit) & 1U);
   }
   CHECK(std::abs(flipped - 2048) < 32 * gmis::normal_quantile(1.0 - 0.5e-6));
   CHECK(gmis::detail::reverse_bits(0x80000001U) == 0x80000001U);
   CHECK(gmis::detail::reverse_bits(0x12345678U) == 0x1E6A2C48U);
+}
+
+TEST_CASE("a shuffle keeps the first 2^m points the first, and moves them about otherwise") {
+  gmis::Philox source(gmis_test::seed(6));
+  using gmis::detail::reverse_bits;
+  // Where the fifth to the eighth of eight points go: each to each of these places in a quarter of the seeds.
+  constexpr int count = 1 << 14;
+  std::array<std::array<double, 4>, 4> places{};
+  for (int n = 0; n < count; ++n) {
+    const std::uint64_t seed = static_cast<std::uint64_t>(source()) << 32U | source();
+    std::uint32_t met = 0;
+    for (std::uint32_t i = 0; i < 32; ++i) {
+      const std::uint32_t to = reverse_bits(gmis::detail::shuffle(reverse_bits(i), seed));
+      REQUIRE(std::bit_width(to) == std::bit_width(i));
+      met |= 1U << to;
+      if (i >= 4 && i < 8) ++places[i - 4][to - 4];
+    }
+    REQUIRE(met == 0xFFFFFFFFU);
+  }
+  for (const auto& row : places) {
+    double chi_squared = 0.0;
+    for (const double n : row) chi_squared += (n - count / 4.0) * (n - count / 4.0) / (count / 4.0);
+    CHECK(gmis::chi_square_p_value(chi_squared, 3) > gmis::sidak_level(1e-6, 4));
+  }
+}
+
+TEST_CASE("the variance of means is that of a nested uniform scrambling") {
+  // Of x and of sin 7x over 64 points of the first dimension, which are numbers with reversed bits; Owen's scrambling flips each
+  // bit by a random function of the bits above it, here a hash of 64 bits.
+  gmis::Philox source(gmis_test::seed(7));
+  constexpr int runs = 4000, points = 64;
+  const auto hashed = [](std::uint64_t z) {
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+    return z ^ (z >> 31U);
+  };
+  const auto nested = [&](std::uint32_t x, std::uint64_t seed) {
+    std::uint32_t result = x;
+    for (std::uint64_t bit = 0; bit < 32; ++bit) {
+      const std::uint64_t below = x & ((std::uint64_t{1} << bit) - 1);
+      if ((hashed(hashed(seed + bit) + below) & 1U) != 0) result ^= std::uint32_t{1} << bit;
+    }
+    return result;
+  };
+  std::array<std::array<double, 2>, 2> sums{}, squares{};  // by kind and integrand
+  for (int run = 0; run < runs; ++run) {
+    const std::array<std::uint32_t, 4> seeds{source(), source(), source(), source()};
+    const std::uint64_t seed = static_cast<std::uint64_t>(seeds[3]) << 32U | seeds[0];
+    std::array<std::array<double, 2>, 2> means{};
+    for (std::uint32_t i = 0; i < points; ++i) {
+      const std::array<double, 2> at{
+          unit(gmis::detail::reverse_bits(gmis::detail::scramble(i, seeds[0], seeds[1], seeds[2]))),
+          unit(gmis::detail::reverse_bits(nested(i, seed)))};
+      for (std::size_t kind = 0; kind < 2; ++kind) {
+        means[kind][0] += at[kind] / points;
+        means[kind][1] += std::sin(7.0 * at[kind]) / points;
+      }
+    }
+    for (std::size_t kind = 0; kind < 2; ++kind)
+      for (std::size_t f = 0; f < 2; ++f)
+        sums[kind][f] += means[kind][f], squares[kind][f] += means[kind][f] * means[kind][f];
+  }
+  for (std::size_t f = 0; f < 2; ++f) {
+    const auto variance = [&](std::size_t kind) { return squares[kind][f] / runs - std::pow(sums[kind][f] / runs, 2); };
+    // Each variance has a standard error of √(2 / runs) where means are normal: 64 strata make them so.
+    CHECK(std::log(variance(0) / variance(1)) == Approx(0.0).margin(6.0 * std::sqrt(4.0 / runs)));
+  }
 }
 
 TEST_CASE(

@@ -8,6 +8,10 @@
 
 #include "gmis/core/random.hpp"
 
+#if defined(__SSSE3__)
+#include <tmmintrin.h>
+#endif
+
 /// \file
 /// Low-discrepancy numbers for subpaths: Sobol' points in four dimensions, scrambled and shuffled anew for every four
 /// numbers of every vertex [Burley 2020: Practical hash-based Owen scrambling].
@@ -27,8 +31,12 @@ inline constexpr std::uint32_t sobol_replications = 8;
 namespace detail {
 
 /// Four numbers worked on at once, where the compiler has such a type.
-#if defined(__GNUC__)
+#if defined(__GNUC__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+#define GMIS_FOUR_WORDS
 using FourWords __attribute__((vector_size(16))) = std::uint32_t;
+using TwoWords __attribute__((vector_size(16))) = std::uint64_t;
+#else
+using FourWords = std::array<std::uint32_t, 4>;
 #endif
 
 /// Of a `std::uint32_t`, or of four.
@@ -41,15 +49,31 @@ template <class Word>
   return (x >> 16U) | (x << 16U);
 }
 
-/// A permutation in which each bit of the result depends on the bits below it and the seed alone [Laine, Karras 2011;
-/// the constants of Burley 2020]. On a number with its bits reversed, it is a nested uniform scrambling.
+#if defined(__SSSE3__)
+/// The same by two look-ups a byte, which a processor makes for all bytes at once.
+template <>
+[[nodiscard]] inline FourWords reverse_bits(FourWords x) noexcept {
+  const auto low = _mm_set1_epi8(0x0F);
+  const auto reversed_high =
+      _mm_setr_epi8(0x0, 0x8, 0x4, 0xC, 0x2, 0xA, 0x6, 0xE, 0x1, 0x9, 0x5, 0xD, 0x3, 0xB, 0x7, 0xF);
+  const auto reversed_low = _mm_slli_epi16(reversed_high, 4);
+  const auto bytes = _mm_shuffle_epi8(reinterpret_cast<__m128i>(x),
+                                      _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
+  const auto of_low = _mm_shuffle_epi8(reversed_low, _mm_and_si128(bytes, low));
+  const auto of_high = _mm_shuffle_epi8(reversed_high, _mm_and_si128(_mm_srli_epi16(bytes, 4), low));
+  return reinterpret_cast<FourWords>(_mm_or_si128(of_low, of_high));
+}
+#endif
+
+/// A permutation in which each bit of the result depends on itself, on the bits below it and on the seeds alone: on a number
+/// with its bits reversed, a nested scrambling [as Laine, Karras 2011, whose factors are constants]. Uniform when `shift` is,
+/// whatever the factors are. With random factors two products are as good as a nested uniform scrambling [Owen 1995]: the
+/// variances of means are the same, where those of four constant factors differ in either direction.
 template <class Word>
-[[nodiscard]] constexpr Word laine_karras(Word x, Word seed) noexcept {
-  x += seed;
-  x ^= x * 0x6C50B47CU;
-  x ^= x * 0xB82F1E52U;
-  x ^= x * 0xC7AFE638U;
-  x ^= x * 0x8D22F6E6U;
+[[nodiscard]] constexpr Word scramble(Word x, Word shift, Word first, Word second) noexcept {
+  x += shift;
+  x ^= x * (first + first);
+  x ^= x * (second + second);
   return x;
 }
 
@@ -82,15 +106,25 @@ template <class Word>
 inline constexpr auto sobol_directions = reversed_directions();
 
 /// What four bits of a point's number add, for every value of them: entry [n][value] is for the bits from 4 n on.
-inline constexpr auto sobol_sums = [] {
-  std::array<std::array<std::array<std::uint32_t, 4>, 16>, 8> sums{};
+struct alignas(16) SobolSums {
+  std::array<std::array<std::array<std::uint32_t, 4>, 16>, 8> of{};
+};
+inline constexpr SobolSums sobol_sums = [] {
+  SobolSums sums;
   for (std::size_t n = 0; n < 8; ++n)
     for (std::size_t value = 0; value < 16; ++value)
       for (std::size_t bit = 0; bit < 4; ++bit)
         if ((value >> bit & 1U) != 0)
-          for (std::size_t d = 0; d < 4; ++d) sums[n][value][d] ^= sobol_directions[4 * n + bit][d];
+          for (std::size_t d = 0; d < 4; ++d) sums.of[n][value][d] ^= sobol_directions[4 * n + bit][d];
   return sums;
 }();
+
+/// Shuffles the number of a point, with reversed bits: `scramble` without a shift, so that the lowest bit that is set stays
+/// where it is, and for every m the first 2^m points stay the first. The shift of a nested uniform shuffle would make no
+/// difference to points that are scrambled afterwards.
+[[nodiscard]] constexpr std::uint32_t shuffle(std::uint32_t reversed_index, std::uint64_t seed) noexcept {
+  return scramble(reversed_index, 0U, static_cast<std::uint32_t>(seed >> 32U), static_cast<std::uint32_t>(seed >> 16U));
+}
 
 }  // namespace detail
 
@@ -116,8 +150,9 @@ class SampleNumbers {
                                                      unsigned index_bits) noexcept {
     const auto round = static_cast<std::uint32_t>(index >> index_bits);
     SampleNumbers result(seed, replication + sobol_replications * round, path, stream);
-    result.index_mask_ = ~std::uint32_t{0} << (32U - index_bits);
-    result.reversed_index_ = detail::reverse_bits(static_cast<std::uint32_t>(index)) & result.index_mask_;
+    result.is_sobol_ = true;
+    result.reversed_index_ =
+        detail::reverse_bits(static_cast<std::uint32_t>(index) & ((std::uint32_t{1} << index_bits) - 1));
     return result;
   }
 
@@ -138,44 +173,45 @@ class SampleNumbers {
   /// The next four numbers that no call has begun to use.
   Block next_block() noexcept {
     used_ = 4;
-    const Block words = blocks_.next();
-    if (index_mask_ != 0) [[unlikely]]
-      return point(words, reversed_index_, index_mask_);
-    return words;
+    if (is_sobol_) return point(blocks_.next_counter(), blocks_.key(), reversed_index_);
+    return blocks_.next();
   }
 
  private:
-  /// The point's coordinates, scrambled by the words. The words also shuffle the numbers of the points: so, places with
-  /// other words are independent of each other.
-  [[nodiscard]] [[gnu::noinline]] static Block point(const Block& words, std::uint32_t reversed_index,
-                                                     std::uint32_t index_mask) noexcept {
-    // All four words enter the shuffle.
-    std::uint32_t shuffle = (words[0] ^ std::rotl(words[1], 9)) * 0x9E3779B1U + (words[2] ^ std::rotl(words[3], 19));
-    shuffle ^= shuffle >> 15U;
-    const std::uint32_t bits = detail::laine_karras(reversed_index, shuffle) & index_mask;
-    // Four bits at a time: as many steps for every point of a sequence, so that a processor foresees the end of the loop.
-    const auto first = static_cast<std::size_t>(std::countr_zero(index_mask)) / 4;
-    Block coordinates{};
-#if defined(__GNUC__)
-    detail::FourWords all{}, seeds{words[0], words[1], words[2], words[3]};
-    for (std::size_t n = first; n < 8; ++n) {
-      const auto& sum = detail::sobol_sums[n][bits >> 4 * n & 15U];
-      all ^= detail::FourWords{sum[0], sum[1], sum[2], sum[3]};
+  /// The coordinates of a point, scrambled by the words of a block. The words also shuffle the numbers of the points: so,
+  /// places with other words are independent of each other. The words need not be as good as numbers that are used as they
+  /// are; four rounds are the fewest after which each depends on every bit of the path and the place.
+  [[nodiscard]] [[gnu::noinline]] static Block point(std::array<std::uint64_t, 2> counter, std::uint64_t key,
+                                                     std::uint32_t reversed_index) noexcept {
+    const std::array<std::uint64_t, 2> words = philox2x64<4>(counter, key);
+    // Four bits at a time, from the highest. Nearly all points of an iteration take equally many steps.
+    std::uint32_t bits = detail::shuffle(reversed_index, (words[0] ^ std::rotl(words[1], 21)) * 0x9E3779B97F4A7C15U);
+    detail::FourWords sum{};
+    for (std::size_t n = 7; bits != 0; --n, bits <<= 4U) {
+      const auto& added = detail::sobol_sums.of[n][bits >> 28U];
+      for (std::size_t d = 0; d < 4; ++d) sum[d] ^= added[d];
     }
-    all = detail::reverse_bits(detail::laine_karras(all, seeds));
-    for (std::size_t d = 0; d < 4; ++d) coordinates[d] = all[d];
+    // Each coordinate has a shift of its own, and the shifts of two others are its factors: bit k of a factor is made of lower
+    // bits than k, so the four together are uniform for every `sum`.
+    Block coordinates{};
+#if defined(GMIS_FOUR_WORDS)
+    const auto four = [](std::uint64_t low, std::uint64_t high) {
+      return std::bit_cast<detail::FourWords>(detail::TwoWords{low, high});
+    };
+    sum = detail::reverse_bits(detail::scramble(sum, four(words[0], words[1]), four(words[1], words[0]),
+                                                four(std::rotl(words[0], 32), std::rotl(words[1], 32))));
+    for (std::size_t d = 0; d < 4; ++d) coordinates[d] = sum[d];
 #else
-    for (std::size_t n = first; n < 8; ++n)
-      for (std::size_t d = 0; d < 4; ++d) coordinates[d] ^= detail::sobol_sums[n][bits >> 4 * n & 15U][d];
+    const auto seed = [&words](std::size_t d) { return static_cast<std::uint32_t>(words[d / 2] >> (32U * (d % 2))); };
     for (std::size_t d = 0; d < 4; ++d)
-      coordinates[d] = detail::reverse_bits(detail::laine_karras(coordinates[d], words[d]));
+      coordinates[d] = detail::reverse_bits(detail::scramble(sum[d], seed(d), seed(d ^ 2U), seed(d ^ 1U)));
 #endif
     return coordinates;
   }
 
   PhiloxBlocks blocks_;
   std::uint32_t reversed_index_ = 0;
-  std::uint32_t index_mask_ = 0;  ///< 0: no Sobol' points
+  bool is_sobol_ = false;
   Block block_{};
   std::uint32_t used_ = 4;
 };
