@@ -268,7 +268,8 @@ int run(Options options) {
   request.interrupt = &interrupt_flag();
   if (reference) request.reference = reference->rgb;
   const bool is_kept = !options.checkpoint_file.empty() || !options.resume_files.empty();
-  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept;
+  request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept ||
+                      options.layers;  // one is the variance
   if (is_kept) identify_scene(request, loaded, options);
   for (const auto& file : options.resume_files) request.resume.push_back(bytes_of(file));
   if (!options.checkpoint_file.empty())

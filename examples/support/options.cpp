@@ -104,8 +104,7 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius, sampler = "independent", lights = "power", emission = "power",
-                                        counts = "uniform";
+  std::string replay, aov, isa, radius, sampler = "sobol", lights = "power", emission = "power", counts = "uniform";
   std::string tone = "clamp", completion;
   double seconds = 0, relative_error = 0;
   bool manual = false;
@@ -143,8 +142,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)")->type_name("NUMBER");
   app.add_option(
          "--sampler", raw.sampler,
-         "How numbers are drawn: independent (the default) or sobol, 8 replications of low-discrepancy iterations")
-      ->type_name("independent|sobol");
+         "How numbers are drawn: sobol (the default), 8 replications of low-discrepancy iterations, or independent")
+      ->type_name("sobol|independent");
   app.add_option("--lights", raw.lights,
                  "How next events choose a light: by its power (the default), or by power, distance and orientation as "
                  "the receiver sees it, which pays with many lights")

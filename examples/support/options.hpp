@@ -40,7 +40,7 @@ struct Options {
   IntegratorChoice integrator = IntegratorChoice::automatic;
   SplitChoice split = SplitChoice::local;
   Scheme scheme = Scheme::N3;
-  Sampler sampler = Sampler::independent;
+  Sampler sampler = Sampler::sobol;
   Emission emission = Emission::power;                             ///< of light subpaths
   VertexCounts vertex_counts = VertexCounts::uniform;              ///< numbers of samples at camera vertices
   scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events

@@ -156,11 +156,13 @@ Json number_or_null(double value) {
 
 Json prediction_json(const std::optional<PriceTable>& table, double iterations) {
   if (!table) return nullptr;
-  // Of the squared error of n iterations: (independent · n + merging · Σ i^(1 − alpha)) / n².
+  // Of the squared error of n iterations: (independent · n + merging · Σ i^(1 − alpha)) / n², times
+  // 1 − evenness · (1 − √(8 / n)) from n = 8 on.
   return {{"slope", table->law.slope_at(iterations)},
           {"independent", table->law.independent},
           {"merging", table->law.merging},
           {"alpha", table->law.alpha},
+          {"evenness", table->law.evenness},
           {"seconds_to_half_error", number_or_null(table->prices.back().wall_seconds)}};
 }
 

@@ -760,7 +760,10 @@ TEST_CASE("A choice tells its prices before the run, and a run with merging its 
     choice.forecasts.push_back(forecast);
   }
   REQUIRE(choice.chosen.has_value());
-  const auto law = gmis::expected_law(choice, choice.forecasts[*choice.chosen].counts, json["alpha"].get<double>());
+  gmis::RenderSettings settings;
+  settings.alpha = json["alpha"].get<double>();
+  settings.sampler = gmis::Sampler::sobol;  // the default
+  const auto law = gmis::expected_law(choice, choice.forecasts[*choice.chosen].counts, settings);
   CHECK(law.merging > 0);
   REQUIRE(json["forecast"].size() == 5);
   for (const auto& price : json["forecast"]) {

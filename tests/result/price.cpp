@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -51,7 +52,8 @@ double squared_error(const gmis::ErrorLaw& law, int n) {
   long double sum = 0;
   for (int i = 1; i <= n; ++i)
     sum += law.independent + law.merging * std::pow(static_cast<long double>(i), 1 - law.alpha);
-  return static_cast<double>(sum / n / n);
+  const double even = n > 8 ? 1 - law.evenness * (1 - std::sqrt(8.0 / n)) : 1.0;
+  return even * static_cast<double>(sum / n / n);
 }
 
 std::vector<gmis::ConvergencePoint> log_of(const gmis::ErrorLaw& law, int iterations) {
@@ -66,10 +68,12 @@ std::vector<gmis::ConvergencePoint> log_of(const gmis::ErrorLaw& law, int iterat
 
 TEST_CASE("The law of an error follows its definition, summed by brute force") {
   for (const double alpha : {1.0, 0.75, 0.5, 0.2})
-    for (const auto& [independent, merging] : {std::pair(0.5, 0.0), std::pair(0.3, 0.2), std::pair(0.0, 2.0)}) {
-      const gmis::ErrorLaw law{independent, merging, alpha};
+    for (const auto& [independent, merging, evenness] :
+         {std::tuple(0.5, 0.0, 0.0), std::tuple(0.3, 0.2, 0.0), std::tuple(0.0, 2.0, 0.0), std::tuple(0.5, 0.0, 0.9),
+          std::tuple(0.3, 0.2, 0.4)}) {
+      const gmis::ErrorLaw law{independent, merging, alpha, evenness};
       for (const int n : {1, 2, 10, 300, 5000}) {
-        CAPTURE(alpha, independent, merging, n);
+        CAPTURE(alpha, independent, merging, evenness, n);
         CHECK(law.error_at(n) == Approx(std::sqrt(squared_error(law, n))).epsilon(n == 1 ? 0.01 : 0.004));
         CHECK(law.iterations_to_reach(law.error_at(n)) == Approx(n).epsilon(1e-6));
         const double h = 1e-4;
@@ -128,6 +132,33 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       const auto known = gmis::price_table(log_of(law, 8), errors, law);
       CHECK(known->law.merging_share_at(8) ==
             Approx(law.merging_share_at(8)).epsilon(3e-3));  // sums by the midpoint rule
+    }
+}
+
+TEST_CASE("The price with evenly spread numbers is that of the fitted law") {
+  const double errors[] = {0.02, 0.01};
+  for (const double merging : {0.0, 0.1})
+    for (const double evenness : {0.0, 0.25, 0.4, 0.85}) {
+      const gmis::ErrorLaw law{0.25, merging, 0.75, evenness};
+      auto log = log_of(law, 256);
+      log.back().interval = gmis::Interval{};
+      CAPTURE(merging, evenness);
+      // What is known from before counts for a fifth.
+      for (const double expected : {0.4, evenness > 0.0 ? evenness : 0.1}) {
+        const auto fitted = gmis::price_table(log, errors, {0.25, merging, merging > 0.0 ? 0.75 : 1.0, expected});
+        REQUIRE(fitted.has_value());
+        CAPTURE(expected, fitted->law.evenness, fitted->law.merging_share_at(256), law.merging_share_at(256));
+        CHECK(fitted->law.error_at(256) == Approx(*log.back().estimated_error));
+        // In steps of 0.05, and where merging's share may take the place of some.
+        CHECK(fitted->law.evenness == Approx(0.8 * evenness + 0.2 * expected).margin(merging > 0.0 ? 0.06 : 0.025));
+        for (const gmis::Price& price : fitted->prices)
+          CHECK(squared_error(law, static_cast<int>(price.iterations)) ==
+                Approx(price.error * price.error).epsilon(0.12));
+      }
+      // Independent numbers are not spread evenly, whatever a log looks like.
+      CHECK(gmis::price_table(log, errors, {0.25, merging, 0.75})->law.evenness == 0.0);
+      // Nothing is found in few points.
+      CHECK(gmis::price_table(log_of(law, 8), errors, {0.0, 0.0, 1.0, 0.4})->law.evenness == 0.4);
     }
 }
 

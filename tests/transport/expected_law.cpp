@@ -47,7 +47,7 @@ TEST_CASE("The law of a choice has its variance where the disk has its mean area
   gmis::Choice choice = choice_of(0.3, 8.0);
   choice.chosen = 5;
   for (const double alpha : {0.75, 0.4}) {
-    const gmis::ErrorLaw law = gmis::expected_law(choice, choice.forecasts[5].counts, alpha);
+    const gmis::ErrorLaw law = gmis::expected_law(choice, choice.forecasts[5].counts, settings);
     CHECK(law.alpha == alpha);
     CHECK(law.independent == Approx(0.3));
     long double disk = 0;
@@ -56,24 +56,44 @@ TEST_CASE("The law of a choice has its variance where the disk has its mean area
     // Half the radius, four times the variance of merging.
     gmis::SampleCounts narrower = choice.forecasts[5].counts;
     narrower.radius_factor /= 2;
-    CHECK(gmis::expected_law(choice, narrower, alpha).merging == Approx(4 * law.merging));
-    CHECK(gmis::expected_law(choice, narrower, alpha).independent == law.independent);
+    CHECK(gmis::expected_law(choice, narrower, settings).merging == Approx(4 * law.merging));
+    CHECK(gmis::expected_law(choice, narrower, settings).independent == law.independent);
     // An iteration whose disk is the mean one.
     const double iteration = std::pow(static_cast<double>(disk), 1 / (alpha - 1));
     CHECK(law.independent + law.merging * std::pow(iteration, 1 - alpha) ==
           Approx(choice.forecasts[5].variance).epsilon(1e-3));
   }
   choice.chosen = 8;  // merges nothing
-  const gmis::ErrorLaw plain = gmis::expected_law(choice, choice.forecasts[8].counts, 0.75);
+  gmis::RenderSettings settings;
+  settings.alpha = 0.75;
+  const gmis::ErrorLaw plain = gmis::expected_law(choice, choice.forecasts[8].counts, settings);
   CHECK(plain.alpha == 1.0);
   CHECK(plain.independent == 5.0);
   CHECK(plain.merging == 0.0);
 }
 
-TEST_CASE("Without a choice only the radius is known") {
+TEST_CASE("Without a choice only the radius and the sampler are known") {
   gmis::SampleCounts merges, plain;
   plain.merges = false;
-  CHECK(gmis::expected_law({}, merges, 0.6).alpha == 0.6);
-  CHECK(gmis::expected_law({}, merges, 0.6).merging_share_at(100) == 0.0);
-  CHECK(gmis::expected_law({}, plain, 0.6).alpha == 1.0);
+  gmis::RenderSettings settings;
+  settings.alpha = 0.6;
+  CHECK(gmis::expected_law({}, merges, settings).alpha == 0.6);
+  CHECK(gmis::expected_law({}, merges, settings).merging_share_at(100) == 0.0);
+  CHECK(gmis::expected_law({}, merges, settings).evenness == 0.0);
+  CHECK(gmis::expected_law({}, plain, settings).alpha == 1.0);
+  settings.sampler = gmis::Sampler::sobol;
+  CHECK(gmis::expected_law({}, plain, settings).evenness == gmis::usual_evenness);
+}
+
+TEST_CASE("Evenly spread numbers change nothing of a law but what remains of it") {
+  gmis::Choice choice = choice_of(0.3, 8.0);
+  choice.chosen = 5;
+  gmis::RenderSettings settings;
+  const gmis::ErrorLaw independent = gmis::expected_law(choice, choice.forecasts[5].counts, settings);
+  settings.sampler = gmis::Sampler::sobol;
+  const gmis::ErrorLaw even = gmis::expected_law(choice, choice.forecasts[5].counts, settings);
+  CHECK(even.independent == independent.independent);
+  CHECK(even.merging == independent.merging);
+  for (const double n : {1.0, 8.0}) CHECK(even.error_at(n) == independent.error_at(n));
+  CHECK(even.error_at(800) == Approx(independent.error_at(800) * std::sqrt(1 - gmis::usual_evenness * 0.9)));
 }

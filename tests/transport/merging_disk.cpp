@@ -124,8 +124,7 @@ TEST_CASE("a run whose disk is too wide narrows it to the one with the least err
       CHECK(now == Approx(of_this));
       continue;
     }
-    const gmis::ErrorLaw law =
-        gmis::expected_law(*choice, choice->forecasts[*choice->chosen].counts, request.settings.alpha);
+    const gmis::ErrorLaw law = gmis::expected_law(*choice, choice->forecasts[*choice->chosen].counts, request.settings);
     REQUIRE(law.merging > 0);
     const auto at = [&](double radius) {
       return squared_error(so_far, static_cast<Real>(law.merging * gmis::square(chosen)),

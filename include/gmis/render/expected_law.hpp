@@ -8,6 +8,7 @@
 #include "gmis/core/math.hpp"
 #include "gmis/result/error_law.hpp"
 #include "gmis/transport/render_engine.hpp"
+#include "gmis/transport/settings.hpp"
 
 namespace gmis {
 
@@ -32,18 +33,22 @@ namespace gmis {
   return std::clamp((nearest->variance / one.variance - 1.0) / (1.0 / disk - 1.0), 0.0, 1.0);
 }
 
+/// e of `ErrorLaw` as it was found in fourteen scenes with `Sampler::sobol`: half of them lie between 0.25 and 0.45.
+inline constexpr double usual_evenness = 0.4;
+
 /// What is known before a run of how its noise falls. With a choice it is the law of the chosen forecast, which is that of an
 /// iteration with the mean disk of the run, for the radius of `counts`, those of the latest iteration; without one nothing but
-/// α: below 1 where something merges.
+/// α, below 1 where something merges, and the usual evenness of `settings.sampler`.
 [[nodiscard]] inline ErrorLaw expected_law(const std::optional<Choice>& choice, const SampleCounts& counts,
-                                           double alpha) {
-  const double exponent = counts.has(Technique::merge) ? alpha : 1.0;
-  if (!choice || !choice->chosen) return {0.0, 0.0, exponent};
+                                           const RenderSettings& settings) {
+  const double alpha = settings.alpha, exponent = counts.has(Technique::merge) ? alpha : 1.0;
+  const double evenness = settings.sampler == Sampler::sobol ? usual_evenness : 0.0;
+  if (!choice || !choice->chosen) return {0.0, 0.0, exponent, evenness};
   const double variance = choice->forecasts[*choice->chosen].variance;
   const double share = merging_share(choice->forecasts, *choice->chosen);
   const double narrowed = square(choice->forecasts[*choice->chosen].counts.radius_factor / counts.radius_factor);
   return {variance * (1.0 - share), variance * share * mean_disk(alpha, choice->expected_iterations) * narrowed,
-          exponent};
+          exponent, evenness};
 }
 
 }  // namespace gmis

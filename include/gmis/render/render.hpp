@@ -238,7 +238,7 @@ class Render {
     if (const Choice* choice = engine_->choice(); choice != nullptr && !made_.choice) made_.choice = *choice;
     made_.radius = engine_->first_radius();
     made_.photon_bytes = engine_->photon_bytes();
-    made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings.alpha);
+    made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings);
   }
 
   /// After the second iteration with the counts that a pilot has chosen: the first one measures light trees, too.
@@ -248,7 +248,7 @@ class Render {
         made_.state.iterations != choice->pilot_iterations + 2)
       return;
     made_.forecast =
-        forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings.alpha),
+        forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings),
                         {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},
                         {1, made_.cpu_seconds - cpu_seconds, made_.state.seconds - wall_seconds});
     if (request_.on_forecast) request_.on_forecast(*made_.forecast);
@@ -296,9 +296,10 @@ class Render {
     const std::optional<MergingBias> bias = made_.merging_bias();
     if (!bias || !(bias->relative_bias > 0.0)) return;
     const double factor = engine_->counts().radius_factor, disk = square(engine_->first_radius());
+    const std::uint32_t length = std::max(2 * n, choice->expected_iterations);
+    const double merging = made_.expected_law.merging * made_.expected_law.remaining_at(length);
     const double best =
-        best_first_disk({n, made_.disks, square(bias->relative_bias)}, made_.expected_law.merging * disk,
-                        request_.settings.alpha, std::max(2 * n, choice->expected_iterations));
+        best_first_disk({n, made_.disks, square(bias->relative_bias)}, merging * disk, request_.settings.alpha, length);
     const double chosen = choice->forecasts[*choice->chosen].counts.radius_factor;
     engine_->merge_within(std::clamp(factor * std::sqrt(best / disk), std::min(1.0, chosen), chosen));
   }
