@@ -1,13 +1,16 @@
-"""Error × time of --integrator auto over that of the best fixed integrator, scene by scene.
+"""Error × time of --integrator auto over that of the best fixed choice, scene by scene.
 
-Every configuration renders every scene for the same time, on one thread, several seeds; the configurations of a scene take
-turns, so that a busy machine is fair to all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs
+Every configuration renders every scene for the processor time of 64 iterations of `vcm`, on one thread, several seeds; the configurations of a
+scene take turns, so that a busy machine is fair to all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs
 less time for the same error. Of the seconds an iteration takes the least of all seeds counts, since what else runs on the
-machine can only add to them; relMSE × iterations is the mean of all. The errors are against a reference that auto had no part in: the mean of two long
-runs of bpt, which has no bias, or, where that cannot make or hardly finds some paths, of vcm with a quarter of the merging
-radius. The best fixed configuration is chosen by the very figures it is shown with, which favours it.
+machine can only add to them; relMSE × iterations is the mean of all. The best fixed configuration is picked on some seeds and scored on
+others. An interval is one of 90 %, from the spread of both over the seeds.
 
-Writes out/effects/table.md and out/effects/runs.json.
+The errors are against a reference that auto had no part in: svcm0, svcm1, tung1 and tung2 have those of other renderers; otherwise it
+is the mean of two long runs of bpt, which has no bias, or, where that cannot make or hardly finds some paths, of vcm with a quarter
+of the merging radius.
+
+Writes out/effects/table.md and out/effects/runs.json and, when all scenes took part, the table in docs/effects.md.
 """
 
 import argparse
@@ -21,29 +24,37 @@ import statistics
 import subprocess
 import sys
 
-from measuring import FOURTEEN, read_pfm
+from measuring import FOURTEEN, read_pfm, write_into
+
+DOCUMENT = pathlib.Path("docs/effects.md")
+BEGIN, END = "<!-- effects: written by ./run bench effects -->", "<!-- end of effects -->"
+# Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10 segments.
+OTHERS = ["svcm0", "svcm1", "tung1", "tung2"]
+FOREIGN = {name: f"tests/render/reference/{name}.pbrt" for name in OTHERS}
+SCENES = FOURTEEN | FOREIGN
+ITERATIONS_OF_VCM = 64
 
 # Who makes the reference: bpt, but where it hardly finds some of the paths.
 FOUND_BY_MERGING = {"paper1", "paper2", "paper4", "caustic_pool", "light_behind_glass", "mixed"}
 
-FIXED = {"pt": ["--integrator", "pt"], "lt": ["--integrator", "lt"],
-         "vcm 2 1": ["--integrator", "vcm", "--light-paths", "2", "--connections", "1"]}
-for name in ("bpt", "vcm"):
-    for light_paths in (0.25, 1):
-        for connections in (1, 2):
-            FIXED[f"{name} {light_paths:g} {connections}"] = [
-                "--integrator", name, "--light-paths", str(light_paths), "--connections", str(connections)]
+FIXED = {"pt": ["--integrator", "pt"]}
+for name, light_paths, connections in (("bpt", 0.25, 1), ("bpt", 1, 1), ("bpt", 1, 2), ("vcm", 0.25, 1), ("vcm", 1, 1), ("vcm", 1, 2)):
+    FIXED[f"{name} {light_paths:g} {connections}"] = [
+        "--integrator", name, "--light-paths", str(light_paths), "--connections", str(connections)]
 # A local count of merging: light trees a pixel, factor on the radius.
 for light_paths, factor in ((0.25, 4), (0.25, 12), (0.5, 8), (1, 8)):
     FIXED[f"local {light_paths:g} x{factor}"] = [
         "--integrator", "gmis", "--split", "local", "--connections", "1", "--light-paths", str(light_paths), "--radius",
         f"{0.4 * factor:g}"]
-PLAIN = {"vcm": ["--integrator", "vcm"], "auto": ["--integrator", "auto"]}
+OLD = "vcm, independent numbers"
+PLAIN = {"vcm": ["--integrator", "vcm"], OLD: ["--integrator", "vcm", "--sampler", "independent"], "auto": ["--integrator", "auto"]}
 
 
 def render(options, scene, extra, stats, keep=False):
     if keep and stats.exists():
         return json.loads(stats.read_text())
+    if scene in FOREIGN.values():
+        extra = ["--max-depth", "10", *extra]
     command = [options.renderer, scene, "--size", options.size, "--threads", "1", "--quiet", "--stats", str(stats), *extra]
     subprocess.run(command, check=True, stdin=subprocess.DEVNULL)
     return json.loads(stats.read_text())
@@ -51,6 +62,8 @@ def render(options, scene, extra, stats, keep=False):
 
 def make_reference(options, pool, name):
     """The mean of two runs, kept for the next time; how far they are apart says how noisy it is."""
+    if name in OTHERS:
+        return pathlib.Path(FOREIGN[name]).with_suffix(".pfm")
     integrator = "vcm" if name in FOUND_BY_MERGING else "bpt"
     folder = options.out / "references"
     folder.mkdir(parents=True, exist_ok=True)
@@ -94,61 +107,90 @@ def describe(stats):
     return words, choice["pilot_share"]
 
 
+def work(runs, measure):
+    """relMSE × processor seconds of runs with several seeds: its estimate and the standard error of its logarithm."""
+    figures = [r["error"][measure] * r["iterations"] for r in runs]
+    mean = statistics.fmean(figures)
+    error = statistics.stdev(figures) / mean / math.sqrt(len(figures)) if len(figures) > 1 else math.inf
+    return mean * min(r["seconds"]["cpu"] / r["iterations"] for r in runs), error
+
+
+def ratio(one, other):
+    """Of two works: the ratio and its interval of 90 %, by Student's t with as many degrees of freedom as six seeds of each have at
+    least, 5."""
+    value, spread = one[0] / other[0], 2.015 * math.hypot(one[1], other[1])
+    return value, value * math.exp(-spread), value * math.exp(spread)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--renderer", required=True)
-    parser.add_argument("--time", type=float, default=4, help="seconds of a run")
     parser.add_argument("--reference-time", type=float, default=40, help="seconds of each half of a reference")
-    parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--size", default="64x64")
+    parser.add_argument("--picking-seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=6, help="to score with")
+    parser.add_argument("--size", default="128x128", help="other sizes leave out the scenes of other renderers")
     parser.add_argument("--keep", action="store_true", help="take the runs that are there already, and add what is missing")
-    parser.add_argument("--scenes", nargs="*", default=list(FOURTEEN), choices=list(FOURTEEN))
+    parser.add_argument("--scenes", nargs="*", choices=list(SCENES))
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/effects"))
     options = parser.parse_args()
+    everything = list(SCENES if options.size == "128x128" else FOURTEEN)
+    options.scenes = options.scenes or everything
     options.out.mkdir(parents=True, exist_ok=True)
-    configurations = FIXED | PLAIN
+    measures = ("relmse", "relmse_trimmed")
     rows, all_runs = [], {}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
-            reference = make_reference(options, pool, name)
-            scene = FOURTEEN[name]
-            jobs = {}
-            for seed in range(options.seeds):
-                for label, extra in configurations.items():
-                    place = str(options.out / f"{name}_{label.replace(' ', '_')}_{seed}")
-                    jobs[label, seed] = pool.submit(
-                        render, options, scene,
-                        [*extra, "--time", str(options.time), "--seed", str(seed), "--reference", str(reference), "--out",
-                         place + ".pfm"], pathlib.Path(place + ".json"), options.keep)
-            runs = {key: job.result() for key, job in jobs.items()}
-            work = {}
-            for measure in ("relmse", "relmse_trimmed"):
-                for label in configurations:
-                    own = [runs[label, seed] for seed in range(options.seeds)]
-                    work[measure, label] = statistics.fmean(r["error"][measure] * r["iterations"] for r in own) * min(
-                        r["seconds"]["cpu"] / r["iterations"] for r in own)
-            all_runs[name] = {f"{measure} {label}": value for (measure, label), value in work.items()}
-            choice, share = describe(runs["auto", 0])
-            best = {m: min(FIXED, key=lambda label: work[m, label]) for m in ("relmse", "relmse_trimmed")}
-            rows.append({
-                "name": name, "choice": choice, "pilot": share, "best": best,
-                "over_best": {m: work[m, "auto"] / work[m, best[m]] for m in best},
-                "over_vcm": {m: work[m, "auto"] / work[m, "vcm"] for m in best}})
+            reference, scene = make_reference(options, pool, name), SCENES[name]
+            paced = render(options, scene, ["--integrator", "vcm", "--sampler", "independent", "--iterations", str(ITERATIONS_OF_VCM),
+                                            "--out", str(options.out / "pace.pfm")], options.out / f"{name}_pace.json", options.keep)
+            seconds = paced["seconds"]["cpu"]
+
+            def start(label, extra, seed):
+                place = str(options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}")
+                return pool.submit(render, options, scene,
+                                   [*extra, "--time", f"{seconds:.3f}", "--seed", str(seed), "--reference", str(reference), "--out",
+                                    place + ".pfm"], pathlib.Path(place + ".json"), options.keep)
+
+            picking = {(label, seed): start(label, extra, seed) for seed in range(options.picking_seeds) for label, extra in FIXED.items()}
+            picked = {label: [picking[label, seed].result() for seed in range(options.picking_seeds)] for label in FIXED}
+            best = {m: min(FIXED, key=lambda label: work(picked[label], m)[0]) for m in measures}
+            scored = {label: (FIXED | PLAIN)[label] for label in [*best.values(), *PLAIN]}
+            first = options.picking_seeds
+            scoring = {(label, seed): start(label, extra, seed) for seed in range(first, first + options.seeds)
+                       for label, extra in scored.items()}
+            runs = {label: [scoring[label, seed].result() for seed in range(first, first + options.seeds)] for label in scored}
+            works = {(m, label): work(runs[label], m) for m in measures for label in scored}
+            all_runs[name] = {f"{m} {label}": value for (m, label), value in works.items()}
+            choice, share = describe(runs["auto"][0])
+            rows.append({"name": name, "choice": choice, "pilot": share, "best": best} | {
+                (m, other): ratio(works[m, "auto"], works[m, best[m] if other == "best" else other])
+                for m in measures for other in ("best", "vcm", OLD)})
             print(f"{name}: {rows[-1]}", flush=True)
     (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
 
-    lines = ["| scene | auto chose | best fixed | auto / best | auto / vcm | best fixed, trimmed | auto / best, trimmed | "
-             "auto / vcm, trimmed | pilot |", "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
+    lines = ["| scene | auto chose | pilot | best fixed | auto / best | auto / vcm | auto / vcm, independent | best fixed, trimmed | auto / best | "
+             "auto / vcm | auto / vcm, independent |", "|" + " --- |" * 11]
+
+    def cell(value):
+        return f"{value[0]:.2f} ({value[1]:.2f}–{value[2]:.2f})"
+
     for row in rows:
-        lines.append(
-            f"| {row['name']} | {row['choice']} | {row['best']['relmse']} | {row['over_best']['relmse']:.2f} | "
-            f"{row['over_vcm']['relmse']:.2f} | {row['best']['relmse_trimmed']} | {row['over_best']['relmse_trimmed']:.2f} | "
-            f"{row['over_vcm']['relmse_trimmed']:.2f} | {100 * row['pilot']:.1f} % |")
-    means = [geometric_mean([row[over][m] for row in rows])
-             for m in ("relmse", "relmse_trimmed") for over in ("over_best", "over_vcm")]
-    lines.append(f"| geometric mean | | | {means[0]:.2f} | {means[1]:.2f} | | {means[2]:.2f} | {means[3]:.2f} | |")
-    table = "\n".join(lines) + "\n"
+        cells = [row["name"], row["choice"], f"{100 * row['pilot']:.1f} %"]
+        for m in measures:
+            cells += [row["best"][m], *(cell(row[m, other]) for other in ("best", "vcm", OLD))]
+        lines.append(f"| {' | '.join(cells)} |")
+    cells = ["geometric mean", "", ""]
+    for m in measures:
+        cells += ["", *(f"{geometric_mean([row[m, other][0] for row in rows]):.2f}" for other in ("best", "vcm", OLD))]
+    lines.append(f"| {' | '.join(cells)} |")
+    note = (f"\n{options.size} pixels, the time of {ITERATIONS_OF_VCM} iterations of `vcm` with independent numbers, {options.picking_seeds} seeds to pick "
+            f"and {options.seeds} to score; in brackets intervals of 90 %. Auto is not surely more than 1.10 times as dear as the best in "
+            f"{sum(row['relmse', 'best'][1] <= 1.1 for row in rows)} of {len(rows)} scenes, trimmed in "
+            f"{sum(row['relmse_trimmed', 'best'][1] <= 1.1 for row in rows)}.\n")
+    table = "\n".join(lines) + "\n" + note
     (options.out / "table.md").write_text(table)
+    if options.scenes == list(SCENES):
+        write_into(DOCUMENT, BEGIN, END, table)
     print(table)
 
 

@@ -47,7 +47,8 @@ def run(options, name, seed):
 
 def squared_error(law, n):
     power = 2 - law["alpha"]
-    return (law["independent"] * n + law["merging"] * ((n + 0.5) ** power - 0.5**power) / power) / n**2
+    remaining = 1 - law["evenness"] * (1 - math.sqrt(min(1, 8 / n)))
+    return remaining * (law["independent"] * n + law["merging"] * ((n + 0.5) ** power - 0.5**power) / power) / n**2
 
 
 def iterations_by(law, error):

@@ -47,6 +47,8 @@ TEST_CASE("The law of a choice has its variance where the disk has its mean area
   gmis::Choice choice = choice_of(0.3, 8.0);
   choice.chosen = 5;
   for (const double alpha : {0.75, 0.4}) {
+    gmis::RenderSettings settings;
+    settings.alpha = alpha;
     const gmis::ErrorLaw law = gmis::expected_law(choice, choice.forecasts[5].counts, settings);
     CHECK(law.alpha == alpha);
     CHECK(law.independent == Approx(0.3));

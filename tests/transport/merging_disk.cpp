@@ -95,6 +95,7 @@ TEST_CASE("a run whose disk is too wide narrows it to the one with the least err
   const double truth = (1 - std::pow(0.7, 4)) / (1 - 0.7);
   constexpr std::uint32_t iterations = 256;
   gmis::RenderRequest request;
+  request.settings.sampler = GENERATE(gmis::Sampler::independent, gmis::Sampler::sobol);
   request.settings.max_depth = 4;
   request.settings.radius = 0.1;
   request.settings.seed = gmis_test::seed(44);
@@ -127,9 +128,9 @@ TEST_CASE("a run whose disk is too wide narrows it to the one with the least err
     const gmis::ErrorLaw law = gmis::expected_law(*choice, choice->forecasts[*choice->chosen].counts, request.settings);
     REQUIRE(law.merging > 0);
     const auto at = [&](double radius) {
-      return squared_error(so_far, static_cast<Real>(law.merging * gmis::square(chosen)),
-                           static_cast<Real>(request.settings.alpha), std::max(2 * n, iterations),
-                           static_cast<Real>(gmis::square(radius)));
+      const std::uint32_t length = std::max(2 * n, iterations);
+      return squared_error(so_far, static_cast<Real>(law.merging * law.remaining_at(length) * gmis::square(chosen)),
+                           static_cast<Real>(request.settings.alpha), length, static_cast<Real>(gmis::square(radius)));
     };
     CAPTURE(n, before, now, chosen, so_far.squared_bias, law.merging);
     CHECK(now <= chosen * (1 + 1e-9));
