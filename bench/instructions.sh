@@ -35,11 +35,11 @@ reference=tests/render/reference
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# The settings of SmallVCM, which connects with every vertex of one light path: half the diagonal of its bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
+# The settings of SmallVCM, whose numbers are independent and which connects with every vertex of one light path: half the diagonal of its bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
 connections() { # integrator
   case "$1" in bpt | vcm) echo "--connections paired" ;; esac
 }
-settings=(--max-depth 10 --alpha 0.75 --radius 0.00665118u --threads 1 --quiet)
+settings=(--max-depth 10 --alpha 0.75 --radius 0.00665118u --threads 1 --quiet --sampler independent)
 
 # scene integrator → millions of instructions an iteration of SmallVCM
 smallvcm_instructions() {

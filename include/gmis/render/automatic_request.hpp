@@ -97,11 +97,12 @@ struct OpenCounts {
 
 /// A request for the whole frame of this scene: the techniques that its effects call for, with counts that a pilot
 /// chooses. Merging has a local count, and its radius is chosen unless `settings` have one. `settings.counts` are
-/// replaced. A budget without any limit becomes one of 64 iterations. `threads` of the
+/// replaced; without settings of one's own, numbers are Sobol' points, in replications that the error estimate knows of
+/// (`Sampler::sobol`). A budget without any limit becomes one of 64 iterations. `threads` of the
 /// executor turn a time into an expected number of iterations.
 template <Scene Sc>
 [[nodiscard]] RenderRequest automatic_request(const Sc& scene, const Budget& budget, int threads = 1,
-                                              RenderSettings settings = {}) {
+                                              RenderSettings settings = {.sampler = Sampler::sobol}) {
   RenderRequest request;
   request.budget = budget;
   if (!budget.iterations && !budget.seconds && !budget.relative_error) request.budget.iterations = 64;

@@ -336,8 +336,10 @@ void Engine<Sc, Method_, Source>::check_settings() const {
   require_argument(resolution_.x > 0 && resolution_.y > 0,
                    "the camera has no pixels: its resolution must be 1x1 or more");
   require_argument(pixels <= most_trees, "the picture has more than 2^32 pixels: choose a smaller one");
-  require_argument(settings_.sampler == Sampler::independent || std::same_as<Source, SampleNumbers>,
-                   "RenderSettings::sampler asks for Sobol' points: they need the source SampleNumbers, the default");
+  require_argument(
+      settings_.sampler == Sampler::independent || std::same_as<Source, SampleNumbers>,
+      "RenderSettings::sampler asks for Sobol' points: they need the source SampleNumbers, the default; with "
+      "another one choose Sampler::independent");
   require_argument(settings_.max_depth <= deepest, "RenderSettings::max_depth is above 256: choose 256 or less");
   require_argument(counts.light_paths >= 0.0 && counts.light_paths * pixels < most_trees,
                    "SampleCounts::light_paths is negative or asks for 2^32 light trees or more: choose fewer");

@@ -1,0 +1,112 @@
+"""Efficiency beside SmallVCM, the reference implementation of vertex connection and merging.
+
+Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), copies it, sets the size of the picture, one thread and the seed in its source, compiles it as the
+programs here are, and renders two of its scenes with its own algorithms and with --integrator auto of gmis-render. Efficiency is 1 / (relMSE × processor
+seconds), against the reference pictures in tests/render/reference; means over seeds.
+
+Writes out/smallvcm/table.md and the table in docs/smallvcm.md.
+"""
+
+import argparse
+import array
+import os
+import pathlib
+import re
+import shutil
+import statistics
+import subprocess
+
+from measuring import read_pfm, write_into
+
+DOCUMENT = pathlib.Path("docs/smallvcm.md")
+BEGIN, END = "<!-- efficiency: written by ./run bench smallvcm -->", "<!-- end of efficiency -->"
+REFERENCES = pathlib.Path("tests/render/reference")
+SCENES = {"svcm0": 0, "svcm1": 1}
+ALGORITHMS = ("pt", "ppm", "bpm", "bpt", "vcm")
+EDITS = {"Vec2i(512, 512)": "Vec2i(128, 128)", "mNumThreads    = 0;": "mNumThreads    = 1;",
+         "mBaseSeed      = 1234;": 'mBaseSeed      = atoi(getenv("SMALLVCM_SEED"));'}
+
+
+def build(checkout, out):
+    source = out / "source"
+    shutil.rmtree(source, ignore_errors=True)
+    shutil.copytree(checkout / "src", source)
+    config = source / "config.hxx"
+    text = config.read_text()
+    for old, new in EDITS.items():
+        if old not in text:
+            raise SystemExit(f"smallvcm: {config} has no {old}: another version?")
+        text = text.replace(old, new)
+    config.write_text("#include <cstdlib>\n" + text)
+    program = (out / "smallvcm").absolute()
+    subprocess.run(["g++", "-O3", "-march=x86-64-v3", "-std=c++11", "-fopenmp", "-w", "-o", str(program), str(source / "smallvcm.cxx")], check=True)
+    return program
+
+
+def read_hdr(file):
+    """All channels of all pixels, by rows from the bottom, as in a .pfm."""
+    head, rest = file.read_bytes().split(b"+X ", 1)
+    width, pixels = rest.split(b"\n", 1)
+    width, height = int(width), int(re.search(rb"-Y (\d+)", head)[1])
+    values = array.array("f")
+    for y in reversed(range(height)):
+        for k in range(4 * y * width, 4 * (y + 1) * width, 4):
+            *colour, exponent = pixels[k:k + 4]
+            values.extend((c + 0.5) * 2.0 ** (exponent - 136) if exponent else 0.0 for c in colour)
+    return values
+
+
+def relmse(picture, truth):
+    """Of all pixels, and without the worst 0.1 % of them."""
+    pixels = sorted(sum((picture[k + c] - truth[k + c]) ** 2 / (truth[k + c] ** 2 + 0.01) for c in range(3)) / 3 for k in range(0, len(truth), 3))
+    kept = pixels[:len(pixels) - len(pixels) // 1000]
+    return statistics.fmean(pixels), statistics.fmean(kept)
+
+
+def theirs(program, options, scene, algorithm, seed):
+    picture = options.out / "picture.hdr"
+    said = subprocess.run([str(program), "-s", str(SCENES[scene]), "-a", algorithm, "-i", str(options.iterations), "-o", str(picture)], check=True,
+                          capture_output=True, text=True, env=os.environ | {"SMALLVCM_SEED": str(1000 * seed)}).stdout
+    return read_hdr(picture), float(re.search(r"done in ([0-9.]+) s", said)[1])
+
+
+def ours(options, scene, iterations, seed):
+    picture, stats = options.out / "picture.pfm", options.out / "stats.json"
+    subprocess.run([options.renderer, str(REFERENCES / f"{scene}.pbrt"), "--integrator", "auto", "--max-depth", "10", "--threads", "1", "--quiet",
+                    "--iterations", str(iterations), "--seed", str(seed), "--stats", str(stats), "--out", str(picture)], check=True)
+    return read_pfm(picture), float(re.search(r'"cpu": *([0-9.e+-]+)', stats.read_text())[1])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("checkout", type=pathlib.Path, help="of SmallVCM")
+    parser.add_argument("--renderer", required=True)
+    parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--iterations", type=int, default=64, help="of SmallVCM; auto has as many, and three times as many")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/smallvcm"))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    program = build(options.checkout, options.out)
+    lines = ["| scene | | relMSE | trimmed | processor seconds | efficiency over SmallVCM's vcm | trimmed |", "|" + " --- |" * 7]
+    for scene in SCENES:
+        truth = read_pfm(REFERENCES / f"{scene}.pfm")
+        runs = {f"SmallVCM, {algorithm}": (lambda seed, a=algorithm: theirs(program, options, scene, a, seed)) for algorithm in ALGORITHMS}
+        for times in (1, 3):
+            runs[f"auto, {times * options.iterations} iterations"] = lambda seed, n=times * options.iterations: ours(options, scene, n, seed)
+        figures = {label: [] for label in runs}
+        for seed in range(1, options.seeds + 1):  # in turns
+            for label, run in runs.items():
+                picture, seconds = run(seed)
+                figures[label].append((*relmse(picture, truth), seconds))
+        means = {label: [statistics.fmean(column) for column in zip(*rows)] for label, rows in figures.items()}
+        base = means["SmallVCM, vcm"]
+        for label, (error, trimmed, seconds) in means.items():
+            efficiencies = [base[m] * base[2] / (value * seconds) for m, value in enumerate((error, trimmed))]
+            lines.append(f"| {scene} | {label} | {error:.4f} | {trimmed:.4f} | {seconds:.2f} | " + " | ".join(f"{e:.2f}" for e in efficiencies) + " |")
+            print(lines[-1], flush=True)
+    table = "\n".join(lines) + f"\n\n128x128 pixels, {options.iterations} iterations, {options.seeds} seeds, one thread.\n"
+    (options.out / "table.md").write_text(table)
+    write_into(DOCUMENT, BEGIN, END, table)
+
+
+main()
