@@ -22,7 +22,7 @@ import subprocess
 from measuring import FOURTEEN, own_errors, read_pfm, write_into
 
 STAGES = (16, 4, 1)  # the whole run over each
-FIRST_SEED = 101  # the constants of the law were chosen with seeds 1 to 8
+FIRST_SEED = 201  # the constants of the law were chosen with seeds 1 to 8 and 101 to 108
 DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
 BEGIN, END = "<!-- prices: written by ./run bench prices -->", "<!-- end of prices -->"
 FORECAST, HALF, QUARTER = "forecast", "half the error", "a quarter of the error"

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <vector>
 
 #include "gmis/core/math.hpp"
 #include "gmis/core/sobol_numbers.hpp"
@@ -88,85 +87,50 @@ struct ErrorLaw {
   }
 };
 
-namespace detail {
-
-/// The shape of a law: what there is of it beside its height.
-struct ErrorShape {
-  double merging_share = 0.0;  ///< at the last point
-  double evenness = 0.0;
-};
-
-/// The shape with the least sum of squared relative deviations of squared errors from `points`, both parts of the law at
-/// least 0. `evenness` is one of the `evennesses`.
-[[nodiscard]] inline ErrorShape closest_shape(std::span<const ErrorAtTime> points, double alpha,
-                                              std::span<const double> evennesses) {
-  ErrorShape closest;
-  double least = std::numeric_limits<double>::infinity();
-  for (const double evenness : evennesses) {
-    const ErrorLaw independent{1.0, 0.0, alpha, evenness}, merging{0.0, alpha < 1.0 ? 1.0 : 0.0, alpha, evenness};
-    // Normal equations for the factors a and b of the two laws: Σ (a x + b y − 1)².
-    double xx = 0.0, xy = 0.0, yy = 0.0, x1 = 0.0, y1 = 0.0;
-    for (const ErrorAtTime& point : points) {
-      const double x = square(independent.error_at(point.seconds) / point.error);
-      const double y = square(merging.error_at(point.seconds) / point.error);
-      xx += x * x, xy += x * y, yy += y * y, x1 += x, y1 += y;
-    }
-    // The best of both parts, or of one alone where the other would be negative.
-    const double determinant = xx * yy - xy * xy;
-    const double a = x1 * yy - y1 * xy, b = y1 * xx - x1 * xy;
-    const bool is_mixture = determinant > 1e-12 * xx * yy && a > 0.0 && b > 0.0;
-    const bool merging_alone = !is_mixture && y1 * y1 * xx > x1 * x1 * yy;
-    // What the sum of squares is below that of nothing: (x1, y1) · (a, b).
-    const double explained = is_mixture      ? (a * x1 + b * y1) / determinant
-                             : merging_alone ? square(y1) / yy
-                                             : square(x1) / xx;
-    if (!(-explained < least)) continue;
-    least = -explained;
-    const double share = is_mixture      ? ErrorLaw{a, b, alpha}.merging_share_at(points.back().seconds)
-                         : merging_alone ? 1.0
-                                         : 0.0;
-    closest = {share, evenness};
-  }
-  return closest;
-}
-
-}  // namespace detail
-
 /// The law through the last point of a log, of errors over *iterations* (the `seconds` of the points). Its shape is found by
 /// least squares of relative squared errors over the points from an eighth of the last iteration on, both parts at least 0.
-/// With α = 1 and no evenness nothing need be found. `points` must hold an error above 0, the last one. `expected` is what was
-/// known before: a forecast, or nothing but α and the evenness (both parts 0).
+/// With α = 1 nothing need be found. `points` must hold an error above 0, the last one. `expected` is what was known before:
+/// a forecast, or nothing but α and the evenness (both parts 0). The evenness stays: in a log it looks like less merging.
 ///
-/// Points of a log know of each other and are few: from N iterations the shape counts as N / (N + 64) of what is
+/// Points of a log know of each other and are few: from N iterations the share of merging counts as N / (N + 64) of what is
 /// found, the rest is the expected one. An error above the expected one has come with rare samples that were not known, and
 /// counts as independent. Where the error is in doubt (it has no interval) rare samples rule it: those that are met one after
 /// the other let it fall too slowly, and few of them state it too high, while a forecast, which leaves the brightest pixels
-/// out, is too low. Then the shape counts as N / (N + 512), and the law goes through the forecast and the last point in the
+/// out, is too low. Then the share counts as N / (N + 512), and the law goes through the forecast and the last point in the
 /// proportion of 16 to N on a scale of logarithms.
 [[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected,
                                             bool is_in_doubt = false) {
   const ErrorAtTime last = points.back();
   const double n = last.seconds, forecast = expected.error_at(n) / last.error;
   const double anchor = last.error * (is_in_doubt && forecast > 0.0 ? std::pow(forecast, 16.0 / (n + 16.0)) : 1.0);
-  std::vector<ErrorAtTime> late;
-  for (const ErrorAtTime& point : points)
-    if (point.seconds >= last.seconds / 8 && point.error > 0.0) late.push_back(point);
-  std::vector<double> evennesses{0.0};
-  if (expected.evenness > 0.0)
-    while (evennesses.back() < 0.9) evennesses.push_back(evennesses.back() + 0.05);
-  constexpr std::size_t fewest = 4;
-  const bool is_found = late.size() >= fewest && (expected.alpha < 1.0 || expected.evenness > 0.0);
-  const detail::ErrorShape found =
-      is_found ? detail::closest_shape(late, expected.alpha, evennesses) : detail::ErrorShape{};
+  const auto through_anchor = [&](const ErrorLaw& law) { return law.scaled(anchor / law.error_at(n)); };
+  if (!(expected.alpha < 1.0)) return through_anchor({1.0, 0.0, 1.0, expected.evenness});
+  const ErrorLaw independent{1.0, 0.0, expected.alpha, expected.evenness};
+  const ErrorLaw merging{0.0, 1.0, expected.alpha, expected.evenness};
+  // Normal equations for the factors a and b of the two laws: Σ (a x + b y − 1)².
+  double xx = 0.0, xy = 0.0, yy = 0.0, x1 = 0.0, y1 = 0.0;
+  int count = 0;
+  for (const ErrorAtTime& point : points) {
+    if (!(point.seconds >= last.seconds / 8) || !(point.error > 0.0)) continue;
+    const double x = square(independent.error_at(point.seconds) / point.error);
+    const double y = square(merging.error_at(point.seconds) / point.error);
+    xx += x * x, xy += x * y, yy += y * y, x1 += x, y1 += y, ++count;
+  }
+  double found = 0.0;  // share of merging at the last point
+  constexpr int fewest = 4;
+  if (count >= fewest) {
+    // The best of both parts, or of one alone where the other would be negative.
+    const double determinant = xx * yy - xy * xy;
+    const double a = x1 * yy - y1 * xy, b = y1 * xx - x1 * xy;
+    const bool is_mixture = determinant > 1e-12 * xx * yy && a > 0.0 && b > 0.0;
+    const bool merging_alone = !is_mixture && y1 * y1 * xx > x1 * x1 * yy;
+    found = is_mixture ? ErrorLaw{a, b, expected.alpha}.merging_share_at(n) : merging_alone ? 1.0 : 0.0;
+  }
   const double trusted_after = is_in_doubt && forecast > 0.0 ? 512.0 : 64.0;
-  const double trust = is_found ? n / (n + trusted_after) : 0.0;
-  const double share =
-      trust * found.merging_share + (1.0 - trust) * std::min(1.0, square(forecast)) * expected.merging_share_at(n);
-  const double evenness = trust * found.evenness + (1.0 - trust) * expected.evenness;
-  const ErrorLaw independent{1.0, 0.0, expected.alpha}, merging{0.0, 1.0, expected.alpha};
-  const ErrorLaw law{square(1.0 / independent.error_at(n)) * (1.0 - share), square(1.0 / merging.error_at(n)) * share,
-                     expected.alpha, evenness};
-  return law.scaled(anchor / law.error_at(n));
+  const double trust = count >= fewest ? n / (n + trusted_after) : 0.0;
+  const double share = trust * found + (1.0 - trust) * std::min(1.0, square(forecast)) * expected.merging_share_at(n);
+  return through_anchor({square(1.0 / independent.error_at(n)) * (1.0 - share),
+                         square(1.0 / merging.error_at(n)) * share, expected.alpha, expected.evenness});
 }
 
 }  // namespace gmis
