@@ -9,6 +9,7 @@
 #include "gmis/result/counters.hpp"
 #include "gmis/result/error_estimate.hpp"
 #include "gmis/result/error_fit.hpp"
+#include "gmis/result/evenness.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"

@@ -16,6 +16,7 @@
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
+#include "gmis/result/evenness.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
 
@@ -187,12 +188,23 @@ struct RunRecord {
     return merging.is_known() ? std::optional(merging.bias_of(film)) : std::nullopt;
   }
 
+  /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much as 16 of them.
+  [[nodiscard]] ErrorLaw law_so_far() const {
+    ErrorLaw law = expected_law;
+    if (!batches || !(law.evenness > 0.0)) return law;
+    if (const std::optional<double> measured = measured_evenness(film, *batches)) {
+      const double trust = static_cast<double>(film.iterations()) / (static_cast<double>(film.iterations()) + 16.0);
+      law.evenness += trust * (*measured - law.evenness);
+    }
+    return law;
+  }
+
   /// The prices of the usual errors, and of half the present one.
   [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present) const {
     if (!present) return {};
     std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
     errors.push_back(present->relative_error / 2.0);
-    return price_table(log.points(), errors, expected_law);
+    return price_table(log.points(), errors, law_so_far());
   }
 
  private:
