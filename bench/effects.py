@@ -33,6 +33,7 @@ OTHERS = ["svcm0", "svcm1", "tung1", "tung2"]
 FOREIGN = {name: f"tests/render/reference/{name}.pbrt" for name in OTHERS}
 SCENES = FOURTEEN | FOREIGN
 ITERATIONS_OF_VCM = 64
+STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
 
 # Who makes the reference: bpt, but where it hardly finds some of the paths.
 FOUND_BY_MERGING = {"paper1", "paper2", "paper4", "caustic_pool", "light_behind_glass", "mixed"}
@@ -115,10 +116,9 @@ def work(runs, measure):
     return mean * min(r["seconds"]["cpu"] / r["iterations"] for r in runs), error
 
 
-def ratio(one, other):
-    """Of two works: the ratio and its interval of 90 %, by Student's t with as many degrees of freedom as six seeds of each have at
-    least, 5."""
-    value, spread = one[0] / other[0], 2.015 * math.hypot(one[1], other[1])
+def ratio(one, other, seeds):
+    """Of two works: the ratio and its interval of 90 %, by Student's t with as many degrees of freedom as the seeds of one have."""
+    value, spread = one[0] / other[0], STUDENT_T[min(seeds - 1, len(STUDENT_T)) - 1] * math.hypot(one[1], other[1])
     return value, value * math.exp(-spread), value * math.exp(spread)
 
 
@@ -163,7 +163,7 @@ def main():
             all_runs[name] = {f"{m} {label}": value for (m, label), value in works.items()}
             choice, share = describe(runs["auto"][0])
             rows.append({"name": name, "choice": choice, "pilot": share, "best": best} | {
-                (m, other): ratio(works[m, "auto"], works[m, best[m] if other == "best" else other])
+                (m, other): ratio(works[m, "auto"], works[m, best[m] if other == "best" else other], options.seeds)
                 for m in measures for other in ("best", "vcm", OLD)})
             print(f"{name}: {rows[-1]}", flush=True)
     (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))

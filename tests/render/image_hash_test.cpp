@@ -43,18 +43,13 @@ const std::vector<Pinned> pinned{
     {"--integrator gmis --split budgeted --connections 1", "02602fad09762560", "2f6276edb4bb58cc"},
     {"--integrator gmis --split budgeted --connections paired --camera-split 2", "70274836eb55436c", "a1254821e43a5a3a"},
     {"--integrator gmis --split paper --scheme R2 --connections 2", "baf3f89f8c6370cb", "32d343d63d7054a2"},
-    {"--integrator pt --sampler sobol", "", ""},
-    {"--integrator vcm --connections 1 --sampler sobol", "", ""},
-    {"--integrator gmis --split budgeted --connections 2 --sampler sobol", "", ""},
     // clang-format on
 };
 
 std::string hash_of(const ScratchFolder& folder, const std::string& arguments, int threads) {
-  // Sobol' points go on from iteration to iteration of a replication: three in each.
-  const bool is_sobol = arguments.find("sobol") != std::string::npos;
   const Outcome outcome =
       run(folder, "'" GMIS_TEST_SCENE_FOLDER
-                  "/no_equal_hits.pbrt' --seed 7 --max-depth 7 --radius 0.10936635635008926u --quiet " +
+                  "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --radius 0.10936635635008926u --quiet " +
                       arguments + (is_sobol ? " --iterations 20" : " --sampler independent --iterations 3") +
                       " --threads " + std::to_string(threads) + " --out a.pfm --stats s.json");
   INFO(outcome.err);
