@@ -136,25 +136,35 @@ def main():
     everything = list(SCENES if options.size == "128x128" else FOURTEEN)
     options.scenes = options.scenes or everything
     options.out.mkdir(parents=True, exist_ok=True)
+    configurations = FIXED | PLAIN
     measures = ("relmse", "relmse_trimmed")
     rows, all_runs = [], {}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
             reference, scene = make_reference(options, pool, name), SCENES[name]
-            paced = render(options, scene, ["--integrator", "vcm", "--sampler", "independent", "--iterations", str(ITERATIONS_OF_VCM),
-                                            "--out", str(options.out / "pace.pfm")], options.out / f"{name}_pace.json", options.keep)
-            seconds = paced["seconds"]["cpu"]
+
+            def cost(extra, iterations):  # processor seconds
+                pace = options.out / f"{name}_pace"
+                return render(options, scene, [*extra, "--iterations", str(iterations), "--out", f"{pace}.pfm"],
+                              pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
+
+            def paced(extra):
+                tried = 32 if "auto" in extra else 8
+                return max(4, round(tried * seconds / cost(extra, tried)))
+
+            seconds = cost(PLAIN[OLD], ITERATIONS_OF_VCM)
+            iterations = {label: paced(extra) for label, extra in configurations.items()}
 
             def start(label, extra, seed):
                 place = str(options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}")
                 return pool.submit(render, options, scene,
-                                   [*extra, "--time", f"{seconds:.3f}", "--seed", str(seed), "--reference", str(reference), "--out",
+                                   [*extra, "--iterations", str(iterations[label]), "--seed", str(seed), "--reference", str(reference), "--out",
                                     place + ".pfm"], pathlib.Path(place + ".json"), options.keep)
 
             picking = {(label, seed): start(label, extra, seed) for seed in range(options.picking_seeds) for label, extra in FIXED.items()}
             picked = {label: [picking[label, seed].result() for seed in range(options.picking_seeds)] for label in FIXED}
             best = {m: min(FIXED, key=lambda label: work(picked[label], m)[0]) for m in measures}
-            scored = {label: (FIXED | PLAIN)[label] for label in [*best.values(), *PLAIN]}
+            scored = {label: configurations[label] for label in [*best.values(), *PLAIN]}
             first = options.picking_seeds
             scoring = {(label, seed): start(label, extra, seed) for seed in range(first, first + options.seeds)
                        for label, extra in scored.items()}
