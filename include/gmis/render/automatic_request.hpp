@@ -95,6 +95,13 @@ struct OpenCounts {
   return std::min(named, static_cast<std::uint32_t>(std::clamp(in_time, 1.0, 1e6)));
 }
 
+/// Settings as by default, but for the numbers.
+[[nodiscard]] inline RenderSettings settings_with(Sampler sampler) {
+  RenderSettings settings;
+  settings.sampler = sampler;
+  return settings;
+}
+
 /// A request for the whole frame of this scene: the techniques that its effects call for, with counts that a pilot
 /// chooses. Merging has a local count, and its radius is chosen unless `settings` have one. `settings.counts` are
 /// replaced; without settings of one's own, numbers are Sobol' points, in replications that the error estimate knows of
@@ -102,7 +109,7 @@ struct OpenCounts {
 /// executor turn a time into an expected number of iterations.
 template <Scene Sc>
 [[nodiscard]] RenderRequest automatic_request(const Sc& scene, const Budget& budget, int threads = 1,
-                                              RenderSettings settings = {.sampler = Sampler::sobol}) {
+                                              RenderSettings settings = settings_with(Sampler::sobol)) {
   RenderRequest request;
   request.budget = budget;
   if (!budget.iterations && !budget.seconds && !budget.relative_error) request.budget.iterations = 64;
