@@ -50,8 +50,8 @@ std::string hash_of(const ScratchFolder& folder, const std::string& arguments, i
   const Outcome outcome =
       run(folder, "'" GMIS_TEST_SCENE_FOLDER
                   "/no_equal_hits.pbrt' --iterations 3 --seed 7 --max-depth 7 --radius 0.10936635635008926u --quiet " +
-                      arguments + (is_sobol ? " --iterations 20" : " --sampler independent --iterations 3") +
-                      " --threads " + std::to_string(threads) + " --out a.pfm --stats s.json");
+                      arguments + " --sampler independent --threads " + std::to_string(threads) +
+                      " --out a.pfm --stats s.json");
   INFO(outcome.err);
   REQUIRE(outcome.exit_code == 0);
   return nlohmann::json::parse(text_of(folder / "s.json"))["image_hash"];
