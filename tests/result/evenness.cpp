@@ -15,7 +15,7 @@ namespace {
 constexpr int side = 40;
 constexpr std::uint32_t replications = gmis::sobol_replications;
 
-/// A picture whose pixels are 1 + `even` (u − ½) + (v − ½), u a coordinate of Sobol' points, v an independent number; and, in one pixel, now and
+/// A picture whose pixels are 1, or 2 in every other, + `even` (u − ½) + (v − ½), u a coordinate of Sobol' points, v an independent number; and, in one pixel, now and
 /// then a very bright sample.
 struct Run {
   gmis::Film<float> film{glm::ivec2(side)};
@@ -28,7 +28,7 @@ struct Run {
       for (std::uint32_t p = 0; p < frame.size(); ++p) {
         auto points = gmis::SampleNumbers::sobol(seed, n % replications, p, 1, n / replications, 12);
         gmis::Philox independent(seed, n, p);
-        frame[p] = 1.0F + static_cast<float>(even * (gmis::uniform<double>(points) - 0.5)) +
+        frame[p] = static_cast<float>(1 + p % 2) + static_cast<float>(even * (gmis::uniform<double>(points) - 0.5)) +
                    gmis::uniform<float>(independent) - 0.5F;
       }
       if (has_firefly && i == 3) frame[7] += 1000.0F;
