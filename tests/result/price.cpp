@@ -84,6 +84,7 @@ TEST_CASE("The law of an error follows its definition, summed by brute force") {
       CHECK(std::isinf(law.iterations_to_reach(0.0)));
       CHECK(law.iterations_to_reach(2 * law.error_at(1)) < 1.0);
     }
+  CHECK(gmis::ErrorLaw{0.5, 0.0, 1.0, 0.9}.slope_at(4) == -0.5);  // no replication has a second iteration
   CHECK(gmis::ErrorLaw{0.0, 1.0, 0.5}.merging_share_at(40) == 1.0);
   CHECK(gmis::ErrorLaw{0.0, 0.0, 0.5}.merging_share_at(40) == 0.0);
   CHECK(std::isinf(gmis::ErrorLaw{}.iterations_to_reach(0.1)));
