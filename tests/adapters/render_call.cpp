@@ -219,5 +219,7 @@ TEST_CASE("a request that means nothing is refused in words") {
   wrong.settings.alpha = 2;
   CHECK_THROWS_AS(gmis::Render(furnace, wrong), std::invalid_argument);
   CHECK(gmis::automatic_request(furnace, {}).budget.iterations == 64U);
+  CHECK(gmis::automatic_request(furnace, {}).settings.sampler == gmis::Sampler::sobol);
+  CHECK(gmis::automatic_request(furnace, {}, 1, {}).settings.sampler == gmis::Sampler::independent);
   CHECK_FALSE(gmis::automatic_request(furnace, {.seconds = 2.0}).budget.iterations.has_value());
 }

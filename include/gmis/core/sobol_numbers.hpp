@@ -49,7 +49,7 @@ template <class Word>
   return (x >> 16U) | (x << 16U);
 }
 
-#if defined(__SSSE3__)
+#if defined(__SSSE3__) && defined(GMIS_FOUR_WORDS)
 /// The same by two look-ups a byte, which a processor makes for all bytes at once.
 template <>
 [[nodiscard]] inline FourWords reverse_bits(FourWords x) noexcept {
