@@ -11,9 +11,14 @@ import subprocess
 import sys
 import tempfile
 
-SCENES = ["cornell", "paper1", "paper3", "bench/scenes/one_point_light.pbrt", "bench/scenes/all_glossy.pbrt"]
-RUNS = [["pt"], ["lt"], ["bpt", "--connections", "1"], ["bpt", "--connections", "4"], ["vcm", "--connections", "1"],
-        ["vcm", "--connections", "4"], ["vcm", "--connections", "1", "--radius", "1.3"], ["bpm"], ["ppm"]]
+from measuring import FOREIGN, FOURTEEN
+
+SCENES = FOURTEEN | FOREIGN
+# Few and many light trees, connections and photons; merging with global and with local counts, as `auto` has it.
+RUNS = [["pt"], ["ppm"], ["bpt", "--connections", "1"], ["bpt", "--connections", "2", "--light-paths", "0.25"], ["vcm", "--connections", "1"],
+        ["vcm", "--connections", "4"], ["vcm", "--connections", "1", "--radius", "1.3", "--light-paths", "0.25"]]
+RUNS += [["gmis", "--split", "local", "--connections", connections, "--radius", radius, "--light-paths", light_paths]
+         for connections, radius, light_paths in (("1", "1.6", "1"), ("1", "4.8", "0.25"), ("2", "3.2", "0.5"), ("1", "3.2", "1"))]
 # The operation and how many of it were done.
 OPERATIONS = {
     "ray": lambda c: c["rays"],
@@ -27,8 +32,8 @@ OPERATIONS = {
 
 def measure(renderer, scene, run, folder):
     stats = pathlib.Path(folder) / "stats.json"
-    subprocess.run([renderer, scene, "--integrator", *run, "--size", "64x64", "--time", "1", "--threads", "1", "--quiet",
-                    "--out", str(stats.with_suffix(".pfm")), "--stats", str(stats)], check=True)
+    subprocess.run([renderer, scene, "--integrator", *run, "--size", "128x128", "--time", "0.4", "--threads", "1", "--quiet",
+                    "--out", str(stats.with_suffix(".pfm")), "--stats", str(stats)], check=True, stdin=subprocess.DEVNULL)
     facts = json.loads(stats.read_text())
     return facts["seconds"]["cpu"], [count(facts["counts"]) for count in OPERATIONS.values()]
 
@@ -51,7 +56,7 @@ def fit(rows):
 def main():
     source = pathlib.Path("include/gmis/transport/choose/operation_costs.hpp").read_text()
     with tempfile.TemporaryDirectory() as folder:
-        rows = [measure(sys.argv[1], scene, run, folder) for scene in SCENES for run in RUNS]
+        rows = [measure(sys.argv[1], scene, run, folder) for scene in SCENES.values() for run in RUNS]
     x, errors = fit(rows)
     print(f"{'operation':14} {'here':>6} {'source':>7}")
     for name, cost in zip(OPERATIONS, x):
