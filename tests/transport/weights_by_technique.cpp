@@ -164,7 +164,7 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
 
 TEST_CASE("Every candidate has its place, and none on the light side when nothing is traced there", "[pilot]") {
   const auto all = gmis::all_candidates();
-  CHECK(all.size() == 3 * (1 + 3 * 3 * 2));
+  CHECK(all.size() == 3 * (1 + 4 * 3 * 2));
   for (const auto& candidate : all)
     if (!candidate.traces_light()) CHECK((candidate.connections == 0 && !candidate.splats && !candidate.merges));
   // What is off in all is off in each.

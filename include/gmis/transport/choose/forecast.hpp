@@ -15,16 +15,17 @@ namespace gmis {
 
 /// The values to choose from for each count. The candidates are all combinations.
 struct CountChoices {
-  std::vector<double> light_paths{0.0, 0.25, 0.5, 1.0};  ///< light trees per pixel
-  std::vector<int> connections{0, 1, 2};                 ///< per camera vertex
-  std::vector<bool> merges{false, true};                 ///< without and with merging
+  std::vector<double> light_paths{0.0, 0.125, 0.25, 0.5, 1.0};  ///< light trees per pixel
+  std::vector<int> connections{0, 1, 2};                        ///< per camera vertex
+  std::vector<bool> merges{false, true};                        ///< without and with merging
   std::vector<double> radius_factors{};       ///< empty: that of the counts that all candidates are made from
   std::vector<int> camera_children{1, 2, 4};  ///< children of the first non-specular camera vertex
 };
 
 /// Factors on the merging radius to choose from with a local count of merging (`SampleCounts::local_merges`): few
-/// photons are merged, and the best disk is many times that of plain merging.
-inline const std::vector<double> local_radius_factors{2.0, 4.0, 8.0, 12.0};
+/// photons are merged, and the best disk is many times that of plain merging. A run that needs a smaller one finds it later
+/// (render/merging_disk.hpp).
+inline const std::vector<double> local_radius_factors{4.0, 8.0, 12.0};
 
 /// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in
 /// every candidate. Combinations with equal effect occur once.
