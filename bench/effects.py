@@ -24,13 +24,10 @@ import statistics
 import subprocess
 import sys
 
-from measuring import FOURTEEN, read_pfm, write_into
+from measuring import FOREIGN, FOURTEEN, read_pfm, write_into
 
 DOCUMENT = pathlib.Path("docs/effects.md")
 BEGIN, END = "<!-- effects: written by ./run bench effects -->", "<!-- end of effects -->"
-# Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10 segments.
-OTHERS = ["svcm0", "svcm1", "tung1", "tung2"]
-FOREIGN = {name: f"tests/render/reference/{name}.pbrt" for name in OTHERS}
 SCENES = FOURTEEN | FOREIGN
 ITERATIONS_OF_VCM = 64
 STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
@@ -63,7 +60,7 @@ def render(options, scene, extra, stats, keep=False):
 
 def make_reference(options, pool, name):
     """The mean of two runs, kept for the next time; how far they are apart says how noisy it is."""
-    if name in OTHERS:
+    if name in FOREIGN:
         return pathlib.Path(FOREIGN[name]).with_suffix(".pfm")
     integrator = "gmis" if name in FOUND_BY_MERGING else "bpt"
     folder = options.out / "references"
