@@ -172,12 +172,8 @@ void print_distrust(const RenderResult& result, double largest_share) {
                static_cast<unsigned long long>(counters.rejected_non_finite),
                static_cast<unsigned long long>(counters.rejected_negative),
                static_cast<unsigned long long>(counters.rejected_zero_pdf), 100.0 * largest_share);
-  const std::uint32_t pilot_iterations = result.choice ? result.choice->pilot_iterations : 0;
-  for (const gmis::RejectedPath& rejected : result.rejected_paths) {
-    if (rejected.path.iteration <= pilot_iterations) continue;  // a pilot's paths are not replayed
-    std::fprintf(stderr, "; --replay %s shows the first path", text_of(rejected.path).c_str());
-    break;
-  }
+  if (!result.rejected_paths.empty())
+    std::fprintf(stderr, "; --replay %s shows the first path", text_of(result.rejected_paths.front().path).c_str());
   std::fprintf(stderr, "\n");
 }
 

@@ -50,9 +50,9 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   if (split == SplitChoice::budgeted) request.settings.light_split = LightSplit::budgeted;
   if (split == SplitChoice::paper) request.settings.light_split = LightSplit::paper;
 
-  // A pilot keeps no contributions, connects with vertices from the cache and splats.
+  // A pilot connects with vertices from the cache and splats.
   request.candidates.clear();
-  if (request.techniques || request.class_pictures || !counts.draws_connections() || !counts.splats) return;
+  if (request.class_pictures || !counts.draws_connections() || !counts.splats) return;
   if (is_automatic && request.settings.path_classes) return;  // the plan of the classes alone decides
   OpenCounts open;
   open.techniques = is_automatic;

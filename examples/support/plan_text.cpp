@@ -118,8 +118,8 @@ std::string explain_choice(const Choice& choice, const Counters& work) {
   if (!choice.chosen) return "measured    nothing: the pilot saw no pixel, the counts stand as they were\n";
   const Forecast& chosen = choice.forecasts[*choice.chosen];
   const double iterations = choice.expected_iterations;
-  text << "measured    in " << choice.pilot_iterations << " iterations, " << 100.0 * choice.pilot_cost / cost_of(work)
-       << " % of the counted work: " << text_of(chosen.counts) << "\n";
+  text << "measured    in " << choice.pilot_iterations << " iterations of some pixels, "
+       << 100.0 * choice.pilot_cost / cost_of(work) << " % of the counted work: " << text_of(chosen.counts) << "\n";
   std::vector<Forecast> others = choice.forecasts;
   std::sort(others.begin(), others.end(),
             [&](const Forecast& a, const Forecast& b) { return a.work(iterations) < b.work(iterations); });

@@ -12,7 +12,7 @@ namespace gmis::tools {
 void Progress::end_iteration(const RunState& state, std::size_t pieces) {
   const double seconds =  // a run that was resumed has iterations from before
       (state.seconds - state_.seconds) / std::max(1U, state.iterations - state_.iterations);
-  // The latest iterations say more than the first ones, which a pilot made.
+  // The latest iterations say more than the first one, which has a pilot.
   constexpr double weight = 0.3;
   seconds_of_iteration_ =
       seconds_of_iteration_ ? *seconds_of_iteration_ + weight * (seconds - *seconds_of_iteration_) : seconds;

@@ -31,10 +31,6 @@ ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest&
                                    const PathName& path) {
   RenderSettings settings = request.settings;
   if (request.candidates.size() > 1) {
-    const std::uint32_t pilot_iterations = SceneEngine::pilot_iterations_for(request.expected_iterations);
-    if (path.iteration <= pilot_iterations)
-      throw InputError("--replay: a pilot renders the first " + std::to_string(pilot_iterations) +
-                       " iterations, which cannot be replayed: choose a later one, or fix the counts by --connections");
     // The pilot chooses the counts, and later iterations the disk, after 4, 8, 16 … of them.
     gmis::RenderRequest same = request;
     same.interrupt = nullptr;

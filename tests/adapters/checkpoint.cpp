@@ -53,7 +53,7 @@ TEST_CASE("a run that goes on from any of its iterations has the bits of one tha
     const gmis::RenderResult whole = Render(furnace, request(with_pilot)).run(executor);
     REQUIRE(whole.iterations == 9);
     CHECK(whole.choice.has_value() == with_pilot);
-    for (const int interrupted_after : {1, 2, 3, 6}) {  // in the middle of the pilot, at its end, after it
+    for (const int interrupted_after : {0, 1, 2, 6}) {  // before the pilot and after it
       INFO("pilot " << with_pilot << ", interrupted after " << interrupted_after);
       Render first(furnace, request(with_pilot));
       for (int i = 0; i < interrupted_after; ++i) REQUIRE(first.advance(executor));

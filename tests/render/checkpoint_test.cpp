@@ -56,7 +56,7 @@ TEST_CASE("killed at 50 moments, the run ends with the bits of one that was neve
   while (kills < 50) {
     if (fs::exists(folder / "c.checkpoint")) ++went_on;
     const pid_t child = start(folder);
-    // Any moment will do: before the first iteration, in the pilot, after it, while a file is written.
+    // Any moment will do: in the pilot, after it, while a file is written.
     usleep(1000U << gmis::uniform_index(source, 9));
     kill(child, SIGKILL);
     int status = 0;

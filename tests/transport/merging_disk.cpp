@@ -112,12 +112,9 @@ TEST_CASE("a run whose disk is too wide narrows it to the one with the least err
     const double before = render.engine().first_radius();
     REQUIRE(render.advance(executor));
     const gmis::Choice* const choice = render.engine().choice();
-    if (choice == nullptr) {
-      area += gmis::square(render.engine().radius());  // of the pilot, which does not shrink
-      continue;
-    }
+    REQUIRE(choice != nullptr);
     const double chosen = *request.settings.radius * choice->forecasts[*choice->chosen].counts.radius_factor;
-    const double of_this = n == choice->pilot_iterations + 1 ? chosen : before;
+    const double of_this = n == 1 ? chosen : before;
     area += gmis::square(of_this) * std::pow(n, request.settings.alpha - 1.0);
     const double now = render.engine().first_radius();
     const gmis::DisksSoFar so_far{n, area, gmis::square(render.merging_bias()->relative_bias)};

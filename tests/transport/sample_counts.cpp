@@ -247,7 +247,7 @@ TEST_CASE("The census of light trees does not depend on what is done with them")
   CHECK(vertices(connections) == vertices(gmis::integrators::vcm));
 }
 
-TEST_CASE("After its pilot a run goes on as one that began with the chosen counts would") {
+TEST_CASE("After its pilot a run is one with the chosen counts, and has nothing of the pilot's samples") {
   const Scene scene(0.7F, 1.0F, 12, 2);
   gmis::SerialExecutor executor;
   const gmis::RenderSettings asked = settings();
@@ -256,19 +256,26 @@ TEST_CASE("After its pilot a run goes on as one that began with the chosen count
   const std::uint32_t pilot = gmis::RenderEngine<Scene>::pilot_iterations_for(64);
   // The pilot merges in the mean disk of the run.
   CHECK(run.first_radius() == Approx(*asked.radius * std::sqrt(gmis::mean_disk(asked.alpha, 64))));
-  for (std::uint32_t i = 0; i <= pilot; ++i) run.iterate(executor);
+  CHECK(run.choice() == nullptr);
+  run.iterate(executor);
   REQUIRE(run.choice() != nullptr);
+  CHECK(run.choice()->pilot_iterations == pilot);
   CHECK(run.counters().camera_paths == (pilot + 1) * 144);
   gmis::RenderSettings chosen = asked;
   chosen.counts = run.counts();
   gmis::Engine<Scene> other(scene, chosen);
-  other.continue_after(pilot);
   other.iterate(executor);
   CHECK(std::equal(other.frame().begin(), other.frame().end(), run.frame().begin(), run.frame().end()));
+  CHECK(run.counters().contributions == other.counters().contributions);
+  CHECK(run.counters().rays > other.counters().rays);
+  // A choice that is made by the numbers of the picture would be biased.
+  gmis::RenderPilot<Scene> same_numbers(scene, asked, candidates, 64);
+  for (std::uint32_t i = 0; i < pilot; ++i) same_numbers.iterate(executor);
+  CHECK(same_numbers.forecasts()[0].variance != run.choice()->forecasts[0].variance);
 }
 
-TEST_CASE("A pilot analyses the rows of its crop, not those of the frame, within one radius") {
-  // So many pixels that of the whole frame only every second row would be analysed.
+TEST_CASE("A pilot takes the pixels of its crop, not those of the frame, within one radius") {
+  // So many pixels that of the whole frame an eighth would be taken.
   const Scene scene(0.7F, 1.0F, 260, 1);
   gmis::SerialExecutor executor;
   gmis::RenderSettings direct = settings();
@@ -277,6 +284,7 @@ TEST_CASE("A pilot analyses the rows of its crop, not those of the frame, within
   gmis::RenderPilot<Scene> pilot(scene, direct, {{1.0, 1, true, true}, {0.5, 2, true, true}}, 2, row);
   for (int i = 0; i < 2; ++i) pilot.iterate(executor);
   CHECK(pilot.has_seen_pixels());
+  CHECK(pilot.engine().counters().camera_paths == 2 * 8);
   CHECK(pilot.engine().merge_radius(2) == pilot.engine().first_radius());
 }
 

@@ -241,12 +241,10 @@ class Render {
     made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings);
   }
 
-  /// After the second iteration with the counts that a pilot has chosen: the first one measures light trees, too.
+  /// After the second iteration: the first one has a pilot, and measures light trees, too.
   void update_forecast(double cpu_seconds, double wall_seconds) {
     const Choice* const choice = engine_->choice();
-    if (choice == nullptr || !choice->chosen || made_.forecast ||
-        made_.state.iterations != choice->pilot_iterations + 2)
-      return;
+    if (choice == nullptr || !choice->chosen || made_.forecast || made_.state.iterations != 2) return;
     made_.forecast =
         forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings),
                         {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},

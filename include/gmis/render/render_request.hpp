@@ -40,8 +40,8 @@ struct RenderRequest {
   // Kept on request, because each costs memory and time.
   bool intervals = false;       ///< batches of iterations, for the error and its interval; implied by an error budget
   bool halves = false;          ///< the means of the odd and of the even iterations
-  bool techniques = false;      ///< a picture of each technique; not during a pilot, so give no candidates
-  bool class_pictures = false;  ///< a picture of each of `settings.path_classes`; give no candidates
+  bool techniques = false;      ///< a picture of each technique
+  bool class_pictures = false;  ///< a picture of each of `settings.path_classes`
 
   /// The true picture, laid out like `Picture::values` of the crop, for the errors in the log. It must outlive the run.
   std::span<const float> reference;

@@ -20,7 +20,7 @@ namespace gmis {
 struct RenderSummary {
   StopReason stopped_by = StopReason::iterations;  ///< why the run ended
   std::vector<std::uint64_t> joined_seeds;         ///< of runs that were joined (`join_runs`), else empty
-  std::uint32_t iterations = 0;                    ///< those of the pilot included
+  std::uint32_t iterations = 0;                    ///< in the picture: not those of a pilot
   double wall_seconds = 0.0;                       ///< of iterations and of estimates of the error
   double cpu_seconds = 0.0;                        ///< of all threads of the process, during iterations
   PhaseSeconds phases;                             ///< wall time by phase

@@ -206,7 +206,8 @@ class Engine {
 
  private:
   static constexpr std::size_t chunk_size = 256;
-  static constexpr std::size_t census_tree_count = 4096;
+  /// Trees that V̄ is measured with: fewer for a pilot, whose forecasts are less exact than that.
+  static constexpr std::size_t census_tree_count = selects_pixels<Output> ? 1024 : 4096;
   enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_emission, 7 and 8: learn_directions
     light_stream = 0,
     camera_stream = 1,
@@ -532,6 +533,11 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
     for (int x = crop_.lower.x; x < crop_.upper.x; ++x) {
       const auto pixel =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) + static_cast<std::size_t>(x);
+      if constexpr (selects_pixels<Output>)
+        if (!output.takes(static_cast<std::uint32_t>(pixel))) {
+          frame_[pixel] = S(T(0));
+          continue;
+        }
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
       if (log != nullptr) subpath.log_to(learner_.is_logged(pixel) ? log : nullptr);
       subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));

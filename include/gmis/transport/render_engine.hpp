@@ -17,7 +17,7 @@ struct Choice {
   std::vector<Forecast> forecasts;        ///< one per candidate
   std::optional<std::size_t> chosen;      ///< index in `forecasts`; empty when the pilot analysed no pixel
   std::uint32_t expected_iterations = 0;  ///< length of the run for which the objective was minimised
-  std::uint32_t pilot_iterations = 0;     ///< iterations of the pilot; they are part of the picture
+  std::uint32_t pilot_iterations = 0;     ///< iterations of the pilot; they are not part of the picture
   double pilot_cost = 0.0;                ///< cost of all pilot iterations; unit: `OperationCosts`
 
   template <class Archive>
@@ -29,9 +29,9 @@ struct Choice {
 /// Selects the engine for the settings of a run, at run time: `CameraSide` when no light subpath is traced,
 /// `SplitTrees` when `RenderSettings::light_split` asks for it, `BothSides` otherwise.
 ///
-/// With several candidates for the counts, the run begins with a pilot, whose iterations are part of the picture, and
-/// continues with the best candidate. The choice is made once, from the pilot alone: the counts of a later iteration do
-/// not depend on samples of that iteration.
+/// With several candidates for the counts, the first iteration is preceded by a pilot, which renders some of the pixels for
+/// itself. The run has the best candidate. The choice is made once, from the pilot alone: counts do not depend on samples of
+/// the picture.
 template <Scene Sc, class Source = SampleNumbers>
 class RenderEngine {
  public:
@@ -55,7 +55,9 @@ class RenderEngine {
     choice_.emplace();
     choice_->expected_iterations = expected_iterations;
     choice_->pilot_iterations = pilot_iterations_for(expected_iterations);
-    engine_.template emplace<Pilot>(scene, settings, std::move(candidates), expected_iterations, crop);
+    RenderSettings of_pilot = settings;
+    of_pilot.seed ^= 0xB5297A4D3F84D5B5U;  // numbers that the picture does not use
+    engine_.template emplace<Pilot>(scene, of_pilot, std::move(candidates), expected_iterations, crop);
   }
   RenderEngine(const RenderEngine&) = delete;
   RenderEngine& operator=(const RenderEngine&) = delete;
@@ -63,7 +65,7 @@ class RenderEngine {
   /// Renders one more iteration; `frame()` is then the image of this iteration alone.
   template <Executor E>
   void iterate(E& executor) {
-    if (has_pilot() && std::get<Pilot>(engine_).iterations() == choice_->pilot_iterations) choose();
+    if (has_pilot()) choose(executor);
     std::visit([&](auto& engine) { iterate_one(engine, executor); }, engine_);
   }
 
@@ -75,7 +77,7 @@ class RenderEngine {
   [[nodiscard]] std::span<const float> merging_change() const {
     return visit([](const auto& engine) { return engine.merging_change(); });
   }
-  /// Counted work since the start, including the pilot.
+  /// Counted work since the start, including the pilot, whose contributions and rejections are not among the counted ones.
   [[nodiscard]] Counters counters() const {
     Counters all = pilot_.counters;
     return all += visit([](const auto& engine) { return engine.counters(); });
@@ -87,9 +89,7 @@ class RenderEngine {
   }
   /// The first paths with rejections.
   [[nodiscard]] RejectionLog rejections() const {
-    RejectionLog all = pilot_.rejections;
-    all.append(visit([](const auto& engine) { return engine.rejections(); }));
-    return all;
+    return has_pilot() ? RejectionLog{} : visit([](const auto& engine) { return engine.rejections(); });
   }
   /// Seconds per phase since the start, including the pilot.
   [[nodiscard]] PhaseSeconds seconds() const {
@@ -100,8 +100,8 @@ class RenderEngine {
   [[nodiscard]] std::size_t photon_bytes() const {
     return visit([](const auto& engine) { return engine.photon_bytes(); });
   }
-  /// Merging radius r_1 of the current engine in scene units; 0 when merging is off. During a pilot it is the pilot's
-  /// radius.
+  /// Merging radius r_1 of the current engine in scene units; 0 when merging is off. Before the first iteration it is that of
+  /// a pilot.
   [[nodiscard]] double first_radius() const {
     return visit([](const auto& engine) { return engine.first_radius(); });
   }
@@ -123,20 +123,19 @@ class RenderEngine {
   [[nodiscard]] const SampleCounts& counts() const {
     return visit([](const auto& engine) -> const SampleCounts& { return engine.counts(); });
   }
-  /// The choice of the pilot; null before the choice is made and in a run without a pilot.
+  /// The choice of the pilot; null before the first iteration and in a run without a pilot.
   [[nodiscard]] const Choice* choice() const { return choice_ && !has_pilot() ? &*choice_ : nullptr; }
 
-  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on. It has no effect
-  /// during a pilot; call it again after the pilot.
+  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on.
   void keep_contributions(bool keep) {
+    keeps_contributions_ = keep;
     std::visit(
         [keep](auto& engine) {
           if constexpr (requires { engine.keep_contributions(keep); }) engine.keep_contributions(keep);
         },
         engine_);
   }
-  /// Calls `visit_one(const Contribution<S>&)` for every kept contribution of the latest iteration; never during a
-  /// pilot.
+  /// Calls `visit_one(const Contribution<S>&)` for every kept contribution of the latest iteration.
   template <class Visit>
   void for_each_contribution(Visit&& visit_one) const {
     std::visit(
@@ -165,8 +164,8 @@ class RenderEngine {
         engine_);
   }
 
-  /// Number of pilot iterations for a run of this length: 2 to 16, an even number because forecasts use pairs. A pilot
-  /// iteration costs about two to three times an iteration with the chosen counts.
+  /// Number of pilot iterations for a run of this length: 2 to 16, an even number because forecasts use pairs. A pixel costs a
+  /// pilot about three times what it costs with the chosen counts; the pilot takes some of them (`PilotGrid`).
   [[nodiscard]] static constexpr std::uint32_t pilot_iterations_for(std::uint32_t expected_iterations) noexcept {
     return 2 * std::clamp(expected_iterations / 100U, 1U, 8U);
   }
@@ -181,11 +180,10 @@ class RenderEngine {
   struct Done {
     Counters counters, light_work;
     PhaseSeconds seconds;
-    RejectionLog rejections;
 
     template <class Archive>
     void exchange_state(Archive& archive) {
-      archive(counters, light_work, seconds, rejections);
+      archive(counters, light_work, seconds);
     }
   };
 
@@ -214,6 +212,7 @@ class RenderEngine {
       engine_.template emplace<Trees>(scene_, settings_, crop_);
     else
       engine_.template emplace<TwoSides>(scene_, settings_, crop_);
+    keep_contributions(keeps_contributions_);
   }
 
   [[nodiscard]] RenderSettings settings_without_split() const {
@@ -222,28 +221,27 @@ class RenderEngine {
     return settings;
   }
 
-  void choose() {
-    const Pilot& pilot = std::get<Pilot>(engine_);
+  template <class E>
+  void choose(E& executor) {
+    Pilot& pilot = std::get<Pilot>(engine_);
+    while (pilot.iterations() < choice_->pilot_iterations) pilot.iterate(executor);
     choice_->forecasts = pilot.forecasts();
     choice_->pilot_cost = cost_of(pilot.engine().counters());
     if (pilot.has_seen_pixels()) {
       choice_->chosen = best_of(choice_->forecasts, choice_->expected_iterations);
       settings_.counts = choice_->forecasts[*choice_->chosen].counts;
     }
-    pilot_ = {pilot.engine().counters(), pilot.engine().light_work(), pilot.engine().seconds(),
-              pilot.engine().rejections()};
+    pilot_ = {pilot.engine().counters(), pilot.engine().light_work(), pilot.engine().seconds()};
+    Counters& counters = pilot_.counters;
+    counters.contributions = counters.rejected_non_finite = counters.rejected_negative = counters.rejected_zero_pdf = 0;
     start();
-    std::visit(
-        [this](auto& engine) {
-          if constexpr (requires { engine.continue_after(0U); }) engine.continue_after(choice_->pilot_iterations);
-        },
-        engine_);
   }
 
   const Sc& scene_;
   RenderSettings settings_;
   std::optional<PixelBounds> crop_;
   std::optional<Choice> choice_;
+  bool keeps_contributions_ = false;
   Done pilot_;
   std::variant<std::monostate, Pilot, OneSide, TwoSides, Trees> engine_;
 };

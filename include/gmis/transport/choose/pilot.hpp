@@ -42,8 +42,8 @@ struct SeparateWeights {
   using Recursion = WeightRecursion<T, BalanceRatio, SeparateSums<T>>;
 };
 
-/// Renders iterations with all techniques and forecasts variance, bias and cost of every candidate. A forecast needs at
-/// least two iterations.
+/// Renders a part of the pixels with all techniques, and forecasts variance, bias and cost of every candidate. A forecast
+/// needs at least two iterations.
 template <Scene Sc, class Source = SampleNumbers>
 class RenderPilot {
  public:
@@ -59,7 +59,7 @@ class RenderPilot {
       : candidates_(std::move(candidates)),
         made_(counts_of_pilot(settings.counts, candidates_)),
         engine_(scene, settings_of_pilot(scene, settings, made_, expected_iterations), crop) {
-    shape_.grid = PilotGrid(scene.camera().resolution(), engine_.crop());
+    shape_.grid = PilotGrid(scene.camera().resolution(), engine_.crop(), expected_iterations);
     shape_.made = made_;
     for (const SampleCounts& candidate : candidates_) {
       const SampleCounts unsplit = without_splitting(candidate);
@@ -74,7 +74,7 @@ class RenderPilot {
     biases_.assign(shape_.count, {});
     variance_.assign(shape_.count, 0.0);
     within_.assign(shape_.count, 0.0);
-    earlier_.assign(engine_.frame().size(), 0.0F);
+    pictures_.assign(engine_.frame().size(), 0.0F);
   }
   RenderPilot(const RenderPilot&) = delete;
   RenderPilot& operator=(const RenderPilot&) = delete;
@@ -88,7 +88,7 @@ class RenderPilot {
   /// left. Without it they are relative to the pilot's own picture.
   void compare_with(std::vector<double> picture) { picture_ = std::move(picture); }
 
-  /// Renders one more iteration; `engine().frame()` is its picture.
+  /// Renders one more iteration; `engine().frame()` is its picture in the pixels that are taken.
   template <Executor E>
   void iterate(E& executor) {
     engine_.iterate(executor);
@@ -96,11 +96,11 @@ class RenderPilot {
     if (iterations() % 2 == 0) take_in(first_, second_);
   }
 
-  /// True when at least one pixel was analysed. Otherwise nothing is known about any candidate.
+  /// True when at least one pixel was taken. Otherwise nothing is known about any candidate.
   [[nodiscard]] bool has_seen_pixels() const noexcept { return pixels_taken_ > 0.0; }
 
   /// One forecast per candidate, in the order of the candidates. Variance and bias use complete pairs of iterations.
-  /// Without an analysed pixel all predicted values are 0.
+  /// Without a pixel all predicted values are 0.
   [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
     std::vector<Forecast> all(candidates_.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
@@ -112,26 +112,19 @@ class RenderPilot {
       const double least = std::max(0.0, share * variance_[u]);
       all[c].variance = std::max(least, variance_[u] - (1.0 - share) * within_[u]) / pixels_taken_;
       all[c].squared_bias = squared_bias(u);
-      all[c].cost = (predicted_camera_cost(candidates_[c], made_, work_, costs) +
-                     predicted_light_cost(candidates_[c], made_, engine_.light_work(), photons_, costs)) /
+      all[c].cost = (pixels_for_each() * predicted_camera_cost(candidates_[c], made_, work_, costs) +
+                     predicted_light_cost(candidates_[c], made_, light_work(), photons_, costs)) /
                     static_cast<double>(iterations());
       all[c].missing_share = light_ > 0.0 ? missing_[u] / light_ : 0.0;
     }
     return all;
   }
 
-  /// The state for a later run (`core/state_archive.hpp`), between two iterations.
-  template <class Archive>
-  void exchange_state(Archive& archive) {
-    archive(engine_, first_, earlier_, earlier_iterations_, work_, variance_, within_, biases_, missing_, pixels_taken_,
-            light_, photons_);
-  }
-
  private:
   /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance. Few light trees, since they are
-  /// enough to tell the candidates apart; fewer with a local count of merging, because the largest disk has many photons.
+  /// enough to tell the candidates apart.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts, const std::vector<SampleCounts>& candidates) {
-    counts.light_paths = counts.local_merges ? 0.25 : 0.5;
+    counts.light_paths = 0.25;
     for (const SampleCounts& candidate : candidates)
       if (candidate.merges) counts.radius_factor = std::max(counts.radius_factor, candidate.radius_factor);
     counts.connections = 2;
@@ -159,14 +152,9 @@ class RenderPilot {
   /// The estimates of one iteration.
   struct Analysis {
     std::vector<float> picture;
-    // One value per analysed pixel and candidate: A, B, ∫ f²/D with the pairs of A, and W.
+    // One value per pixel and candidate: A, B, ∫ f²/D with the pairs of A, and W.
     std::vector<float> means, splats, second_moments, within;
     std::vector<double> kernel_changes;  ///< sum of `PixelRecord::kernel_change`, per tile and candidate
-
-    template <class Archive>
-    void exchange_state(Archive& archive) {
-      archive(picture, means, splats, second_moments, within, kernel_changes);
-    }
   };
 
   /// Sums over pairs of iterations, for the squared bias of one candidate: that of the tiles, that of the whole picture,
@@ -175,7 +163,7 @@ class RenderPilot {
     double tiles = 0.0, tiles_noise = 0.0, whole = 0.0, whole_noise = 0.0;
   };
 
-  static constexpr std::uint32_t not_analysed = 0xFFFFFFFFU;
+  static constexpr std::uint32_t not_taken = 0xFFFFFFFFU;
 
   /// Collects the estimates of the latest iteration.
   void analyse(Analysis& all) {
@@ -187,7 +175,7 @@ class RenderPilot {
     all.splats.clear();
     all.kernel_changes.assign(n * grid.tile_count(), 0.0);
     pixels_.clear();
-    place_.assign(engine_.frame().size(), not_analysed);
+    place_.assign(engine_.frame().size(), not_taken);
     engine_.for_each_output([&](PilotOutput<S>& output) {
       for (std::size_t c = 0; c < output.missing.size(); ++c) missing_[c] += output.missing[c];
       work_.before += output.work().before;
@@ -196,6 +184,7 @@ class RenderPilot {
         const auto record = output.pixel(i);
         place_[record.pixel] = static_cast<std::uint32_t>(pixels_.size());
         pixels_.push_back(record.pixel);
+        children_ += static_cast<std::uint64_t>(PilotSplit<float>::children_of(record.pixel));
         all.means.insert(all.means.end(), record.mean.begin(), record.mean.end());
         all.second_moments.insert(all.second_moments.end(), record.second_moment.begin(), record.second_moment.end());
         all.within.insert(all.within.end(), record.within.begin(), record.within.end());
@@ -217,6 +206,7 @@ class RenderPilot {
       }
     });
     photons_ += engine_.photon_count();
+    work_.mean_children = static_cast<double>(children_) / static_cast<double>(engine_.counters().camera_paths);
     all.picture.clear();
     for (const S& value : engine_.frame()) all.picture.push_back(static_cast<float>(mean_channel(value)));
     for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
@@ -229,11 +219,11 @@ class RenderPilot {
   void take_in(const Analysis& a, const Analysis& b) {
     const std::size_t n = shape_.count;
     std::vector<double> values, scales_a, scales_b, least;
+    const std::vector<double> values_a = values_beside(b), values_b = values_beside(a);
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      const double value_a = value_of(pixels_[i], b), value_b = value_of(pixels_[i], a);
-      values.push_back(0.5 * (value_a + value_b));
-      scales_a.push_back(0.5 / (square(value_a) + relative_error_floor));
-      scales_b.push_back(0.5 / (square(value_b) + relative_error_floor));
+      values.push_back(0.5 * (values_a[i] + values_b[i]));
+      scales_a.push_back(0.5 / (square(values_a[i]) + relative_error_floor));
+      scales_b.push_back(0.5 / (square(values_b[i]) + relative_error_floor));
       double least_moment = std::numeric_limits<double>::max();
       for (std::size_t k = i * n; k < (i + 1) * n; ++k)
         least_moment = std::min(least_moment, scales_a[i] * static_cast<double>(a.second_moments[k]) +
@@ -258,8 +248,8 @@ class RenderPilot {
       }
     }
     add_biases(a, b, values);
-    for (std::size_t p = 0; p < earlier_.size(); ++p) earlier_[p] += a.picture[p] + b.picture[p];
-    earlier_iterations_ += 2;
+    for (std::size_t p = 0; p < pictures_.size(); ++p) pictures_[p] += a.picture[p] + b.picture[p];
+    iterations_in_pictures_ += 2;
   }
 
   /// Adds to the squared bias of merging, relative to the squared mean of `values`. The bias of a disk with radius r is
@@ -323,22 +313,50 @@ class RenderPilot {
     return std::max({0.0, tiles, bias.whole - std::sqrt(bias.whole_noise)}) / pixels_taken_;
   }
 
-  /// The value that the error of a pixel is relative to: the value of the known picture, or the mean of `iteration` and
-  /// all pairs before over a square of 5 × 5 pixels.
-  [[nodiscard]] double value_of(std::uint32_t pixel, const Analysis& iteration) const {
-    if (!picture_.empty()) return picture_[pixel];
+  /// For each pixel, the value that its error is relative to: that of the known picture, or the mean of `iteration` and of all
+  /// pairs before over the pixels around it.
+  [[nodiscard]] std::vector<double> values_beside(const Analysis& iteration) const {
+    std::vector<double> values;
+    values.reserve(pixels_.size());
+    if (!picture_.empty()) {
+      for (const std::uint32_t pixel : pixels_) values.push_back(picture_[pixel]);
+      return values;
+    }
+    // Sums along rows first; a pixel then adds up those of its column.
     const PixelBounds& crop = shape_.grid.crop();
-    const int width = shape_.grid.width();
-    const int x = static_cast<int>(pixel) % width, y = static_cast<int>(pixel) / width;
-    constexpr int reach = 2;
-    float sum = 0.0F, count = 0.0F;
-    for (int v = std::max(crop.lower.y, y - reach); v <= std::min(crop.upper.y - 1, y + reach); ++v)
-      for (int u = std::max(crop.lower.x, x - reach); u <= std::min(crop.upper.x - 1, x + reach); ++u) {
-        const auto p = static_cast<std::size_t>(v * width + u);
-        sum += earlier_[p] + iteration.picture[p];
-        count += static_cast<float>(earlier_iterations_ + 1);
+    const int reach = shape_.grid.reach(), width = engine_.context().resolution.x;
+    std::vector<glm::vec2> rows(pictures_.size());  // value and number of pixels
+    for (int y = crop.lower.y; y < crop.upper.y; ++y)
+      for (int x = crop.lower.x; x < crop.upper.x; ++x) {
+        glm::vec2 sum(0.0F);
+        for (int u = std::max(crop.lower.x, x - reach); u <= std::min(crop.upper.x - 1, x + reach); ++u) {
+          const auto p = static_cast<std::size_t>(y * width + u);
+          if (place_[p] != not_taken) sum += glm::vec2(pictures_[p] + iteration.picture[p], 1.0F);
+        }
+        rows[static_cast<std::size_t>(y * width + x)] = sum;
       }
-    return static_cast<double>(sum / count);
+    for (const std::uint32_t pixel : pixels_) {
+      const int x = static_cast<int>(pixel) % width, y = static_cast<int>(pixel) / width;
+      glm::vec2 sum(0.0F);
+      for (int v = std::max(crop.lower.y, y - reach); v <= std::min(crop.upper.y - 1, y + reach); ++v)
+        sum += rows[static_cast<std::size_t>(v * width + x)];
+      values.push_back(static_cast<double>(sum.x / (sum.y * static_cast<float>(iterations_in_pictures_ + 1))));
+    }
+    return values;
+  }
+
+  /// Counted work of the light trees, were splats made for all pixels.
+  [[nodiscard]] Counters light_work() const {
+    Counters work = engine_.light_work();
+    work.shadow_rays =
+        static_cast<std::uint64_t>(std::llround(static_cast<double>(work.shadow_rays) * pixels_for_each()));
+    return work;
+  }
+
+  /// Pixels in the crop over pixels that were taken, of all iterations.
+  [[nodiscard]] double pixels_for_each() const noexcept {
+    const glm::ivec2 size = glm::max(engine_.crop().upper - engine_.crop().lower, glm::ivec2(0));
+    return static_cast<double>(size.x) * size.y * iterations() / static_cast<double>(engine_.counters().camera_paths);
   }
 
   std::vector<SampleCounts> candidates_;
@@ -349,11 +367,12 @@ class RenderPilot {
   EngineType engine_;
   std::vector<double> picture_;
   Analysis first_, second_;            // the current pair of iterations
-  std::vector<std::uint32_t> pixels_;  // the analysed pixels
+  std::vector<std::uint32_t> pixels_;  // those that are taken
   std::vector<std::uint32_t> place_;   // for each pixel of the frame, its index in `pixels_`
-  std::vector<float> earlier_;         // sum of the pictures of all pairs before
-  std::uint32_t earlier_iterations_ = 0;
-  CameraWork work_{{}, {}, PilotSplit<float>::mean_children};
+  std::vector<float> pictures_;        // sum of the pictures of all pairs before
+  std::uint32_t iterations_in_pictures_ = 0;
+  CameraWork work_;
+  std::uint64_t children_ = 0;  // sum over pixels and iterations, were the first non-specular vertex of each split
   std::vector<double> variance_, within_;  // sums over pixels and pairs of iterations, per entry of `unsplit_`
   std::vector<BiasSums> biases_;
   std::vector<double> missing_;

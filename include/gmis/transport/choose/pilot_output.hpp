@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,54 +15,69 @@
 #include "gmis/transport/walk/split.hpp"
 
 /// \file
-/// The sums that a pilot collects over a chunk of paths: for every analysed pixel and every candidate, the value of the
+/// The sums that a pilot collects over a chunk of paths: for every pixel that it takes and every candidate, the value of the
 /// pixel and the terms of its variance. Each contribution carries the density of its path by each technique. pilot.hpp
 /// explains how the sums are used.
 
 namespace gmis {
 
-/// Selects the pixels that a pilot analyses and groups them in tiles: half of the pixels, but at least `fewest_pixels` and at
-/// most `most_pixels` of them, so that the cost of the pilot is bounded. It analyses one whole row of every so many, not
-/// always the same one: a picture may have rows that alternate.
+/// Selects the pixels that a pilot renders, and groups them in tiles. The longer the run, the more pixels: an eighth to a half
+/// of them, but at least about `fewest_pixels` and at most about `most_pixels`. It takes one of every so many that follow
+/// each other, not always the same one: a picture may have rows or columns that alternate.
 class PilotGrid {
  public:
-  static constexpr int tile_size = 8;  ///< width and height of a tile in analysed pixels; bias is estimated per tile
-  static constexpr std::int64_t fewest_pixels = 1 << 13, most_pixels = 1 << 16;
+  static constexpr std::int64_t fewest_pixels = 1 << 11, most_pixels = 1 << 16;
 
   PilotGrid() = default;
   /// `resolution` is that of the whole frame. Pixels are numbered in the whole frame, by rows from the upper left.
-  PilotGrid(glm::ivec2 resolution, const PixelBounds& crop) : width_(resolution.x), crop_(crop) {
-    const glm::ivec2 size = glm::max(crop.upper - crop.lower, glm::ivec2(0));
-    const auto pixels = static_cast<std::int64_t>(size.x) * size.y;
-    const std::int64_t wanted = std::clamp(pixels / 2, fewest_pixels, most_pixels);
-    row_step_ = static_cast<int>(std::max<std::int64_t>(1, (pixels + wanted - 1) / wanted));
-    const glm::ivec2 analysed{size.x, (size.y + row_step_ - 1) / row_step_};
-    tiles_ = (analysed + tile_size - 1) / tile_size;
+  PilotGrid(glm::ivec2 resolution, const PixelBounds& crop, std::uint32_t expected_iterations)
+      : width_(static_cast<std::uint32_t>(resolution.x)),
+        crop_(crop),
+        size_(glm::max(crop.upper - crop.lower, glm::ivec2(0))) {
+    const auto pixels = static_cast<std::int64_t>(size_.x) * size_.y;
+    const std::int64_t of_run = pixels * std::clamp(expected_iterations, 24U, 96U) / 192;
+    const std::int64_t wanted = std::clamp(of_run, fewest_pixels, most_pixels);
+    step_ = static_cast<std::uint32_t>(std::max<std::int64_t>(1, pixels / wanted));
+    tile_side_ = static_cast<int>(std::lround(8.0 * std::sqrt(static_cast<double>(step_))));
+    tiles_ = (size_ + tile_side_ - 1) / tile_side_;
   }
-  [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
-  /// True when the pixel, which must lie in the crop, is analysed.
-  [[nodiscard]] bool is_analysed(std::uint32_t pixel) const noexcept {
-    const int first = row(pixel) / row_step_ * row_step_;
-    const int rows = std::min(row_step_, crop_.upper.y - crop_.lower.y - first);
-    const std::uint32_t hash = static_cast<std::uint32_t>(first) * 2654435761U;
-    return row(pixel) - first == static_cast<int>((hash ^ hash >> 15U) >> 8U) % rows;
+  /// Pixels in the crop for each one that is taken.
+  [[nodiscard]] std::uint32_t step() const noexcept { return step_; }
+  /// True when the pixel lies in the crop and is taken.
+  [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept {
+    const glm::ivec2 at = place(pixel);
+    if (at.x < 0 || at.y < 0 || at.x >= size_.x || at.y >= size_.y) return false;
+    const auto number =
+        static_cast<std::uint32_t>(at.y) * static_cast<std::uint32_t>(size_.x) + static_cast<std::uint32_t>(at.x);
+    const std::uint32_t group = number / step_;
+    const auto rest =
+        static_cast<std::uint64_t>(size_.x) * static_cast<std::uint64_t>(size_.y) - group * std::uint64_t{step_};
+    const auto in_group = static_cast<std::uint32_t>(std::min<std::uint64_t>(step_, rest));
+    const std::uint32_t hash = (group ^ group >> 16U) * 0x85EBCA6BU;
+    return number % step_ == (hash ^ hash >> 13U) % in_group;
   }
-  /// Index of the tile of a pixel, which must lie in the crop.
+  /// Index of the tile of a pixel, which must lie in the crop; bias is estimated per tile of about 64 pixels that are taken.
   [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
-    return static_cast<std::size_t>(row(pixel) / row_step_ / tile_size * tiles_.x + column(pixel) / tile_size);
+    const glm::ivec2 tile = place(pixel) / tile_side_;
+    return static_cast<std::size_t>(tile.y * tiles_.x + tile.x);
   }
   [[nodiscard]] std::size_t tile_count() const noexcept { return static_cast<std::size_t>(tiles_.x * tiles_.y); }
-
- private:
-  [[nodiscard]] int row(std::uint32_t pixel) const noexcept { return static_cast<int>(pixel) / width_ - crop_.lower.y; }
-  [[nodiscard]] int column(std::uint32_t pixel) const noexcept {
-    return static_cast<int>(pixel) % width_ - crop_.lower.x;
+  /// Half the width of a square of pixels around one, in which about 25 are taken.
+  [[nodiscard]] int reach() const noexcept {
+    return static_cast<int>(std::lround(2.5 * std::sqrt(static_cast<double>(step_)) - 0.5));
   }
 
-  int width_ = 1, row_step_ = 1;
+ private:
+  /// Column and row in the crop.
+  [[nodiscard]] glm::ivec2 place(std::uint32_t pixel) const noexcept {
+    return glm::ivec2(static_cast<int>(pixel % width_), static_cast<int>(pixel / width_)) - crop_.lower;
+  }
+
+  std::uint32_t width_ = 1, step_ = 1;
+  int tile_side_ = 8;
   PixelBounds crop_;
-  glm::ivec2 tiles_{0, 0};
+  glm::ivec2 size_{0, 0}, tiles_{0, 0};
 };
 
 /// Gives the first non-specular camera vertex two children in a quarter of the pixels, to measure the variance of one
@@ -72,7 +88,6 @@ class PilotSplit {
   static constexpr bool splits_light = false;
   static constexpr int split_children = 2;
   static constexpr std::uint32_t stride = 4;
-  static constexpr double mean_children = 1.0 + (split_children - 1.0) / stride;
 
   PilotSplit() = default;
   explicit PilotSplit(const RenderSettings&) {}
@@ -133,14 +148,14 @@ class PilotOutput {
   using T = ScalarOf<S>;
   using Split = PilotSplit<T>;
 
-  /// A splat on an analysed pixel. The pilot adds it to its pixel when all chunks are done.
+  /// A splat on a pixel that is taken. The pilot adds it to its pixel when all chunks are done.
   struct SplatRecord {
     std::uint32_t pixel;
     float value;
     TechniqueDensities<float> densities;
     float camera_beyond;  ///< as in `Reweighted`
   };
-  /// The sums of one analysed pixel, one value per candidate. A is the contribution of an unsplit camera subpath.
+  /// The sums of one pixel, one value per candidate. A is the contribution of an unsplit camera subpath.
   struct PixelRecord {
     std::uint32_t pixel;
     std::span<const float> mean;           ///< A
@@ -163,13 +178,18 @@ class PilotOutput {
   void begin_trees(std::uint32_t first) noexcept { film_.begin_trees(first); }
   void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) { film_.reject(cause, technique); }
 
+  /// As `selects_pixels` has it.
+  [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept {
+    return candidates_ == nullptr || candidates_->grid.takes(pixel);
+  }
+
   void clear() {
     film_.clear();
     pixels_.clear();
     values_.clear();
     splat_records_.clear();
     work_ = {};
-    is_in_pixel_ = is_analysing_ = false;
+    is_in_pixel_ = false;
     missing.assign(candidates_ == nullptr ? 0 : candidates_->count, 0.0);
   }
 
@@ -180,8 +200,6 @@ class PilotOutput {
     children_ = Split::children_of(pixel);
     part_ = before;
     is_in_pixel_ = true;
-    is_analysing_ = candidates_->grid.is_analysed(pixel);
-    if (!is_analysing_) return;
     pixels_.push_back(pixel);
     std::fill(sums_.begin(), sums_.end(), Sums{});
   }
@@ -222,7 +240,7 @@ class PilotOutput {
 
   void add(TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
     film_.add(id, value, densities.weight());
-    if (!is_analysing_ || !is_finite(value)) return;
+    if (!is_in_pixel_ || !is_finite(value)) return;
     const bool connects = id.technique == Technique::connect;
     const bool merges = id.technique == Technique::merge;
     has_connections_ = has_connections_ || connects;
@@ -256,7 +274,7 @@ class PilotOutput {
 
   void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
     film_.add_splat(pixel, id, value, densities.weight());
-    if (candidates_ == nullptr || !candidates_->grid.is_analysed(pixel) || !is_finite(value)) return;
+    if (candidates_ == nullptr || !is_finite(value)) return;
     const TechniqueDensities<float> own = single(densities);
     splat_records_.push_back({pixel, single(value), own, camera_beyond(id, own)});
   }
@@ -265,7 +283,7 @@ class PilotOutput {
     if (is_in_pixel_) {
       close_part();
       is_in_pixel_ = false;
-      if (is_analysing_) keep_pixel();
+      keep_pixel();
     }
     return film_.take_pixel();
   }
@@ -304,7 +322,7 @@ class PilotOutput {
     }
   }
 
-  std::vector<double> missing;  ///< per candidate: light in the analysed pixels that none of its techniques makes
+  std::vector<double> missing;  ///< per candidate: light in the pixels that none of its techniques makes
 
  private:
   static constexpr std::size_t lanes = PilotCandidates::lanes;
@@ -384,7 +402,6 @@ class PilotOutput {
 
   /// Stores the sums of the current pixel.
   void keep_pixel() {
-    is_analysing_ = false;
     const std::size_t n = candidates_->count, start = values_.size();
     values_.resize(start + 4 * n);
     const auto k = static_cast<float>(children_);
@@ -423,7 +440,7 @@ class PilotOutput {
   float merge_distance_ = 0.0F;  // as `on_merge` has it
   std::int16_t split_depth_ = 0;
   int children_ = 1;
-  bool is_in_pixel_ = false, is_analysing_ = false, has_connections_ = false;
+  bool is_in_pixel_ = false, has_connections_ = false;
 };
 
 }  // namespace gmis

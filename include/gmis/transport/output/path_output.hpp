@@ -84,4 +84,10 @@ inline constexpr bool observes_children = requires(Output& output) {
   output.end_vertex();
 };
 
+/// True for an output that leaves out some pixels (`PilotOutput`): neither a camera subpath nor a splat is made for them.
+template <class Output>
+inline constexpr bool selects_pixels = requires(const Output& output) {
+  { output.takes(std::uint32_t{}) } -> std::same_as<bool>;
+};
+
 }  // namespace gmis

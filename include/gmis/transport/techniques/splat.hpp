@@ -26,6 +26,8 @@ struct Splat {
     if (!seen) return;
     const std::int64_t pixel = context.pixel_index(seen->pixel);
     if (pixel < 0) return;
+    if constexpr (selects_pixels<Output>)
+      if (!output.takes(static_cast<std::uint32_t>(pixel))) return;
 
     const auto bsdf = light.bsdf.evaluate(light.to_prev, seen->to_camera, TransportMode::importance);
     if (is_black(bsdf.value)) return;
