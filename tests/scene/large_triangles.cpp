@@ -80,6 +80,38 @@ TEST_CASE("the pieces of a large triangle tile it, and are small where they are 
   CHECK(most > 50);
 }
 
+/// The smallest height of a triangle over its longest edge.
+double flatness(const Corners& c) {
+  const double longest2 = std::max(
+      {glm::dot(c[1] - c[0], c[1] - c[0]), glm::dot(c[2] - c[0], c[2] - c[0]), glm::dot(c[2] - c[1], c[2] - c[1])});
+  return glm::length(area_of(c)) / longest2;
+}
+
+TEST_CASE("no piece is so thin that rounding takes its area", "[large_triangles]") {
+  // 0 is as far from the triangle as makes it be cut, above its inside, an edge or a corner, exactly or nearly.
+  Philox source(gmis_test::seed(635));
+  double flattest = 1;
+  std::size_t inside = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double height = random_magnitude(source, -2, 0);
+    glm::dvec3 weights(uniform<double>(source), uniform<double>(source), uniform<double>(source));
+    if (i % 3 > 0) weights[0] = i % 2 == 0 ? 0 : random_magnitude(source, -18, -2);
+    if (i % 3 > 1) weights[1] = i % 2 == 0 ? 0 : random_magnitude(source, -18, -2);
+    weights /= weights[0] + weights[1] + weights[2];
+    Corners triangle{glm::dvec3(0, 0, 0), glm::dvec3(1, 0, 0), glm::dvec3(uniform<double>(source), 0.5, 0)};
+    const glm::dvec3 eye = triangle[0] * weights[0] + triangle[1] * weights[1] + triangle[2] * weights[2];
+    const auto frame = Frame<double>::around(random_direction<double>(source));
+    for (auto& corner : triangle) corner = frame.to_world(corner - eye + glm::dvec3(0, 0, height)) * 100.0;
+    for (const TrianglePiece& piece : pieces_of(triangle)) {
+      flattest = std::min(flattest, flatness(piece.corners));
+      if (std::min({piece.weights[0][0], piece.weights[0][1], piece.weights[0][2]}) > 0) ++inside;
+    }
+  }
+  CHECK(inside > 1000);
+  CAPTURE(flattest);
+  CHECK(flattest > 1e-5);  // a hundred roundings in float
+}
+
 TEST_CASE("neighbours are cut at the same points", "[large_triangles]") {
   Philox source(gmis_test::seed(632));
   for (int i = 0; i < 200; ++i) {

@@ -49,14 +49,14 @@ class LargeTriangleCutter {
   /// not be cut.
   template <class Visit>
   void for_each_piece(const std::array<glm::dvec3, 3>& triangle, Visit&& visit) const {
-    cut({triangle, glm::dmat3(1)}, visit, 0);
+    cut({triangle, glm::dmat3(1)}, visit, 0, false);
   }
 
  private:
   static constexpr int most_cuts = 256;  // one after the other
 
   template <class Visit>
-  void cut(const TrianglePiece& piece, Visit& visit, int cuts) const {
+  void cut(const TrianglePiece& piece, Visit& visit, int cuts, bool is_cut_inside) const {
     const auto& corners = piece.corners;
     const auto end = [&](std::size_t edge, std::size_t which) { return corners[(edge + 1 + which) % 3]; };
     const std::array<double, 3> lengths{glm::length(end(0, 1) - end(0, 0)), glm::length(end(1, 1) - end(1, 0)),
@@ -74,18 +74,21 @@ class LargeTriangleCutter {
       const std::size_t a = (longest_marked + 1) % 3, b = (longest_marked + 2) % 3;
       const glm::dvec3 middle = (corners[a] + corners[b]) * 0.5;
       const auto weights = (column(piece.weights, a) + column(piece.weights, b)) * 0.5;
-      for (const std::size_t replaced : {b, a}) cut(with_corner(piece, replaced, middle, weights), visit, cuts + 1);
+      for (const std::size_t replaced : {b, a})
+        cut(with_corner(piece, replaced, middle, weights), visit, cuts + 1, is_cut_inside);
       return;
     }
-    // All edges are far, but the triangle passes near 0.
-    const glm::dvec3 foot = foot_of_perpendicular(corners);
+    // All edges are far, but the triangle passes near 0: it is cut at the point that is nearest, but not nearer to an edge
+    // than leaves the pieces an area in T. Once is enough: pieces with that corner are about as far as their edges. A thin
+    // triangle is, too, and has little to gain: hence 1.5.
+    if (is_cut_inside) return visit(piece);
+    glm::dvec3 foot = glm::max(foot_of_perpendicular(corners), glm::dvec3(1.0 / (largest_size_ * largest_size_)));
+    foot /= foot[0] + foot[1] + foot[2];
     const glm::dvec3 point = corners[0] * foot[0] + corners[1] * foot[1] + corners[2] * foot[2];
-    if (!(std::min({foot[0], foot[1], foot[2]}) > 0.0) ||
-        longest <= largest_size_ * std::max(glm::length(point), least_distance_))
-      return visit(piece);
+    if (longest <= 1.5 * largest_size_ * std::max(glm::length(point), least_distance_)) return visit(piece);
     const glm::dvec3 weights = piece.weights * foot;
     for (std::size_t replaced = 0; replaced < 3; ++replaced)
-      cut(with_corner(piece, replaced, point, weights), visit, cuts + 1);
+      cut(with_corner(piece, replaced, point, weights), visit, cuts + 1, true);
   }
 
   [[nodiscard]] static glm::dvec3 column(const glm::dmat3& m, std::size_t k) noexcept { return m[static_cast<int>(k)]; }
