@@ -17,11 +17,15 @@
 /// behind the triangle that meets this one there, as may be the point itself, which is rounded along the triangle too: the
 /// ray then leaks into what the two enclose, or out of it. Points nearer to such an edge than a few of these errors are
 /// therefore moved to that distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong side
-/// then. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing is moved.
+/// then. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing is moved. But a triangle may
+/// touch a sharp edge with a corner alone, as do the inner ones of a face of many triangles or pieces. Its points at that
+/// corner are as near to the sharp edge as those beside it. They are kept off both edges that end there: a ball within
+/// these is no nearer to what passes outside.
 
 namespace gmis::scene {
 
-/// Which edges of a triangle another triangle meets at an angle: bit k for the edge opposite to corner k.
+/// Which edges of a triangle points are kept off, since another triangle meets it there at an angle, or one of their ends
+/// touches such an edge: bit k for the edge opposite to corner k.
 using SharpEdges = std::uint8_t;
 
 /// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the sharp edges; 0 for the
@@ -60,8 +64,8 @@ template <std::floating_point T>
 }
 
 /// The sharp edges of every triangle: those that have both ends in common with one of another triangle, at an angle that
-/// matters for the errors of positions. Which mesh a triangle is of makes no difference. Linear in the number of triangles
-/// but for a sort.
+/// matters for the errors of positions, and those at a corner that touches a sharp edge of others. Which mesh a triangle is
+/// of makes no difference. Linear in the number of triangles but for two sorts and a search at such corners.
 template <std::floating_point T>
 [[nodiscard]] std::vector<SharpEdges> find_sharp_edges(std::span<const std::array<Vec3<T>, 3>> triangles,
                                                        std::span<const T> position_errors) {
@@ -106,17 +110,70 @@ template <std::floating_point T>
     const double error = static_cast<double>(position_errors[edge.triangle]);
     return 2 * rounding * glm::length(glm::cross(here, there)) > error * cosine;
   };
+  /// An end of a sharp edge, given by one of its triangles.
+  struct SharpEnd {
+    std::uint64_t at;  ///< a hash of the corner
+    std::uint32_t triangle;
+    std::uint8_t corner, other;  ///< of that triangle, at this end and at the other one
+  };
+  std::vector<SharpEnd> sharp_ends;
   constexpr std::size_t most = 8;  // of triangles at one edge that each is compared with
   std::vector<SharpEdges> result(triangles.size());
   for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
     while (end < edges.size() && edges[end].ends == edges[begin].ends) ++end;
+    bool any_is_sharp = false;
     for (std::size_t i = begin; i < end; ++i)
       for (std::size_t j = i + 1; j < std::min(end, i + most); ++j) {
         const glm::dvec3 one = inward(edges[i]), other = inward(edges[j]);
         for (const std::size_t edge : {i, j})
-          if (is_sharp(edges[edge], one, other))
+          if (is_sharp(edges[edge], one, other)) {
             result[edges[edge].triangle] |= static_cast<SharpEdges>(1U << edges[edge].opposite);
+            any_is_sharp = true;
+          }
       }
+    if (!any_is_sharp) continue;
+    const auto& [ends, triangle, opposite] = edges[begin];
+    const auto a = static_cast<std::uint8_t>((opposite + 1) % 3), b = static_cast<std::uint8_t>((opposite + 2) % 3);
+    sharp_ends.push_back({hash_of(triangles[triangle][a]), triangle, a, b});
+    sharp_ends.push_back({hash_of(triangles[triangle][b]), triangle, b, a});
+  }
+  if (sharp_ends.empty()) return result;
+
+  // Corners that touch a sharp edge of others.
+  constexpr std::size_t most_compared = 64;  // of sharp edges at one corner; where there are more, one is near
+  std::sort(sharp_ends.begin(), sharp_ends.end(), [](const SharpEnd& a, const SharpEnd& b) { return a.at < b.at; });
+  const auto direction = [&](std::uint32_t triangle, std::size_t from, std::size_t to) {
+    const glm::dvec3 along = glm::dvec3(triangles[triangle][to]) - glm::dvec3(triangles[triangle][from]);
+    return along * ieee_divide(1.0, std::sqrt(glm::dot(along, along)));
+  };
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const SharpEdges own = result[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
+      const bool a_is_sharp = (own >> b & 1U) != 0, b_is_sharp = (own >> a & 1U) != 0;  // the edges to these corners
+      if (a_is_sharp && b_is_sharp) continue;
+      const std::uint64_t at = hash_of(triangles[i][k]);
+      const auto less = [](const SharpEnd& sharp_end, std::uint64_t hash) { return sharp_end.at < hash; };
+      auto sharp_end = std::lower_bound(sharp_ends.begin(), sharp_ends.end(), at, less);
+      if (sharp_end == sharp_ends.end() || sharp_end->at != at) continue;
+      if (!a_is_sharp && !b_is_sharp) {
+        result[i] |= static_cast<SharpEdges>(1U << a | 1U << b);
+        continue;
+      }
+      // Kept off one of its edges already, and so off sharp ones too, unless these are much nearer to the other: less than
+      // half as far is less than the 2.75 errors that a start needs at 20°.
+      const std::size_t sharp = a_is_sharp ? a : b, smooth = a_is_sharp ? b : a;
+      const glm::dvec3 along = direction(i, k, smooth);
+      const double sine = glm::length(glm::cross(along, direction(i, k, sharp)));
+      std::size_t compared = 0;
+      for (; sharp_end != sharp_ends.end() && sharp_end->at == at; ++sharp_end) {
+        const glm::dvec3 other = direction(sharp_end->triangle, sharp_end->corner, sharp_end->other);
+        const bool is_near = glm::dot(other, along) > 0.0 && glm::length(glm::cross(other, along)) < 0.5 * sine;
+        if (!is_near && ++compared < most_compared) continue;
+        result[i] |= static_cast<SharpEdges>(1U << sharp);  // the edge to `smooth`
+        break;
+      }
+    }
   }
   return result;
 }
