@@ -197,6 +197,37 @@ TEMPLATE_TEST_CASE("no ray leaves a closed mesh", "[bvh][watertight]", float, do
   CHECK(leaks == 0);
 }
 
+TEMPLATE_TEST_CASE("where a ray meets a sphere it does not run along it", "[bvh]", float, double) {
+  // A cosine of 0 would make the density of the point 0. Rays that all but touch the sphere, on either side of it.
+  using T = TestType;
+  Philox source(gmis_test::seed(47));
+  int hits = 0, along = 0;
+  for (int scene_number = 0; scene_number < 100; ++scene_number) {
+    const double radius = random_magnitude(source, -3, 5);
+    const glm::dvec3 center = random_in_cube(source) * radius;
+    SceneBuilder<T> builder;
+    builder.add_sphere(center, radius, builder.add_material(make_diffuse<T>({.5, .5, .5})));
+    builder.set_camera(camera_at({0, 0, 0}));
+    const auto scene = builder.build();
+    for (int i = 0; i < 1000; ++i) {
+      const glm::dvec3 direction(random_direction<double>(source));
+      const auto frame = Frame<double>::around(direction);
+      const double angle = 2 * pi<double> * uniform<double>(source);
+      const glm::dvec3 outward = frame.to_world({std::cos(angle), std::sin(angle), 0});
+      const double off = 4 * (2 * uniform<double>(source) - 1) * static_cast<double>(std::numeric_limits<T>::epsilon());
+      const glm::dvec3 from = center + outward * (radius * (1 + off)) - direction * (radius * uniform<double>(source));
+      const Ray<T> ray{Vec3<T>(from), Vec3<T>(direction)};
+      const auto hit = scene.intersect(ray);
+      CHECK(scene.visible(ray) == !hit);
+      if (!hit) continue;
+      ++hits;
+      if (glm::dot(hit->point.geometric_normal, ray.direction) == T(0)) ++along;
+    }
+  }
+  CHECK(hits > 20'000);
+  CHECK(along == 0);
+}
+
 TEST_CASE("a product difference has the right sign whatever cancels", "[lanes]") {
   Philox source(gmis_test::seed(23));
   int wrong = 0;

@@ -126,7 +126,9 @@ struct alignas(32) SpherePacket {
     const L r2 = L::load(radius_squared);
     const L zero = L::all(T(0));
     const L discriminant = r2 - multiply_add(lx, lx, multiply_add(ly, ly, lz * lz));
-    LaneMask mask = less_or_equal(zero, discriminant);
+    // A sphere that is only touched is not met, as a triangle seen edge-on is not. The discriminant of rays that all but
+    // touch is often rounded to 0: their cosine at the surface, and the density of the point, would be 0.
+    LaneMask mask = less(zero, discriminant);
     if (mask == 0) return 0;
 
     // The two roots are q and c/q: neither loses digits, and the sign of c alone says whether the origin is inside.
