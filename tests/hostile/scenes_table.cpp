@@ -193,9 +193,11 @@ void add_materials(Table& table) {
     table.add("coat" + with, paths, [=](Builder& b) { ball_in_sky(b, make_coated_diffuse(Colour(0.6), 1.5, alpha)); });
     table.add("glass" + with, paths, [=](Builder& b) { ball_in_sky(b, make_dielectric(1.5, alpha)); });
   }
-  for (const double exponent : {1.0, 100.0, 1e6})
-    table.add("Phong with exponent " + std::to_string(exponent), exponent > 1e4 ? Paths::narrow : Paths::all,
+  for (const double exponent : {1.0, 100.0, 1e6}) {
+    const auto paths = exponent > 1e4 ? Paths::narrow : exponent > 1 ? Paths::narrow_for_ppm : Paths::all;
+    table.add("Phong with exponent " + std::to_string(exponent), paths,
               [=](Builder& b) { ball_in_sky(b, make_phong(Colour(0.3), Colour(0.6), exponent)); });
+  }
   for (const double albedo : {0.0, 1.0}) {
     table.add("diffuse ball of albedo " + std::to_string(albedo),
               [=](Builder& b) { ball_under_lamp(b, make_diffuse(Colour(albedo))); });

@@ -104,6 +104,7 @@ Run run(const BuiltScene& scene, const RenderRequest& request, int iterations, i
 [[nodiscard]] bool takes_part(IntegratorChoice integrator, Paths paths) {
   if (paths == Paths::through_delta) return integrator != IntegratorChoice::lt;
   if (paths == Paths::narrow) return integrator != IntegratorChoice::lt && integrator != IntegratorChoice::ppm;
+  if (paths == Paths::narrow_for_ppm) return integrator != IntegratorChoice::ppm;
   return true;
 }
 
