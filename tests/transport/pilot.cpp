@@ -200,7 +200,10 @@ TEST_CASE("A pilot takes one pixel of every so many, and not always the same one
                           {{3, 100}, {67, 501}, 1, 8},
                           {{0, 0}, {512, 512}, 64, 4},
                           {{0, 0}, {512, 512}, 1000, 4},
-                          {{5, 7}, {9000, 8}, 64, 3}}) {
+                          {{5, 7}, {9000, 8}, 64, 3},  // groups at the end of one pixel or two
+                          {{5, 7}, {8992, 8}, 64, 3},
+                          {{5, 7}, {8991, 8}, 64, 3},
+                          {{5, 7}, {8989, 8}, 64, 3}}) {
     const gmis::PilotGrid grid({9000, 600}, {one.lower, one.upper}, one.iterations);
     CHECK(grid.step() == one.step);
     std::vector<std::uint32_t> of_place(one.step, 0);
@@ -294,6 +297,33 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
     check_equal(costs[3][c], costs[2][c], 0.05);
     check_equal(costs[2][c], costs[0][c], 0.05);
   }
+}
+
+TEST_CASE("A pixel costs the same by a forecast, whether the pilot splits there or not", "[pilot]") {
+  // From the centre all pixels are alike. Crops of one pixel: the pilot has two children there in every iteration, or in none.
+  using Splits = gmis::PilotSplit<float>;
+  const Scene scene(albedo, 1.0F, size, 2, centre);
+  const std::vector<gmis::SampleCounts> candidates{{0.0, 0, false, false}, {0.0, 0, false, false, 2}};
+  std::array<double, 2> sums{}, squares{};
+  auto own = settings();
+  for (std::size_t batch = 0; batch < batches; ++batch)
+    for (const int children : {1, 2}) {
+      ++own.seed;
+      int x = 0;
+      while (Splits::children_of(static_cast<std::uint32_t>(x)) != children) ++x;
+      REQUIRE(x < size);
+      gmis::RenderPilot<Scene> pilot(scene, own, candidates, 64, gmis::PixelBounds{{x, 0}, {x + 1, 1}});
+      gmis::SerialExecutor executor;
+      for (int i = 0; i < 64; ++i) pilot.iterate(executor);
+      const double cost = pilot.forecasts()[0].cost;
+      sums[static_cast<std::size_t>(children) - 1] += cost / batches;
+      squares[static_cast<std::size_t>(children) - 1] += cost * cost / batches;
+    }
+  const double variance = std::max(0.0, squares[0] - sums[0] * sums[0]) + std::max(0.0, squares[1] - sums[1] * sums[1]);
+  const double limit = gmis::student_t_quantile(1 - 1e-3 / 2, batches - 1) * std::sqrt(variance / (batches - 1));
+  CAPTURE(sums[0], sums[1], limit);
+  CHECK(std::abs(sums[1] - sums[0]) < limit);
+  CHECK(limit < 0.1 * sums[0]);  // so that it says something
 }
 
 TEST_CASE("What merging changes in the pilot's picture is what it says of the candidate with its own counts",
