@@ -5,8 +5,10 @@ multiple of a ray's, beside the constant in the source, and how far the fit is f
 """
 
 import json
+import math
 import pathlib
 import re
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -56,14 +58,19 @@ def fit(rows):
 def main():
     source = pathlib.Path("include/gmis/transport/choose/operation_costs.hpp").read_text()
     with tempfile.TemporaryDirectory() as folder:
-        rows = [measure(sys.argv[1], scene, run, folder) for scene in SCENES.values() for run in RUNS]
+        of_scene = {name: [measure(sys.argv[1], scene, run, folder) for run in RUNS] for name, scene in SCENES.items()}
+    rows = [row for rows_here in of_scene.values() for row in rows_here]
     x, errors = fit(rows)
     print(f"{'operation':14} {'here':>6} {'source':>7}")
-    for name, cost in zip(OPERATIONS, x):
-        constant = re.search(rf"double {name} = ([0-9.]+);", source).group(1)
-        print(f"{name:14} {cost / x[0]:6.2f} {float(constant):7.2f}")
+    constants = [float(re.search(rf"double {name} = ([0-9.]+);", source).group(1)) for name in OPERATIONS]
+    for name, cost, constant in zip(OPERATIONS, x, constants):
+        print(f"{name:14} {cost / x[0]:6.2f} {constant:7.2f}")
     print(f"a ray takes {1e9 * x[0]:.0f} ns; the fit is off by {100 * (sum(e * e for e in errors) / len(errors)) ** 0.5:.0f} % "
           f"(root mean square), at most {100 * max(map(abs, errors)):.0f} %, over {len(rows)} runs")
+    # What a choice rests on: how far the costs of different counts in one scene are from being in proportion to their times.
+    spreads = [statistics.pstdev(math.log(time / sum(c * n for c, n in zip(constants, counts))) for time, counts in rows_here)
+               for rows_here in of_scene.values()]
+    print(f"within a scene, costs by the source are off by {100 * statistics.fmean(spreads):.0f} % (root mean square, mean of scenes)")
 
 
 main()
