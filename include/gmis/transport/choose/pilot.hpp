@@ -206,7 +206,8 @@ class RenderPilot {
       }
     });
     photons_ += engine_.photon_count();
-    work_.mean_children = static_cast<double>(children_) / static_cast<double>(engine_.counters().camera_paths);
+    if (children_ > 0)
+      work_.mean_children = static_cast<double>(children_) / static_cast<double>(engine_.counters().camera_paths);
     all.picture.clear();
     for (const S& value : engine_.frame()) all.picture.push_back(static_cast<float>(mean_channel(value)));
     for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
