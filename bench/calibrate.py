@@ -17,8 +17,9 @@ from measuring import FOREIGN, FOURTEEN
 
 SCENES = FOURTEEN | FOREIGN
 # Few and many light trees, connections and photons; merging with global and with local counts, as `auto` has it.
-RUNS = [["pt"], ["ppm"], ["bpt", "--connections", "1"], ["bpt", "--connections", "2", "--light-paths", "0.25"], ["vcm", "--connections", "1"],
-        ["vcm", "--connections", "4"], ["vcm", "--connections", "1", "--radius", "1.3", "--light-paths", "0.25"]]
+RUNS = [["pt"], ["lt"], ["ppm"], ["ppm", "--light-paths", "0.25"], ["bpt", "--connections", "1"],
+        ["bpt", "--connections", "2", "--light-paths", "0.25"], ["vcm", "--connections", "1"], ["vcm", "--connections", "4"],
+        ["vcm", "--connections", "1", "--radius", "1.3", "--light-paths", "0.25"]]
 RUNS += [["gmis", "--split", "local", "--connections", connections, "--radius", radius, "--light-paths", light_paths]
          for connections, radius, light_paths in (("1", "1.6", "1"), ("1", "4.8", "0.25"), ("2", "3.2", "0.5"), ("1", "3.2", "1"))]
 # The operation and how many of it were done.
@@ -29,6 +30,7 @@ OPERATIONS = {
     "merge_query": lambda c: c["merge_queries"],
     "merge": lambda c: c["merges"],
     "photon_stored": lambda c: c["photons_stored"],
+    "projection": lambda c: c["projections"],
 }
 
 

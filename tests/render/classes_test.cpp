@@ -313,10 +313,11 @@ TEST_CASE("Costs of classes are all the costs there are, by what contributions r
   work.merges = 10;
   work.merge_queries = 2;
   work.photons_stored = 30;
+  work.projections = light.projections = 50;
   constexpr gmis::OperationCosts by;
   const auto costs = gmis::costs_of_classes(classes, work, light);
   // Camera edges 1 + 2 and 3 + 1; light edges 2 and 2. Nothing came of the connections.
-  const double first = 100.0 * 3 / 7 + 20 + by.shadow_ray * (12 + 5);
+  const double first = 100.0 * 3 / 7 + 20 + by.shadow_ray * (12 + 5) + by.projection * 50;
   const double second = 100.0 * 4 / 7 + 20 + by.merge_query * 2 + by.merge * 10 + by.photon_stored * 30;
   CHECK(costs.classes[2] == Approx(first));
   CHECK(costs.classes[5] == Approx(second));
@@ -326,8 +327,8 @@ TEST_CASE("Costs of classes are all the costs there are, by what contributions r
   // With one connection: camera edges 4 and 4, light edges 3 and 2, half of the photons each.
   classes[2].add({Technique::connect, 2, 2});
   const auto connected = gmis::costs_of_classes(classes, work, light);
-  CHECK(connected.classes[2] ==
-        Approx(100.0 / 2 + 40.0 * 3 / 5 + by.shadow_ray * (12 + 5 + 3) + by.connection * 8 + by.photon_stored * 15));
+  CHECK(connected.classes[2] == Approx(100.0 / 2 + 40.0 * 3 / 5 + by.shadow_ray * (12 + 5 + 3) + by.connection * 8 +
+                                       by.photon_stored * 15 + by.projection * 50));
   CHECK(connected.classes[5] ==
         Approx(100.0 / 2 + 40.0 * 2 / 5 + by.merge_query * 2 + by.merge * 10 + by.photon_stored * 15));
   CHECK(connected.unattributed == 0.0);

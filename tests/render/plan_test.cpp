@@ -89,6 +89,7 @@ void check_counts(const Counters& counts, const gmis::Plan& plan) {
   CHECK((counts.light_subpaths > 0) == plan.traces_light());
   CHECK((counts.connections > 0) == plan.has(Technique::connect));
   CHECK((counts.splats > 0) == plan.has(Technique::splat));
+  CHECK((counts.projections > 0) == plan.has(Technique::splat));
   CHECK((counts.merge_queries > 0) == plan.has(Technique::merge));
   CHECK((counts.grids_built > 0) == plan.has(Technique::merge));
   CHECK((counts.photons_stored > 0) == (plan.has(Technique::merge) || plan.has(Technique::connect)));

@@ -123,6 +123,8 @@ TEST_CASE("What is off is not done: its counters are 0") {
     };
     is_off(Technique::connect, made.connections);
     is_off(Technique::splat, made.splats);
+    is_off(Technique::splat, made.projections);
+    CHECK(made.projections >= made.splats);
     is_off(Technique::merge, made.merge_queries);
     CHECK((made.photons_stored > 0) == counts.stores_light_vertices());
     CHECK((made.grids_built > 0) == counts.has(Technique::merge));

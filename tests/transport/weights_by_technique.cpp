@@ -108,7 +108,7 @@ TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
 }
 
 TEST_CASE("What a candidate costs follows from the work of the pilot, part by part", "[pilot]") {
-  const gmis::Counters light_work{.rays = 1000, .shadow_rays = 500, .photons_stored = 800};
+  const gmis::Counters light_work{.rays = 1000, .shadow_rays = 500, .projections = 900, .photons_stored = 800};
   const gmis::CameraWork work{.before = {.rays = 2000,
                                          .shadow_rays = 3000,
                                          .connections = 4000,
@@ -117,16 +117,17 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, part by pa
                                          .merges = 6000},
                               .children = {.rays = 100, .shadow_rays = 200, .connection_rays = 50, .merges = 70},
                               .mean_children = 1.25};
-  const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 1.5};
+  const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 8.0, 1.5};
   const gmis::SampleCounts made{1.0, 2, true, true};
   const auto light = [&](const gmis::SampleCounts& c) {
     return gmis::predicted_light_cost(c, made, light_work, light_work.photons_stored, costs);
   };
   const auto camera = [&](const gmis::SampleCounts& c) { return gmis::predicted_camera_cost(c, made, work, costs); };
   CHECK(light({0.0, 0, false, false}) == 0);
-  CHECK(light(made) == 1000 + 0.5 * 500 + 4.0 * 800);
-  CHECK(light({0.5, 1, true, false}) == 0.5 * (1000 + 0.5 * 500 + 4.0 * 800));
-  CHECK(light({2.0, 0, true, false}) == 2 * (1000 + 0.5 * 500));
+  CHECK(light(made) == 1000 + 0.5 * 500 + 4.0 * 800 + 8.0 * 900);
+  CHECK(light({0.5, 1, true, false}) == 0.5 * (1000 + 0.5 * 500 + 4.0 * 800 + 8.0 * 900));
+  CHECK(light({2.0, 0, true, false}) == 2 * (1000 + 0.5 * 500 + 8.0 * 900));
+  CHECK(light({0.5, 1, false, false}) == 0.5 * (1000 + 4.0 * 800));
   // Of one child, without and with what comes from the light side.
   const double child = (100 + 0.5 * 150) / 1.25, connected = 0.5 * 50 / 1.25, merged = 0.125 * 70 / 1.25;
   CHECK(camera({0.0, 0, false, false}) == Approx(2000 + 0.5 * 1800 + child));

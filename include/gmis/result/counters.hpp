@@ -12,6 +12,7 @@ struct Counters {
   std::uint64_t shadow_rays = 0;          ///< visibility queries
   std::uint64_t connections = 0;          ///< pairs of vertices evaluated, visible or not
   std::uint64_t connection_rays = 0;      ///< visibility queries of connections; included in `shadow_rays`
+  std::uint64_t projections = 0;          ///< light vertices projected onto the image, seen or not
   std::uint64_t splats = 0;               ///< contributions of light vertices to the image
   std::uint64_t merge_queries = 0;        ///< searches for light vertices around a camera vertex
   std::uint64_t merges = 0;               ///< pairs of a camera vertex and a light vertex merged
@@ -30,6 +31,7 @@ struct Counters {
     shadow_rays += other.shadow_rays;
     connections += other.connections;
     connection_rays += other.connection_rays;
+    projections += other.projections;
     splats += other.splats;
     merge_queries += other.merge_queries;
     merges += other.merges;
@@ -50,6 +52,7 @@ struct Counters {
             shadow_rays - earlier.shadow_rays,
             connections - earlier.connections,
             connection_rays - earlier.connection_rays,
+            projections - earlier.projections,
             splats - earlier.splats,
             merge_queries - earlier.merge_queries,
             merges - earlier.merges,

@@ -111,7 +111,7 @@ struct CameraWork {
   if (!candidate.traces_light()) return 0.0;
   const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
   double cost = times(costs.ray, work.rays);
-  if (candidate.splats) cost += times(costs.shadow_ray, work.shadow_rays);
+  if (candidate.splats) cost += times(costs.projection, work.projections) + times(costs.shadow_ray, work.shadow_rays);
   if (candidate.connections > 0)
     cost += times(costs.photon_stored, work.photons_stored);
   else if (candidate.merges)

@@ -9,11 +9,12 @@ namespace gmis {
 /// times is the same on every machine. Within a scene the predicted costs of different counts are off by about a tenth.
 struct OperationCosts {
   double ray = 1.0;            ///< one closest hit, with the vertex made from it
-  double shadow_ray = 2.1;     ///< one visibility query, with the light sample before it and its contribution
+  double shadow_ray = 1.7;     ///< one visibility query, with the light sample before it and its contribution
   double connection = 0.1;     ///< two BSDF evaluations, without the visibility query
-  double merge_query = 0.9;    ///< one search in the grid
-  double merge = 1.05;         ///< one light vertex merged
-  double photon_stored = 2.1;  ///< one light vertex stored, sorted into the grid and projected onto the picture
+  double merge_query = 0.75;   ///< one search in the grid
+  double merge = 0.85;         ///< one light vertex merged
+  double photon_stored = 1.4;  ///< one light vertex stored and sorted into the grid
+  double projection = 0.85;    ///< one light vertex projected onto the picture, without the visibility query
   /// Factor on the cost of each further child of a split camera vertex: its rays are less coherent than those of one
   /// child.
   double further_child = 1.25;
@@ -27,7 +28,8 @@ inline constexpr double nominal_operations_per_second = 8e6;
   return costs.ray * static_cast<double>(work.rays) + costs.shadow_ray * static_cast<double>(work.shadow_rays) +
          costs.connection * static_cast<double>(work.connections) +
          costs.merge_query * static_cast<double>(work.merge_queries) + costs.merge * static_cast<double>(work.merges) +
-         costs.photon_stored * static_cast<double>(work.photons_stored);
+         costs.photon_stored * static_cast<double>(work.photons_stored) +
+         costs.projection * static_cast<double>(work.projections);
 }
 
 }  // namespace gmis

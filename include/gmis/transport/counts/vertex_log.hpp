@@ -14,8 +14,13 @@ namespace gmis {
 
 /// Costs of the work at a camera vertex. Unlike `OperationCosts` they tell further vertices from further samples at one vertex: most
 /// of the time goes into making a vertex. Fitted to the times of runs with and without counts.
-inline constexpr OperationCosts vertex_costs{
-    .ray = 1.0, .shadow_ray = 0.25, .connection = 0.2, .merge_query = 0.05, .merge = 0.4, .photon_stored = 0.3};
+inline constexpr OperationCosts vertex_costs{.ray = 1.0,
+                                             .shadow_ray = 0.25,
+                                             .connection = 0.2,
+                                             .merge_query = 0.05,
+                                             .merge = 0.4,
+                                             .photon_stored = 0.3,
+                                             .projection = 0.0};
 
 /// A non-specular vertex of a camera subpath, with one sample of everything.
 template <std::floating_point T>

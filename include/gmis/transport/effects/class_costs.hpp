@@ -56,7 +56,7 @@ struct ClassCosts {
 /// Divides the cost of `work` among the classes. `light_work` is the part of `work` that light trees took. The costs of
 /// all classes and `unattributed` sum to `cost_of(work)`. The cost of
 /// - camera rays is divided in proportion to `camera_edges`, the cost of light rays in proportion to `light_edges`;
-/// - visibility queries, connections and merges in proportion to the contributions of the technique;
+/// - visibility queries, projections, connections and merges in proportion to the contributions of the technique;
 /// - stored photons in proportion to the contributions of connections and merges together.
 [[nodiscard]] constexpr ClassCosts costs_of_classes(const std::array<ClassWork, path_class_count>& classes,
                                                     const Counters& work, const Counters& light_work,
@@ -78,7 +78,8 @@ struct ClassCosts {
   share_out(times(costs.ray, work.rays - light_work.rays), [](const ClassWork& one) { return one.camera_edges; });
   share_out(times(costs.ray, light_work.rays), [](const ClassWork& one) { return one.light_edges; });
   share_out(times(costs.shadow_ray, next_event_rays), by(Technique::next_event));
-  share_out(times(costs.shadow_ray, light_work.shadow_rays), by(Technique::splat));
+  share_out(times(costs.projection, work.projections) + times(costs.shadow_ray, light_work.shadow_rays),
+            by(Technique::splat));
   share_out(times(costs.connection, work.connections) + times(costs.shadow_ray, work.connection_rays),
             by(Technique::connect));
   share_out(times(costs.merge_query, work.merge_queries) + times(costs.merge, work.merges), by(Technique::merge));

@@ -22,6 +22,7 @@ struct Splat {
     const auto [path_class, is_kept] = context.filter.join(
         [&] { return context.filter.after_scattering(light.path, light.bsdf); }, [] { return HalfPath(); });
     if (!is_kept) return;
+    ++output.counters().projections;
     const auto seen = camera.project(light.point.position, uv_lens);
     if (!seen) return;
     const std::int64_t pixel = context.pixel_index(seen->pixel);
