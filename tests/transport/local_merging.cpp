@@ -120,7 +120,7 @@ const Material<float> mirror = gmis::scene::make_mirror({0.9, 0.9, 0.9}), glass 
 
 }  // namespace
 
-TEST_CASE("Local merging keeps the energy: mirrors, glass, lamps that are mirrors") {
+TEST_CASE("Local merging keeps the energy: mirrors, glass, lamps that are mirrors", "[long]") {
   using Bsdf = gmis::scene::SurfaceBsdf<float>;
   for (const auto* const ball : {&mirror, &glass})
     for (const auto* const lamp : {&diffuse, &mirror}) {

@@ -352,7 +352,7 @@ TEST_CASE("What merging changes in the pilot's picture is what it says of the ca
   CHECK(greatest > 0.01F);
 }
 
-TEST_CASE("A pilot sees the bias of merging", "[pilot]") {
+TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   // On the curved wall a photon whose light comes from below the camera vertex's horizon is lost: r²/8 of the light that is
   // merged (furnace_techniques.cpp). What a run loses is measured, what the pilot says of it is its first order.
   using namespace gmis_test::ways;
