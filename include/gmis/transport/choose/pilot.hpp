@@ -124,7 +124,7 @@ class RenderPilot {
   /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance. Few light trees, since they are
   /// enough to tell the candidates apart.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts, const std::vector<SampleCounts>& candidates) {
-    counts.light_paths = 0.25;
+    counts.light_paths = 0.125;
     for (const SampleCounts& candidate : candidates)
       if (candidate.merges) counts.radius_factor = std::max(counts.radius_factor, candidate.radius_factor);
     counts.connections = 2;
