@@ -36,6 +36,7 @@ Json counts_of(const Counters& c) {
           {"merge_queries", c.merge_queries},
           {"merges", c.merges},
           {"photons_stored", c.photons_stored},
+          {"projections", c.projections},
           {"grids_built", c.grids_built},
           {"contributions", c.contributions}};
 }
@@ -234,8 +235,11 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   const bool has_variance = result.iterations > 1;
   json["estimate"]["variance"] = has_variance ? Json(result.estimate.variance) : Json(nullptr);
   json["estimate"].update(error_json(result.error, result.image.width));
-  json["estimate"]["merging_bias"] = result.merging_bias ? Json(result.merging_bias->relative_bias) : Json(nullptr);
-  json["estimate"]["merging_bias_bound"] = result.merging_bias ? Json(result.merging_bias->bound()) : Json(nullptr);
+  const auto& bias = result.merging_bias;
+  json["estimate"]["merging_bias"] = bias ? Json(bias->relative_bias) : Json(nullptr);
+  json["estimate"]["merging_bias_bound"] = bias ? Json(bias->bound()) : Json(nullptr);
+  json["estimate"]["merging_bias_of_mean"] = bias ? Json(bias->of_mean) : Json(nullptr);
+  json["estimate"]["merging_bias_of_mean_error"] = bias ? Json(bias->standard_error_of_mean) : Json(nullptr);
   json["prediction"] = prediction_json(result.prices, static_cast<double>(result.iterations));
   json["forecast"] = prices_json(result.forecast);
   json["prices"] = prices_json(result.prices);

@@ -254,6 +254,7 @@ TEST_CASE("The statistics hold every key that scripts rely on") {
                           "/counts/rays",
                           "/counts/shadow_rays",
                           "/counts/connections",
+                          "/counts/projections",
                           "/counts/splats",
                           "/counts/merge_queries",
                           "/counts/merges",
@@ -279,7 +280,7 @@ TEST_CASE("The statistics hold every key that scripts rely on") {
   CHECK(json["stopped_by"] == "iterations");
   CHECK(json["threads"] == 1);
   CHECK(json["counts"]["camera_paths"] == (2 + 2) * 64);           // those of the pilot and of the picture
-  CHECK(json["counts"]["light_subpaths"] == 2 * 64 / 4 + 2 * 64);  // a quarter of a tree a pixel in a pilot
+  CHECK(json["counts"]["light_subpaths"] == 2 * 64 / 8 + 2 * 64);  // an eighth of a tree a pixel in a pilot
   CHECK(json["counts"]["grids_built"] == 2 + 2);
   CHECK(json["estimate"]["mean"].get<double>() > 0);
   CHECK(json["estimate"]["variance"].get<double>() > 0);
@@ -288,8 +289,8 @@ TEST_CASE("The statistics hold every key that scripts rely on") {
   CHECK(json["rejected"]["non_finite"] == 0);
   // What was not done is exactly 0.
   const Json pt = statistics(folder, small + "--integrator pt");
-  for (const char* key :
-       {"light_subpaths", "connections", "splats", "merge_queries", "merges", "photons_stored", "grids_built"})
+  for (const char* key : {"light_subpaths", "connections", "projections", "splats", "merge_queries", "merges",
+                          "photons_stored", "grids_built"})
     CHECK(pt["counts"][key] == 0);
   const Json bpt = statistics(folder, small + "--integrator bpt");
   CHECK(bpt["counts"]["connections"].get<int>() > 0);
@@ -550,8 +551,8 @@ TEST_CASE("What the scene has and calls for is said, in words and in the statist
   for (const char* technique : {"connect", "splat", "merge"}) CHECK(json["techniques"][technique]["on"] == false);
   CHECK(json["techniques"]["next_event"]["on"] == true);
   CHECK(json["techniques"]["next_event"]["makes"] == Json::array({"LDE", "LDD+E"}));
-  for (const char* count :
-       {"light_subpaths", "connections", "splats", "merge_queries", "merges", "photons_stored", "grids_built"})
+  for (const char* count : {"light_subpaths", "connections", "projections", "splats", "merge_queries", "merges",
+                            "photons_stored", "grids_built"})
     CHECK(json["counts"][count] == 0);
   CHECK(json["memory"]["photon_bytes"] == 0);
 }
@@ -783,11 +784,14 @@ TEST_CASE("A choice tells its prices before the run, and a run with merging its 
   CHECK(fixed.out.find(" %, bias of merging at most ") != std::string::npos);
   const auto fixed_json = nlohmann::json::parse(text_of(folder / "a.json"));
   CHECK(fixed_json["estimate"]["merging_bias_bound"].get<double>() > 0);
+  CHECK(fixed_json["estimate"]["merging_bias_of_mean_error"].get<double>() > 0);
   CHECK(fixed_json["forecast"].empty());
   const auto unbiased =
       run(folder, "cornell --size 16x16 --iterations 12 --integrator bpt --connections 1 --out a.pfm --stats a.json");
   CHECK(unbiased.out.find("bias") == std::string::npos);
-  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["estimate"]["merging_bias_bound"] == 0.0);
+  const auto no_bias = nlohmann::json::parse(text_of(folder / "a.json"));
+  for (const char* key : {"merging_bias", "merging_bias_bound", "merging_bias_of_mean", "merging_bias_of_mean_error"})
+    CHECK(no_bias["estimate"][key] == 0.0);
 }
 
 TEST_CASE("--lights: how next events choose a light") {

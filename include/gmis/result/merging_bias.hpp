@@ -25,12 +25,21 @@ inline constexpr double bias_of_change_at_edge = 2.0802;
 /// [Hachisuka et al. 2010, eq. 6], so that three quarters of it are gone at half the radius.
 inline constexpr double bias_of_change_when_smooth = 4.0 / 3.0;
 
+/// The same for the mean over a whole image. In the midst of a flat surface a disk only moves light, which leaves the mean as it is; light
+/// is lost or added within one radius of where a surface, or what is seen of it, ends. That is in proportion to the radius, so that
+/// half of it is gone at half the radius.
+inline constexpr double bias_of_change_of_mean = 2.0;
+
 /// The bias of merging over a whole image, as a relative error.
 struct MergingBias {
   /// √(mean over pixels of bias² / (value² + `relative_error_floor`)); 0 when noise hides it.
   double relative_bias = 0.0;
   /// √(standard error of `relative_bias`²); a bias below about twice this may be noise.
   double standard_error = 0.0;
+  /// Of the mean over the image: bias / value, below 0 where merging loses light. It is linear in the samples, and so rises from the
+  /// noise long before `relative_bias` does.
+  double of_mean = 0.0;
+  double standard_error_of_mean = 0.0;
 
   /// Upper confidence bound: the squared bias plus two standard errors.
   [[nodiscard]] double bound() const noexcept {
@@ -82,7 +91,9 @@ class MergingChange {
     if (!has_merged()) return {};
     const MergingBias smooth = bias_over_tiles(film, large_tile, bias_of_change_when_smooth);
     const MergingBias edges = bias_over_tiles(film, small_tile, bias_of_change_at_edge);
-    return smooth.bound() > edges.bound() ? smooth : edges;
+    MergingBias larger = smooth.bound() > edges.bound() ? smooth : edges;
+    add_bias_of_mean(film, larger);
+    return larger;
   }
 
   /// The state for a later run (`core/state_archive.hpp`).
@@ -100,13 +111,17 @@ class MergingChange {
       for (std::vector<double>& half : sums_) half.assign(pixels, 0.0);
   }
 
+  /// Sums over the pixels of a square.
+  struct Tile {
+    double value = 0.0, pixels = 0.0;
+    std::array<double, 2> change{};  ///< mean of an iteration, in either half
+  };
+
+  [[nodiscard]] glm::ivec2 tile_counts(int side) const noexcept { return (resolution_ + side - 1) / side; }
+
   template <Spectrum S>
-  [[nodiscard]] MergingBias bias_over_tiles(const Film<S>& film, int side, double bias_of_change) const {
-    const glm::ivec2 tiles = (resolution_ + side - 1) / side, groups = (resolution_ + large_tile - 1) / large_tile;
-    struct Tile {
-      double value = 0.0, pixels = 0.0;
-      std::array<double, 2> change{};
-    };
+  [[nodiscard]] std::vector<Tile> tiles_of(const Film<S>& film, int side) const {
+    const glm::ivec2 tiles = tile_counts(side);
     std::vector<Tile> sums(static_cast<std::size_t>(tiles.x) * static_cast<std::size_t>(tiles.y));
     std::size_t p = 0;
     for (int y = 0; y < resolution_.y; ++y)
@@ -117,18 +132,44 @@ class MergingChange {
         for (std::size_t half = 0; half < sums_.size(); ++half)
           tile.change[half] += sums_[half][p] / static_cast<double>(counts_[half]);
       }
+    return sums;
+  }
+
+  template <Spectrum S>
+  [[nodiscard]] MergingBias bias_over_tiles(const Film<S>& film, int side, double bias_of_change) const {
+    const glm::ivec2 tiles = tile_counts(side), groups = tile_counts(large_tile);
+    const std::vector<Tile> sums = tiles_of(film, side);
     std::vector<double> of_groups(static_cast<std::size_t>(groups.x) * static_cast<std::size_t>(groups.y), 0.0);
+    double pixels = 0.0;
     for (int y = 0; y < tiles.y; ++y)
       for (int x = 0; x < tiles.x; ++x) {
         const Tile& tile = sums[static_cast<std::size_t>(y * tiles.x + x)];
         of_groups[static_cast<std::size_t>(y * side / large_tile * groups.x + x * side / large_tile)] +=
             tile.pixels * tile.change[0] * tile.change[1] /
             (square(tile.value) + square(tile.pixels) * relative_error_floor);
+        pixels += tile.pixels;
       }
     double sum = 0.0, squares = 0.0;
     for (const double of_group : of_groups) sum += of_group, squares += square(of_group);
-    const double scale = square(bias_of_change) / static_cast<double>(p);
-    return {std::sqrt(std::max(0.0, scale * sum)), std::sqrt(scale * std::sqrt(squares))};
+    const double scale = square(bias_of_change) / pixels;
+    MergingBias bias;
+    bias.relative_bias = std::sqrt(std::max(0.0, scale * sum));
+    bias.standard_error = std::sqrt(scale * std::sqrt(squares));
+    return bias;
+  }
+
+  /// Adds what merging does to the mean. Its standard error comes from how far the halves are apart, in each large tile.
+  template <Spectrum S>
+  void add_bias_of_mean(const Film<S>& film, MergingBias& bias) const {
+    double value = 0.0, change = 0.0, squared_error = 0.0;
+    for (const Tile& tile : tiles_of(film, large_tile)) {
+      value += tile.value;
+      change += 0.5 * (tile.change[0] + tile.change[1]);
+      squared_error += square(0.5 * (tile.change[0] - tile.change[1]));
+    }
+    if (!(value > 0.0)) return;
+    bias.of_mean = bias_of_change_of_mean * change / value;
+    bias.standard_error_of_mean = bias_of_change_of_mean * std::sqrt(squared_error) / value;
   }
 
   glm::ivec2 resolution_{0, 0};
