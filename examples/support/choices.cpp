@@ -56,7 +56,7 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   if (is_automatic && request.settings.path_classes) return;  // the plan of the classes alone decides
   OpenCounts open;
   open.techniques = is_automatic;
-  open.light_paths = is_automatic && !options.light_paths;
+  open.light_paths = is_local && !options.light_paths;
   open.connections = !options.connections;
   open.camera_children = is_automatic || split == SplitChoice::adaptive;
   open.radius = is_radius_free;

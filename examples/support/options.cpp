@@ -138,7 +138,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                  "widths; with local counts 3.2)")
       ->type_name("NUMBER");
   app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)")->type_name("NUMBER");
-  app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto chooses)")->type_name("NUMBER");
+  app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto and gmis choose)")
+      ->type_name("NUMBER");
   app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)")->type_name("NUMBER");
   app.add_option(
          "--sampler", raw.sampler,

@@ -287,7 +287,8 @@ TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
       CHECK(candidate.light_paths == light_paths);
     }
   }
-  // With an integrator that is named, only the number of connections is open, and with adaptive splitting the children.
+  // With an integrator that is named, the number of connections is open, with local counts the light trees and the radius, too, and
+  // with adaptive splitting the children.
   options = {};
   const auto all_of = [&](IntegratorChoice integrator) { return request_for(*scene, integrator, options).candidates; };
   for (const SampleCounts& candidate : all_of(IntegratorChoice::bpt)) {
@@ -296,6 +297,18 @@ TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
   }
   CHECK(all_of(IntegratorChoice::vcm).size() == 2);
   CHECK(all_of(IntegratorChoice::ppm).empty());
+  CHECK(options.split == SplitChoice::local);
+  CHECK(all_of(IntegratorChoice::gmis).size() == 2 * 3 * 4);
+  for (const SampleCounts& candidate : all_of(IntegratorChoice::gmis)) {
+    CHECK((candidate.light_paths > 0 && candidate.connections > 0 && candidate.splats && candidate.merges));
+    CHECK(candidate.camera_children == 1);
+  }
+  options.light_paths = 1.0;
+  CHECK(all_of(IntegratorChoice::gmis).size() == 2 * 3);
+  options.light_paths.reset();
+  options.split = SplitChoice::budgeted;
+  CHECK(all_of(IntegratorChoice::gmis).size() == 2);
+  options.split = SplitChoice::local;
   options.connections = gmis::paired_connections;
   CHECK(all_of(IntegratorChoice::vcm).empty());
 }

@@ -212,8 +212,8 @@ TEST_CASE("A path that there is not: exit code 2 and one line") {
                                          {"1:8,0", "no such pixel"},
                                          {"1:light:64", "no light tree 64: an iteration has 64"}}) {
     CAPTURE(c.path);
-    const Outcome outcome =
-        run(folder, "cornell --size 8x8 --integrator gmis --connections 1 --replay " + std::string(c.path));
+    const Outcome outcome = run(
+        folder, "cornell --size 8x8 --integrator gmis --connections 1 --light-paths 1 --replay " + std::string(c.path));
     CHECK(outcome.exit_code == 2);
     CHECK(line_count(outcome.err) == 1);
     CHECK(outcome.err.find(c.part) != std::string::npos);

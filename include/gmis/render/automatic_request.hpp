@@ -66,7 +66,10 @@ struct OpenCounts {
 [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& counts,
                                                               const OpenCounts& open) {
   CountChoices choices;
-  if (!open.light_paths) choices.light_paths = {counts.light_paths};
+  if (!open.light_paths)
+    choices.light_paths = {counts.light_paths};
+  else if (!open.techniques)
+    std::erase(choices.light_paths, 0.0);
   if (!open.connections)
     choices.connections = {counts.connections};
   else if (!open.techniques)
