@@ -1,17 +1,21 @@
 // The built-in tree beside Embree 3 (single rays, ROBUST) on five meshes: rays a second, seconds to build, bytes while
-// building. Both are timed in this process, in turns. Without Embree only the built-in tree is shown.
+// building. Both are timed in this process, in turns. Without Embree only the built-in tree is shown. Prints a table in
+// Markdown; `bvh.sh` puts it into a document.
 //
 // Usage: bvh [--scale S] [--size PIXELS] [--rounds N] [--threads N] [--mesh NAME]
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "bvh/meshes.hpp"
 #include "bvh/rays.hpp"
@@ -95,40 +99,56 @@ struct BuiltIn {
   [[nodiscard]] bool is_blocked(const Ray<float>& ray) const { return bvh->is_blocked(ray); }
 };
 
-void compare(const Mesh& mesh, const Options& options) {
+/// A figure of the built-in tree and, where there is Embree, that over Embree's.
+std::string beside_embree(const char* format, double own, double other) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, own);
+  std::string cell = text;
+  if (other > 0) {
+    std::snprintf(text, sizeof text, " (%.2f)", own / other);
+    cell += text;
+  }
+  return cell;
+}
+
+void print_row(const std::vector<std::string>& cells) {
+  for (const std::string& cell : cells) std::printf("| %s ", cell.c_str());
+  std::printf("|\n");
+  std::fflush(stdout);
+}
+
+/// Prints the row of a mesh. Returns for how many rays the two trees disagree.
+std::size_t compare(const Mesh& mesh, const Options& options, const std::vector<int>& thread_counts) {
   const auto corners = mesh.corners();
   const auto count = static_cast<double>(corners.size());
-  std::printf("%s: %zu triangles\n", mesh.name.c_str(), corners.size());
+  std::vector<std::string> cells{mesh.name, std::to_string(corners.size())};
 
   gmis::scene::BuiltBvh<float> built;
 #if GMIS_HAS_EMBREE
   std::unique_ptr<EmbreeScene> embree;
 #endif
-  std::vector<int> thread_counts{1};
-  if (options.threads > 1) thread_counts.push_back(options.threads);
+  std::size_t bytes = 0;
   for (const int threads : thread_counts) {
     double own = std::numeric_limits<double>::infinity(), other = own;
-    std::size_t bytes = 0;
     for (int round = 0; round < options.rounds; ++round) {
       built = {};
       const std::size_t before = counted_memory::now;
       counted_memory::peak = before;
       Threads executor(threads);
       own = std::min(own, seconds([&] { built = BvhBuilder<float>(corners, {}).build(executor); }));
-      bytes = counted_memory::peak - before;
+      bytes = std::max(bytes, counted_memory::peak - before);
 #if GMIS_HAS_EMBREE
       embree = std::make_unique<EmbreeScene>(mesh, threads);
       other = std::min(other, seconds([&] { embree->build(); }));
 #endif
     }
-    std::printf("  build, %d thread%s  %8.3f s, %5.1f bytes a triangle at most, %5.1f kept", threads,
-                threads == 1 ? ": " : "s:", own, static_cast<double>(bytes) / count,
-                static_cast<double>(built.bvh.byte_count()) / count);
-    if (other < own * 1e9) std::printf("   Embree %8.3f s   time over Embree's %5.2f", other, own / other);
-    std::printf("\n");
+    cells.push_back(beside_embree("%.2f", own, std::isfinite(other) ? other : 0));
   }
+  cells.push_back(beside_embree("%.1f", static_cast<double>(bytes) / count, 0));
+  cells.push_back(beside_embree("%.1f", static_cast<double>(built.bvh.byte_count()) / count, 0));
 
   const BuiltIn own{&built.bvh};
+  std::size_t differences = 0;
   for (const RaySet& set : make_rays(mesh, built, options.size)) {
     std::vector<float> own_results(set.rays.size()), other_results(set.rays.size());
     ShortestTimes own_times, other_times;
@@ -143,18 +163,18 @@ void compare(const Mesh& mesh, const Options& options) {
     const auto rate = [&](const ShortestTimes& times) {
       return static_cast<double>(set.rays.size()) / times.total() / 1e6;
     };
-    std::printf("  %-8s %8zu rays   %7.3f million a second", set.name, set.rays.size(), rate(own_times));
 #if GMIS_HAS_EMBREE
-    std::size_t differences = 0;
     for (std::size_t i = 0; i < set.rays.size(); ++i) {
       const float a = own_results[i], b = other_results[i];
       differences += a == b || std::abs(a - b) <= 1e-4F * (1 + std::abs(b)) ? 0U : 1U;
     }
-    std::printf("   Embree %7.3f   rate over Embree's %5.2f   %zu results differ", rate(other_times),
-                rate(own_times) / rate(other_times), differences);
+    cells.push_back(beside_embree("%.2f", rate(own_times), rate(other_times)));
+#else
+    cells.push_back(beside_embree("%.2f", rate(own_times), 0));
 #endif
-    std::printf("\n");
   }
+  print_row(cells);
+  return differences;
 }
 
 int usage() {
@@ -184,8 +204,23 @@ int main(int argc, char** argv) {
       return usage();
   }
   if (!(options.scale > 0) || options.size < 1 || options.rounds < 1 || options.threads < 1) return usage();
+  std::vector<int> thread_counts{1};
+  if (options.threads > 1) thread_counts.push_back(options.threads);
+  std::vector<std::string> head{"mesh", "triangles"};
+  for (const int threads : thread_counts) head.push_back("built by " + std::to_string(threads) + ", s");
+  for (const char* title : {"bytes while building", "bytes kept", "camera", "diffuse", "shadow"})
+    head.emplace_back(title);
+  print_row(head);
+  print_row(std::vector<std::string>(head.size(), "---"));
+  std::size_t differences = 0;
   for (const auto& make : all_meshes()) {
     const Mesh mesh = make(options.scale);
-    if (options.mesh.empty() || mesh.name.find(options.mesh) != std::string::npos) compare(mesh, options);
+    if (options.mesh.empty() || mesh.name.find(options.mesh) != std::string::npos)
+      differences += compare(mesh, options, thread_counts);
   }
+#if GMIS_HAS_EMBREE
+  std::printf("\nIn brackets: over Embree 3. Results of %zu rays differ.\n", differences);
+#else
+  std::printf("\nWithout Embree.\n");
+#endif
 }
