@@ -359,11 +359,12 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   const Scene scene(albedo, 1.0F, size, 2, centre);
   auto wide = settings();
   wide.radius = 0.2;
-  const gmis::SampleCounts merges{1.0, 0, false, true, 1, true, true, false, 4.0};
+  const gmis::SampleCounts merges{2.0, 0, false, true, 1, true, true, false, 4.0};
   gmis::SampleCounts half = merges;  // with its own, smaller bias
   half.radius_factor = 2.0;
   auto rendered = wide;
   rendered.counts = merges;
+  rendered.counts.light_paths = 1.0;  // no part in the bias
   gmis::SerialExecutor executor;
   constexpr std::size_t count = 90;  // so many that limits hardly vary
   constexpr int iterations = 125;

@@ -121,12 +121,15 @@ class RenderPilot {
   }
 
  private:
-  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance. Few light trees, since they are
-  /// enough to tell the candidates apart.
+  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance. Few light trees, an eighth of what a
+  /// candidate may have, since they are enough to tell the candidates apart.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts, const std::vector<SampleCounts>& candidates) {
-    counts.light_paths = 0.125;
-    for (const SampleCounts& candidate : candidates)
+    double most = 1.0;
+    for (const SampleCounts& candidate : candidates) {
+      most = std::max(most, candidate.light_paths);
       if (candidate.merges) counts.radius_factor = std::max(counts.radius_factor, candidate.radius_factor);
+    }
+    counts.light_paths = most / 8.0;
     counts.connections = 2;
     counts.camera_children = 1;
     return counts;
