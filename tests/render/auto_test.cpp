@@ -98,7 +98,7 @@ TEST_CASE("The pilot's picture is that of vcm with its counts, its radius and it
   RenderRequest request = request_for(*scene, IntegratorChoice::vcm);
   gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), request.settings, gmis::all_candidates(), 100);
   request.settings.counts.connections = 2;
-  request.settings.counts.light_paths = 0.25;
+  request.settings.counts.light_paths = 0.125;
   // The mean disk of 100 iterations.
   double disk = 0;
   for (int i = 1; i <= 100; ++i) disk += std::pow(i, request.settings.alpha - 1) / 100;
@@ -297,18 +297,22 @@ TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
   }
   CHECK(all_of(IntegratorChoice::vcm).size() == 2);
   CHECK(all_of(IntegratorChoice::ppm).empty());
-  CHECK(options.split == SplitChoice::local);
-  CHECK(all_of(IntegratorChoice::gmis).size() == 2 * 3 * 4);
-  for (const SampleCounts& candidate : all_of(IntegratorChoice::gmis)) {
+  const auto all_of_split = [&](SplitChoice split) {
+    RenderRequest request;
+    request.integrator = options.integrator = IntegratorChoice::gmis;
+    request.split = options.split = split;
+    set_counts(request, options, *scene);
+    return request.candidates;
+  };
+  CHECK(all_of_split(SplitChoice::local).size() == 2 * 3 * 4);
+  for (const SampleCounts& candidate : all_of_split(SplitChoice::local)) {
     CHECK((candidate.light_paths > 0 && candidate.connections > 0 && candidate.splats && candidate.merges));
     CHECK(candidate.camera_children == 1);
   }
+  CHECK(all_of_split(SplitChoice::budgeted).size() == 2);
   options.light_paths = 1.0;
-  CHECK(all_of(IntegratorChoice::gmis).size() == 2 * 3);
+  CHECK(all_of_split(SplitChoice::local).size() == 2 * 3);
   options.light_paths.reset();
-  options.split = SplitChoice::budgeted;
-  CHECK(all_of(IntegratorChoice::gmis).size() == 2);
-  options.split = SplitChoice::local;
   options.connections = gmis::paired_connections;
   CHECK(all_of(IntegratorChoice::vcm).empty());
 }
