@@ -359,6 +359,7 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   const Scene scene(albedo, 1.0F, size, 2, centre);
   auto wide = settings();
   wide.radius = 0.2;
+  // Two light trees a pixel, of which the pilot has an eighth.
   const gmis::SampleCounts merges{2.0, 0, false, true, 1, true, true, false, 4.0};
   gmis::SampleCounts half = merges;  // with its own, smaller bias
   half.radius_factor = 2.0;

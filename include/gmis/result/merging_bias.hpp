@@ -89,10 +89,11 @@ class MergingChange {
   template <Spectrum S>
   [[nodiscard]] MergingBias bias_of(const Film<S>& film) const {
     if (!has_merged()) return {};
-    const MergingBias smooth = bias_over_tiles(film, large_tile, bias_of_change_when_smooth);
-    const MergingBias edges = bias_over_tiles(film, small_tile, bias_of_change_at_edge);
+    const std::vector<Tile> large = tiles_of(film, large_tile);
+    const MergingBias smooth = bias_over_tiles(large, large_tile, bias_of_change_when_smooth);
+    const MergingBias edges = bias_over_tiles(tiles_of(film, small_tile), small_tile, bias_of_change_at_edge);
     MergingBias larger = smooth.bound() > edges.bound() ? smooth : edges;
-    add_bias_of_mean(film, larger);
+    add_bias_of_mean(large, larger);
     return larger;
   }
 
@@ -135,10 +136,9 @@ class MergingChange {
     return sums;
   }
 
-  template <Spectrum S>
-  [[nodiscard]] MergingBias bias_over_tiles(const Film<S>& film, int side, double bias_of_change) const {
+  /// Over `sums`, those of tiles of this width.
+  [[nodiscard]] MergingBias bias_over_tiles(const std::vector<Tile>& sums, int side, double bias_of_change) const {
     const glm::ivec2 tiles = tile_counts(side), groups = tile_counts(large_tile);
-    const std::vector<Tile> sums = tiles_of(film, side);
     std::vector<double> of_groups(static_cast<std::size_t>(groups.x) * static_cast<std::size_t>(groups.y), 0.0);
     double pixels = 0.0;
     for (int y = 0; y < tiles.y; ++y)
@@ -159,10 +159,9 @@ class MergingChange {
   }
 
   /// Adds what merging does to the mean. Its standard error comes from how far the halves are apart, in each large tile.
-  template <Spectrum S>
-  void add_bias_of_mean(const Film<S>& film, MergingBias& bias) const {
+  static void add_bias_of_mean(const std::vector<Tile>& large, MergingBias& bias) noexcept {
     double value = 0.0, change = 0.0, squared_error = 0.0;
-    for (const Tile& tile : tiles_of(film, large_tile)) {
+    for (const Tile& tile : large) {
       value += tile.value;
       change += 0.5 * (tile.change[0] + tile.change[1]);
       squared_error += square(0.5 * (tile.change[0] - tile.change[1]));
