@@ -72,10 +72,11 @@ Emission emission_of(const std::string& name) {
   throw InputError("--emission " + in_quotes(name) + " is not known: use power or learned");
 }
 
-VertexCounts vertex_counts_of(const std::string& name) {
-  if (name == "uniform") return VertexCounts::uniform;
-  if (name == "learned") return VertexCounts::learned;
-  throw InputError("--counts " + in_quotes(name) + " is not known: use uniform or learned");
+template <class Counts>
+Counts counts_of(const char* option, const std::string& name) {
+  if (name == "uniform") return Counts::uniform;
+  if (name == "learned") return Counts::learned;
+  throw InputError(std::string(option) + " " + in_quotes(name) + " is not known: use uniform or learned");
 }
 
 Sampler sampler_of(const std::string& name) {
@@ -104,7 +105,8 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius, sampler = "sobol", lights = "power", emission = "power", counts = "uniform";
+  std::string replay, aov, isa, radius, sampler = "sobol", lights = "power", emission = "power", counts = "uniform",
+                                        pixel_counts = "uniform";
   std::string tone = "clamp", completion;
   double seconds = 0, relative_error = 0;
   bool manual = false;
@@ -156,6 +158,10 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("power|learned");
   app.add_option("--counts", raw.counts,
                  "Samples at a camera vertex: uniform (the default), or learned: more where they pay, fewer elsewhere")
+      ->type_name("uniform|learned");
+  app.add_option(
+         "--pixel-counts", raw.pixel_counts,
+         "Camera subpaths of a pixel in an iteration: uniform (one, the default), or learned: more where they pay")
       ->type_name("uniform|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)")->type_name("NUMBER");
@@ -347,7 +353,10 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   options.sampler = sampler_of(raw.sampler);
   options.lights = lights_of(raw.lights);
   options.emission = emission_of(raw.emission);
-  options.vertex_counts = vertex_counts_of(raw.counts);
+  options.vertex_counts = counts_of<VertexCounts>("--counts", raw.counts);
+  options.pixel_counts = counts_of<PixelCounts>("--pixel-counts", raw.pixel_counts);
+  if (options.vertex_counts == VertexCounts::learned && options.pixel_counts == PixelCounts::learned)
+    throw InputError("--counts learned and --pixel-counts learned do not go together: choose one of them");
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);

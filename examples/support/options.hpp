@@ -43,6 +43,7 @@ struct Options {
   Sampler sampler = Sampler::sobol;
   Emission emission = Emission::power;                             ///< of light subpaths
   VertexCounts vertex_counts = VertexCounts::uniform;              ///< numbers of samples at camera vertices
+  PixelCounts pixel_counts = PixelCounts::uniform;                 ///< numbers of camera subpaths
   scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events
   std::optional<std::array<int, 2>> size;
   int max_depth = 16;

@@ -67,6 +67,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.sampler = options.sampler;
   request.settings.emission = options.emission;
   request.settings.vertex_counts = options.vertex_counts;
+  request.settings.pixel_counts = options.pixel_counts;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;
@@ -130,6 +131,8 @@ std::string explain(const Options& options, const RenderRequest& request, const 
     text << "\nemission    of light subpaths learned: where their light is needed";
   if (options.vertex_counts == VertexCounts::learned)
     text << "\ncounts      of samples at camera vertices learned: more where they pay, fewer elsewhere";
+  if (options.pixel_counts == PixelCounts::learned)
+    text << "\ncounts      of camera subpaths learned: more in the pixels where they pay";
   text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);
   if (request.candidates.size() > 1)
     text << "choice      a pilot chooses among " << request.candidates.size()

@@ -196,6 +196,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["isa"] = instruction_set;
   json["emission"] = facts.options->emission == Emission::learned ? "learned" : "power";
   json["vertex_counts"] = facts.options->vertex_counts == VertexCounts::learned ? "learned" : "uniform";
+  json["pixel_counts"] = facts.options->pixel_counts == PixelCounts::learned ? "learned" : "uniform";
   json["sampler"] = facts.options->sampler == Sampler::sobol ? "sobol" : "independent";
   json["scene"] = options.scene;
   json["width"] = result.image.width;

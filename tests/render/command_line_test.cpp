@@ -902,6 +902,38 @@ TEST_CASE("--counts: samples at camera vertices") {
   CHECK(explained.out.find("of samples at camera vertices learned") != std::string::npos);
 }
 
+TEST_CASE("--pixel-counts: camera subpaths of a pixel") {
+  const ScratchFolder folder;
+  const std::string same = "cornell --size 24x24 --integrator bpt --connections 1 --out a.pfm ";
+  const auto stats_of = [&](const std::string& arguments) {
+    const auto made = run(folder, same + arguments + " --quiet --stats a.json");
+    INFO(made.err);
+    REQUIRE(made.exit_code == 0);
+    return nlohmann::json::parse(text_of(folder / "a.json"));
+  };
+  const auto learned = stats_of("--iterations 9 --pixel-counts learned"), uniform = stats_of("--iterations 9");
+  CHECK(learned["pixel_counts"] == "learned");
+  CHECK(uniform["pixel_counts"] == "uniform");
+  CHECK(uniform["counts"]["camera_paths"] == 9 * 24 * 24);
+  CHECK(learned["counts"]["camera_paths"] >= (9 + 4) * 24 * 24);  // two subpaths a pixel while they are learned
+  CHECK(stats_of("--iterations 9 --pixel-counts learned --threads 2")["image_hash"] == learned["image_hash"]);
+  for (const char* first : {"2", "6"}) {
+    CAPTURE(first);
+    REQUIRE(run(folder, same + "--pixel-counts learned --quiet --checkpoint a.ck --iterations " + first).exit_code ==
+            0);
+    CHECK(stats_of("--iterations 9 --pixel-counts learned --resume a.ck")["image_hash"] == learned["image_hash"]);
+  }
+  const auto refused = run(folder, same + "--iterations 9 --resume a.ck");
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("the choice of pixel counts differs") != std::string::npos);
+  CHECK(run(folder, same + "--pixel-counts all")
+            .err.find("--pixel-counts \"all\" is not known: use uniform or learned") != std::string::npos);
+  CHECK(run(folder, same + "--pixel-counts learned --counts learned").err.find("do not go together") !=
+        std::string::npos);
+  const auto explained = run(folder, same + "--iterations 1 --pixel-counts learned --explain");
+  CHECK(explained.out.find("of camera subpaths learned") != std::string::npos);
+}
+
 TEST_CASE("Progress: within an iteration, and what is not known is not 0") {
   using gmis::tools::Progress;
   gmis::Budget goal;

@@ -20,6 +20,7 @@
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/checkpoint.hpp"
 #include "gmis/render/merging_disk.hpp"
+#include "gmis/render/merging_gain.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/render/run_identity.hpp"
@@ -147,7 +148,7 @@ class Render {
     made_.rejected_paths.assign(rejected.paths().begin(), rejected.paths().end());
     made_.phases = engine_->seconds();
     note_engine();
-    choose_disk();
+    adapt_merging();
     update_forecast(cpu_before, wall_before);
     update_error();
     if (made_.log.is_due(made_.state.iterations)) add_to_log();
@@ -272,6 +273,8 @@ class Render {
     made_.film.add_iteration(frame_);
     made_.merging.add_iteration(in_crop(engine_->merging_change(), changes_));
     made_.disks += square(engine_->radius());
+    made_.gain.add_iteration(engine_->merged_light() / static_cast<double>(std::max<std::size_t>(1, frame_.size())),
+                             engine_->radius());
     if (made_.batches) made_.batches->add_iteration(frame_);
     // With replications, even and odd iterations belong to different ones, too.
     if (request_.halves) made_.halves[made_.state.iterations % 2].add_iteration(frame_);
@@ -283,23 +286,46 @@ class Render {
     ++made_.state.iterations;
   }
 
-  /// After 4, 8, 16 … iterations: the disk of what is left of a run whose radius a pilot has chosen. A pilot can hardly see the
-  /// bias of merging; the iterations so far have measured it. The radius becomes at most what the pilot chose, for larger ones
-  /// have their costs, and at least that of the settings.
-  void choose_disk() {
+  /// After 4, 8, 16 … iterations of a run whose radius a pilot has chosen: disk and gain of what is left. A pilot can hardly see
+  /// the bias of merging; the iterations so far have measured it.
+  void adapt_merging() {
     const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
     const std::uint32_t n = made_.state.iterations;
     const Choice* const choice = engine_->choice();
-    if (choice == nullptr || n < 4 || !std::has_single_bit(n) || !(made_.expected_law.merging > 0.0)) return;
+    if (choice == nullptr || !choice->chosen || n < 4 || !std::has_single_bit(n)) return;
     const std::optional<MergingBias> bias = made_.merging_bias();
-    if (!bias || !(bias->relative_bias > 0.0)) return;
-    const double factor = engine_->counts().radius_factor, disk = square(engine_->first_radius());
+    if (!bias) return;
     const std::uint32_t length = std::max(2 * n, choice->expected_iterations);
+    choose_disk(*choice, *bias, length);
+    choose_gain(*bias, length);
+  }
+
+  /// The radius becomes at most what the pilot chose, for larger ones have their costs, and at least that of the settings.
+  void choose_disk(const Choice& choice, const MergingBias& bias, std::uint32_t length) {
+    if (!(made_.expected_law.merging > 0.0) || !(bias.relative_bias > 0.0)) return;
+    const double factor = engine_->counts().radius_factor, disk = square(engine_->first_radius());
     const double merging = made_.expected_law.merging * made_.expected_law.remaining_at(length);
-    const double best =
-        best_first_disk({n, made_.disks, square(bias->relative_bias)}, merging * disk, request_.settings.alpha, length);
-    const double chosen = choice->forecasts[*choice->chosen].counts.radius_factor;
+    const double best = best_first_disk({made_.state.iterations, made_.disks, square(bias.relative_bias)},
+                                        merging * disk, request_.settings.alpha, length);
+    const double chosen = choice.forecasts[*choice.chosen].counts.radius_factor;
     engine_->merge_within(std::clamp(factor * std::sqrt(best / disk), std::min(1.0, chosen), chosen));
+  }
+
+  /// What may be noise is made up for in part: a bias b with the standard error s by 1 − s²/b².
+  void choose_gain(const MergingBias& bias, std::uint32_t length) {
+    const double mean = estimate_of(made_.film).mean, n = made_.state.iterations;
+    const double of_merging = bias.of_mean * mean - made_.gain.made_up() / n;
+    const double error = bias.standard_error_of_mean * mean;
+    if (!(square(of_merging) > square(error))) {
+      made_.gain.choose(0.0, 0.0, 0.0);
+    } else {
+      const double exponent = 0.5 * (request_.settings.alpha + 1.0);  // r_i = r_1 i^(exponent − 1)
+      const double radii = engine_->first_radius() *
+                           (length * mean_disk(exponent, length) - n * mean_disk(exponent, made_.state.iterations));
+      made_.gain.choose(n * of_merging * (1.0 - square(error / of_merging)), radii,
+                        engine_->first_radius() * std::pow(n + 1.0, exponent - 1.0));
+    }
+    engine_->scale_merging(made_.gain.per_radius());
   }
 
   void update_error() {

@@ -101,6 +101,7 @@ struct RunIdentity {
   identity.add("the sampler", static_cast<int>(settings.sampler));
   identity.add("the emission", static_cast<int>(settings.emission));
   identity.add("the choice of vertex counts", static_cast<int>(settings.vertex_counts));
+  identity.add("the choice of pixel counts", static_cast<int>(settings.pixel_counts));
   identity.add("the greatest depth", settings.max_depth);
   identity.add("the merging radius", settings.radius ? *settings.radius : 0.0);
   identity.add("alpha", settings.alpha);

@@ -13,6 +13,7 @@
 
 #include "gmis/render/contribution_sums.hpp"
 #include "gmis/render/expected_law.hpp"
+#include "gmis/render/merging_gain.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
@@ -40,6 +41,7 @@ struct RunRecord {
   TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
   ClassSums<S> classes;                      ///< empty sums unless they are asked for
   MergingChange merging;                     ///< what the disk changes
+  MergingGain gain;                          ///< what makes up for the bias of the mean
   double disks = 0.0;                        ///< sum of the squared merging radii of all iterations, in scene units
   ConvergenceLog log;                        ///< error and time so far
   RunState state;                            ///< iterations and wall time so far
@@ -72,7 +74,7 @@ struct RunRecord {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, expected_law, merging, disks, radius, photon_bytes);
+            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);
@@ -105,6 +107,7 @@ struct RunRecord {
   /// mean something only together with their run's seed.
   void join(const RunRecord& other) {
     merging.join(other.merging);
+    gain.join(other.gain);
     disks += other.disks;
     film.join(other.film);
     for (std::size_t i = 0; i < halves.size(); ++i) halves[i].join(other.halves[i]);
@@ -185,7 +188,11 @@ struct RunRecord {
 
   /// As in `RenderSummary`.
   [[nodiscard]] std::optional<MergingBias> merging_bias() const {
-    return merging.is_known() ? std::optional(merging.bias_of(film)) : std::nullopt;
+    if (!merging.is_known()) return std::nullopt;
+    MergingBias bias = merging.bias_of(film);
+    if (gain.made_up() != 0.0)
+      bias.of_mean += gain.made_up() / static_cast<double>(film.iterations()) / estimate_of(film).mean;
+    return bias;
   }
 
   /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much as 16 of them.

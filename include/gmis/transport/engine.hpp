@@ -14,6 +14,7 @@
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/transport/counts/count_learner.hpp"
+#include "gmis/transport/counts/pixel_count_learner.hpp"
 #include "gmis/transport/emission/learn_emission.hpp"
 #include "gmis/transport/method.hpp"
 #include "gmis/transport/photons/pixel_width.hpp"
@@ -41,7 +42,7 @@ struct PhaseSeconds {
 };
 
 /// The engine behind all integrators. An iteration traces the light trees, builds the grid of light vertices and traces
-/// one camera subpath per pixel. `RenderSettings::counts` select the techniques; the engine skips all work that none of
+/// one camera subpath per pixel, or more where a `PixelCountTable` says so. `RenderSettings::counts` select the techniques; the engine skips all work that none of
 /// them needs.
 ///
 /// Work is divided into chunks of fixed size, which are merged in their order. The same seed therefore gives the same
@@ -79,9 +80,11 @@ class Engine {
   /// iteration is measured again, with the same result.
   template <class Archive>
   void exchange_state(Archive& archive) {
-    archive(iteration_, settings_.counts.radius_factor, counters_, light_work_, rejections_, seconds_);
+    archive(iteration_, settings_.counts.radius_factor, merging_gain_, counters_, light_work_, rejections_, seconds_);
     if (has_vertex_counts()) archive(learner_, has_table_, count_table_);
     if (!count_table_.fits(frame_.size())) count_table_ = {};  // a broken archive
+    if (has_pixel_counts()) archive(pixel_learner_, has_pixel_table_, pixel_table_, pixels_known_);
+    if (!pixel_table_.fits(frame_.size())) pixel_table_ = {};
   }
 
   /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide must not depend on samples
@@ -102,6 +105,19 @@ class Engine {
     return count_table_.is_empty() ? nullptr : &count_table_;
   }
 
+  /// Traces as many camera subpaths a pixel as `table` says from the next iteration on; it must have the pixels of the frame and must
+  /// not depend on samples of the iterations that it serves. Call it before the first iteration with `RenderSettings::pixel_counts`
+  /// learned: nothing is learned then.
+  void use_pixel_counts(PixelCountTable table) {
+    has_pixel_table_ = true;
+    pixels_known_ = iteration_;
+    pixel_table_ = std::move(table);
+  }
+  /// The numbers of camera subpaths; null before they are learned, and when they would gain little.
+  [[nodiscard]] const PixelCountTable* pixel_counts() const noexcept {
+    return pixel_table_.is_empty() ? nullptr : &pixel_table_;
+  }
+
   /// The guide of emission, which is learned before the first iteration; null without one.
   [[nodiscard]] const EmissionGuide<Sc>* emission_guide() const noexcept {
     return guide_.is_empty() ? nullptr : &guide_;
@@ -111,8 +127,8 @@ class Engine {
   /// The engine must not have rendered anything. The same iteration may be prepared again, but no other one.
   template <Executor E>
   void prepare_replay(E& executor, std::uint32_t iteration) {
-    if (has_vertex_counts() && !has_table_)  // a table comes from the iterations before
-      while (iteration_ + 1 < iteration && !has_table_) iterate(executor);
+    // Tables come from the iterations before.
+    while (iteration_ + 1 < iteration && (learns_counts() || learns_pixel_counts())) iterate(executor);
     iteration_ = iteration - 1;
     begin_iteration(executor);
   }
@@ -176,6 +192,19 @@ class Engine {
   /// shrinking as if it had been so from the first iteration. It must not depend on samples of the iterations that it serves.
   void merge_within(double radius_factor) noexcept { settings_.counts.radius_factor = radius_factor; }
 
+  /// Multiplies what is merged by 1 + `per_radius` r_i from the next iteration on (`MergingGain`); weights stay as they are. It must
+  /// not depend on samples of the iterations that it serves.
+  void scale_merging(double per_radius) noexcept { merging_gain_ = per_radius; }
+  /// The `per_radius` of the next iteration.
+  [[nodiscard]] double merging_gain() const noexcept { return merging_gain_; }
+  /// What the latest iteration merged: mean over channels, summed over the pixels of the crop; 0 when merging is off.
+  [[nodiscard]] double merged_light() const noexcept {
+    double sum = 0.0;
+    if constexpr (observes_merges<Output>)
+      for (const Output& output : camera_outputs_) sum += output.merged_light();
+    return sum;
+  }
+
   /// Number of light vertices that merging gathers in the latest iteration; 0 when merging is off.
   [[nodiscard]] std::size_t photon_count() const noexcept {
     return counts().has(Technique::merge) ? cache_.photons().size() : 0;
@@ -188,20 +217,36 @@ class Engine {
 
   /// The data that all techniques read in the latest iteration. It holds references into this engine.
   [[nodiscard]] Context context() const { return context_for(iteration_, counts()); }
-  /// The source of random numbers for one path of the context's iteration.
-  [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number) {
+  /// The source of random numbers for one path of the context's iteration. `subpath`: its number among those of its pixel.
+  [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number,
+                                         std::uint32_t subpath = 0) {
     const bool is_light = kind == PathKind::light;
+    // While numbers of subpaths are learned, all but the first one are independent of it.
+    const bool is_independent = subpath > 0 && context.schedule.uniform > 1;
     if constexpr (std::same_as<Source, SampleNumbers>)
-      if (context.sampler == Sampler::sobol) [[unlikely]] {
+      if (context.sampler == Sampler::sobol && !is_independent) [[unlikely]] {
         // Camera subpaths: a sequence a pixel, over the iterations of a replication. Light trees: one sequence over all
         // trees of all these iterations.
         const std::uint32_t replication = (context.iteration - 1) % sobol_replications;
         const std::uint64_t index = (context.iteration - 1) / sobol_replications;
         return is_light ? SampleNumbers::sobol(context.seed, replication, 0, sobol_light_stream,
                                                index * context.tree_count + number, 26)
-                        : SampleNumbers::sobol(context.seed, replication, number, sobol_camera_stream, index, 12);
+                        : SampleNumbers::sobol(context.seed, replication, number, sobol_camera_stream,
+                                               context.schedule.first_point(number) + subpath, 12);
       }
-    return Source(context.seed, context.iteration, number, is_light ? light_stream : camera_stream);
+    const std::uint32_t camera = subpath == 0 ? camera_stream : further_camera_streams + subpath;
+    return Source(context.seed, context.iteration, number, is_light ? light_stream : camera);
+  }
+  /// Calls `trace(pixel, source, share)` for each camera subpath of a pixel (its index in the frame) in the context's iteration. The
+  /// pixel is the sum of their values, each multiplied by `share`.
+  template <class Trace>
+  static void trace_pixel(const Context& context, std::uint32_t pixel, Trace&& trace) {
+    const auto width = static_cast<std::uint32_t>(context.resolution.x);
+    const glm::ivec2 place(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
+    const std::uint32_t count = context.schedule.count(pixel);
+    const T share = T(1) / static_cast<T>(count);
+    for (std::uint32_t subpath = 0; subpath < count; ++subpath)
+      trace(place, numbers_of(context, PathKind::camera, pixel, subpath), share);
   }
 
  private:
@@ -213,7 +258,8 @@ class Engine {
     camera_stream = 1,
     census_stream = 2,
     sobol_light_stream = 4,
-    sobol_camera_stream = 5
+    sobol_camera_stream = 5,
+    further_camera_streams = 16  // 17 to 23
   };
 
   void check_settings() const;
@@ -245,6 +291,16 @@ class Engine {
   /// Learns from the latest iteration, which `work` was done for.
   void learn_counts(const Counters& work);
 
+  /// True when the numbers of camera subpaths are learned, or are to be.
+  [[nodiscard]] bool has_pixel_counts() const noexcept {
+    return settings_.pixel_counts == PixelCounts::learned && counts().traces_camera();
+  }
+  [[nodiscard]] bool learns_pixel_counts() const noexcept { return has_pixel_counts() && !has_pixel_table_; }
+  /// Learns from the latest iteration, which `work` was done for.
+  void learn_pixel_counts(const Counters& work);
+  /// The camera subpaths of an iteration.
+  [[nodiscard]] PixelSchedule schedule_for(std::uint32_t iteration) const noexcept;
+
   /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing
   /// to the picture: weights must not depend on the samples that they weight.
   template <Executor E>
@@ -274,7 +330,8 @@ class Engine {
   glm::ivec2 resolution_;
   PixelBounds crop_;
   Split split_;
-  double radius_ = 0.0;  // r_1 for a radius factor of 1
+  double radius_ = 0.0;        // r_1 for a radius factor of 1
+  double merging_gain_ = 0.0;  // q of `MergingGain`
   double vertices_per_tree_ = 0.0;
   std::size_t light_tree_count_ = 0;
   std::vector<Output> light_outputs_;
@@ -291,6 +348,10 @@ class Engine {
   EmissionGuide<Sc> guide_;
   CountLearner<T> learner_;
   CountTable<T> count_table_;
+  PixelCountLearner pixel_learner_;
+  PixelCountTable pixel_table_;
+  std::uint32_t pixels_known_ = 0;  // iterations before the numbers of subpaths were known
+  bool has_pixel_table_ = false;
 };
 
 /// Path tracing: the engine without a light side.
@@ -318,13 +379,13 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
   if (counts().has(Technique::merge)) radius_ = settings.radius ? *settings.radius : default_radius(scene);
   const glm::ivec2 size = glm::max(crop_.upper - crop_.lower, glm::ivec2(0));
   camera_outputs_.resize(static_cast<std::size_t>(size.y));
-  if (has_vertex_counts()) {
-    const auto width = static_cast<std::size_t>(resolution_.x);
-    learner_ =
-        CountLearner<T>(width, static_cast<std::size_t>(resolution_.y),
-                        static_cast<std::size_t>(crop_.lower.y) * width + static_cast<std::size_t>(crop_.lower.x),
-                        static_cast<std::size_t>(size.x), static_cast<std::size_t>(size.y));
-  }
+  const auto width = static_cast<std::size_t>(resolution_.x);
+  const CropPixels crop_pixels{
+      width, static_cast<std::size_t>(resolution_.y),
+      static_cast<std::size_t>(crop_.lower.y) * width + static_cast<std::size_t>(crop_.lower.x),
+      static_cast<std::size_t>(size.x), static_cast<std::size_t>(size.y)};
+  if (has_vertex_counts()) learner_ = CountLearner<T>(crop_pixels);
+  if (has_pixel_counts()) pixel_learner_ = PixelCountLearner(crop_pixels);
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -363,6 +424,11 @@ void Engine<Sc, Method_, Source>::check_settings() const {
                    "start_numbers and emission_along (core/guided_light.hpp)");
   require_argument(settings_.vertex_counts == VertexCounts::uniform || !observes_children<Output>,
                    "RenderSettings::vertex_counts is learned, but this engine is that of a pilot: use uniform");
+  require_argument(settings_.pixel_counts == PixelCounts::uniform || !observes_children<Output>,
+                   "RenderSettings::pixel_counts is learned, but this engine is that of a pilot: use uniform");
+  require_argument(
+      settings_.pixel_counts == PixelCounts::uniform || settings_.vertex_counts == VertexCounts::uniform,
+      "RenderSettings::pixel_counts and RenderSettings::vertex_counts are both learned: choose one of them");
   if constexpr (Split::splits_light) {
     require_argument(settings_.vertex_counts == VertexCounts::uniform || counts.camera_children == 1,
                      "RenderSettings::vertex_counts is learned: an engine that splits light trees then needs "
@@ -404,30 +470,32 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
   expected.splat = counts.has(Technique::splat) ? trees : T(0);
   expected.merge = counts.has(Technique::merge) ? merge_area : T(0);
   expected.merges_first = !counts.local_merges;
-  return {.scene = scene_,
-          .recursion = typename Context::Recursion(expected),
-          .split = split_,
-          .grid = grid_,
-          .cache = cache_,
-          .counts = counts,
-          .has = {.emitter_hit = counts.has(Technique::emitter_hit),
-                  .next_event = counts.has(Technique::next_event),
-                  .connect = counts.has(Technique::connect),
-                  .splat = counts.has(Technique::splat),
-                  .merge = counts.has(Technique::merge)},
-          .connection_scale = connection_scale,
-          .crop = crop_,
-          .resolution = resolution_,
-          .seed = settings_.seed,
-          .sampler = settings_.sampler,
-          .iteration = iteration,
-          .max_depth = settings_.max_depth,
-          .tree_count = light_tree_count_,
-          .merge_normalization = merge_area > T(0) ? T(1) / merge_area : T(0),
-          .inverse_radius_squared = radius > T(0) ? T(1) / (radius * radius) : T(0),
-          .filter = PathFilter(settings_.path_classes),
-          .guide = emission_guide(),
-          .count_table = count_table()};
+  return {
+      .scene = scene_,
+      .recursion = typename Context::Recursion(expected),
+      .split = split_,
+      .grid = grid_,
+      .cache = cache_,
+      .counts = counts,
+      .has = {.emitter_hit = counts.has(Technique::emitter_hit),
+              .next_event = counts.has(Technique::next_event),
+              .connect = counts.has(Technique::connect),
+              .splat = counts.has(Technique::splat),
+              .merge = counts.has(Technique::merge)},
+      .connection_scale = connection_scale,
+      .crop = crop_,
+      .resolution = resolution_,
+      .seed = settings_.seed,
+      .sampler = settings_.sampler,
+      .iteration = iteration,
+      .max_depth = settings_.max_depth,
+      .tree_count = light_tree_count_,
+      .merge_normalization = merge_area > T(0) ? (T(1) + static_cast<T>(merging_gain_) * radius) / merge_area : T(0),
+      .inverse_radius_squared = radius > T(0) ? T(1) / (radius * radius) : T(0),
+      .filter = PathFilter(settings_.path_classes),
+      .guide = emission_guide(),
+      .count_table = count_table(),
+      .schedule = schedule_for(iteration)};
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -441,6 +509,7 @@ void Engine<Sc, Method_, Source>::iterate(E& executor) {
     std::fill(frame_.begin(), frame_.end(), S(T(0)));
   if (counts().has(Technique::splat)) add_splats();
   if (learns_counts()) learn_counts(counters_ - before);
+  if (learns_pixel_counts()) learn_pixel_counts(counters_ - before);
   for_each_output([this](Output& output) { rejections_.append(output.rejections(), iteration_); });
 }
 
@@ -452,6 +521,28 @@ void Engine<Sc, Method_, Source>::learn_counts(const Counters& work) {
   if (auto table = learner_.table()) count_table_ = std::move(*table);
   has_table_ = true;
   learner_ = {};
+}
+
+template <Scene Sc, class Method_, class Source>
+void Engine<Sc, Method_, Source>::learn_pixel_counts(const Counters& work) {
+  const Stopwatch stopwatch(seconds_.film);
+  pixel_learner_.end_iteration(std::span<const S>(frame_), cost_of(work));
+  if (pixel_learner_.seen() < PixelCountLearner::iterations) return;
+  if (auto table = pixel_learner_.table()) pixel_table_ = std::move(*table);
+  has_pixel_table_ = true;
+  pixels_known_ = iteration_;
+  pixel_learner_ = {};
+}
+
+template <Scene Sc, class Method_, class Source>
+PixelSchedule Engine<Sc, Method_, Source>::schedule_for(std::uint32_t iteration) const noexcept {
+  const std::uint64_t rounds = iteration > 0 ? (iteration - 1) / sobol_replications : 0;
+  if (!has_pixel_counts()) return {nullptr, 1, 0, rounds};
+  if (!has_pixel_table_) return {nullptr, PixelCountLearner::subpaths, rounds, 0};
+  // Of the same replication, the iterations before the numbers were known.
+  const std::uint32_t first = iteration - static_cast<std::uint32_t>(rounds) * sobol_replications;
+  const std::uint64_t before = first > pixels_known_ ? 0 : (pixels_known_ - first) / sobol_replications + 1;
+  return {pixel_counts(), 1, before, rounds - std::min(before, rounds)};
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -523,6 +614,7 @@ template <Scene Sc, class Method_, class Source>
 template <Executor E>
 void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& context) {
   const Stopwatch stopwatch(seconds_.camera);
+  const bool learns_pixels = learns_pixel_counts();
   executor.parallel_for(camera_outputs_.size(), [&](std::size_t row) {
     Output& output = camera_outputs_[row];
     output.clear();
@@ -540,8 +632,17 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
         }
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
       if (log != nullptr) subpath.log_to(learner_.is_logged(pixel) ? log : nullptr);
-      subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
+      const Counters before = learns_pixels ? output.counters() : Counters{};
+      [[maybe_unused]] T but_last(0);
+      trace_pixel(context, static_cast<std::uint32_t>(pixel), [&](glm::ivec2 place, const Source& numbers, T share) {
+        if (learns_pixels) [[unlikely]]
+          but_last = mean_channel(output.take_pixel());
+        subpath.trace(place, pixel, numbers, share);
+      });
       frame_[pixel] = output.take_pixel();
+      if (learns_pixels) [[unlikely]]
+        pixel_learner_.note(pixel, 2.0 * static_cast<double>(mean_channel(frame_[pixel]) - T(2) * but_last),
+                            cost_of(output.counters() - before));
       if constexpr (observes_merges<Output>)
         if (!merging_change_.empty()) merging_change_[pixel] = output.merging_change();
     }

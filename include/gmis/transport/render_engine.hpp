@@ -119,6 +119,22 @@ class RenderEngine {
         },
         engine_);
   }
+  /// As `Engine::scale_merging`, after a pilot.
+  void scale_merging(double per_radius) {
+    std::visit(
+        [&](auto& engine) {
+          if constexpr (requires { engine.scale_merging(per_radius); }) engine.scale_merging(per_radius);
+        },
+        engine_);
+  }
+  /// As `Engine::merging_gain`.
+  [[nodiscard]] double merging_gain() const {
+    return visit([](const auto& engine) { return engine.merging_gain(); });
+  }
+  /// As `Engine::merged_light`.
+  [[nodiscard]] double merged_light() const {
+    return visit([](const auto& engine) { return engine.merged_light(); });
+  }
   /// The counts of the latest iteration.
   [[nodiscard]] const SampleCounts& counts() const {
     return visit([](const auto& engine) -> const SampleCounts& { return engine.counts(); });

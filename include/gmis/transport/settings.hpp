@@ -22,6 +22,10 @@ enum class Emission : std::uint8_t { power, learned };
 /// the first iterations and used where they are predicted to gain (`learned`, counts/count_learner.hpp).
 enum class VertexCounts : std::uint8_t { uniform, learned };
 
+/// Numbers of camera subpaths of a pixel: one everywhere (`uniform`), or functions of the pixel, learned in the first iterations and
+/// used where they are predicted to gain (`learned`, counts/pixel_counts.hpp).
+enum class PixelCounts : std::uint8_t { uniform, learned };
+
 /// The settings of a run.
 struct RenderSettings {
   SampleCounts counts;     ///< techniques and their numbers of samples, for example one of `gmis::integrators`
@@ -34,10 +38,11 @@ struct RenderSettings {
   double alpha = 2.0 / 3.0;      ///< r_i = r_1 i^((α−1)/2)
   Emission emission = Emission::power;  ///< `learned` needs lights that model `GuidableLight`
   VertexCounts vertex_counts =
-      VertexCounts::uniform;                  ///< `learned` takes the place of `SampleCounts::camera_children` above 1
-  LightSplit light_split = LightSplit::none;  ///< must be `none` for an engine that does not split light trees
-  Scheme scheme = Scheme::N3;                 ///< MIS scheme that draws the children of a split vertex
-  int rounds = 1;                             ///< k: a split light vertex with N lobes has M = kN children
+      VertexCounts::uniform;  ///< `learned` takes the place of `SampleCounts::camera_children` above 1
+  PixelCounts pixel_counts = PixelCounts::uniform;  ///< not together with learned `vertex_counts`
+  LightSplit light_split = LightSplit::none;        ///< must be `none` for an engine that does not split light trees
+  Scheme scheme = Scheme::N3;                       ///< MIS scheme that draws the children of a split vertex
+  int rounds = 1;                                   ///< k: a split light vertex with N lobes has M = kN children
   int light_tree_budget = 20;  ///< samples that a light tree may draw before it stops splitting [Liu, Algorithm 1]
   /// When set, every path is classified and only paths of these classes are made.
   std::optional<PathClassSet> path_classes;

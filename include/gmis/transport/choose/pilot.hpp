@@ -141,8 +141,10 @@ class RenderPilot {
         settings.radius.value_or(default_radius(scene)) * std::sqrt(mean_disk(settings.alpha, expected_iterations));
     settings.alpha = 1.0;
     settings.light_split = LightSplit::none;
-    settings.vertex_counts = VertexCounts::uniform;  // forecasts are for one sample of everything
-    settings.sampler = Sampler::independent;         // forecasts compare iterations
+    // Forecasts are for one sample of everything.
+    settings.vertex_counts = VertexCounts::uniform;
+    settings.pixel_counts = PixelCounts::uniform;
+    settings.sampler = Sampler::independent;  // forecasts compare iterations
     settings.counts = made;
     return settings;
   }

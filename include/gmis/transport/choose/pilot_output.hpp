@@ -290,6 +290,8 @@ class PilotOutput {
 
   /// As `FilmOutput::merging_change`, for the pilot's own disk.
   [[nodiscard]] float merging_change() const noexcept { return film_.merging_change(); }
+  /// As `FilmOutput::merged_light`.
+  [[nodiscard]] double merged_light() const noexcept { return film_.merged_light(); }
 
   [[nodiscard]] std::size_t pixel_count() const noexcept { return pixels_.size(); }
   [[nodiscard]] PixelRecord pixel(std::size_t i) const noexcept {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gmis/core/spectrum.hpp"
+#include "gmis/transport/counts/crop_pixels.hpp"
 #include "gmis/transport/counts/learn_counts.hpp"
 
 namespace gmis {
@@ -27,13 +28,11 @@ class CountLearner {
   static constexpr T least_count = T(0.25);
 
   CountLearner() = default;
-  /// For a crop of `width` × `height` pixels in a frame of `frame_width` × `frame_height`; `first` is its upper left pixel.
-  CountLearner(std::size_t frame_width, std::size_t frame_height, std::size_t first, std::size_t width,
-               std::size_t height)
-      : frame_width_(frame_width), first_(first), width_(width), height_(height), logs_(height) {
-    sums_.assign(frame_width * frame_height, 0.0);
+  /// For the pixels of a crop.
+  explicit CountLearner(const CropPixels& crop) : crop_(crop), logs_(crop.height) {
+    sums_.assign(crop.frame_size(), 0.0);
     squares_ = sums_;
-    stride_ = std::max<std::size_t>(1, (width * height * iterations + most_paths - 1) / most_paths);
+    stride_ = std::max<std::size_t>(1, (crop.size() * iterations + most_paths - 1) / most_paths);
   }
 
   /// Iterations so far.
@@ -42,7 +41,7 @@ class CountLearner {
   [[nodiscard]] VertexLog<T>& log(std::size_t row) noexcept { return logs_[row]; }
   /// True when the subpath of this pixel is logged in the present iteration: every pixel in one of `stride_` iterations.
   [[nodiscard]] bool is_logged(std::size_t pixel) const noexcept {
-    return (pixel % frame_width_ + pixel / frame_width_ + seen_) % stride_ == 0;
+    return (pixel % crop_.frame_width + pixel / crop_.frame_width + seen_) % stride_ == 0;
   }
 
   /// Ends an iteration with this picture. `cost` is that of all its work, in the unit of `vertex_costs`.
@@ -53,10 +52,8 @@ class CountLearner {
       sums_[pixel] += value;
       squares_[pixel] += square(value);
     }
-    for (std::size_t row = 0; row < height_; ++row) {
-      records_.insert(records_.end(), logs_[row].records().begin(), logs_[row].records().end());
-      for (std::size_t x = 0; x < width_; ++x) paths_ += is_logged(first_ + row * frame_width_ + x) ? 1.0 : 0.0;
-    }
+    for (const VertexLog<T>& log : logs_) records_.insert(records_.end(), log.records().begin(), log.records().end());
+    crop_.for_each([&](std::size_t pixel) { paths_ += is_logged(pixel) ? 1.0 : 0.0; });
     cost_ += cost;
     ++seen_;
     if (seen_ == iterations / 2) half_ = records_.size(), half_paths_ = paths_;
@@ -103,7 +100,7 @@ class CountLearner {
   [[nodiscard]] IterationFigures figures(const std::vector<T>& scales) const {
     const double n = seen_;
     std::vector<double> variances;
-    for_each_pixel([&](std::size_t pixel) {
+    crop_.for_each([&](std::size_t pixel) {
       const double mean = sums_[pixel] / n;
       variances.push_back((squares_[pixel] / n - square(mean)) * n / (n - 1.0) *
                           square(static_cast<double>(scales[pixel])));
@@ -111,22 +108,9 @@ class CountLearner {
     const double pixels = static_cast<double>(variances.size());
     return {trimmed_mean(variances, 1), cost_ / n / pixels};
   }
-  /// W of every pixel: 1/√(value² + 0.01), the value being the mean over 5 × 5 pixels of the crop.
+  /// W of every pixel (`CropPixels::scales`).
   [[nodiscard]] std::vector<T> pixel_scales() const {
-    constexpr std::ptrdiff_t reach = 2;
-    std::vector<T> scales(sums_.size(), T(1));
-    const auto width = static_cast<std::ptrdiff_t>(width_), height = static_cast<std::ptrdiff_t>(height_);
-    for (std::ptrdiff_t y = 0; y < height; ++y)
-      for (std::ptrdiff_t x = 0; x < width; ++x) {
-        double sum = 0.0, count = 0.0;
-        for (std::ptrdiff_t v = std::max<std::ptrdiff_t>(0, y - reach); v <= std::min(height - 1, y + reach); ++v)
-          for (std::ptrdiff_t u = std::max<std::ptrdiff_t>(0, x - reach); u <= std::min(width - 1, x + reach); ++u) {
-            sum += sums_[place(u, v)];
-            count += seen_;
-          }
-        scales[place(x, y)] = static_cast<T>(1.0 / std::sqrt(square(sum / count) + relative_error_floor));
-      }
-    return scales;
+    return crop_.template scales<T>([&](std::size_t pixel) { return sums_[pixel] / seen_; });
   }
   /// The logged vertices, path by path.
   [[nodiscard]] std::span<const VertexRecord<T>> records() const noexcept { return records_; }
@@ -145,16 +129,8 @@ class CountLearner {
  private:
   static constexpr double borrowed = 8.0;
 
-  [[nodiscard]] std::size_t place(std::ptrdiff_t x, std::ptrdiff_t y) const noexcept {
-    return first_ + static_cast<std::size_t>(y) * frame_width_ + static_cast<std::size_t>(x);
-  }
-  template <class Visit>
-  void for_each_pixel(Visit&& visit) const {
-    for (std::size_t row = 0; row < height_; ++row)
-      for (std::size_t x = 0; x < width_; ++x) visit(first_ + row * frame_width_ + x);
-  }
-
-  std::size_t frame_width_ = 1, first_ = 0, width_ = 0, height_ = 0, stride_ = 1;
+  CropPixels crop_;
+  std::size_t stride_ = 1;
   std::vector<VertexLog<T>> logs_;  // of the present iteration, by row of the crop
   std::vector<double> sums_, squares_;
   std::vector<VertexRecord<T>> records_;

@@ -19,6 +19,15 @@ namespace gmis {
 struct IterationFigures {
   double variance = 0.0;  ///< mean over the pixels, without the worst 0.1 %
   double cost = 0.0;      ///< unit: `OperationCosts`
+
+  constexpr IterationFigures& operator+=(const IterationFigures& other) noexcept {
+    variance += other.variance;
+    cost += other.cost;
+    return *this;
+  }
+  [[nodiscard]] friend constexpr IterationFigures operator+(IterationFigures a, const IterationFigures& b) noexcept {
+    return a += b;
+  }
 };
 
 /// Mean, second moment and cost of one sample of each kind of work in one cell.

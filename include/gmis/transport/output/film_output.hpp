@@ -28,6 +28,7 @@ class FilmOutput {
     rejections_.clear();
     splats_.clear();
     records_.clear();
+    merged_light_ = 0.0;
   }
 
   /// Sets whether each contribution is kept for `records()`; initially none is.
@@ -62,6 +63,8 @@ class FilmOutput {
   }
   /// What was merged since `begin_pixel` minus what a disk of half the radius would have merged of it: mean over channels.
   [[nodiscard]] constexpr float merging_change() const noexcept { return merging_change_; }
+  /// What was merged since `clear`: mean over channels, summed over the pixels.
+  [[nodiscard]] constexpr double merged_light() const noexcept { return merged_light_; }
 
   /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths`
   /// counts them.
@@ -79,8 +82,11 @@ class FilmOutput {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
     pixel_sum_ += weighted;
-    if (id.technique == Technique::merge)
-      merging_change_ += kernel_change_ * static_cast<float>(mean_channel(weighted));
+    if (id.technique == Technique::merge) {
+      const auto merged = static_cast<float>(mean_channel(weighted));
+      merging_change_ += kernel_change_ * merged;
+      merged_light_ += static_cast<double>(merged);
+    }
     if (is_recording_) [[unlikely]]
       record({pixel_, id, value, weight});
   }
@@ -148,6 +154,7 @@ class FilmOutput {
   std::uint32_t first_tree_ = 0;
   S pixel_sum_{ScalarOf<S>(0)};
   float kernel_change_ = 0.0F, merging_change_ = 0.0F;
+  double merged_light_ = 0.0;
   std::vector<Splat> splats_;
   std::vector<Contribution<S>> records_;
 };

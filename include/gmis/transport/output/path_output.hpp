@@ -67,12 +67,13 @@ inline constexpr bool observes_paths = requires {
 };
 
 /// True for an output that is told, before a merge is added, the squared distance of the two merged vertices divided by
-/// the squared radius, and knows at the end of a camera subpath what that changes (`FilmOutput`). The calls are compiled
-/// for such outputs only.
+/// the squared radius, and knows at the end of a camera subpath what that changes, and at the end of an iteration
+/// how much was merged (`FilmOutput`). The calls are compiled for such outputs only.
 template <class Output>
 inline constexpr bool observes_merges = requires(Output& output, const Output& finished) {
   output.on_merge(1.0F);
   { finished.merging_change() } -> std::convertible_to<float>;
+  { finished.merged_light() } -> std::convertible_to<double>;
 };
 
 /// True for an output that is told when a child of a split camera vertex begins and when the techniques at a vertex are

@@ -194,7 +194,7 @@ class ReplayOutput {
   std::optional<std::pair<std::uint32_t, int>> light_vertex_;
 };
 
-/// Traces one path of the iteration that `engine` is prepared for (`Engine::prepare_replay`): the camera subpath of the
+/// Traces one path of the iteration that `engine` is prepared for (`Engine::prepare_replay`): the camera subpaths of the
 /// pixel with index `number`, which must lie in the crop, or the light tree `number`, which must be below
 /// `light_tree_count`. A light tree whose first ray leaves the scene has its start as the only vertex; a tree without
 /// an emission sample has no vertex.
@@ -208,17 +208,17 @@ template <class Engine>
   path.vertices_per_tree = engine.vertices_per_tree();
   path.counts = engine.counts();
   ReplayOutput<Context> output(context, path);
-  const auto source = Engine::numbers_of(context, kind, number);
   if (kind == PathKind::camera) {
     output.begin_pixel(number);
     CameraSubpath<Context, ReplayOutput<Context>> subpath(context, output);
-    const auto pixel = static_cast<int>(number);
-    subpath.trace({pixel % context.resolution.x, pixel / context.resolution.x}, number, source);
+    Engine::trace_pixel(context, number, [&](auto pixel, const auto& numbers, auto share) {
+      subpath.trace(pixel, number, numbers, share);
+    });
     path.pixel_sum = output.take_pixel();
   } else if constexpr (Context::has_light_side) {
     output.begin_trees(number);
     LightTree<Context, ReplayOutput<Context>> tree(context, output);
-    tree.trace(source, nullptr);
+    tree.trace(Engine::numbers_of(context, kind, number), nullptr);
   }
   path.counters = output.counters();
   return path;

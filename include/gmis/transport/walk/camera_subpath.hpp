@@ -43,9 +43,9 @@ class CameraSubpath {
   void log_to(VertexLog<T>* log) noexcept { log_ = log; }
 
   /// Traces one subpath through `pixel`. `number` is the index of the pixel in the frame (rows from the upper left).
-  /// `source` must be keyed to this pixel and iteration.
+  /// `source` must be keyed to this pixel, iteration and subpath. Contributions are multiplied by `share`, for a mean of several subpaths.
   template <UniformSource Source>
-  void trace(glm::ivec2 pixel, std::size_t number, Source source) {
+  void trace(glm::ivec2 pixel, std::size_t number, Source source, T share = T(1)) {
     ++output_.counters().camera_paths;
     if (context_.max_depth < 1) return;
     number_ = number;
@@ -54,9 +54,13 @@ class CameraSubpath {
     const auto sample = context_.scene.camera().sample_ray(pixel, Vec2<T>{u, v}, Vec2<T>{u_lens, v_lens});
     if (!sample) return;
     if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight);
-    Edge edge{
-        sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1, {},
-        false};
+    Edge edge{sample->origin,
+              {sample->direction, sample->weight, sample->density, T(0), false},
+              sample->weight * share,
+              {},
+              1,
+              {},
+              false};
     if constexpr (!observes_children<Output>)
       if (context_.count_table != nullptr || log_ != nullptr) [[unlikely]] {
         branches_ = 0;

@@ -4,6 +4,7 @@
 
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/transport/counts/count_table.hpp"
+#include "gmis/transport/counts/pixel_counts.hpp"
 #include "gmis/transport/effects/path_filter.hpp"
 #include "gmis/transport/emission/emission_guide.hpp"
 #include "gmis/transport/photons/light_vertex_cache.hpp"
@@ -48,11 +49,12 @@ struct IterationContext {
   std::uint32_t iteration;
   int max_depth;
   std::uint64_t tree_count;  ///< n_L
-  T merge_normalization;     ///< 1 / (n_L π r²)
+  T merge_normalization;     ///< 1 / (n_L π r²), times a gain (`Engine::scale_merging`)
   T inverse_radius_squared;  ///< 1 / r²
   PathFilter filter;
   const EmissionGuide<Sc>* guide;    ///< of light subpaths; null where they start as the lights emit
   const CountTable<T>* count_table;  ///< numbers of samples at camera vertices; null where they are the nominal ones
+  PixelSchedule schedule;            ///< numbers of camera subpaths
 
   /// Index of the pixel in the frame (rows from the upper left), or −1 when it is outside the crop.
   [[nodiscard]] constexpr std::int64_t pixel_index(glm::ivec2 pixel) const noexcept {
