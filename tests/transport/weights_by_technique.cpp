@@ -161,6 +161,18 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
   merges.counts.merges = true;
   CHECK(gmis::best_of({merges, forecast(0.88, 0, 10, 0)}, 64) == 0);
   CHECK(gmis::best_of({merges, forecast(0.86, 0, 10, 0)}, 64) == 1);
+  // Light trees for splats alone must gain another quarter; a plan without light trees need not.
+  gmis::Forecast splats = forecast(0.76, 0, 10, 0);
+  splats.counts.connections = 0;
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), splats}, 64) == 0);
+  splats.variance = 0.74;
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), splats}, 64) == 1);
+  gmis::Forecast one_side = forecast(0.76, 0, 10, 0);
+  one_side.counts = {0.0, 0, false, false};
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), one_side}, 64) == 1);
+  splats.counts.merges = true;
+  splats.variance = 0.86;
+  CHECK(gmis::best_of({forecast(1, 0, 10, 0), splats}, 64) == 1);
 }
 
 TEST_CASE("Every candidate has its place, and none on the light side when nothing is traced there", "[pilot]") {
