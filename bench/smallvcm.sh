@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Efficiency of --integrator auto beside SmallVCM's own algorithms on two of its scenes. Takes the path of a checkout of SmallVCM, which is no part of
+# Efficiency of --integrator auto beside SmallVCM's own algorithms on its four scenes. Takes the path of a checkout of SmallVCM, which is no part of
 # this project; bench/smallvcm.py says how and takes the options.
 set -euo pipefail
 if (($# == 0)); then
