@@ -1,0 +1,88 @@
+"""How the time of a run grows with light vertices, lights and the depth of paths, and what a second thread gives.
+
+Light vertices: the classic box with more and more light trees, merging within a small disk; seconds of tracing, storing and sorting, per vertex. Lights:
+a floor under points of light, one next event a pixel, chosen by power and for the receiver. Depth: a ball of albedo 1 with a lamp in it, in which every
+path has its greatest length, and every vertex one connection. The scenes are written by this script. The least of several runs counts. Triangles are in docs/bvh.md.
+
+Writes out/scale/table.md and the table in docs/accuracy-and-time.md.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import subprocess
+
+from measuring import write_into
+
+DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
+BEGIN, END = "<!-- scale: written by ./run bench scale -->", "<!-- end of scale -->"
+HEAD = 'LookAt 0 -2 1.5  0 0 0  0 0 1\nCamera "perspective" "float fov" [ 40 ]\nFilm "rgb" "integer xresolution" [ 128 ] "integer yresolution" [ 128 ]\nWorldBegin\n'
+
+
+def lights_scene(folder, count):
+    side = math.isqrt(count - 1) + 1
+    at = ((2 * (k % side + 0.5) / side - 1, 2 * (k // side + 0.5) / side - 1) for k in range(count))
+    lights = "".join(f'LightSource "point" "rgb I" [ {3 / count:.3g} {2 / count:.3g} {1 / count:.3g} ] "point3 from" [ {x:.6g} {y:.6g} 0.4 ]\n' for x, y in at)
+    file = folder / f"lights_{count}.pbrt"
+    file.write_text(HEAD + lights + 'Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]\nShape "trianglemesh" "integer indices" [ 0 1 2 2 3 0 ] '
+                    '"point3 P" [ -9 -9 0  9 -9 0  9 9 0  -9 9 0 ]\n')
+    return file
+
+
+def ball_scene(folder):
+    file = folder / "ball.pbrt"
+    file.write_text(HEAD + 'AttributeBegin\nAreaLightSource "diffuse" "rgb L" [ 1 1 1 ]\nTranslate 0 0 2\nShape "sphere" "float radius" [ .2 ]\nAttributeEnd\n'
+                    'Material "diffuse" "rgb reflectance" [ 1 1 1 ]\nShape "sphere" "float radius" [ 4 ]\n')
+    return file
+
+
+def stats_of(options, scene, arguments, threads=1):
+    """Of the run with the least processor time."""
+    file, runs = options.out / "stats.json", []
+    for _ in range(options.runs):
+        subprocess.run([options.renderer, str(scene), "--size", "128x128", "--threads", str(threads), "--quiet", "--stats", str(file), "--out",
+                        str(options.out / "picture.pfm"), *arguments.split()], check=True, stdin=subprocess.DEVNULL)
+        runs.append(json.loads(file.read_text()))
+    return min(runs, key=lambda run: run["seconds"]["cpu"])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--renderer", required=True)
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/scale"))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    lines = ["| what grows | how many | time of each | bytes of each |", "| --- | --- | --- | --- |"]
+
+    def add(what, number, time, unit, size=""):
+        lines.append(f"| {what} | {number} | {time:.3g} {unit} | {size} |")
+        print(lines[-1], flush=True)
+
+    for trees in (4, 40, 280):
+        run = stats_of(options, "cornell", f"--integrator vcm --connections 1 --radius 0.05 --iterations 2 --light-paths {trees}")
+        vertices = run["counts"]["photons_stored"] / run["iterations"]
+        phases = run["seconds"]["phase"]
+        for what, names in (("light vertices: traced", ["light"]), ("light vertices: sorted into the grid", ["grid"])):
+            add(what, f"{vertices:.2g}", 1e9 * sum(phases[name] for name in names) / run["iterations"] / vertices, "ns",
+                f"{run['memory']['photon_bytes'] / vertices:.0f}" if "grid" in names else "")
+    for way in ("power", "receiver"):
+        for count in (10, 1000, 100000):
+            run = stats_of(options, lights_scene(options.out, count), f"--integrator pt --max-depth 2 --sampler independent --iterations 16 --lights {way}")
+            add(f"lights, chosen by {way}: a next event", count, 1e9 * run["seconds"]["phase"]["camera"] / run["counts"]["camera_paths"], "ns")
+    ball = ball_scene(options.out)
+    for integrator in ("pt", "bpt", "vcm"):
+        for depth in (16, 64, 256):
+            connections = {"pt": "", "bpt": "--connections 1", "vcm": "--connections 1 --radius 0.05"}[integrator]
+            run = stats_of(options, ball, f"--integrator {integrator} {connections} --sampler independent --iterations {1024 // depth} --max-depth {depth}")
+            add(f"depth, {integrator}: a segment of a camera subpath", depth, 1e9 * run["seconds"]["cpu"] / (run["counts"]["camera_paths"] * depth), "ns")
+    for threads in (1, 2):
+        run = stats_of(options, "cornell", "--integrator vcm --connections 1 --iterations 48", threads)
+        add("threads: 48 iterations of vcm, wall time", threads, run["seconds"]["wall"], "s")
+    table = "\n".join(lines) + f"\n\n128x128 pixels, the least of {options.runs} runs, one thread but where it says so.\n"
+    (options.out / "table.md").write_text(table)
+    write_into(DOCUMENT, BEGIN, END, table)
+
+
+main()
