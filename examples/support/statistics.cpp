@@ -241,6 +241,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["estimate"]["merging_bias_bound"] = bias ? Json(bias->bound()) : Json(nullptr);
   json["estimate"]["merging_bias_of_mean"] = bias ? Json(bias->of_mean) : Json(nullptr);
   json["estimate"]["merging_bias_of_mean_error"] = bias ? Json(bias->standard_error_of_mean) : Json(nullptr);
+  json["estimate"]["merging_bias_made_up"] = bias ? Json(bias->made_up) : Json(nullptr);
   json["prediction"] = prediction_json(result.prices, static_cast<double>(result.iterations));
   json["forecast"] = prices_json(result.forecast);
   json["prices"] = prices_json(result.prices);

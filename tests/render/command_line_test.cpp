@@ -790,7 +790,8 @@ TEST_CASE("A choice tells its prices before the run, and a run with merging its 
       run(folder, "cornell --size 16x16 --iterations 12 --integrator bpt --connections 1 --out a.pfm --stats a.json");
   CHECK(unbiased.out.find("bias") == std::string::npos);
   const auto no_bias = nlohmann::json::parse(text_of(folder / "a.json"));
-  for (const char* key : {"merging_bias", "merging_bias_bound", "merging_bias_of_mean", "merging_bias_of_mean_error"})
+  for (const char* key : {"merging_bias", "merging_bias_bound", "merging_bias_of_mean", "merging_bias_of_mean_error",
+                          "merging_bias_made_up"})
     CHECK(no_bias["estimate"][key] == 0.0);
 }
 

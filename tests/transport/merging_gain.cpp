@@ -147,6 +147,7 @@ TEST_CASE("A run makes up for what merging loses at the edges of a surface") {
   CAPTURE(off, noise, sure, result.merging_bias->of_mean);
   CHECK(std::abs(off) < noise + sure + 2 * gmis::square(share * rho));
   CHECK(noise + sure < 0.6 * 4 * share * rho * (request.settings.alpha == 1.0 ? 1.0 : 0.7));
-  // It says what is left, not what disks do.
+  // It says what is left, and what it has made up for.
   CHECK(std::abs(result.merging_bias->of_mean) < sure);
+  CHECK(result.merging_bias->made_up > 4 * share * rho * 0.5 - sure);
 }

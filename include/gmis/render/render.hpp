@@ -314,7 +314,7 @@ class Render {
   /// What may be noise is made up for in part: a bias b with the standard error s by 1 − s²/b².
   void choose_gain(const MergingBias& bias, std::uint32_t length) {
     const double mean = estimate_of(made_.film).mean, n = made_.state.iterations;
-    const double of_merging = bias.of_mean * mean - made_.gain.made_up() / n;
+    const double of_merging = (bias.of_mean - bias.made_up) * mean;
     const double error = bias.standard_error_of_mean * mean;
     if (!(square(of_merging) > square(error))) {
       made_.gain.choose(0.0, 0.0, 0.0);

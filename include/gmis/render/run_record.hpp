@@ -190,8 +190,10 @@ struct RunRecord {
   [[nodiscard]] std::optional<MergingBias> merging_bias() const {
     if (!merging.is_known()) return std::nullopt;
     MergingBias bias = merging.bias_of(film);
-    if (gain.made_up() != 0.0)
-      bias.of_mean += gain.made_up() / static_cast<double>(film.iterations()) / estimate_of(film).mean;
+    if (gain.made_up() != 0.0) {
+      bias.made_up = gain.made_up() / static_cast<double>(film.iterations()) / estimate_of(film).mean;
+      bias.of_mean += bias.made_up;
+    }
     return bias;
   }
 

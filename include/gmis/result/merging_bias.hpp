@@ -40,6 +40,8 @@ struct MergingBias {
   /// noise long before `relative_bias` does.
   double of_mean = 0.0;
   double standard_error_of_mean = 0.0;
+  /// What the run has added to the mean to make up for it (render/merging_gain.hpp), over the mean; `of_mean` is what is left.
+  double made_up = 0.0;
 
   /// Upper confidence bound: the squared bias plus two standard errors.
   [[nodiscard]] double bound() const noexcept {

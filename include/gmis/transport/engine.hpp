@@ -632,7 +632,7 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
         }
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
       if (log != nullptr) subpath.log_to(learner_.is_logged(pixel) ? log : nullptr);
-      const Counters before = learns_pixels ? output.counters() : Counters{};
+      const double before = learns_pixels ? cost_of(output.counters()) : 0.0;
       [[maybe_unused]] T but_last(0);
       trace_pixel(context, static_cast<std::uint32_t>(pixel), [&](glm::ivec2 place, const Source& numbers, T share) {
         if (learns_pixels) [[unlikely]]
@@ -642,7 +642,7 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
       frame_[pixel] = output.take_pixel();
       if (learns_pixels) [[unlikely]]
         pixel_learner_.note(pixel, 2.0 * static_cast<double>(mean_channel(frame_[pixel]) - T(2) * but_last),
-                            cost_of(output.counters() - before));
+                            cost_of(output.counters()) - before);
       if constexpr (observes_merges<Output>)
         if (!merging_change_.empty()) merging_change_[pixel] = output.merging_change();
     }
