@@ -1,4 +1,4 @@
-"""How the time of a run grows with light vertices, lights and the depth of paths, and what a second thread gives.
+"""How the time of a run grows with light vertices, lights and the depth of paths.
 
 Light vertices: the classic box with more and more light trees, merging within a small disk; seconds of tracing, storing and sorting, per vertex. Lights:
 a floor under points of light, one next event a pixel, chosen by power and for the receiver. Depth: a ball of albedo 1 with a lamp in it, in which every
@@ -37,11 +37,11 @@ def ball_scene(folder):
     return file
 
 
-def stats_of(options, scene, arguments, threads=1):
+def stats_of(options, scene, arguments):
     """Of the run with the least processor time."""
     file, runs = options.out / "stats.json", []
     for _ in range(options.runs):
-        subprocess.run([options.renderer, str(scene), "--size", "128x128", "--threads", str(threads), "--quiet", "--stats", str(file), "--out",
+        subprocess.run([options.renderer, str(scene), "--size", "128x128", "--threads", "1", "--quiet", "--stats", str(file), "--out",
                         str(options.out / "picture.pfm"), *arguments.split()], check=True, stdin=subprocess.DEVNULL)
         runs.append(json.loads(file.read_text()))
     return min(runs, key=lambda run: run["seconds"]["cpu"])
@@ -77,10 +77,7 @@ def main():
             connections = {"pt": "", "bpt": "--connections 1", "vcm": "--connections 1 --radius 0.05"}[integrator]
             run = stats_of(options, ball, f"--integrator {integrator} {connections} --sampler independent --iterations {1024 // depth} --max-depth {depth}")
             add(f"depth, {integrator}: a segment of a camera subpath", depth, 1e9 * run["seconds"]["cpu"] / (run["counts"]["camera_paths"] * depth), "ns")
-    for threads in (1, 2):
-        run = stats_of(options, "cornell", "--integrator vcm --connections 1 --iterations 48", threads)
-        add("threads: 48 iterations of vcm, wall time", threads, run["seconds"]["wall"], "s")
-    table = "\n".join(lines) + f"\n\n128x128 pixels, the least of {options.runs} runs, one thread but where it says so.\n"
+    table = "\n".join(lines) + f"\n\n128x128 pixels, the least of {options.runs} runs, one thread.\n"
     (options.out / "table.md").write_text(table)
     write_into(DOCUMENT, BEGIN, END, table)
 

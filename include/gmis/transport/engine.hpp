@@ -311,6 +311,9 @@ class Engine {
   void build_grid(E& executor, T radius);
   template <Executor E>
   void trace_camera(E& executor, const Context& context);
+  /// Traces the subpaths of a pixel that has more than one, or may have, and notes what they show while their numbers are learned.
+  template <class Subpath>
+  [[gnu::noinline]] void trace_several(const Context& context, Subpath& subpath, Output& output, std::uint32_t pixel);
   void add_splats();
 
   class Stopwatch {
@@ -614,7 +617,7 @@ template <Scene Sc, class Method_, class Source>
 template <Executor E>
 void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& context) {
   const Stopwatch stopwatch(seconds_.camera);
-  const bool learns_pixels = learns_pixel_counts();
+  const bool has_one_subpath = context.schedule.table == nullptr && context.schedule.uniform == 1;
   executor.parallel_for(camera_outputs_.size(), [&](std::size_t row) {
     Output& output = camera_outputs_[row];
     output.clear();
@@ -632,22 +635,31 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
         }
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
       if (log != nullptr) subpath.log_to(learner_.is_logged(pixel) ? log : nullptr);
-      const double before = learns_pixels ? cost_of(output.counters()) : 0.0;
-      [[maybe_unused]] T but_last(0);
-      trace_pixel(context, static_cast<std::uint32_t>(pixel), [&](glm::ivec2 place, const Source& numbers, T share) {
-        if (learns_pixels) [[unlikely]]
-          but_last = mean_channel(output.take_pixel());
-        subpath.trace(place, pixel, numbers, share);
-      });
+      if (has_one_subpath) [[likely]]
+        subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
+      else
+        trace_several(context, subpath, output, static_cast<std::uint32_t>(pixel));
       frame_[pixel] = output.take_pixel();
-      if (learns_pixels) [[unlikely]]
-        pixel_learner_.note(pixel, 2.0 * static_cast<double>(mean_channel(frame_[pixel]) - T(2) * but_last),
-                            cost_of(output.counters()) - before);
       if constexpr (observes_merges<Output>)
         if (!merging_change_.empty()) merging_change_[pixel] = output.merging_change();
     }
   });
   for (const Output& output : camera_outputs_) counters_ += output.counters();
+}
+
+template <Scene Sc, class Method_, class Source>
+template <class Subpath>
+void Engine<Sc, Method_, Source>::trace_several(const Context& context, Subpath& subpath, Output& output,
+                                                std::uint32_t pixel) {
+  const double cost_before = cost_of(output.counters());
+  T but_last(0);
+  trace_pixel(context, pixel, [&](glm::ivec2 place, const Source& numbers, T share) {
+    but_last = mean_channel(output.take_pixel());
+    subpath.trace(place, pixel, numbers, share);
+  });
+  if (learns_pixel_counts())
+    pixel_learner_.note(pixel, 2.0 * static_cast<double>(mean_channel(output.take_pixel()) - T(2) * but_last),
+                        cost_of(output.counters()) - cost_before);
 }
 
 template <Scene Sc, class Method_, class Source>

@@ -29,6 +29,7 @@ class FilmOutput {
     splats_.clear();
     records_.clear();
     merged_light_ = 0.0;
+    merged_ = 0.0F;
   }
 
   /// Sets whether each contribution is kept for `records()`; initially none is.
@@ -44,7 +45,8 @@ class FilmOutput {
     kind_ = PathKind::camera;
     pixel_ = pixel;
     pixel_sum_ = S(ScalarOf<S>(0));
-    merging_change_ = 0.0F;
+    merged_light_ += static_cast<double>(merged_);
+    merging_change_ = merged_ = 0.0F;
   }
   /// Sum of the weighted contributions to the pixel since `begin_pixel`, without splats. A sum that overflows is
   /// counted as a non-finite rejection and replaced by 0.
@@ -64,7 +66,7 @@ class FilmOutput {
   /// What was merged since `begin_pixel` minus what a disk of half the radius would have merged of it: mean over channels.
   [[nodiscard]] constexpr float merging_change() const noexcept { return merging_change_; }
   /// What was merged since `clear`: mean over channels, summed over the pixels.
-  [[nodiscard]] constexpr double merged_light() const noexcept { return merged_light_; }
+  [[nodiscard]] constexpr double merged_light() const noexcept { return merged_light_ + static_cast<double>(merged_); }
 
   /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths`
   /// counts them.
@@ -85,7 +87,7 @@ class FilmOutput {
     if (id.technique == Technique::merge) {
       const auto merged = static_cast<float>(mean_channel(weighted));
       merging_change_ += kernel_change_ * merged;
-      merged_light_ += static_cast<double>(merged);
+      merged_ += merged;
     }
     if (is_recording_) [[unlikely]]
       record({pixel_, id, value, weight});
@@ -153,7 +155,7 @@ class FilmOutput {
   std::uint32_t pixel_ = 0;
   std::uint32_t first_tree_ = 0;
   S pixel_sum_{ScalarOf<S>(0)};
-  float kernel_change_ = 0.0F, merging_change_ = 0.0F;
+  float kernel_change_ = 0.0F, merging_change_ = 0.0F, merged_ = 0.0F;  // of the pixel
   double merged_light_ = 0.0;
   std::vector<Splat> splats_;
   std::vector<Contribution<S>> records_;
