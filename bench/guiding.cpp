@@ -10,82 +10,24 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "gmis/transport/engine.hpp"
 #include "gmis/transport/guiding/learn_directions.hpp"
 #include "gmis/transport/integrators.hpp"
+#include "paired_runs.hpp"
 #include "support/build_scene.hpp"
 #include "support/diagnostics.hpp"
 #include "support/pbrt/reader.hpp"
 
 namespace {
 
+using gmis_bench::processor_seconds;
+using gmis_bench::Run;
+using gmis_bench::trimmed_and_whole;
 using Scene = gmis::tools::BuiltScene::SceneType;
 using Guided = gmis::GuidedScene<Scene>;
-
-/// Processor seconds of this thread.
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// One way to render, iteration by iteration.
-template <class Engine, class Scene_>
-class Run {
- public:
-  Run(const Scene_& scene, const gmis::RenderSettings& settings) : engine_(scene, settings) {}
-  void iterate() {
-    const double start = processor_seconds();
-    engine_.iterate(executor_);
-    seconds_ += processor_seconds() - start;
-    ++count_;
-    double total = 0;
-    for (const auto& pixel : engine_.frame()) total += static_cast<double>(gmis::mean_channel(pixel));
-    total_ += total, total_squares_ += total * total;
-    sums_.resize(3 * engine_.frame().size());
-    squares_.resize(sums_.size());
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      const auto value = static_cast<double>(engine_.frame()[i / 3][static_cast<int>(i % 3)]);
-      sums_[i] += value;
-      squares_[i] += value * value;
-    }
-  }
-  [[nodiscard]] double seconds() const { return seconds_ / count_; }
-  [[nodiscard]] double mean(std::size_t i) const { return sums_[i] / count_; }
-  [[nodiscard]] double total() const { return total_ / count_; }
-  [[nodiscard]] double total_error() const {
-    return std::sqrt(std::max(0.0, total_squares_ / count_ - total() * total()) / (count_ - 1));
-  }
-  [[nodiscard]] std::size_t size() const { return sums_.size(); }
-  /// The variance of one iteration at each pixel and channel, relative to `mean`² + 0.01.
-  template <class Mean>
-  [[nodiscard]] std::vector<double> relative_variances(const Mean& mean_of) const {
-    std::vector<double> result(sums_.size());
-    for (std::size_t i = 0; i < result.size(); ++i)
-      result[i] = (squares_[i] / count_ - mean(i) * mean(i)) * count_ / (count_ - 1) / (mean_of(i) * mean_of(i) + 0.01);
-    return result;
-  }
-
- private:
-  Engine engine_;
-  gmis::SerialExecutor executor_;
-  double seconds_ = 0, count_ = 0, total_ = 0, total_squares_ = 0;
-  std::vector<double> sums_, squares_;
-};
-
-/// The mean of all values but the largest thousandth, and of all.
-std::array<double, 2> trimmed_and_whole(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t kept = values.size() - values.size() / 1000;
-  double sum = 0, rest = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) (i < kept ? sum : rest) += values[i];
-  return {sum / static_cast<double>(kept), (sum + rest) / static_cast<double>(values.size())};
-}
 
 template <template <class> class Engine>
 void compare(const std::string& name, const char* integrator, const Scene& scene, const gmis::SampleCounts& counts,
