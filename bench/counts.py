@@ -32,7 +32,10 @@ def reference_of(options, scene, folder):
     if scene in FOREIGN:
         return SCENES[scene].replace(".pbrt", ".pfm")
     if options.references:
-        return next(pathlib.Path(options.references).glob(f"{scene}*.pfm"))
+        file = next(pathlib.Path(options.references).glob(f"{scene}_{options.size}*.pfm"), pathlib.Path(options.references) / f"{scene}.pfm")
+        if not file.exists():
+            raise SystemExit(f"counts: there is no {file}")
+        return file
     file = folder / f"{scene}.pfm"
     render(options, scene, ["--integrator", "gmis", "--connections", "1", "--radius", "0.8", "--iterations", "3000", "--seed", "7777",
                             "--out", file], folder)

@@ -1,6 +1,7 @@
 #include "gmis/transport/output/replay.hpp"
 
 #include <bit>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -13,15 +14,24 @@ template gmis::ReplayedPath<gmis::tools::SceneSpectrum> gmis::replay(
 namespace gmis::tools {
 namespace {
 
+/// What a run has changed before the iteration of the path.
+struct Changes {
+  std::optional<double> radius_factor;
+  double merging_gain = 0.0;
+};
+
 template <class Method>
 ReplayedPath<SceneSpectrum> replay_with(const BuiltScene& scene, const RenderSettings& settings,
                                         const std::optional<PixelBounds>& crop, ThreadedExecutor& executor,
-                                        const PathName& path, double merging_gain) {
+                                        const PathName& path, const Changes& changes) {
   Engine<SceneType, Method> engine(scene.scene(), settings, crop);
-  engine.scale_merging(merging_gain);
   if (path.kind == PathKind::light && path.number >= engine.light_tree_count())
     throw InputError("--replay: there is no light tree " + std::to_string(path.number) + ": an iteration has " +
                      std::to_string(engine.light_tree_count()));
+  // Iterations that learn come before all changes.
+  while (engine.iteration() + 1 < path.iteration && engine.is_learning()) engine.iterate(executor);
+  if (changes.radius_factor) engine.merge_within(*changes.radius_factor);
+  engine.scale_merging(changes.merging_gain);
   engine.prepare_replay(executor, path.iteration);
   return gmis::replay(engine, path.kind, path.number);
 }
@@ -31,7 +41,7 @@ ReplayedPath<SceneSpectrum> replay_with(const BuiltScene& scene, const RenderSet
 ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor,
                                    const PathName& path) {
   RenderSettings settings = request.settings;
-  double merging_gain = 0.0;
+  Changes changes;
   if (request.candidates.size() > 1) {
     // The pilot chooses the counts, and later iterations the disk and merging's gain, after 4, 8, 16 … of them.
     gmis::RenderRequest same = request;
@@ -44,15 +54,17 @@ ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest&
     while (!counts_are_known() && run.advance(executor)) {
     }
     settings.counts = run.engine().counts();
-    merging_gain = run.engine().merging_gain();
+    changes = {settings.counts.radius_factor, run.engine().merging_gain()};
+    if (const Choice& choice = *run.engine().choice(); choice.chosen)
+      settings.counts = choice.forecasts[*choice.chosen].counts;
   }
   if (!settings.counts.traces_light()) {
     settings.light_split = LightSplit::none;
-    return replay_with<CameraSide>(scene, settings, request.crop, executor, path, merging_gain);
+    return replay_with<CameraSide>(scene, settings, request.crop, executor, path, changes);
   }
   if (settings.light_split != LightSplit::none)
-    return replay_with<SplitTrees>(scene, settings, request.crop, executor, path, merging_gain);
-  return replay_with<BothSides>(scene, settings, request.crop, executor, path, merging_gain);
+    return replay_with<SplitTrees>(scene, settings, request.crop, executor, path, changes);
+  return replay_with<BothSides>(scene, settings, request.crop, executor, path, changes);
 }
 
 }  // namespace gmis::tools

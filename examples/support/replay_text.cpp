@@ -37,7 +37,8 @@ std::string where(const PathName& path, glm::ivec2 resolution) {
 
 std::string vertex_text(const ReplayedVertex<glm::vec3>& vertex, std::size_t place) {
   std::string text = format("vertex %zu    ", place);
-  if (place == 0) return text + "start at " + triple(vertex.point.position) + ", sends " + triple(vertex.throughput);
+  if (vertex.parent == ReplayedVertex<glm::vec3>::none)
+    return text + "start at " + triple(vertex.point.position) + ", sends " + triple(vertex.throughput);
   text += format("from %zu, depth %d, ", vertex.parent, vertex.depth);
   text += vertex.is_at_infinity ? "leaves the scene along " + triple(-vertex.to_prev)
                                 : "at " + triple(vertex.point.position);

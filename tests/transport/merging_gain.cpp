@@ -145,7 +145,9 @@ TEST_CASE("A run makes up for what merging loses at the edges of a surface") {
   const double noise = 3.9 * std::sqrt((1 - hits) / (hits * trees));
   const double off = result.estimate.mean / (0.5 / gmis::pi<double>)-1;
   CAPTURE(off, noise, sure, result.merging_bias->of_mean);
-  CHECK(std::abs(off) < noise + sure + 2 * gmis::square(share * rho));
+  // The gain was last chosen after 1024 of the 1600 iterations.
+  const double sure_then = 1.25 * sure;
+  CHECK(std::abs(off) < noise + sure_then + 2 * gmis::square(share * rho));
   CHECK(noise + sure < 0.6 * 4 * share * rho * (request.settings.alpha == 1.0 ? 1.0 : 0.7));
   // It says what is left, and what it has made up for.
   CHECK(std::abs(result.merging_bias->of_mean) < sure);

@@ -171,7 +171,7 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
   one_side.counts = {0.0, 0, false, false};
   CHECK(gmis::best_of({forecast(1, 0, 10, 0), one_side}, 64) == 1);
   splats.counts.merges = true;
-  splats.variance = 0.86;
+  splats.variance = 0.9;
   CHECK(gmis::best_of({forecast(1, 0, 10, 0), splats}, 64) == 1);
 }
 

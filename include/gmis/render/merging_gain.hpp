@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 namespace gmis {
@@ -19,6 +20,7 @@ class MergingGain {
 
   /// Adds an iteration. `merged`: mean over the pixels of what it has merged, with the gain. `radius`: of its disk, in scene units.
   void add_iteration(double merged, double radius) noexcept {
+    if (!std::isfinite(merged)) merged = 0.0;  // as in a sum of changes
     merged_ += merged;
     radii_ += radius;
     const double change = per_radius_ * radius;

@@ -242,10 +242,13 @@ class Render {
     made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings);
   }
 
-  /// After the second iteration: the first one has a pilot, and measures light trees, too.
+  /// After the second iteration, or the second that learns nothing: the first one has a pilot, and measures light trees, too.
   void update_forecast(double cpu_seconds, double wall_seconds) {
     const Choice* const choice = engine_->choice();
-    if (choice == nullptr || !choice->chosen || made_.forecast || made_.state.iterations != 2) return;
+    // An iteration that learns takes longer than those that follow.
+    const bool learns = request_.settings.pixel_counts == PixelCounts::learned;
+    const std::uint32_t usual = learns ? PixelCountLearner::iterations + 2 : 2;
+    if (choice == nullptr || !choice->chosen || made_.forecast || made_.state.iterations != usual) return;
     made_.forecast =
         forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings),
                         {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},
@@ -271,7 +274,8 @@ class Render {
   void take_frame() {
     frame_ = in_crop(engine_->frame(), part_);
     made_.film.add_iteration(frame_);
-    made_.merging.add_iteration(in_crop(engine_->merging_change(), changes_));
+    made_.merging.add_iteration(in_crop(engine_->merging_change(), changes_),
+                                1.0 + engine_->merging_gain() * engine_->radius());
     made_.disks += square(engine_->radius());
     made_.gain.add_iteration(engine_->merged_light() / static_cast<double>(std::max<std::size_t>(1, frame_.size())),
                              engine_->radius());
@@ -297,7 +301,8 @@ class Render {
     if (!bias) return;
     const std::uint32_t length = std::max(2 * n, choice->expected_iterations);
     choose_disk(*choice, *bias, length);
-    choose_gain(*bias, length);
+    // A gain has to make up for everything before the run ends.
+    choose_gain(*bias, choice->expected_iterations > n ? choice->expected_iterations : 2 * n);
   }
 
   /// The radius becomes at most what the pilot chose, for larger ones have their costs, and at least that of the settings.

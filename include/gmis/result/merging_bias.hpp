@@ -60,13 +60,14 @@ class MergingChange {
   /// Pixels are stored by rows, from the first change on.
   explicit MergingChange(glm::ivec2 resolution) : resolution_(resolution) {}
 
-  /// Adds the changes of one iteration, one per pixel; none where the iteration merged nothing.
-  void add_iteration(std::span<const float> change) {
+  /// Adds the changes of one iteration, one per pixel; none where the iteration merged nothing. `gain`: what all that was merged
+  /// has been multiplied with (`Engine::scale_merging`), above 0; the bias is that without it.
+  void add_iteration(std::span<const float> change, double gain = 1.0) {
     const std::size_t half = (counts_[0] + counts_[1]) % 2;
     ++counts_[half];
     make_room_for(change.size());
     for (std::size_t p = 0; p < change.size(); ++p)
-      if (std::isfinite(change[p])) sums_[half][p] += static_cast<double>(change[p]);
+      if (std::isfinite(change[p])) sums_[half][p] += static_cast<double>(change[p]) / gain;
   }
 
   /// Takes in another run of the same size.

@@ -46,7 +46,8 @@ struct PhaseSeconds {
 /// them needs.
 ///
 /// Work is divided into chunks of fixed size, which are merged in their order. The same seed therefore gives the same
-/// bits for any number of threads. The pixels of a crop have the same bits as in the whole picture.
+/// bits for any number of threads. The pixels of a crop have the same bits as in the whole picture, unless numbers of samples are
+/// learned.
 ///
 /// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings. No other member
 /// throws, except when an allocation fails.
@@ -123,12 +124,14 @@ class Engine {
     return guide_.is_empty() ? nullptr : &guide_;
   }
 
+  /// True while numbers of samples are learned from the iterations.
+  [[nodiscard]] bool is_learning() const noexcept { return learns_counts() || learns_pixel_counts(); }
+
   /// Prepares the engine to replay paths of `iteration` (output/replay.hpp): traces the light trees of that iteration.
-  /// The engine must not have rendered anything. The same iteration may be prepared again, but no other one.
+  /// The engine must not have rendered that iteration or a later one. The same iteration may be prepared again, but no other one.
   template <Executor E>
   void prepare_replay(E& executor, std::uint32_t iteration) {
-    // Tables come from the iterations before.
-    while (iteration_ + 1 < iteration && (learns_counts() || learns_pixel_counts())) iterate(executor);
+    while (iteration_ + 1 < iteration && is_learning()) iterate(executor);  // tables come from the iterations before
     iteration_ = iteration - 1;
     begin_iteration(executor);
   }

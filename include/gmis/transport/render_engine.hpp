@@ -52,6 +52,10 @@ class RenderEngine {
       start();
       return;
     }
+    // The pilot has neither, and would not say so.
+    require_argument(
+        settings.pixel_counts == PixelCounts::uniform || settings.vertex_counts == VertexCounts::uniform,
+        "RenderSettings::pixel_counts and RenderSettings::vertex_counts are both learned: choose one of them");
     choice_.emplace();
     choice_->expected_iterations = expected_iterations;
     choice_->pilot_iterations = pilot_iterations_for(expected_iterations);

@@ -105,7 +105,7 @@ class CountLearner {
       variances.push_back((squares_[pixel] / n - square(mean)) * n / (n - 1.0) *
                           square(static_cast<double>(scales[pixel])));
     });
-    const double pixels = static_cast<double>(variances.size());
+    const double pixels = static_cast<double>(std::max<std::size_t>(1, variances.size()));
     return {trimmed_mean(variances, 1), cost_ / n / pixels};
   }
   /// W of every pixel (`CropPixels::scales`).

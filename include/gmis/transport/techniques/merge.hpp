@@ -6,7 +6,7 @@
 namespace gmis {
 
 /// Technique merge: estimates the radiance that a camera vertex reflects from all light vertices (photons) within the
-/// merging radius. It is a density estimate with the constant kernel 1/(n_L π r²); it is biased when the light or the
+/// merging radius. It is a density estimate with the constant kernel 1/(n_L π r²), times a gain near 1 (`Engine::scale_merging`); it is biased when the light or the
 /// surface varies over the disk.
 struct Merge {
   /// Merges one non-specular camera vertex with the stored light vertices within the merging radius and adds the

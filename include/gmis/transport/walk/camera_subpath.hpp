@@ -53,7 +53,7 @@ class CameraSubpath {
     const auto [u, v, u_lens, v_lens] = uniforms<T, 4>(source);
     const auto sample = context_.scene.camera().sample_ray(pixel, Vec2<T>{u, v}, Vec2<T>{u_lens, v_lens});
     if (!sample) return;
-    if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight);
+    if constexpr (observes_paths<Output>) output_.on_start(sample->origin, sample->weight * share);
     Edge edge{sample->origin,
               {sample->direction, sample->weight, sample->density, T(0), false},
               sample->weight * share,
