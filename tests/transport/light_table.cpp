@@ -130,7 +130,7 @@ TEST_CASE("A table is what it is made from: probabilities in proportion to the r
   CHECK(table.probability(cell, &lights[0]) == Approx(0.4));  // √4 : √9
   CHECK(table.probability(cell, &lights[1]) == Approx(0.6));
   CHECK(table.probability(cell, &lights[2]) == 0);
-  CHECK(table.share(cell) == Approx(0.9 * 5 / (5 + 8)));
+  CHECK(table.share(cell) == Approx(0.9 * 5 / (5 + 2 * 8)));
   CHECK(table.sample(cell, 0.0F) == &lights[0]);
   CHECK(table.sample(cell, 0.3999F) == &lights[0]);
   CHECK(table.sample(cell, 0.4001F) == &lights[1]);

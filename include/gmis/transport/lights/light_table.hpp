@@ -33,7 +33,7 @@ class LightTable {
  public:
   /// Largest share of the learned choice; the rest is the scene's own, so that no light loses its probability.
   static constexpr double most_share = 0.9;
-  /// A cell with so many arrivals has half of that share.
+  /// A cell with so many arrivals for each light that it has met has half of that share: with many lights many are still to be met.
   static constexpr double borrowed = 8.0;
 
   /// A light with its probability in a cell.
@@ -85,8 +85,8 @@ class LightTable {
         entries_[i].probability = static_cast<T>(probability);
         below += probability;
       }
-      const auto count = static_cast<double>(at - begin);
-      shares_[cell] = static_cast<T>(most_share * count / (count + borrowed));
+      const auto count = static_cast<double>(at - begin), lights = static_cast<double>(entries_.size() - first_[cell]);
+      shares_[cell] = static_cast<T>(most_share * count / (count + borrowed * lights));
     }
     first_.back() = static_cast<std::uint32_t>(entries_.size());
   }
