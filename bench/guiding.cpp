@@ -23,44 +23,24 @@
 
 namespace {
 
+using gmis_bench::OneSide;
 using gmis_bench::processor_seconds;
-using gmis_bench::Run;
-using gmis_bench::trimmed_and_whole;
+using gmis_bench::TwoSides;
 using Scene = gmis::tools::BuiltScene::SceneType;
 using Guided = gmis::GuidedScene<Scene>;
 
 template <template <class> class Engine>
 void compare(const std::string& name, const char* integrator, const Scene& scene, const gmis::SampleCounts& counts,
              int iterations, const gmis::DirectionGuide<float>& guide, double training) {
-  gmis::RenderSettings settings;
-  settings.counts = counts;
-  settings.max_depth = 10;
-  const Guided guided(scene, guide);
-  Run<Engine<Scene>, Scene> plain(scene, settings);
-  settings.seed = 1;
-  Run<Engine<Guided>, Guided> with_guide(guided, settings);
-  for (int i = 0; i < iterations; ++i) {
-    plain.iterate();
-    with_guide.iterate();
-  }
-  const auto mean = [&](std::size_t i) { return (plain.mean(i) + with_guide.mean(i)) / 2; };
-  const auto before = trimmed_and_whole(plain.relative_variances(mean));
-  const auto after = trimmed_and_whole(with_guide.relative_variances(mean));
-  const double cost = with_guide.seconds() / plain.seconds();
-  const double whole_cost = (with_guide.seconds() + training / iterations) / plain.seconds();
-  const double ratio = with_guide.total() / plain.total();
-  const double error = std::hypot(with_guide.total_error(), plain.total_error()) / plain.total();
+  const auto found = gmis_bench::compare<Engine>(scene, Guided(scene, guide), counts, iterations);
+  const double cost = found.cost(training, iterations);
   std::printf("| %s | %s | %.4f | %.4f | %.2f | %.2f | %.0f | %.2f | %.2f | %.4f ± %.4f |\n", name.c_str(), integrator,
-              before[1] * plain.seconds(), after[1] * whole_cost * plain.seconds(), before[1] / after[1], cost,
-              training / plain.seconds(), before[1] / after[1] / whole_cost, before[0] / after[0] / whole_cost, ratio,
-              error);
+              found.before[1] * found.plain_seconds, found.after[1] * cost * found.plain_seconds,
+              found.before[1] / found.after[1], found.other_seconds / found.plain_seconds,
+              training / found.plain_seconds, found.before[1] / found.after[1] / cost,
+              found.before[0] / found.after[0] / cost, found.ratio, found.ratio_error);
   std::fflush(stdout);
 }
-
-template <class S>
-using TwoSides = gmis::Engine<S>;
-template <class S>
-using OneSide = gmis::PathTracer<S>;
 
 }  // namespace
 

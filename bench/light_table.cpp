@@ -6,7 +6,7 @@
 // after the other on one thread. The error of N iterations is the variance of one over N, relative to the picture as relMSE is. Training counts as
 // time.
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -25,34 +25,15 @@ namespace {
 using Scene = gmis::tools::BuiltScene::SceneType;
 using Learned = gmis::LightTableScene<Scene>;
 
-template <template <class> class Engine>
-void compare(const std::string& name, const char* integrator, const Scene& scene, const Learned& learned,
-             const gmis::SampleCounts& counts, int iterations, double training) {
-  gmis::RenderSettings settings;
-  settings.counts = counts;
-  settings.max_depth = 10;
-  gmis_bench::Run<Engine<Scene>, Scene> plain(scene, settings);
-  settings.seed = 1;
-  gmis_bench::Run<Engine<Learned>, Learned> with_table(learned, settings);
-  for (int i = 0; i < iterations; ++i) {
-    plain.iterate();
-    with_table.iterate();
-  }
-  const auto mean = [&](std::size_t i) { return (plain.mean(i) + with_table.mean(i)) / 2; };
-  const auto before = gmis_bench::trimmed_and_whole(plain.relative_variances(mean));
-  const auto after = gmis_bench::trimmed_and_whole(with_table.relative_variances(mean));
-  const double cost = (with_table.seconds() + training / iterations) / plain.seconds();
+void print(const std::string& name, const char* integrator, const gmis_bench::Comparison& found, int iterations,
+           double training) {
+  const double cost = found.cost(training, iterations);
   std::printf("| %s | %s | %.2f | %.2f | %.1f | %.2f | %.2f | %.4f ± %.4f |\n", name.c_str(), integrator,
-              before[1] / after[1], with_table.seconds() / plain.seconds(), training / plain.seconds(),
-              before[1] / after[1] / cost, before[0] / after[0] / cost, with_table.total() / plain.total(),
-              std::hypot(with_table.total_error(), plain.total_error()) / plain.total());
+              found.before[1] / found.after[1], found.other_seconds / found.plain_seconds,
+              training / found.plain_seconds, found.before[1] / found.after[1] / cost,
+              found.before[0] / found.after[0] / cost, found.ratio, found.ratio_error);
   std::fflush(stdout);
 }
-
-template <class S>
-using TwoSides = gmis::Engine<S>;
-template <class S>
-using OneSide = gmis::PathTracer<S>;
 
 }  // namespace
 
@@ -83,8 +64,11 @@ int main(int argc, char** argv) {
     const double training = gmis_bench::processor_seconds() - start;
     const Learned learned(scene, table);
     const std::string name = std::filesystem::path(file).stem().string();
-    compare<OneSide>(name, "pt", scene, learned, gmis::integrators::pt, iterations, training);
-    compare<TwoSides>(name, "bpt", scene, learned, gmis::integrators::bpt, iterations, training);
+    using gmis_bench::compare;
+    print(name, "pt", compare<gmis_bench::OneSide>(scene, learned, gmis::integrators::pt, iterations), iterations,
+          training);
+    print(name, "bpt", compare<gmis_bench::TwoSides>(scene, learned, gmis::integrators::bpt, iterations), iterations,
+          training);
   }
   std::printf("\n%d iterations, %dx%d pixels, one thread.\n", iterations, size, size);
 }

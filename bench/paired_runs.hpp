@@ -74,4 +74,44 @@ inline std::array<double, 2> trimmed_and_whole(std::vector<double> values) {
   return {sum / static_cast<double>(kept), (sum + rest) / static_cast<double>(values.size())};
 }
 
+/// What two ways to render one picture have shown. An array holds the figure without the largest thousandth, and of all.
+struct Comparison {
+  std::array<double, 2> before{}, after{};  ///< relative variance of one iteration, of the plain way and of the other
+  double plain_seconds = 0, other_seconds = 0;  ///< of one iteration
+  double ratio = 0, ratio_error = 0;            ///< of the means, other over plain
+
+  /// Time of the other way over that of the plain one, `training` seconds spread over all iterations.
+  [[nodiscard]] double cost(double training, int iterations) const {
+    return (other_seconds + training / iterations) / plain_seconds;
+  }
+};
+
+/// Renders both scenes, which show the same, in turns and with different seeds.
+template <template <class> class Engine, class Plain, class Other>
+Comparison compare(const Plain& plain_scene, const Other& other_scene, const gmis::SampleCounts& counts,
+                   int iterations) {
+  gmis::RenderSettings settings;
+  settings.counts = counts;
+  settings.max_depth = 10;
+  Run<Engine<Plain>, Plain> plain(plain_scene, settings);
+  settings.seed = 1;
+  Run<Engine<Other>, Other> other(other_scene, settings);
+  for (int i = 0; i < iterations; ++i) {
+    plain.iterate();
+    other.iterate();
+  }
+  const auto mean = [&](std::size_t i) { return (plain.mean(i) + other.mean(i)) / 2; };
+  return {trimmed_and_whole(plain.relative_variances(mean)),
+          trimmed_and_whole(other.relative_variances(mean)),
+          plain.seconds(),
+          other.seconds(),
+          other.total() / plain.total(),
+          std::hypot(other.total_error(), plain.total_error()) / plain.total()};
+}
+
+template <class S>
+using TwoSides = gmis::Engine<S>;
+template <class S>
+using OneSide = gmis::PathTracer<S>;
+
 }  // namespace gmis_bench

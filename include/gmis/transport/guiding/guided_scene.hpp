@@ -2,9 +2,7 @@
 
 #include <optional>
 
-#include "gmis/core/effects.hpp"
-#include "gmis/core/light_choice.hpp"
-#include "gmis/core/transmittance.hpp"
+#include "gmis/core/scene_like.hpp"
 #include "gmis/transport/guiding/direction_guide.hpp"
 #include "gmis/transport/guiding/guided_bsdf.hpp"
 
@@ -22,53 +20,25 @@ concept LobeSource = Scene<Sc> && DirectionLobe<typename G::Lobe, ScalarOf<typen
 /// A scene like another one, with guided BSDFs: meets `gmis::Scene`, so that every integrator renders it. Both the scene and
 /// the guide must outlive it, and the guide must not change. With an empty guide its pictures have the bits of the scene's own.
 template <Scene Sc, LobeSource<Sc> Guide = DirectionGuide<ScalarOf<typename Sc::Spectrum>>>
-class GuidedScene {
+class GuidedScene : public SceneLike<Sc> {
  public:
-  using Spectrum = typename Sc::Spectrum;
-  using T = ScalarOf<Spectrum>;
+  using T = ScalarOf<typename Sc::Spectrum>;
   using Bsdf = Guided<typename Sc::Bsdf, typename Guide::Lobe>;
-  using Light = typename Sc::Light;
-  using Camera = typename Sc::Camera;
   /// What `intersect` finds.
-  using Hit = gmis::Hit<T, Bsdf, Light>;
+  using Hit = gmis::Hit<T, Bsdf, typename Sc::Light>;
 
   /// Both must outlive this.
-  GuidedScene(const Sc& scene, const Guide& guide) : scene_(scene), guide_(guide) {}
-
-  /// The scene without the guide.
-  [[nodiscard]] const Sc& own() const noexcept { return scene_; }
+  GuidedScene(const Sc& scene, const Guide& guide) : SceneLike<Sc>(scene), guide_(guide) {}
 
   [[nodiscard]] std::optional<Hit> intersect(const Ray<T>& ray) const {
-    const auto hit = scene_.intersect(ray);
+    const auto hit = this->own().intersect(ray);
     if (!hit) return std::nullopt;
     using Lobe = typename Guide::Lobe;
     const Lobe lobe = hit->bsdf.is_purely_delta() ? Lobe() : guide_.lobe_at(hit->point, hit->bsdf);
     return Hit{hit->point, Bsdf(hit->bsdf, hit->point.shading_normal, lobe), hit->light};
   }
-  [[nodiscard]] bool visible(const Ray<T>& ray) const { return scene_.visible(ray); }
-  [[nodiscard]] LightChoice<T, Light> sample_light(T u) const { return scene_.sample_light(u); }
-  [[nodiscard]] T selection_probability(const Light& light) const { return scene_.selection_probability(light); }
-  [[nodiscard]] LightChoice<T, Light> sample_light(const SurfacePoint<T>& from,
-                                                   T u) const requires SceneWithReceiverChoice<Sc> {
-    return scene_.sample_light(from, u);
-  }
-  [[nodiscard]] T selection_probability(const Light& light,
-                                        const SurfacePoint<T>& from) const requires SceneWithReceiverChoice<Sc> {
-    return scene_.selection_probability(light, from);
-  }
-  [[nodiscard]] decltype(auto) infinite_lights() const { return scene_.infinite_lights(); }
-  [[nodiscard]] const Camera& camera() const { return scene_.camera(); }
-  /// Those of the scene, like all that follows.
-  [[nodiscard]] Effects effects() const requires SceneWithEffects<Sc> { return scene_.effects(); }
-  /// As the scene says.
-  [[nodiscard]] bool has_absorption() const requires SceneWithAbsorption<Sc> { return scene_.has_absorption(); }
-  /// As in the scene.
-  [[nodiscard]] Spectrum transmittance(const Ray<T>& ray) const requires SceneWithAbsorption<Sc> {
-    return scene_.transmittance(ray);
-  }
 
  private:
-  const Sc& scene_;
   const Guide& guide_;
 };
 

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "gmis/core/effects.hpp"
+#include "gmis/core/light_choice.hpp"
+#include "gmis/core/transmittance.hpp"
+
+namespace gmis {
+
+/// A scene that is another one, member by member: a base for scenes that change one thing about a scene. The scene must outlive it.
+template <Scene Sc>
+class SceneLike {
+ public:
+  using Spectrum = typename Sc::Spectrum;
+  using T = ScalarOf<Spectrum>;
+  using Bsdf = typename Sc::Bsdf;
+  using Light = typename Sc::Light;
+  using Camera = typename Sc::Camera;
+
+  /// `scene` must outlive this.
+  explicit SceneLike(const Sc& scene) : scene_(scene) {}
+
+  /// The scene as it is.
+  [[nodiscard]] const Sc& own() const noexcept { return scene_; }
+
+  // All that follows is the scene's.
+  [[nodiscard]] auto intersect(const Ray<T>& ray) const { return scene_.intersect(ray); }
+  [[nodiscard]] bool visible(const Ray<T>& ray) const { return scene_.visible(ray); }
+  [[nodiscard]] LightChoice<T, Light> sample_light(T u) const { return scene_.sample_light(u); }
+  [[nodiscard]] T selection_probability(const Light& light) const { return scene_.selection_probability(light); }
+  [[nodiscard]] LightChoice<T, Light> sample_light(const SurfacePoint<T>& from,
+                                                   T u) const requires SceneWithReceiverChoice<Sc> {
+    return scene_.sample_light(from, u);
+  }
+  [[nodiscard]] T selection_probability(const Light& light,
+                                        const SurfacePoint<T>& from) const requires SceneWithReceiverChoice<Sc> {
+    return scene_.selection_probability(light, from);
+  }
+  [[nodiscard]] decltype(auto) infinite_lights() const { return scene_.infinite_lights(); }
+  [[nodiscard]] const Camera& camera() const { return scene_.camera(); }
+  [[nodiscard]] Effects effects() const requires SceneWithEffects<Sc> { return scene_.effects(); }
+  [[nodiscard]] bool has_absorption() const requires SceneWithAbsorption<Sc> { return scene_.has_absorption(); }
+  [[nodiscard]] Spectrum transmittance(const Ray<T>& ray) const requires SceneWithAbsorption<Sc> {
+    return scene_.transmittance(ray);
+  }
+
+ private:
+  const Sc& scene_;
+};
+
+}  // namespace gmis
