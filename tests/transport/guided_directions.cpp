@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <optional>
 #include <vector>
 
 #include "gmis/core/random.hpp"
@@ -15,6 +14,7 @@
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/quads.hpp"
 
 // Guided directions in built-in scenes: pictures keep their energy, and lobes point to where light and importance come from.
 
@@ -25,14 +25,8 @@ using Builder = gmis::scene::SceneBuilder<float>;
 using Guide = gmis::DirectionGuide<float>;
 using Guided = gmis::GuidedScene<Scene>;
 using gmis::TransportMode;
+using gmis_test::add_quad;
 using V = gmis::Vec3<double>;
-
-void add_quad(Builder& builder, std::size_t material, const V& centre, const V& a, const V& b,
-              const std::optional<gmis::scene::AreaEmission>& emission = {}) {
-  const std::vector<glm::dvec3> corners{centre - a - b, centre + a - b, centre + a + b, centre - a + b};
-  const std::vector<std::array<int, 3>> halves{{0, 1, 2}, {0, 2, 3}};
-  builder.add_mesh({corners, halves}, material, emission);
-}
 
 /// A closed room with a lamp, balls of several materials, a mirror, a curtain that lets light through, and a point light.
 Scene make_room() {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <optional>
 #include <vector>
 
 #include "gmis/core/random.hpp"
@@ -17,6 +16,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
+#include "transport/quads.hpp"
 
 // Lights chosen by a learned table: probabilities, energy, and what it gains where walls hide lamps.
 
@@ -28,14 +28,8 @@ using Light = Scene::Light;
 using Table = gmis::LightTable<float, Light>;
 using Learned = gmis::LightTableScene<Scene>;
 using Point = gmis::SurfacePoint<float>;
+using gmis_test::add_quad;
 using V = gmis::Vec3<double>;
-
-void add_quad(Builder& builder, std::size_t material, const V& centre, const V& a, const V& b,
-              const std::optional<gmis::scene::AreaEmission>& emission = {}) {
-  const std::vector<glm::dvec3> corners{centre - a - b, centre + a - b, centre + a + b, centre - a + b};
-  const std::vector<std::array<int, 3>> halves{{0, 1, 2}, {0, 2, 3}};
-  builder.add_mesh({corners, halves}, material, emission);
-}
 
 /// Four rooms in a row without ceilings between walls; in each a point light, and one has a lamp, too. From above the camera sees all. A
 /// wall hides each light from the other rooms.

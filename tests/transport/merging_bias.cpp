@@ -1,7 +1,6 @@
 #include "gmis/result/merging_bias.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -17,6 +16,8 @@
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 #include "transport/furnace_engines.hpp"
+#include "transport/quads.hpp"
+#include "transport/sun_on_square.hpp"
 
 namespace {
 
@@ -137,10 +138,8 @@ TEST_CASE("The change of merging is the picture less that with half the radius")
   using Scene = gmis::scene::BvhScene<float>;
   gmis::scene::SceneBuilder<float> builder;
   const auto grey = builder.add_material(gmis::scene::make_diffuse<float>({0.6, 0.5, 0.4}));
-  const std::vector<glm::dvec3> floor{{-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}};
-  const std::vector<glm::dvec3> wall{{-2, 2, 0}, {2, 2, 0}, {2, 2, 3}, {-2, 2, 3}};
-  for (const auto& corners : {floor, wall})
-    builder.add_mesh({corners, std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}}}, grey);
+  gmis_test::add_quad(builder, grey, {0, 0, 0}, {2, 0, 0}, {0, 2, 0});      // the floor
+  gmis_test::add_quad(builder, grey, {0, 2, 1.5}, {2, 0, 0}, {0, 0, 1.5});  // a wall
   builder.add_point_light({0.3, 0.2, 1}, {5, 4, 3});
   builder.set_camera(gmis::scene::look_at({0, -4, 3}, {0, 0, 0.5}, {0, 0, 1}, 50, {16, 16}));
   const Scene scene = builder.build();
@@ -193,46 +192,24 @@ TEST_CASE("At an edge of the light the bias of a disk is this much of its change
 }
 
 TEST_CASE("What merging takes from the mean of a picture is what a run says, at the edges of a surface") {
-  // The sun on a square of side a, all of which is seen. Of a disk at the distance x from an edge the share g(x/r) lies beyond it and
-  // gathers nothing; ∫ g(t) dt = 2/(3π) from 0 to 1. With ρ = r/a the loss is L(ρ) = 4 · 2/(3π) ρ − 4 c ρ²: at a corner the part
-  // beyond both edges is not lost twice. That part is at most the product of the two, for in a disk large x go with small y: 0 ≤ c ≤
-  // (2/(3π))². The run says 2 (L(ρ) − L(ρ/2)), of what is left of the light.
-  using Scene = gmis::scene::BvhScene<float>;
-  gmis::scene::SceneBuilder<float> builder;
-  const std::vector<glm::dvec3> corners{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-  builder.add_mesh({corners, std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}}},
-                   builder.add_material(gmis::scene::make_diffuse<float>({0.5, 0.5, 0.5})));
-  builder.add_directional_light({0, 0, 1}, {1, 1, 1});
-  gmis::scene::CameraDescription camera = gmis::scene::look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 90, {24, 24});
-  camera.projection = gmis::scene::Projection::orthographic;
-  builder.set_camera(camera);
-  const Scene scene = builder.build();
-  gmis::RenderRequest request;
-  request.settings.counts = {4.0, 0, false, true, 1, false, false, false, 1.0};
-  request.settings.max_depth = 3;
-  request.settings.radius = 0.1;
-  request.settings.alpha = 1.0;
-  request.settings.seed = gmis_test::seed(43);
-  request.budget.iterations = 1600;
+  // The run says 2 (L(ρ) − L(ρ/2)), of what is left of the light.
+  using namespace gmis_test::sun_on_square;
+  const Scene scene = make_scene();
   gmis::SerialExecutor executor;
-  const gmis::RenderResult result = gmis::Render(scene, request).run(executor);
+  const gmis::RenderResult result = gmis::Render(scene, merging_alone(1.0, gmis_test::seed(43))).run(executor);
   REQUIRE(result.merging_bias.has_value());
   const gmis::MergingBias& bias = *result.merging_bias;
-  const double rho = 0.05, share = 2 / (3 * gmis::pi<double>), most = 4 * share * rho;
+  const double most = 4 * share * rho;
   const double said = most - 6 * gmis::square(share * rho), lost = most - 4 * gmis::square(share * rho);
-  // Nine large tiles make an error with as many degrees of freedom. With the binomial one below: a false alarm in 5e3.
-  const double sure = gmis::student_t_quantile(1 - 0.5e-4, 9) * bias.standard_error_of_mean;
+  const double sure_of_bias = sure(result);
   CAPTURE(bias.of_mean, bias.standard_error_of_mean, said, most, result.estimate.mean);
-  CHECK(-bias.of_mean > said / (1 - lost) - sure);
-  CHECK(-bias.of_mean < most / (1 - most) + sure);
-  CHECK(sure < 0.3 * most);  // so that it tells a ratio of 2 from one of 4/3
-  // The picture does lack so much. A light tree hits the square or not.
-  const auto trees = static_cast<double>(result.counters.light_subpaths);
-  const double hits = static_cast<double>(result.counters.photons_stored) / trees;
-  const double noise = 3.9 * std::sqrt((1 - hits) / (hits * trees));
-  const double missing = 1 - result.estimate.mean / (0.5 / gmis::pi<double>);
-  CHECK(missing > lost - noise);
-  CHECK(missing < most + noise);
+  CHECK(-bias.of_mean > said / (1 - lost) - sure_of_bias);
+  CHECK(-bias.of_mean < most / (1 - most) + sure_of_bias);
+  CHECK(sure_of_bias < 0.3 * most);  // so that it tells a ratio of 2 from one of 4/3
+  // The picture does lack so much.
+  const double missing = 1 - result.estimate.mean / truth;
+  CHECK(missing > lost - noise(result));
+  CHECK(missing < most + noise(result));
 }
 
 /// The share of a bias c r² that is left, with the other sign, when a run makes up for it as if it were proportional to r: by its recurrence

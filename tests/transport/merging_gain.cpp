@@ -6,17 +6,14 @@
 #include <vector>
 
 #include "gmis/core/state_archive.hpp"
-#include "gmis/core/statistics.hpp"
 #include "gmis/render/render.hpp"
-#include "gmis/render/thread_executor.hpp"
-#include "gmis/scene/bvh_scene.hpp"
-#include "gmis/scene/scene_builder.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/sun_on_square.hpp"
 
 // What later iterations multiply merging with so that the mean of the picture comes out right.
 
@@ -111,45 +108,25 @@ TEST_CASE("An engine multiplies what it merges, and nothing else, and says how m
 }
 
 TEST_CASE("A run makes up for what merging loses at the edges of a surface") {
-  // The sun on a square, as in merging_bias.cpp: a disk of ρ sides loses L(ρ) = 4 · 2/(3π) ρ − 4 c ρ² of the light, 0 ≤ c ≤ (2/(3π))².
   // What the run measures is 2 (L(ρ) − L(ρ/2)), so that at most 2 c ρ² is left; without a gain it would be 4.2 %, or seven tenths of it
   // where disks shrink.
-  using Scene = gmis::scene::BvhScene<float>;
-  gmis::scene::SceneBuilder<float> builder;
-  const std::vector<glm::dvec3> corners{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-  builder.add_mesh({corners, std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}}},
-                   builder.add_material(gmis::scene::make_diffuse<float>({0.5, 0.5, 0.5})));
-  builder.add_directional_light({0, 0, 1}, {1, 1, 1});
-  gmis::scene::CameraDescription camera = gmis::scene::look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 90, {24, 24});
-  camera.projection = gmis::scene::Projection::orthographic;
-  builder.set_camera(camera);
-  const Scene scene = builder.build();
-  gmis::RenderRequest request;
-  request.settings.counts = {4.0, 0, false, true, 1, false, false, false, 1.0};
-  request.settings.max_depth = 3;
-  request.settings.radius = 0.1;
-  request.settings.alpha = GENERATE(1.0, 0.9);
-  request.settings.seed = gmis_test::seed(92);
-  request.expected_iterations = request.budget.iterations.emplace(1600);
+  using namespace gmis_test::sun_on_square;
+  const Scene scene = make_scene();
+  gmis::RenderRequest request = merging_alone(GENERATE(1.0, 0.9), gmis_test::seed(92));
+  request.expected_iterations = *request.budget.iterations;
   request.candidates.assign(2, request.settings.counts);
   gmis::SerialExecutor executor;
   const gmis::RenderResult result = gmis::Render(scene, request).run(executor);
   REQUIRE(result.choice.has_value());
   CHECK(result.counts.radius_factor == 1);  // the disk stays as it is
   REQUIRE(result.merging_bias.has_value());
-  const double share = 2 / (3 * gmis::pi<double>), rho = 0.05;
-  // Nine large tiles make an error with as many degrees of freedom. With the binomial one: a false alarm in 5e3 a run.
-  const double sure = gmis::student_t_quantile(1 - 0.5e-4, 9) * result.merging_bias->standard_error_of_mean;
-  const auto trees = static_cast<double>(result.counters.light_subpaths);
-  const double hits = static_cast<double>(result.counters.photons_stored) / trees;
-  const double noise = 3.9 * std::sqrt((1 - hits) / (hits * trees));
-  const double off = result.estimate.mean / (0.5 / gmis::pi<double>)-1;
-  CAPTURE(off, noise, sure, result.merging_bias->of_mean);
+  const double sure_of_bias = sure(result), off = result.estimate.mean / truth - 1;
+  CAPTURE(off, noise(result), sure_of_bias, result.merging_bias->of_mean);
   // The gain was last chosen after 1024 of the 1600 iterations.
-  const double sure_then = 1.25 * sure;
-  CHECK(std::abs(off) < noise + sure_then + 2 * gmis::square(share * rho));
-  CHECK(noise + sure < 0.6 * 4 * share * rho * (request.settings.alpha == 1.0 ? 1.0 : 0.7));
+  const double sure_then = 1.25 * sure_of_bias;
+  CHECK(std::abs(off) < noise(result) + sure_then + 2 * gmis::square(share * rho));
+  CHECK(noise(result) + sure_of_bias < 0.6 * 4 * share * rho * (request.settings.alpha == 1.0 ? 1.0 : 0.7));
   // It says what is left, and what it has made up for.
-  CHECK(std::abs(result.merging_bias->of_mean) < sure);
-  CHECK(result.merging_bias->made_up > 4 * share * rho * 0.5 - sure);
+  CHECK(std::abs(result.merging_bias->of_mean) < sure_of_bias);
+  CHECK(result.merging_bias->made_up > 4 * share * rho * 0.5 - sure_of_bias);
 }

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
-#include "gmis/core/state_archive.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/render/thread_executor.hpp"
 #include "gmis/transport/counts/pixel_count_learner.hpp"
@@ -17,6 +16,7 @@
 #include "gmis/transport/output/replay.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/continued_run.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -252,20 +252,10 @@ TEST_CASE("Learned numbers of subpaths: the same bits for any number of threads 
     uniform.pixel_counts = gmis::PixelCounts::uniform;
     CHECK_FALSE(same_bits(one, frames(scene, uniform, nullptr, 12, gmis::SerialExecutor())));
     gmis::SerialExecutor executor;
-    for (const int first : {1, 3, 4, 9}) {
+    for (const std::uint32_t first : {1, 3, 4, 9}) {
       CAPTURE(first);
-      Both before(scene, settings), after(scene, settings);
-      for (int i = 0; i < first; ++i) before.iterate(executor);
-      gmis::StateWriter writer;
-      writer(before);
-      gmis::StateReader reader(writer.bytes());
-      reader(after);
-      REQUIRE((reader.is_at_end() && !reader.is_broken()));
-      std::vector<float> rest;
-      for (int i = first; i < 12; ++i) {
-        after.iterate(executor);
-        rest.insert(rest.end(), after.frame().begin(), after.frame().end());
-      }
+      const auto rest =
+          gmis_test::frames_after_interrupt<Both>(scene, settings, first, 12, executor, [](const Both&) {});
       CHECK(same_bits(rest, {one.end() - static_cast<std::ptrdiff_t>(rest.size()), one.end()}));
     }
   }

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
-#include "gmis/core/state_archive.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/render/thread_executor.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/continued_run.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 
@@ -305,22 +305,11 @@ TEST_CASE(
   uniform.vertex_counts = gmis::VertexCounts::uniform;
   CHECK_FALSE(same_bits(one, frames<Both>(scene, uniform, nullptr, 8)));
   gmis::SerialExecutor executor;
-  for (const int first : {1, 3, 4, 6}) {
+  for (const std::uint32_t first : {1, 3, 4, 6}) {
     CAPTURE(first);
-    Both before(scene, settings), after(scene, settings);
-    for (int i = 0; i < first; ++i) before.iterate(executor);
-    gmis::StateWriter writer;
-    writer(before);
-    gmis::StateReader reader(writer.bytes());
-    reader(after);
-    REQUIRE((reader.is_at_end() && !reader.is_broken()));
-    std::vector<float> rest;
-    for (int i = first; i < 8; ++i) {
-      after.iterate(executor);
-      rest.insert(rest.end(), after.frame().begin(), after.frame().end());
-    }
+    const auto rest = gmis_test::frames_after_interrupt<Both>(
+        scene, settings, first, 8, executor, [](const Both& engine) { CHECK((engine.count_table() != nullptr)); });
     CHECK(same_bits(rest, {one.end() - static_cast<std::ptrdiff_t>(rest.size()), one.end()}));
-    CHECK((after.count_table() != nullptr));
   }
 }
 
