@@ -26,7 +26,7 @@ struct Checkpoint {
 namespace detail {
 
 /// Changes with every change of the state's layout.
-inline constexpr std::string_view checkpoint_format = "gmis checkpoint 4\n";
+inline constexpr std::string_view checkpoint_format = "gmis checkpoint 5\n";
 
 /// The bytes of a checkpoint with this state.
 [[nodiscard]] inline std::vector<std::byte> checkpoint_bytes(RunIdentity identity,

@@ -11,10 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/argument_error.hpp"
 #include "gmis/core/sobol_numbers.hpp"
+#include "gmis/transport/check_settings.hpp"
 #include "gmis/transport/counts/count_learner.hpp"
-#include "gmis/transport/counts/pixel_count_learner.hpp"
+#include "gmis/transport/counts/learned_pixel_counts.hpp"
+#include "gmis/transport/counts/learned_table.hpp"
 #include "gmis/transport/emission/learn_emission.hpp"
 #include "gmis/transport/method.hpp"
 #include "gmis/transport/photons/pixel_width.hpp"
@@ -82,10 +83,8 @@ class Engine {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(iteration_, settings_.counts.radius_factor, merging_gain_, counters_, light_work_, rejections_, seconds_);
-    if (has_vertex_counts()) archive(learner_, has_table_, count_table_);
-    if (!count_table_.fits(frame_.size())) count_table_ = {};  // a broken archive
-    if (has_pixel_counts()) archive(pixel_learner_, has_pixel_table_, pixel_table_, pixels_known_);
-    if (!pixel_table_.fits(frame_.size())) pixel_table_ = {};
+    vertex_counts_.exchange_state(archive, frame_.size());
+    pixel_counts_.exchange_state(archive, frame_.size());
   }
 
   /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide must not depend on samples
@@ -97,27 +96,16 @@ class Engine {
   /// Takes the numbers of samples at camera vertices from `table` from the next iteration on; it must have the pixels of the frame
   /// and must not depend on samples of the iterations that it serves. Call it before the first iteration with
   /// `RenderSettings::vertex_counts` learned: nothing is learned then.
-  void use_count_table(CountTable<T> table) {
-    has_table_ = true;
-    count_table_ = std::move(table);
-  }
+  void use_count_table(CountTable<T> table) { vertex_counts_.use(std::move(table), iteration_); }
   /// The table of numbers of samples at camera vertices; null before it is learned, and when it would gain little.
-  [[nodiscard]] const CountTable<T>* count_table() const noexcept {
-    return count_table_.is_empty() ? nullptr : &count_table_;
-  }
+  [[nodiscard]] const CountTable<T>* count_table() const noexcept { return vertex_counts_.table(); }
 
   /// Traces as many camera subpaths a pixel as `table` says from the next iteration on; it must have the pixels of the frame and must
   /// not depend on samples of the iterations that it serves. Call it before the first iteration with `RenderSettings::pixel_counts`
   /// learned: nothing is learned then.
-  void use_pixel_counts(PixelCountTable table) {
-    has_pixel_table_ = true;
-    pixels_known_ = iteration_;
-    pixel_table_ = std::move(table);
-  }
+  void use_pixel_counts(PixelCountTable table) { pixel_counts_.use(std::move(table), iteration_); }
   /// The numbers of camera subpaths; null before they are learned, and when they would gain little.
-  [[nodiscard]] const PixelCountTable* pixel_counts() const noexcept {
-    return pixel_table_.is_empty() ? nullptr : &pixel_table_;
-  }
+  [[nodiscard]] const PixelCountTable* pixel_counts() const noexcept { return pixel_counts_.table(); }
 
   /// The guide of emission, which is learned before the first iteration; null without one.
   [[nodiscard]] const EmissionGuide<Sc>* emission_guide() const noexcept {
@@ -125,7 +113,9 @@ class Engine {
   }
 
   /// True while numbers of samples are learned from the iterations.
-  [[nodiscard]] bool is_learning() const noexcept { return learns_counts() || learns_pixel_counts(); }
+  [[nodiscard]] bool is_learning() const noexcept {
+    return vertex_counts_.is_learning() || pixel_counts_.is_learning();
+  }
 
   /// Prepares the engine to replay paths of `iteration` (output/replay.hpp): traces the light trees of that iteration.
   /// The engine must not have rendered that iteration or a later one. The same iteration may be prepared again, but no other one.
@@ -265,7 +255,6 @@ class Engine {
     further_camera_streams = 16  // 17 to 23
   };
 
-  void check_settings() const;
   [[nodiscard]] Context context_for(std::uint32_t iteration, const SampleCounts& counts) const;
 
   /// Starts the next iteration: traces the light trees and builds the grid.
@@ -286,24 +275,6 @@ class Engine {
     }
   }
 
-  /// True when the numbers of samples at camera vertices are learned, or are to be.
-  [[nodiscard]] bool has_vertex_counts() const noexcept {
-    return settings_.vertex_counts == VertexCounts::learned && counts().traces_camera() && counts().camera_children > 0;
-  }
-  [[nodiscard]] bool learns_counts() const noexcept { return has_vertex_counts() && !has_table_; }
-  /// Learns from the latest iteration, which `work` was done for.
-  void learn_counts(const Counters& work);
-
-  /// True when the numbers of camera subpaths are learned, or are to be.
-  [[nodiscard]] bool has_pixel_counts() const noexcept {
-    return settings_.pixel_counts == PixelCounts::learned && counts().traces_camera();
-  }
-  [[nodiscard]] bool learns_pixel_counts() const noexcept { return has_pixel_counts() && !has_pixel_table_; }
-  /// Learns from the latest iteration, which `work` was done for.
-  void learn_pixel_counts(const Counters& work);
-  /// The camera subpaths of an iteration.
-  [[nodiscard]] PixelSchedule schedule_for(std::uint32_t iteration) const noexcept;
-
   /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing
   /// to the picture: weights must not depend on the samples that they weight.
   template <Executor E>
@@ -318,6 +289,8 @@ class Engine {
   template <class Subpath>
   [[gnu::noinline]] void trace_several(const Context& context, Subpath& subpath, Output& output, std::uint32_t pixel);
   void add_splats();
+  /// Learns numbers of samples from the latest iteration, which `work` was done for.
+  void learn_counts(const Counters& work);
 
   class Stopwatch {
    public:
@@ -350,14 +323,10 @@ class Engine {
   RejectionLog rejections_;
   PhaseSeconds seconds_;
   std::uint32_t iteration_ = 0;
-  bool knows_trees_ = false, has_learned_ = false, has_table_ = false;
+  bool knows_trees_ = false, has_learned_ = false;
   EmissionGuide<Sc> guide_;
-  CountLearner<T> learner_;
-  CountTable<T> count_table_;
-  PixelCountLearner pixel_learner_;
-  PixelCountTable pixel_table_;
-  std::uint32_t pixels_known_ = 0;  // iterations before the numbers of subpaths were known
-  bool has_pixel_table_ = false;
+  LearnedTable<CountLearner<T>, CountTable<T>> vertex_counts_;
+  LearnedPixelCounts pixel_counts_;
 };
 
 /// Path tracing: the engine without a light side.
@@ -367,7 +336,7 @@ using PathTracer = Engine<Sc, CameraSide, Source>;
 template <Scene Sc, class Method_, class Source>
 Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& settings, std::optional<PixelBounds> crop)
     : scene_(scene), settings_(settings), resolution_(scene.camera().resolution()), split_(settings) {
-  check_settings();
+  check_settings<Sc, Method_, Source>(settings, resolution_);
   crop_ = crop.value_or(PixelBounds{{0, 0}, resolution_});
   crop_.lower = glm::max(crop_.lower, glm::ivec2(0));
   crop_.upper = glm::min(crop_.upper, resolution_);
@@ -390,68 +359,10 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
       width, static_cast<std::size_t>(resolution_.y),
       static_cast<std::size_t>(crop_.lower.y) * width + static_cast<std::size_t>(crop_.lower.x),
       static_cast<std::size_t>(size.x), static_cast<std::size_t>(size.y)};
-  if (has_vertex_counts()) learner_ = CountLearner<T>(crop_pixels);
-  if (has_pixel_counts()) pixel_learner_ = PixelCountLearner(crop_pixels);
-}
-
-template <Scene Sc, class Method_, class Source>
-void Engine<Sc, Method_, Source>::check_settings() const {
-  const SampleCounts& counts = settings_.counts;
-  constexpr double most_trees = 4294967296.0;        // the number of a tree is a 32-bit part of its random-number key
-  constexpr int deepest = 256, most_keys = 1 << 24;  // a vertex key has 24 bits in Philox
-  static_assert((16382 + 1) * detail::camera_numbers_per_child < most_keys);
-  const double pixels = static_cast<double>(resolution_.x) * static_cast<double>(resolution_.y);
-  require_argument(resolution_.x > 0 && resolution_.y > 0,
-                   "the camera has no pixels: its resolution must be 1x1 or more");
-  require_argument(pixels <= most_trees, "the picture has more than 2^32 pixels: choose a smaller one");
-  require_argument(
-      settings_.sampler == Sampler::independent || std::same_as<Source, SampleNumbers>,
-      "RenderSettings::sampler asks for Sobol' points: they need the source SampleNumbers, the default; with "
-      "another one choose Sampler::independent");
-  require_argument(settings_.max_depth <= deepest, "RenderSettings::max_depth is above 256: choose 256 or less");
-  require_argument(counts.light_paths >= 0.0 && counts.light_paths * pixels < most_trees,
-                   "SampleCounts::light_paths is negative or asks for 2^32 light trees or more: choose fewer");
-  require_argument(counts.connections >= paired_connections,
-                   "SampleCounts::connections must be 0 or more, or paired_connections");
-  require_argument(counts.camera_children >= 0 && counts.camera_children <= 16382,
-                   "SampleCounts::camera_children must be between 0 and 16382");
-  require_argument(
-      has_light_side || !counts.traces_light(),
-      "this engine has no light side, but SampleCounts ask for light trees: use integrators::pt, or Engine<Scene>");
-  require_argument(settings_.alpha > 0.0 && settings_.alpha <= 1.0,
-                   "RenderSettings::alpha must be above 0 and at most 1");
-  require_argument(!counts.has(Technique::merge) || counts.radius_factor > 0.0,
-                   "SampleCounts::radius_factor must be above 0 when SampleCounts::merges is on");
-  require_argument(!counts.has(Technique::merge) || !settings_.radius || *settings_.radius > 0.0,
-                   "RenderSettings::radius is not above 0, but SampleCounts::merges is on: "
-                   "leave the radius unset for the default, or switch merging off");
-  require_argument(settings_.emission == Emission::power || GuidableLight<typename Sc::Light>,
-                   "RenderSettings::emission is learned, but the scene's lights cannot be guided: they need "
-                   "start_numbers and emission_along (core/guided_light.hpp)");
-  require_argument(settings_.vertex_counts == VertexCounts::uniform || !observes_children<Output>,
-                   "RenderSettings::vertex_counts is learned, but this engine is that of a pilot: use uniform");
-  require_argument(settings_.pixel_counts == PixelCounts::uniform || !observes_children<Output>,
-                   "RenderSettings::pixel_counts is learned, but this engine is that of a pilot: use uniform");
-  require_argument(
-      settings_.pixel_counts == PixelCounts::uniform || settings_.vertex_counts == VertexCounts::uniform,
-      "RenderSettings::pixel_counts and RenderSettings::vertex_counts are both learned: choose one of them");
-  if constexpr (Split::splits_light) {
-    require_argument(settings_.vertex_counts == VertexCounts::uniform || counts.camera_children == 1,
-                     "RenderSettings::vertex_counts is learned: an engine that splits light trees then needs "
-                     "SampleCounts::camera_children 1");
-    require_argument(settings_.light_split != LightSplit::none || !counts.traces_light(),
-                     "this engine splits light trees, but RenderSettings::light_split is none: use Engine<Scene>");
-    require_argument(
-        settings_.light_tree_budget >= 1 &&
-            (settings_.light_tree_budget + 1.0) * settings_.max_depth < static_cast<double>(most_keys),
-        "RenderSettings::light_tree_budget must be 1 or more, and below 2^24 when multiplied by max_depth");
-    require_argument(BsdfWithLobes<typename Sc::Bsdf> || settings_.rounds > 1,
-                     "the scene's BSDF names no lobes and RenderSettings::rounds is 1: no vertex would be split. "
-                     "Model gmis::BsdfWithLobes, choose more rounds, or use Engine<Scene>");
-  } else {
-    require_argument(settings_.light_split == LightSplit::none,
-                     "RenderSettings::light_split asks for light trees that split: use Engine<Scene, SplitTrees>");
-  }
+  if (!counts().traces_camera()) return;
+  if (settings.vertex_counts == VertexCounts::learned && counts().camera_children > 0)
+    vertex_counts_ = LearnedTable<CountLearner<T>, CountTable<T>>(CountLearner<T>(crop_pixels));
+  if (settings.pixel_counts == PixelCounts::learned) pixel_counts_ = LearnedPixelCounts(PixelCountLearner(crop_pixels));
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -501,7 +412,7 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
       .filter = PathFilter(settings_.path_classes),
       .guide = emission_guide(),
       .count_table = count_table(),
-      .schedule = schedule_for(iteration)};
+      .schedule = schedule_of(pixel_counts_, iteration)};
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -514,41 +425,17 @@ void Engine<Sc, Method_, Source>::iterate(E& executor) {
   else
     std::fill(frame_.begin(), frame_.end(), S(T(0)));
   if (counts().has(Technique::splat)) add_splats();
-  if (learns_counts()) learn_counts(counters_ - before);
-  if (learns_pixel_counts()) learn_pixel_counts(counters_ - before);
+  learn_counts(counters_ - before);
   for_each_output([this](Output& output) { rejections_.append(output.rejections(), iteration_); });
 }
 
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::learn_counts(const Counters& work) {
+  if (!is_learning()) return;
   const Stopwatch stopwatch(seconds_.film);
-  learner_.end_iteration(std::span<const S>(frame_), cost_of(work, vertex_costs));
-  if (learner_.seen() < CountLearner<T>::iterations) return;
-  if (auto table = learner_.table()) count_table_ = std::move(*table);
-  has_table_ = true;
-  learner_ = {};
-}
-
-template <Scene Sc, class Method_, class Source>
-void Engine<Sc, Method_, Source>::learn_pixel_counts(const Counters& work) {
-  const Stopwatch stopwatch(seconds_.film);
-  pixel_learner_.end_iteration(std::span<const S>(frame_), cost_of(work));
-  if (pixel_learner_.seen() < PixelCountLearner::iterations) return;
-  if (auto table = pixel_learner_.table()) pixel_table_ = std::move(*table);
-  has_pixel_table_ = true;
-  pixels_known_ = iteration_;
-  pixel_learner_ = {};
-}
-
-template <Scene Sc, class Method_, class Source>
-PixelSchedule Engine<Sc, Method_, Source>::schedule_for(std::uint32_t iteration) const noexcept {
-  const std::uint64_t rounds = iteration > 0 ? (iteration - 1) / sobol_replications : 0;
-  if (!has_pixel_counts()) return {nullptr, 1, 0, rounds};
-  if (!has_pixel_table_) return {nullptr, PixelCountLearner::subpaths, rounds, 0};
-  // Of the same replication, the iterations before the numbers were known.
-  const std::uint32_t first = iteration - static_cast<std::uint32_t>(rounds) * sobol_replications;
-  const std::uint64_t before = first > pixels_known_ ? 0 : (pixels_known_ - first) / sobol_replications + 1;
-  return {pixel_counts(), 1, before, rounds - std::min(before, rounds)};
+  const std::span<const S> picture(frame_);
+  if (vertex_counts_.is_learning()) vertex_counts_.end_iteration(picture, cost_of(work, vertex_costs), iteration_);
+  if (pixel_counts_.is_learning()) pixel_counts_.end_iteration(picture, cost_of(work), iteration_);
 }
 
 template <Scene Sc, class Method_, class Source>
@@ -625,7 +512,7 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
     Output& output = camera_outputs_[row];
     output.clear();
     CameraSubpath<Context, Output> subpath(context, output);
-    VertexLog<T>* const log = learns_counts() ? &learner_.log(row) : nullptr;
+    VertexLog<T>* const log = vertex_counts_.is_learning() ? &vertex_counts_.learner().log(row) : nullptr;
     if (log != nullptr) log->clear();
     const int y = crop_.lower.y + static_cast<int>(row);
     for (int x = crop_.lower.x; x < crop_.upper.x; ++x) {
@@ -637,7 +524,7 @@ void Engine<Sc, Method_, Source>::trace_camera(E& executor, const Context& conte
           continue;
         }
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
-      if (log != nullptr) subpath.log_to(learner_.is_logged(pixel) ? log : nullptr);
+      if (log != nullptr) subpath.log_to(vertex_counts_.learner().is_logged(pixel) ? log : nullptr);
       if (has_one_subpath) [[likely]]
         subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
       else
@@ -660,9 +547,9 @@ void Engine<Sc, Method_, Source>::trace_several(const Context& context, Subpath&
     but_last = mean_channel(output.take_pixel());
     subpath.trace(place, pixel, numbers, share);
   });
-  if (learns_pixel_counts())
-    pixel_learner_.note(pixel, 2.0 * static_cast<double>(mean_channel(output.take_pixel()) - T(2) * but_last),
-                        cost_of(output.counters()) - cost_before);
+  if (pixel_counts_.is_learning())
+    pixel_counts_.learner().note(pixel, 2.0 * static_cast<double>(mean_channel(output.take_pixel()) - T(2) * but_last),
+                                 cost_of(output.counters()) - cost_before);
 }
 
 template <Scene Sc, class Method_, class Source>

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "gmis/transport/check_settings.hpp"
 #include "gmis/transport/choose/pilot.hpp"
 #include "gmis/transport/engine.hpp"
 
@@ -53,9 +54,7 @@ class RenderEngine {
       return;
     }
     // The pilot has neither, and would not say so.
-    require_argument(
-        settings.pixel_counts == PixelCounts::uniform || settings.vertex_counts == VertexCounts::uniform,
-        "RenderSettings::pixel_counts and RenderSettings::vertex_counts are both learned: choose one of them");
+    check_learned_counts(settings);
     choice_.emplace();
     choice_->expected_iterations = expected_iterations;
     choice_->pilot_iterations = pilot_iterations_for(expected_iterations);
