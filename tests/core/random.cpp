@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/random.hpp"
 #include "gmis/core/statistics.hpp"
+#include "gmis/core/wyrand.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -36,35 +38,66 @@ TEST_CASE("A 128-bit product is that of four 64-bit ones") {
   }
 }
 
-TEST_CASE("seed, iteration, path, stream and vertex each lead to numbers of their own") {
+TEMPLATE_TEST_CASE("seed, iteration, path, stream and vertex each lead to numbers of their own", "", gmis::PhiloxBlocks,
+                   gmis::WyrandBlocks) {
   std::set<std::uint64_t> seen;
   int sources = 0;
   const auto look = [&](std::uint64_t seed, std::uint32_t iteration, std::uint32_t path, std::uint32_t stream,
                         std::uint32_t vertex) {
-    gmis::Philox source(seed, iteration, path, stream);
-    source.at_vertex(vertex);
-    const std::uint64_t high = source();
-    seen.insert(high << 32U | source());
+    TestType blocks(seed, iteration, path, stream);
+    blocks.at_vertex(vertex);
+    const auto block = blocks.next();
+    seen.insert(std::uint64_t{block[0]} << 32U | block[1]);
     ++sources;
   };
-  for (const std::uint64_t seed : {0ULL, 1ULL, 1ULL << 32U})
+  for (const std::uint64_t seed : {0ULL, 1ULL, 1ULL << 32U, 0xA0761D6478BD642FULL})
     for (std::uint32_t iteration = 0; iteration < 3; ++iteration)
       for (std::uint32_t path = 0; path < 3; ++path)
         for (std::uint32_t stream = 0; stream < 3; ++stream)
           for (const std::uint32_t vertex : {0U, 1U, 2U, 0xFFFFFFU}) look(seed, iteration, path, stream, vertex);
-  CHECK(seen.size() == static_cast<std::size_t>(sources));  // 324 of 2^64: by chance alike once in 3e14
+  CHECK(seen.size() == static_cast<std::size_t>(sources));  // 432 of 2^64: by chance alike once in 2e14
 }
 
-TEST_CASE("the numbers of a vertex do not depend on what was drawn before") {
-  gmis::Philox source(7, 1, 2, 1);
+TEMPLATE_TEST_CASE("the numbers of a vertex do not depend on what was drawn before", "", gmis::PhiloxBlocks,
+                   gmis::WyrandBlocks) {
+  TestType source(7, 1, 2, 1);
   source.at_vertex(5);
-  std::array<std::uint32_t, 9> first{};
-  for (auto& word : first) word = source();
+  std::array<typename TestType::Block, 3> first{};
+  for (auto& block : first) block = source.next();
   source.at_vertex(6);
-  CHECK(source() != first[0]);
+  CHECK(source.next() != first[0]);
   source.at_vertex(5);
-  for (const std::uint32_t word : first) CHECK(source() == word);
-  CHECK(std::set<std::uint32_t>(first.begin(), first.end()).size() == first.size());
+  std::set<std::uint32_t> words;
+  for (const auto& block : first) {
+    CHECK(source.next() == block);
+    words.insert(block.begin(), block.end());
+  }
+  CHECK(words.size() == 12);
+}
+
+TEST_CASE("the numbers of different vertices of a path are far apart in the sequence of words") {
+  // Vertex v + d begins n words after vertex v, for n · step = d · vertex_step modulo 2^64: n or −n is never small.
+  using Blocks = gmis::WyrandBlocks;
+  std::uint64_t inverse = 1;  // of the step, by Newton's iteration
+  for (int i = 0; i < 6; ++i) inverse *= 2 - Blocks::step * inverse;
+  REQUIRE(inverse * Blocks::step == 1);
+  std::uint64_t nearest = ~std::uint64_t{0}, words = 0;
+  for (std::uint32_t d = 1; d < 1U << 24U; ++d) {
+    words += Blocks::vertex_step * inverse;
+    nearest = std::min({nearest, words, ~words + 1});
+  }
+  CHECK(nearest > std::uint64_t{1} << 32U);
+}
+
+TEST_CASE("the words are the same with every compiler") {
+  std::uint64_t hash = 0;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    gmis::WyrandBlocks blocks(i / 7, i % 8, i, i % 3);
+    blocks.at_vertex(i % 5);
+    for (const auto& block : {blocks.next(), blocks.next()})
+      for (const std::uint32_t word : block) hash = (hash ^ word) * 0x100000001B3U;
+  }
+  CHECK(hash == 0xD6FF10FED54CB63FU);
 }
 
 TEST_CASE("a block is the next words that nobody has begun to use") {
@@ -99,21 +132,23 @@ enum class Moves { seed, iteration, path, vertex, block, seed_and_path };
 constexpr std::array all_moves{Moves::seed,   Moves::iteration, Moves::path,
                                Moves::vertex, Moves::block,     Moves::seed_and_path};
 
-gmis::Philox::Block block_at(Moves moves, std::uint32_t i, std::uint32_t base) {
+template <class Blocks>
+typename Blocks::Block block_at(Moves moves, std::uint32_t i, std::uint32_t base) {
   const auto at = [&](Moves part) { return moves == part ? base + i : base; };
   const bool both = moves == Moves::seed_and_path;
-  gmis::Philox source(both ? base + i : at(Moves::seed), at(Moves::iteration), both ? base - i : at(Moves::path), 1);
+  Blocks source(both ? base + i : at(Moves::seed), at(Moves::iteration), both ? base - i : at(Moves::path), 1);
   source.at_vertex(moves == Moves::vertex ? (base + i) & 0xFFFFFFU : 5U);
   if (moves == Moves::block) {  // eight blocks a vertex
     source.at_vertex(i >> 3U);
-    for (std::uint32_t skipped = 0; skipped < (i & 7U); ++skipped) static_cast<void>(source.next_block());
+    for (std::uint32_t skipped = 0; skipped < (i & 7U); ++skipped) static_cast<void>(source.next());
   }
-  return source.next_block();
+  return source.next();
 }
 
 }  // namespace
 
-TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uniform") {
+TEMPLATE_TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uniform", "", gmis::PhiloxBlocks,
+                   gmis::WyrandBlocks) {
   // Cells of 16 × 16 for each pair among the four numbers of a block and those of the block before it: χ² each.
   constexpr std::uint32_t count = 1U << 17U;
   constexpr std::size_t cells = 256, numbers = 8, pairs = numbers * (numbers - 1) / 2;
@@ -122,9 +157,9 @@ TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uni
   for (const Moves moves : all_moves) {
     std::array<std::vector<double>, pairs> observed;
     for (auto& table : observed) table.assign(cells, 0.0);
-    gmis::Philox::Block before = block_at(moves, 0, base);
+    auto before = block_at<TestType>(moves, 0, base);
     for (std::uint32_t i = 1; i <= count; ++i) {
-      const gmis::Philox::Block now = block_at(moves, i, base);
+      const auto now = block_at<TestType>(moves, i, base);
       const std::array<std::uint32_t, numbers> all{before[0], before[1], before[2], before[3],
                                                    now[0],    now[1],    now[2],    now[3]};
       std::size_t pair = 0;
@@ -142,31 +177,66 @@ TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uni
   }
 }
 
-TEST_CASE("each bit of counter and key changes each bit of the numbers half of the time") {
-  // 192 bits in, 128 bits out: a binomial count of changes for every pair, near the normal distribution.
-  constexpr int trials = 1 << 14;
-  constexpr std::size_t families = std::size_t{192} * 128;
-  const double limit = gmis::normal_quantile(1.0 - 0.5 * gmis::sidak_level(false_alarms, families));
-  gmis::Philox inputs(gmis_test::seed(21));
-  const auto word = [&inputs] { return std::uint64_t{inputs()} << 32U | inputs(); };
+namespace {
+
+/// The largest distance, in standard deviations, of the number of changes of one of 128 bits from half of the trials, where one of `bits`
+/// bits of the input changes. `change(bit)` makes an input and returns the words before and after.
+template <class Change>
+double worst_bit(unsigned bits, int trials, Change&& change) {
   double worst = 0.0;
-  for (unsigned bit = 0; bit < 192; ++bit) {
+  for (unsigned bit = 0; bit < bits; ++bit) {
     std::array<int, 128> changes{};
     for (int n = 0; n < trials; ++n) {
-      // Like the keys of a renderer: nearly all bits are 0.
-      Counter counter{word() & word() & word() & 0xFFF0000007FU, word() & 0x0000003F00003FFFU};
-      std::uint64_t key = word() & 0xFFU;
-      const Counter before = gmis::philox2x64<7>(counter, key);
-      if (bit < 128)
-        counter[bit / 64] ^= std::uint64_t{1} << (bit % 64);
-      else
-        key ^= std::uint64_t{1} << (bit % 64);
-      const Counter after = gmis::philox2x64<7>(counter, key);
+      const auto [before, after] = change(bit);
       for (unsigned out = 0; out < 128; ++out)
         changes[out] += static_cast<int>(((before[out / 64] ^ after[out / 64]) >> (out % 64)) & 1U);
     }
     for (const int n : changes) worst = std::max(worst, std::abs(n - trials / 2) / (0.5 * std::sqrt(trials)));
   }
-  CAPTURE(worst, limit);
-  CHECK(worst < limit);
+  return worst;
+}
+
+constexpr int trials = 1 << 14;
+
+/// A binomial count of changes for every pair of bits, near the normal distribution.
+double worst_by_chance(unsigned bits) {
+  return gmis::normal_quantile(1.0 - 0.5 * gmis::sidak_level(false_alarms, std::size_t{bits} * 128));
+}
+
+}  // namespace
+
+TEST_CASE("each bit of Philox's counter and key changes each bit of the numbers half of the time") {
+  gmis::Philox inputs(gmis_test::seed(21));
+  const auto word = [&inputs] { return std::uint64_t{inputs()} << 32U | inputs(); };
+  const double worst = worst_bit(192, trials, [&](unsigned bit) {
+    // Like the keys of a renderer: nearly all bits are 0.
+    Counter counter{word() & word() & word() & 0xFFF0000007FU, word() & 0x0000003F00003FFFU};
+    std::uint64_t key = word() & 0xFFU;
+    const Counter before = gmis::philox2x64<7>(counter, key);
+    (bit < 128 ? counter[bit / 64] : key) ^= std::uint64_t{1} << (bit % 64);
+    return std::pair{before, gmis::philox2x64<7>(counter, key)};
+  });
+  CHECK(worst < worst_by_chance(192));
+}
+
+TEST_CASE("each bit of the key of wyrand's blocks changes each bit of the numbers half of the time") {
+  gmis::Philox inputs(gmis_test::seed(22));
+  constexpr unsigned bits = 64 + 32 + 32 + 8 + 24;
+  const double worst = worst_bit(bits, trials, [&](unsigned bit) {
+    // Like the keys of a renderer, but for a seed of any bits: where nearly all bits are 0, there are only so many keys.
+    const std::uint64_t seed = std::uint64_t{inputs()} << 32U | inputs();
+    const std::array<std::uint32_t, 4> rest{inputs() & 0x3FFU, inputs() & 0xFFFFFU, inputs() & 0x7U, inputs() & 0x1FU};
+    const auto words_with = [&](bool changes) {
+      const auto flip = [&](unsigned first, unsigned count) {
+        return changes && bit >= first && bit < first + count ? std::uint64_t{1} << (bit - first) : 0;
+      };
+      gmis::WyrandBlocks blocks(seed ^ flip(0, 64), rest[0] ^ static_cast<std::uint32_t>(flip(64, 32)),
+                                rest[1] ^ static_cast<std::uint32_t>(flip(96, 32)),
+                                rest[2] ^ static_cast<std::uint32_t>(flip(128, 8)));
+      blocks.at_vertex(rest[3] ^ static_cast<std::uint32_t>(flip(136, 24)));
+      return blocks.next_words();
+    };
+    return std::pair{words_with(false), words_with(true)};
+  });
+  CHECK(worst < worst_by_chance(bits));
 }

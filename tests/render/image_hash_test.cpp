@@ -27,22 +27,22 @@ struct Pinned {
 
 const std::vector<Pinned> pinned{
     // clang-format off
-    {"--integrator pt", "9b5c626d225c28f3", "71c5db21644ad275"},
-    {"--integrator lt", "282c9d3b5e4c4fbe", "5207a6cdf7e97db6"},
-    {"--integrator bpt --connections 1", "214fc70e92850a13", "f3dca0e716b8dc2d"},
-    {"--integrator bpt --connections 2", "c789191f10871cc4", "fe1405b9a990d096"},
-    {"--integrator bpt --connections 4", "ba199f287aefdec8", "96c02cfa99fc42a3"},
-    {"--integrator bpt --connections paired", "4ce8fa9ddd327a5d", "ed71fd3c3bdaf264"},
-    {"--integrator ppm", "15a85a3c5f481a40", "5804386584bb05bc"},
-    {"--integrator bpm", "504b196612856d88", "be0e3fb3342809f3"},
-    {"--integrator vcm --connections 1", "deba29de74f6fbe8", "90db106dfd03327c"},
-    {"--integrator vcm --connections 2", "20e93c51289cd750", "da22dab670e6348d"},
-    {"--integrator vcm --connections 4", "4634fee462e053f6", "066f03e75223dd6f"},
-    {"--integrator vcm --connections paired", "54e8f30bec5fd633", "c6ddbbcb9bfe856f"},
-    {"--integrator gmis --split none --connections 1", "deba29de74f6fbe8", "90db106dfd03327c"},
-    {"--integrator gmis --split budgeted --connections 1", "02602fad09762560", "2f6276edb4bb58cc"},
-    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "70274836eb55436c", "a1254821e43a5a3a"},
-    {"--integrator gmis --split paper --scheme R2 --connections 2", "baf3f89f8c6370cb", "32d343d63d7054a2"},
+    {"--integrator pt", "9b5c626d225c28f3", "faf5aec42e60abcb"},
+    {"--integrator lt", "282c9d3b5e4c4fbe", "b49fd7efb21e54c9"},
+    {"--integrator bpt --connections 1", "214fc70e92850a13", "c0e6c236432dcc81"},
+    {"--integrator bpt --connections 2", "c789191f10871cc4", "acc258c95cfa1d5b"},
+    {"--integrator bpt --connections 4", "ba199f287aefdec8", "1932f4e0dc7eeaf4"},
+    {"--integrator bpt --connections paired", "4ce8fa9ddd327a5d", "1afd415b644e3429"},
+    {"--integrator ppm", "15a85a3c5f481a40", "7d4de068d6e85a71"},
+    {"--integrator bpm", "504b196612856d88", "fb8138c88c157142"},
+    {"--integrator vcm --connections 1", "deba29de74f6fbe8", "0f664971b7f55670"},
+    {"--integrator vcm --connections 2", "20e93c51289cd750", "c4601a1935334646"},
+    {"--integrator vcm --connections 4", "4634fee462e053f6", "f8f9a2b17e3eab10"},
+    {"--integrator vcm --connections paired", "54e8f30bec5fd633", "fb749330edceaff7"},
+    {"--integrator gmis --split none --connections 1", "deba29de74f6fbe8", "0f664971b7f55670"},
+    {"--integrator gmis --split budgeted --connections 1", "02602fad09762560", "c7e9cdd76e814ea8"},
+    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "70274836eb55436c", "3fbefd5e4403f196"},
+    {"--integrator gmis --split paper --scheme R2 --connections 2", "baf3f89f8c6370cb", "e69349fcb0cf6bab"},
     // clang-format on
 };
 

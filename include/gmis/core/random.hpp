@@ -141,20 +141,12 @@ class PhiloxBlocks {
 
   /// The next four words.
   constexpr Block next() noexcept {
-    const std::array<std::uint64_t, 2> words = philox2x64<7>(next_counter(), key_);
+    const std::array<std::uint64_t, 2> words = philox2x64<7>({place_, path_}, key_);
+    // The number of the block is the low half of the counter; it wraps without touching the vertex.
+    place_ = (place_ & 0xFFFFFFFF00000000U) | static_cast<std::uint32_t>(place_ + 1);
     return {static_cast<std::uint32_t>(words[0] >> 32U), static_cast<std::uint32_t>(words[0]),
             static_cast<std::uint32_t>(words[1] >> 32U), static_cast<std::uint32_t>(words[1])};
   }
-
-  /// What the next block is a function of, together with `key()`: passes that block over.
-  constexpr std::array<std::uint64_t, 2> next_counter() noexcept {
-    const std::uint64_t place = place_;
-    // The number of the block is the low half of the counter; it wraps without touching the vertex.
-    place_ = (place_ & 0xFFFFFFFF00000000U) | static_cast<std::uint32_t>(place_ + 1);
-    return {place, path_};
-  }
-  /// The seed.
-  [[nodiscard]] constexpr std::uint64_t key() const noexcept { return key_; }
 
  private:
   std::uint64_t key_;

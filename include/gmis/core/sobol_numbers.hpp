@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "gmis/core/random.hpp"
+#include "gmis/core/wyrand.hpp"
 
 #if defined(__SSSE3__)
 #include <tmmintrin.h>
@@ -128,17 +128,17 @@ inline constexpr SobolSums sobol_sums = [] {
 
 }  // namespace detail
 
-/// The uniform source of the engine, by default that of `Philox` bit by bit, or with `sobol` a low-discrepancy one: the
+/// The uniform source of the engine: words of `WyrandBlocks` as they are, or with `sobol` a low-discrepancy one: the
 /// numbers of many subpaths at one place of one vertex are then spread evenly over [0, 1), four by four together. A
 /// single subpath has uniform numbers either way.
 class SampleNumbers {
  public:
   using result_type = std::uint32_t;
-  using Block = Philox::Block;
+  using Block = WyrandBlocks::Block;
   static constexpr result_type min() noexcept { return 0; }
   static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
 
-  /// The numbers of `Philox` with these arguments.
+  /// Independent numbers: the words of `WyrandBlocks` with these arguments.
   constexpr explicit SampleNumbers(std::uint64_t seed = 0, std::uint32_t iteration = 0, std::uint32_t path = 0,
                                    std::uint32_t stream = 0) noexcept
       : blocks_(seed, iteration, path, stream) {}
@@ -173,17 +173,15 @@ class SampleNumbers {
   /// The next four numbers that no call has begun to use.
   Block next_block() noexcept {
     used_ = 4;
-    if (is_sobol_) return point(blocks_.next_counter(), blocks_.key(), reversed_index_);
+    if (is_sobol_) return point(blocks_.next_words(), reversed_index_);
     return blocks_.next();
   }
 
  private:
   /// The coordinates of a point, scrambled by the words of a block. The words also shuffle the numbers of the points: so,
-  /// places with other words are independent of each other. The words need not be as good as numbers that are used as they
-  /// are; four rounds are the fewest after which each depends on every bit of the path and the place.
-  [[nodiscard]] [[gnu::noinline]] static Block point(std::array<std::uint64_t, 2> counter, std::uint64_t key,
+  /// places with other words are independent of each other.
+  [[nodiscard]] [[gnu::noinline]] static Block point(std::array<std::uint64_t, 2> words,
                                                      std::uint32_t reversed_index) noexcept {
-    const std::array<std::uint64_t, 2> words = philox2x64<4>(counter, key);
     // Four bits at a time, from the highest. Nearly all points of an iteration take equally many steps.
     std::uint32_t bits = detail::shuffle(reversed_index, (words[0] ^ std::rotl(words[1], 21)) * 0x9E3779B97F4A7C15U);
     detail::FourWords sum{};
@@ -209,7 +207,7 @@ class SampleNumbers {
     return coordinates;
   }
 
-  PhiloxBlocks blocks_;
+  WyrandBlocks blocks_;
   std::uint32_t reversed_index_ = 0;
   bool is_sobol_ = false;
   Block block_{};

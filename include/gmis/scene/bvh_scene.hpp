@@ -69,9 +69,9 @@ class BvhScene {
     const BvhHit<T> found = bvh_.closest(ray);
     switch (found.kind) {
       case BvhChild::triangles:
-        return triangle_hit(found);
+        return made_in_place([&] { return triangle_hit(found); });
       case BvhChild::spheres:
-        return sphere_hit(found, ray);
+        return made_in_place([&] { return sphere_hit(found, ray); });
       default:
         return std::nullopt;
     }
@@ -148,6 +148,16 @@ class BvhScene {
   };
 
   explicit BvhScene(const Camera& camera) : camera_(camera) {}
+
+  /// The hit that `make` returns, made inside of the optional: to move it there would cost its size in instructions.
+  template <class Make>
+  [[nodiscard]] static std::optional<Hit> made_in_place(const Make& make) noexcept {
+    struct Made {
+      const Make& make;
+      operator Hit() const noexcept { return make(); }
+    };
+    return std::optional<Hit>(std::in_place, Made{make});
+  }
 
   [[nodiscard]] Hit triangle_hit(const BvhHit<T>& found) const noexcept {
     const Triangle& triangle = triangles_[found.slot];

@@ -29,7 +29,7 @@ void check_settings(const RenderSettings& settings, glm::ivec2 resolution) {
   constexpr bool has_light_side = Method_::Weights::has_light_side;
   const SampleCounts& counts = settings.counts;
   constexpr double most_trees = 4294967296.0;        // the number of a tree is a 32-bit part of its random-number key
-  constexpr int deepest = 256, most_keys = 1 << 24;  // a vertex key has 24 bits in Philox
+  constexpr int deepest = 256, most_keys = 1 << 24;  // a vertex key has 24 bits (core/random.hpp)
   static_assert((16382 + 1) * detail::camera_numbers_per_child < most_keys);
   const double pixels = static_cast<double>(resolution.x) * static_cast<double>(resolution.y);
   require_argument(resolution.x > 0 && resolution.y > 0,

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -108,23 +109,26 @@ class LightVertexGrid {
     const auto x0 = static_cast<std::int32_t>(low.x), x1 = static_cast<std::int32_t>(high.x);
     const auto y0 = static_cast<std::int32_t>(low.y), y1 = static_cast<std::int32_t>(high.y);
     const auto z0 = static_cast<std::int32_t>(low.z), z1 = static_cast<std::int32_t>(high.z);
-    VisitedRanges visited;
-    const auto visit_buckets = [&](std::uint32_t first, std::uint32_t last) {
-      visited.visit_new(starts_[first], starts_[last + 1], [&](std::uint32_t i) {
+    Ranges ranges;
+    const auto add_row = [&](std::int32_t y, std::int32_t z) {
+      const std::uint32_t first = bucket_at(x0, y, z);
+      const std::uint32_t last = first + static_cast<std::uint32_t>(x1 - x0);
+      if (last <= mask_) [[likely]] {
+        ranges.add(starts_[first], starts_[last + 1]);
+      } else {  // the row goes on at the beginning of the table
+        ranges.add(starts_[first], starts_[mask_ + 1]);
+        ranges.add(starts_[0], starts_[(last & mask_) + 1]);
+      }
+    };
+    if (y0 == y1 && z0 == z1) [[likely]]
+      add_row(y0, z0);
+    else
+      for (std::int32_t z = z0; z <= z1; ++z)
+        for (std::int32_t y = y0; y <= y1; ++y) add_row(y, z);
+    for (const Range& range : ranges.all())
+      for (std::uint32_t i = range.begin; i < range.end; ++i) {
         const Vec3<T> offset = points_[i].position - at;
         if (glm::dot(offset, offset) <= radius_squared_) visit(points_[i].name);
-      });
-    };
-    for (std::int32_t z = z0; z <= z1; ++z)
-      for (std::int32_t y = y0; y <= y1; ++y) {
-        const std::uint32_t first = bucket_at(x0, y, z);
-        const std::uint32_t last = first + static_cast<std::uint32_t>(x1 - x0);
-        if (last <= mask_) [[likely]] {
-          visit_buckets(first, last);
-        } else {  // the row goes on at the beginning of the table
-          visit_buckets(first, mask_);
-          visit_buckets(0, last & mask_);
-        }
       }
   }
 
@@ -150,34 +154,32 @@ class LightVertexGrid {
     Vec3<T> lower{std::numeric_limits<T>::infinity()}, upper{-std::numeric_limits<T>::infinity()};
   };
 
-  /// The ranges of points that one query has visited.
-  class VisitedRanges {
+  /// Points from `begin` to `end` − 1.
+  struct Range {
+    std::uint32_t begin, end;
+  };
+  /// The points near one query: ranges without a common point.
+  class Ranges {
    public:
-    /// Calls `visit(i)` for each i from `begin` to `end` − 1 that is in no range before.
-    template <class Visit>
-    void visit_new(std::uint32_t begin, std::uint32_t end, Visit&& visit) {
-      if (begin == end) return;
-      std::uint32_t from = begin;
-      while (from < end) {
-        std::uint32_t to = end;
-        for (std::size_t k = 0; k < count_; ++k) {
-          const auto [other_begin, other_end] = ranges_[k];
-          if (from < other_begin) {
-            to = std::min(to, other_begin);
-          } else if (from < other_end) [[unlikely]] {
-            to = from;  // nothing new here
-            from = other_end;
-            break;
-          }
-        }
-        for (std::uint32_t i = from; i < to; ++i) visit(i);
-        from = std::max(from, to);
+    /// Adds what is in no range before: different cells may have the same bucket.
+    void add(std::uint32_t begin, std::uint32_t end) noexcept {
+      const std::span<const Range> before = all();
+      while (begin < end) {
+        std::uint32_t to = end, known_to = begin;
+        for (const Range& other : before)
+          if (begin < other.begin)
+            to = std::min(to, other.begin);
+          else
+            known_to = std::max(known_to, other.end);
+        if (known_to == begin) ranges_[count_++] = {begin, to}, known_to = to;
+        begin = known_to;
       }
-      ranges_[count_++] = {begin, end};
     }
+    [[nodiscard]] std::span<const Range> all() const noexcept { return {ranges_.data(), count_}; }
 
    private:
-    std::array<std::pair<std::uint32_t, std::uint32_t>, 18> ranges_;  // at most 3 × 3 rows, each in one or two pieces
+    // At most 3 × 3 rows, each in one or two pieces, have 36 ends, between which there are at most 35 ranges.
+    std::array<Range, 35> ranges_;
     std::size_t count_ = 0;
   };
 
