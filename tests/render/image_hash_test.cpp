@@ -27,22 +27,22 @@ struct Pinned {
 
 const std::vector<Pinned> pinned{
     // clang-format off
-    {"--integrator pt", "9b5c626d225c28f3", "faf5aec42e60abcb"},
-    {"--integrator lt", "282c9d3b5e4c4fbe", "b49fd7efb21e54c9"},
-    {"--integrator bpt --connections 1", "214fc70e92850a13", "c0e6c236432dcc81"},
-    {"--integrator bpt --connections 2", "c789191f10871cc4", "acc258c95cfa1d5b"},
-    {"--integrator bpt --connections 4", "ba199f287aefdec8", "1932f4e0dc7eeaf4"},
-    {"--integrator bpt --connections paired", "4ce8fa9ddd327a5d", "1afd415b644e3429"},
-    {"--integrator ppm", "15a85a3c5f481a40", "7d4de068d6e85a71"},
-    {"--integrator bpm", "504b196612856d88", "fb8138c88c157142"},
-    {"--integrator vcm --connections 1", "deba29de74f6fbe8", "0f664971b7f55670"},
-    {"--integrator vcm --connections 2", "20e93c51289cd750", "c4601a1935334646"},
-    {"--integrator vcm --connections 4", "4634fee462e053f6", "f8f9a2b17e3eab10"},
-    {"--integrator vcm --connections paired", "54e8f30bec5fd633", "fb749330edceaff7"},
-    {"--integrator gmis --split none --connections 1", "deba29de74f6fbe8", "0f664971b7f55670"},
-    {"--integrator gmis --split budgeted --connections 1", "02602fad09762560", "c7e9cdd76e814ea8"},
-    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "70274836eb55436c", "3fbefd5e4403f196"},
-    {"--integrator gmis --split paper --scheme R2 --connections 2", "baf3f89f8c6370cb", "e69349fcb0cf6bab"},
+    {"--integrator pt", "c718a256c41bdee3", "faf5aec42e60abcb"},
+    {"--integrator lt", "1389812d6df2e4a2", "b49fd7efb21e54c9"},
+    {"--integrator bpt --connections 1", "de7b629b1f37685c", "c0e6c236432dcc81"},
+    {"--integrator bpt --connections 2", "5c413c574e0392fc", "acc258c95cfa1d5b"},
+    {"--integrator bpt --connections 4", "a23dba06a26bd6c2", "1932f4e0dc7eeaf4"},
+    {"--integrator bpt --connections paired", "332800a9ec4de18c", "1afd415b644e3429"},
+    {"--integrator ppm", "397fa2341ff79ee0", "7d4de068d6e85a71"},
+    {"--integrator bpm", "16296b7047ed86aa", "fb8138c88c157142"},
+    {"--integrator vcm --connections 1", "f54bc97bb45dad79", "0f664971b7f55670"},
+    {"--integrator vcm --connections 2", "e7f4321bbeb16c79", "c4601a1935334646"},
+    {"--integrator vcm --connections 4", "424b01f7bc563129", "f8f9a2b17e3eab10"},
+    {"--integrator vcm --connections paired", "4a1081b5626c326c", "fb749330edceaff7"},
+    {"--integrator gmis --split none --connections 1", "f54bc97bb45dad79", "0f664971b7f55670"},
+    {"--integrator gmis --split budgeted --connections 1", "fdad0b67962956a7", "c7e9cdd76e814ea8"},
+    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "fb7f33e54b971525", "3fbefd5e4403f196"},
+    {"--integrator gmis --split paper --scheme R2 --connections 2", "3f287ca24f9d12e8", "e69349fcb0cf6bab"},
     // clang-format on
 };
 
