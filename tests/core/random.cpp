@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/math.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/core/wyrand.hpp"
@@ -174,6 +175,93 @@ TEMPLATE_TEST_CASE("whichever part of the key moves, numbers and pairs of number
       CAPTURE(static_cast<int>(moves), pair, chi_squared);
       CHECK(gmis::chi_square_p_value(chi_squared, cells - 1) > alpha);
     }
+  }
+}
+
+namespace {
+
+/// The words that a path would see if only one part of the key moved, one after the other.
+template <class Blocks>
+std::vector<std::uint32_t> words_of(Moves moves, std::size_t count, std::uint32_t base) {
+  std::vector<std::uint32_t> words;
+  for (std::uint32_t i = 0; words.size() < count; ++i) {
+    const auto block = block_at<Blocks>(moves, i, base);
+    words.insert(words.end(), block.begin(), block.end());
+  }
+  return words;
+}
+
+/// Probability of at most `count` events where so many are expected of a Poisson distribution: a tail of χ².
+double at_most(double count, double expected) {
+  return gmis::chi_square_p_value(2.0 * expected, 2.0 * (count + 1.0));
+}
+
+/// How often two distances between 4096 neighbouring words are equal, over all groups of so many words: birthday spacings [Marsaglia; L'Ecuyer
+/// and Simard 2001]. Each group has a Poisson distribution with the mean 4096³ / (4 · 2^32) = 4. The probability of a number as far off.
+double birthday_p_value(const std::vector<std::uint32_t>& words) {
+  constexpr std::size_t birthdays = 4096;
+  double equal = 0.0;
+  for (std::size_t first = 0; first < words.size(); first += birthdays) {
+    std::vector<std::uint32_t> days(words.begin() + static_cast<std::ptrdiff_t>(first),
+                                    words.begin() + static_cast<std::ptrdiff_t>(first + birthdays));
+    std::sort(days.begin(), days.end());
+    for (std::size_t i = birthdays; --i > 0;) days[i] -= days[i - 1];
+    std::sort(days.begin(), days.end());
+    for (std::size_t i = 1; i < birthdays; ++i) equal += days[i] == days[i - 1] ? 1.0 : 0.0;
+  }
+  const double expected = 4.0 * static_cast<double>(words.size() / birthdays);
+  return 2.0 * std::min(at_most(equal, expected), 1.0 - at_most(equal - 1.0, expected));
+}
+
+/// χ² of the ranks of 32 × 32 matrices of bits: 32, 31, or less.
+double rank_p_value(const std::vector<std::uint32_t>& words) {
+  constexpr std::array probabilities{0.2887880951, 0.5775761902, 0.1336357147};
+  std::array<double, 3> observed{};
+  for (std::size_t first = 0; first < words.size(); first += 32) {
+    std::array<std::uint32_t, 32> rows{};
+    std::copy_n(words.begin() + static_cast<std::ptrdiff_t>(first), 32, rows.begin());
+    std::size_t rank = 0;
+    for (std::uint32_t bit = 1; bit != 0; bit <<= 1U) {
+      const auto pivot = std::find_if(rows.begin() + static_cast<std::ptrdiff_t>(rank), rows.end(),
+                                      [bit](std::uint32_t row) { return (row & bit) != 0; });
+      if (pivot == rows.end()) continue;
+      std::swap(*pivot, rows[rank]);
+      for (std::size_t i = rank + 1; i < 32; ++i)
+        if ((rows[i] & bit) != 0) rows[i] ^= rows[rank];
+      ++rank;
+    }
+    ++observed[std::min<std::size_t>(32 - rank, 2)];
+  }
+  double chi_squared = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double expected = probabilities[i] * static_cast<double>(words.size() / 32);
+    chi_squared += gmis::square(observed[i] - expected) / expected;
+  }
+  return gmis::chi_square_p_value(chi_squared, 2);
+}
+
+/// Correlation of the numbers of bits that are set in two words, `lag` apart: a sum of terms with mean 0 and variance 1.
+double weight_p_value(const std::vector<std::uint32_t>& words, std::size_t lag) {
+  double sum = 0.0;
+  for (std::size_t i = lag; i < words.size(); ++i)
+    sum += (std::popcount(words[i]) - 16) * (std::popcount(words[i - lag]) - 16) / 8.0;
+  return gmis::z_test(sum, std::sqrt(static_cast<double>(words.size() - lag)), 0.0).p_value;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE(
+    "whichever part of the key moves, birthday spacings, ranks and weights are those of independent words", "",
+    gmis::PhiloxBlocks, gmis::WyrandBlocks) {
+  const double alpha = gmis::sidak_level(false_alarms, all_moves.size() * 4);
+  const auto base = static_cast<std::uint32_t>(gmis_test::seed(23));
+  for (const Moves moves : all_moves) {
+    CAPTURE(static_cast<int>(moves));
+    const auto words = words_of<TestType>(moves, std::size_t{1} << 20U, base);
+    CHECK(birthday_p_value(words) > alpha);
+    CHECK(rank_p_value(words) > alpha);
+    CHECK(weight_p_value(words, 1) > alpha);
+    CHECK(weight_p_value(words, 4) > alpha);
   }
 }
 
