@@ -4,12 +4,16 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
 #include "gmis/core/random.hpp"
+#include "gmis/core/state_archive.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/render/thread_executor.hpp"
+#include "gmis/transport/counts/learned_table.hpp"
 #include "gmis/transport/counts/pixel_count_learner.hpp"
 #include "gmis/transport/engine.hpp"
 #include "gmis/transport/integrators.hpp"
@@ -62,11 +66,69 @@ std::vector<float> frames(const Scene& scene, const gmis::RenderSettings& settin
   return all;
 }
 
+/// A table of one number, the sum of the costs of three iterations, where that is more than 5.
+struct SumTable {
+  int sum = 0;
+  [[nodiscard]] bool is_empty() const noexcept { return sum == 0; }
+  [[nodiscard]] bool fits(std::size_t most) const noexcept { return static_cast<std::size_t>(sum) <= most; }
+  void exchange_state(auto& archive) { archive(sum); }
+};
+struct SumLearner {
+  static constexpr std::uint32_t iterations = 3;
+  int sum = 0;
+  std::uint32_t count = 0;
+  [[nodiscard]] std::uint32_t seen() const noexcept { return count; }
+  void end_iteration(std::span<const float> /*frame*/, double cost) { sum += static_cast<int>(cost), ++count; }
+  [[nodiscard]] std::optional<SumTable> table() const { return sum > 5 ? std::optional(SumTable{sum}) : std::nullopt; }
+  void exchange_state(auto& archive) { archive(sum, count); }
+};
+using SumOfRun = gmis::LearnedTable<SumLearner, SumTable>;
+
+/// The same after a run that was interrupted, of a frame of so many pixels.
+SumOfRun interrupted(SumOfRun& run, std::size_t frame_size) {
+  gmis::StateWriter writer;
+  const auto write = [&](auto&... parts) { writer(parts...); };
+  run.exchange_state(write, frame_size);
+  gmis::StateReader reader(writer.bytes());
+  const auto read = [&](auto&... parts) { reader(parts...); };
+  SumOfRun next{SumLearner()};
+  next.exchange_state(read, frame_size);
+  REQUIRE((reader.is_at_end() && !reader.is_broken()));
+  return next;
+}
+
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
 }  // namespace
+
+TEST_CASE("A run learns a table once, and knows it and when it was learned after an interruption") {
+  constexpr std::size_t many = 100;
+  for (const double cost : {4.0, 1.0}) {  // a table, and none
+    for (const std::uint32_t interruption : {0U, 2U, 3U, 4U}) {
+      CAPTURE(cost, interruption);
+      SumOfRun run{SumLearner()};
+      for (std::uint32_t i = 1; i <= 5; ++i) {
+        if (i == interruption + 1) run = interrupted(run, many);
+        REQUIRE(run.is_on());
+        CHECK(run.is_learning() == (i <= 3));
+        CHECK((run.table() == nullptr || i > 3));
+        if (run.is_learning()) run.end_iteration(std::span<const float>(), cost, i);
+      }
+      CHECK(run.known_after() == 3);
+      REQUIRE((run.table() != nullptr) == (cost == 4.0));
+      if (cost == 4.0) CHECK(run.table()->sum == 12);
+    }
+  }
+  SumOfRun given{SumLearner()};
+  given.use({7}, 0);
+  CHECK_FALSE(given.is_learning());
+  CHECK(interrupted(given, many).table()->sum == 7);
+  CHECK(interrupted(given, 6).table() == nullptr);  // as if the archive were broken
+  CHECK_FALSE(SumOfRun().is_on());
+  CHECK_FALSE(SumOfRun().is_learning());
+}
 
 TEST_CASE("A pixel is the mean of its subpaths, and its first subpath is the one that it would have alone") {
   const Scene scene(0.6F, 1.0F, size, 2);
