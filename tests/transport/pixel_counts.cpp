@@ -314,7 +314,7 @@ TEST_CASE("Learned numbers of subpaths: the same bits for any number of threads 
     uniform.pixel_counts = gmis::PixelCounts::uniform;
     CHECK_FALSE(same_bits(one, frames(scene, uniform, nullptr, 12, gmis::SerialExecutor())));
     gmis::SerialExecutor executor;
-    for (const std::uint32_t first : {1, 3, 4, 9}) {
+    for (const std::uint32_t first : {1U, 3U, 4U, 9U}) {
       CAPTURE(first);
       const auto rest =
           gmis_test::frames_after_interrupt<Both>(scene, settings, first, 12, executor, [](const Both&) {});

@@ -305,7 +305,7 @@ TEST_CASE(
   uniform.vertex_counts = gmis::VertexCounts::uniform;
   CHECK_FALSE(same_bits(one, frames<Both>(scene, uniform, nullptr, 8)));
   gmis::SerialExecutor executor;
-  for (const std::uint32_t first : {1, 3, 4, 6}) {
+  for (const std::uint32_t first : {1U, 3U, 4U, 6U}) {
     CAPTURE(first);
     const auto rest = gmis_test::frames_after_interrupt<Both>(
         scene, settings, first, 8, executor, [](const Both& engine) { CHECK((engine.count_table() != nullptr)); });
