@@ -97,7 +97,9 @@ struct Town {
     };
     for (const Patch& patch : patches) {
       const vec3 n = glm::cross(patch.side_a, patch.side_b);
-      const float t = glm::dot(patch.corner - origin, n) / glm::dot(way, n);
+      const float towards = glm::dot(way, n);
+      if (towards == 0) continue;  // along the patch
+      const float t = glm::dot(patch.corner - origin, n) / towards;
       const vec3 at = origin + t * way - patch.corner;
       const float u = glm::dot(glm::cross(at, patch.side_b), n), v = glm::dot(glm::cross(patch.side_a, at), n);
       if (u >= 0 && v >= 0 && u <= glm::dot(n, n) && v <= glm::dot(n, n))
