@@ -108,6 +108,12 @@ struct Product128 {
 #endif
 }
 
+/// Two words of 64 bits as four of 32, each high half first.
+[[nodiscard]] constexpr std::array<std::uint32_t, 4> halves_of(const std::array<std::uint64_t, 2>& words) noexcept {
+  return {static_cast<std::uint32_t>(words[0] >> 32U), static_cast<std::uint32_t>(words[0]),
+          static_cast<std::uint32_t>(words[1] >> 32U), static_cast<std::uint32_t>(words[1])};
+}
+
 }  // namespace detail
 
 /// Two random 64-bit words from a 128-bit counter and a 64-bit key: Philox2x64 with a number of rounds
@@ -144,8 +150,7 @@ class PhiloxBlocks {
     const std::array<std::uint64_t, 2> words = philox2x64<7>({place_, path_}, key_);
     // The number of the block is the low half of the counter; it wraps without touching the vertex.
     place_ = (place_ & 0xFFFFFFFF00000000U) | static_cast<std::uint32_t>(place_ + 1);
-    return {static_cast<std::uint32_t>(words[0] >> 32U), static_cast<std::uint32_t>(words[0]),
-            static_cast<std::uint32_t>(words[1] >> 32U), static_cast<std::uint32_t>(words[1])};
+    return detail::halves_of(words);
   }
 
  private:

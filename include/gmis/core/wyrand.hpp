@@ -8,8 +8,8 @@
 namespace gmis {
 
 /// Blocks of four random 32-bit words, keyed by (seed, iteration, path, stream) and laid out by vertex: the same arguments give the same
-/// blocks, whatever was drawn before. For a quarter of the instructions of `Philox`: a word of 64 bits is w(s) = high ⊕ low half of the
-/// product s · (s ⊕ c) at a place s of an arithmetic sequence (wyrand; Wang Yi, wyhash, 2019; it passes BigCrush and PractRand). All paths
+/// blocks, whatever was drawn before. For less than half of the instructions of `Philox`: a word of 64 bits is w(s) = high ⊕ low half of the
+/// product s · (s ⊕ c) at a place s of an arithmetic sequence (wyrand; Wang Yi, wyhash, 2019; its author reports that it passes BigCrush and PractRand). All paths
 /// read this one function, from places that a hash of the key selects among 2^64.
 class WyrandBlocks {
  public:
@@ -19,10 +19,10 @@ class WyrandBlocks {
   constexpr WyrandBlocks(std::uint64_t seed, std::uint32_t iteration, std::uint32_t path, std::uint32_t stream) noexcept
       : first_(first_place(seed, std::uint64_t{iteration} << 32U | path, stream)), place_(first_) {}
 
-  /// Moves to the first block of vertex `vertex`.
+  /// Moves to the first block of vertex `vertex` (below 2^24).
   constexpr void at_vertex(std::uint32_t vertex) noexcept { place_ = first_ + vertex * vertex_step; }
 
-  /// The next block as two words of 64 bits; the first half of a block is the first of them, high half first.
+  /// The next block as two words of 64 bits.
   constexpr std::array<std::uint64_t, 2> next_words() noexcept {
     const std::array<std::uint64_t, 2> words{folded(place_, place_ ^ flips),
                                              folded(place_ + step, (place_ + step) ^ flips)};
@@ -30,11 +30,7 @@ class WyrandBlocks {
     return words;
   }
   /// The next four words.
-  constexpr Block next() noexcept {
-    const std::array<std::uint64_t, 2> words = next_words();
-    return {static_cast<std::uint32_t>(words[0] >> 32U), static_cast<std::uint32_t>(words[0]),
-            static_cast<std::uint32_t>(words[1] >> 32U), static_cast<std::uint32_t>(words[1])};
-  }
+  constexpr Block next() noexcept { return detail::halves_of(next_words()); }
 
   static constexpr std::uint64_t step = 0xA0761D6478BD642FU;         ///< from word to word
   static constexpr std::uint64_t vertex_step = 0xD1B54A32D192ED03U;  ///< from vertex to vertex

@@ -24,8 +24,8 @@ struct CountChoices {
 
 /// Factors on the merging radius to choose from with a local count of merging (`SampleCounts::local_merges`): few
 /// photons are merged, and the best disk is many times that of plain merging, which stays a candidate. The work is flat
-/// around its least value, so that few factors do. A run that needs another one between them, or a smaller one, finds it
-/// later (render/merging_disk.hpp).
+/// around its least value, so that few factors do. A run that needs a smaller one than it began with finds it later
+/// (render/merging_disk.hpp).
 inline const std::vector<double> local_radius_factors{1.0, 6.0, 12.0};
 
 /// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in
