@@ -81,8 +81,8 @@ struct Checker {
       const BvhNode<T>& node = built.bvh.nodes[child.index()];
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (node.children[lane].kind() == BvhChild::nothing) continue;
-        const Vec3<T> low(node.planes[0][lane], node.planes[2][lane], node.planes[4][lane]);
-        const Vec3<T> high(node.planes[1][lane], node.planes[3][lane], node.planes[5][lane]);
+        const Vec3<T> low(node.plane(0, lane), node.plane(2, lane), node.plane(4, lane));
+        const Vec3<T> high(node.plane(1, lane), node.plane(3, lane), node.plane(5, lane));
         outside += is_within(low, high) ? 0 : 1;
         visit(node.children[lane], low, high);
       }

@@ -71,8 +71,8 @@ class Library {
         if (node.children[lane].kind() == BvhChild::nothing) continue;
         Bounds bounds;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          bounds.lower[static_cast<int>(axis)] = static_cast<double>(node.planes[2 * axis][lane]);
-          bounds.upper[static_cast<int>(axis)] = static_cast<double>(node.planes[2 * axis + 1][lane]);
+          bounds.lower[static_cast<int>(axis)] = static_cast<double>(node.plane(2 * axis, lane));
+          bounds.upper[static_cast<int>(axis)] = static_cast<double>(node.plane(2 * axis + 1, lane));
         }
         tree_.nodes.back().push_back(
             {bounds, node.children[lane].kind() != BvhChild::node, node.children[lane].index()});

@@ -243,11 +243,38 @@ TEST_CASE("a product difference has the right sign whatever cancels", "[lanes]")
     alignas(32) LaneArray<float> in[4] = {arrays[0], arrays[1], arrays[2], arrays[3]};
     alignas(32) LaneArray<float> out;
     using L = Lanes<float>;
-    product_difference(L::load(in[0]), L::load(in[1]), L::load(in[2]), L::load(in[3])).store(out);
+    product_difference(L::load(in[0].data()), L::load(in[1].data()), L::load(in[2].data()), L::load(in[3].data()))
+        .store(out);
     const auto sign = [](double x) { return (x > 0) - (x < 0); };
     wrong += sign(static_cast<double>(out[5])) == sign(exact) ? 0 : 1;
     const double in_double = difference_of_products<double>(a, b, c, d);
     wrong += sign(in_double) == sign(exact) ? 0 : 1;
+  }
+  CHECK(wrong == 0);
+}
+
+TEMPLATE_TEST_CASE("a ray is prepared along its longest axis", "[bvh]", float, double) {
+  using T = TestType;
+  Philox source(gmis_test::seed(25));
+  int wrong = 0;
+  for (int i = 0; i < 3'000; ++i) {
+    Vec3<T> direction = random_direction<T>(source);
+    if (i % 4 == 0) direction[i % 3] = i % 8 == 0 ? T(0) : -T(0);
+    RayAxes<T> axes;
+    const PreparedRay<T> ray({Vec3<T>(T(1), T(2), T(3)), direction}, axes);
+    const T longest = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+    bool is_right = std::abs(axes.direction[ray.kz]) == longest && (1U << ray.kx | 1U << ray.ky | 1U << ray.kz) == 7U;
+    // The shear moves the direction onto z, with length 1.
+    const T z = axes.direction[ray.kz];
+    is_right = is_right && std::abs(z * ray.shear_z - T(1)) < T(1e-6) &&
+               std::abs(axes.direction[ray.kx] - ray.shear_x * z) < T(1e-6) &&
+               std::abs(axes.direction[ray.ky] - ray.shear_y * z) < T(1e-6);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const bool goes_down = std::signbit(direction[static_cast<int>(axis)]);
+      is_right = is_right && (*ray.near_plane)[axis] == (2 * axis + (goes_down ? 1U : 0U)) * lane_count &&
+                 axes.origin[axis] == static_cast<T>(axis + 1);
+    }
+    wrong += is_right ? 0 : 1;
   }
   CHECK(wrong == 0);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gmis/core/cos_sin.hpp"
 #include "gmis/core/math.hpp"
 
 /// \file
@@ -17,11 +18,13 @@ template <std::floating_point T>
 [[nodiscard]] inline Vec2<T> square_to_disk(const Vec2<T>& u) noexcept {
   const T x = T(2) * u.x - T(1);
   const T y = T(2) * u.y - T(1);
-  if (x == T(0) && y == T(0)) return {T(0), T(0)};
-  const bool x_leads = std::abs(x) > std::abs(y);
-  const T radius = x_leads ? x : y;
-  const T angle = x_leads ? (pi<T> / T(4)) * (y / x) : (pi<T> / T(2)) - (pi<T> / T(4)) * (x / y);
-  return {radius * std::cos(angle), radius * std::sin(angle)};
+  // The longer of the two is the radius (with a sign), and the angle from its axis is as far as the other one reaches.
+  const bool y_leads = std::abs(x) <= std::abs(y);
+  const auto [radius, across] = detail::swapped_if(y_leads, x, y);
+  if (radius == T(0)) return {T(0), T(0)};
+  const auto [along_axis, off_axis] = cos_sin_of_eighths(across / radius);
+  const auto [disk_x, disk_y] = detail::swapped_if(y_leads, radius * along_axis, radius * off_axis);
+  return {disk_x, disk_y};
 }
 
 /// Direction on the upper hemisphere, density cos θ / π per steradian. Never on the horizon, where the density is 0: cos θ is
@@ -38,8 +41,8 @@ template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_sphere(const Vec2<T>& u) noexcept {
   const T z = T(1) - T(2) * u.x;
   const T radius = T(2) * sqrt_or_zero(u.x * (T(1) - u.x));
-  const T angle = T(2) * pi<T> * u.y;
-  return {radius * std::cos(angle), radius * std::sin(angle), z};
+  const auto [cosine, sine] = cos_sin_of_turns(u.y);
+  return {radius * cosine, radius * sine, z};
 }
 
 /// The inverse of `square_to_sphere`, for a unit vector.
@@ -96,8 +99,8 @@ template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_cone(const Vec2<T>& u, T one_minus_cos) noexcept {
   const T drop = u.x * one_minus_cos;  // 1 − cos θ
   const T sin_theta = sqrt_or_zero(drop * (T(2) - drop));
-  const T angle = T(2) * pi<T> * u.y;
-  return {sin_theta * std::cos(angle), sin_theta * std::sin(angle), T(1) - drop};
+  const auto [cosine, sine] = cos_sin_of_turns(u.y);
+  return {sin_theta * cosine, sin_theta * sine, T(1) - drop};
 }
 
 }  // namespace gmis

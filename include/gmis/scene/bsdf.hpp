@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 
 #include "gmis/core/concepts.hpp"
@@ -53,12 +54,12 @@ class SurfaceBsdf {
   [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const noexcept {
     if (is_varying()) [[unlikely]]
       return at_point([=](const SurfaceBsdf& here) { return here.evaluate(to_prev, to_next, mode); });
-    if (is_purely_delta()) return {};
     const T prev = glm::dot(shading_normal_, to_prev);
     const T next = glm::dot(shading_normal_, to_next);
-    if (material_->kind == Kind::rough_dielectric) return through_facets(to_prev, to_next, prev, next, mode);
-    if (material_->kind == Kind::diffuse_transmission) return through_sheet(to_prev, to_next, prev, next);
-    if (!are_reflection(to_prev, to_next, prev, next)) return {};
+    if (is_one_of<Kind::rough_dielectric, Kind::diffuse_transmission>()) [[unlikely]]
+      return material_->kind == Kind::rough_dielectric ? through_facets(to_prev, to_next, prev, next, mode)
+                                                       : through_sheet(to_prev, to_next, prev, next);
+    if (is_purely_delta() || !are_reflection(to_prev, to_next, prev, next)) return {};
     return reflect(to_prev, to_next, std::abs(prev), std::abs(next));
   }
 
@@ -106,7 +107,12 @@ class SurfaceBsdf {
     return Sample{to_next, value.value * (std::abs(cos_next) / value.pdf.forward.value), value.pdf, false, T(1)};
   }
 
-  [[nodiscard]] bool is_purely_delta() const noexcept { return lobe_count() == 0; }
+  [[nodiscard]] bool is_purely_delta() const noexcept {
+    if (is_one_of<Kind::black, Kind::smooth_conductor, Kind::mirror, Kind::dielectric, Kind::coated_mirror,
+                  Kind::mix>())
+      return true;
+    return material_->kind == Kind::smooth_coated && !(material_->diffuse_probability > T(0));
+  }
   [[nodiscard]] Spectrum albedo() const noexcept {
     if (is_varying()) [[unlikely]]
       return at_point([](const SurfaceBsdf& here) { return here.albedo(); });
@@ -115,7 +121,7 @@ class SurfaceBsdf {
   /// Scatters, and without any diffuse part.
   [[nodiscard]] bool is_glossy() const noexcept { return is_purely_glossy(*material_); }
   [[nodiscard]] bool reflects_only() const noexcept {
-    return material_->kind != Kind::rough_dielectric && material_->kind != Kind::diffuse_transmission;
+    return !is_one_of<Kind::rough_dielectric, Kind::diffuse_transmission>();
   }
   [[nodiscard]] bool has_narrow_lobe() const noexcept { return scene::has_narrow_lobe(*material_); }
 
@@ -217,6 +223,12 @@ class SurfaceBsdf {
   using Kind = typename Material::Kind;
 
   [[nodiscard]] bool is_varying() const noexcept { return material_->is_varying; }
+  /// Whether the material is of one of these kinds, by one test for all of them.
+  template <Kind... kinds>
+  [[nodiscard]] bool is_one_of() const noexcept {
+    constexpr std::uint32_t set = ((std::uint32_t{1} << static_cast<unsigned>(kinds)) | ...);
+    return ((set >> static_cast<unsigned>(material_->kind)) & 1U) != 0;
+  }
   /// Calls `use` with the BSDF of the plain material that a material with textures is at this point.
   /// Out of line: what is rare must not cost registers where it does not happen.
   template <class Use>
@@ -248,7 +260,7 @@ class SurfaceBsdf {
   [[nodiscard]] bool is_diffuse_lobe(int k) const noexcept { return k == 0 && diffuse_probability() > T(0); }
 
   [[nodiscard]] bool is_coated_metal() const noexcept {
-    return material_->kind == Kind::coated_conductor || material_->kind == Kind::smooth_coated_conductor;
+    return is_one_of<Kind::coated_conductor, Kind::smooth_coated_conductor>();
   }
 
   /// f and both densities of `sample`; both directions are on one side, cosines positive.
@@ -364,7 +376,11 @@ class SurfaceBsdf {
     // 1 − cos from the distance of the two: the cosine itself has not the digits for a high power.
     const Vec3<T> apart = reflect_about(to_prev, shading_normal_) - to_next;
     const T drop = glm::dot(apart, apart) / T(2);
-    return drop < T(1) ? std::exp(material_->exponent * std::log1p(-drop)) : T(0);
+    if (!(drop < T(1))) return T(0);
+    if constexpr (std::same_as<T, float>)  // 1 − drop has digits enough in double, and its logarithm is the shorter one
+      return std::exp(material_->exponent * static_cast<float>(std::log(1.0 - static_cast<double>(drop))));
+    else
+      return std::exp(material_->exponent * std::log1p(-drop));
   }
   /// Both passages of light through the coat.
   [[nodiscard]] T transmitted(T prev, T next) const noexcept {
@@ -380,9 +396,8 @@ class SurfaceBsdf {
       // The cosine is u^(1/(n + 1)); 1 − cos keeps its digits in narrow lobes.
       const T drop = -std::expm1(std::log(uv.x) / (m.exponent + T(1)));
       const T sine = sqrt_or_zero(drop * (T(2) - drop));
-      const T angle = T(2) * pi<T> * uv.y;
-      return Frame<T>::around(reflect_about(to_prev, normal))
-          .to_world({sine * std::cos(angle), sine * std::sin(angle), T(1) - drop});
+      const auto turn = cos_sin_of_turns(uv.y);
+      return Frame<T>::around(reflect_about(to_prev, normal)).to_world({sine * turn.cos, sine * turn.sin, T(1) - drop});
     }
     const auto frame = Frame<T>::around(normal);
     const T alpha = diffuse ? m.base_alpha : m.alpha;

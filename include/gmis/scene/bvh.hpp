@@ -24,13 +24,17 @@ struct BvhChild {
 /// Up to eight children with their boxes: 28 bytes a child in float.
 template <std::floating_point T>
 struct alignas(32) BvhNode {
-  std::array<LaneArray<T>, 6> planes;  ///< lower x, upper x, lower y, …; an empty lane is an empty box
+  std::array<T, 6 * lane_count> planes;  ///< lower x of all lanes, upper x, lower y, …; an empty lane is an empty box
   std::array<BvhChild, lane_count> children;
 
   BvhNode() noexcept {
     for (std::size_t side = 0; side < 6; ++side)
-      planes[side].fill(side % 2 == 0 ? std::numeric_limits<T>::infinity() : -std::numeric_limits<T>::infinity());
+      for (std::size_t lane = 0; lane < lane_count; ++lane)
+        plane(side, lane) = side % 2 == 0 ? std::numeric_limits<T>::infinity() : -std::numeric_limits<T>::infinity();
   }
+  /// `side`: 0 is lower x, 1 upper x, 2 lower y, …
+  [[nodiscard]] T& plane(std::size_t side, std::size_t lane) noexcept { return planes[side * lane_count + lane]; }
+  [[nodiscard]] T plane(std::size_t side, std::size_t lane) const noexcept { return planes[side * lane_count + lane]; }
 };
 
 /// The nearest hit so far: `slot` = packet · 8 + lane.
@@ -105,7 +109,8 @@ struct Bvh {
   template <bool any, bool prefetches>
   bool traverse(const Ray<T>& unprepared, BvhHit<T>& best) const noexcept {
     if (root.kind() == BvhChild::nothing) return false;
-    const PreparedRay<T> ray(unprepared);
+    RayAxes<T> axes;
+    const PreparedRay<T> ray(unprepared, axes);
     std::array<Entry, max_depth*(lane_count - 1) + 1> stack;
     std::size_t size = 0;
     BvhChild current = root;
@@ -113,7 +118,7 @@ struct Bvh {
       if (current.kind() == BvhChild::node) {
         const BvhNode<T>& node = nodes[current.index()];
         alignas(32) LaneArray<T> near;
-        LaneMask mask = enter(node, ray, best.t, near);
+        LaneMask mask = enter(node, axes, *ray.near_plane, best.t, near);
         if (mask != 0) {
           const auto first = static_cast<std::size_t>(std::countr_zero(mask));
           current = node.children[first];
@@ -143,8 +148,8 @@ struct Bvh {
       } else {
         PacketHit<T> hit;
         const bool is_triangle = current.kind() == BvhChild::triangles;
-        const LaneMask mask = is_triangle ? triangles[current.index()].template test<any>(ray, best.t, hit)
-                                          : spheres[current.index()].template test<any>(ray, best.t, hit);
+        const LaneMask mask = is_triangle ? triangles[current.index()].template test<any>(axes, ray, best.t, hit)
+                                          : spheres[current.index()].template test<any>(axes, best.t, hit);
         if (mask != 0) {
           if constexpr (any) return true;
           best = {hit.t, current.kind(), current.index() * lane_count + hit.lane, hit.corner_weights};
@@ -161,8 +166,9 @@ struct Bvh {
   /// The children whose boxes the ray meets at 0 ≤ t ≤ t_max, and where it enters them. A plane that the ray lies in
   /// makes 0 · ∞ = NaN, which never narrows the interval; the end is moved out by what rounding can make of three
   /// operations, twice over [Ize 2013].
-  [[nodiscard]] static LaneMask enter(const BvhNode<T>& node, const PreparedRay<T>& ray, T t_max,
-                                      LaneArray<T>& near) noexcept {
+  [[nodiscard, gnu::always_inline]] static LaneMask enter(const BvhNode<T>& node, const RayAxes<T>& ray,
+                                                          const detail::AxisTriple& near_plane, T t_max,
+                                                          LaneArray<T>& near) noexcept {
     using L = Lanes<T>;
     constexpr T unit = std::numeric_limits<T>::epsilon() / 2;
     constexpr T widening = 1 + 2 * (3 * unit / (1 - 3 * unit));
@@ -171,8 +177,8 @@ struct Bvh {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const L origin = L::all(ray.origin[axis]);
       const L inverse = L::all(ray.inverse[axis]);
-      const L near_t = (L::load(node.planes[ray.near_plane[axis]]) - origin) * inverse;
-      const L far_t = (L::load(node.planes[ray.near_plane[axis] ^ 1U]) - origin) * inverse;
+      const L near_t = (L::load(&node.planes[near_plane[axis]]) - origin) * inverse;
+      const L far_t = (L::load(&node.planes[near_plane[axis] ^ lane_count]) - origin) * inverse;
       enter_t = maximum(near_t, enter_t);
       leave_t = minimum(far_t, leave_t);
     }

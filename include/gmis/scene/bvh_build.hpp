@@ -170,8 +170,8 @@ class BvhBuilder {
       BvhNode<T>& node = wide[place];
       node.children[i] = child;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        node.planes[2 * axis][i] = nodes[children[i]].lower[axis];
-        node.planes[2 * axis + 1][i] = nodes[children[i]].upper[axis];
+        node.plane(2 * axis, i) = nodes[children[i]].lower[axis];
+        node.plane(2 * axis + 1, i) = nodes[children[i]].upper[axis];
       }
     }
     return BvhChild::to(BvhChild::node, place);

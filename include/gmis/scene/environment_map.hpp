@@ -208,7 +208,8 @@ class EnvironmentMap {
       const T sin2_half = from.sin2_half + (to.sin2_half - from.sin2_half) * row.rest;
       const T cos2_half = from.cos2_half + (to.cos2_half - from.cos2_half) * row.rest;
       const T radius = T(2) * std::sqrt(sin2_half * cos2_half);
-      w = {radius * std::cos(T(2) * pi<T> * u), radius * std::sin(T(2) * pi<T> * u), cos2_half - sin2_half};
+      const auto turn = cos_sin_of_turns(u);
+      w = {radius * turn.cos, radius * turn.sin, cos2_half - sin2_half};
     }
     return {axes_[0] * w.x + axes_[1] * w.y + axes_[2] * w.z, radiance, T(0)};
   }

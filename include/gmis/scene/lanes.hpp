@@ -48,7 +48,9 @@ template <std::floating_point T>
 struct Lanes {
   LaneArray<T> value;
 
-  [[nodiscard]] static Lanes load(const LaneArray<T>& from) noexcept { return {from}; }
+  [[nodiscard]] static Lanes load(const T* from) noexcept {
+    return each([&](std::size_t i) { return from[i]; });
+  }
   [[nodiscard]] static Lanes all(T x) noexcept {
     Lanes result;
     result.value.fill(x);
@@ -123,7 +125,7 @@ template <>
 struct Lanes<float> {
   __m256 value;
 
-  [[nodiscard]] static Lanes load(const LaneArray<float>& from) noexcept { return {_mm256_load_ps(from.data())}; }
+  [[nodiscard]] static Lanes load(const float* from) noexcept { return {_mm256_load_ps(from)}; }
   [[nodiscard]] static Lanes all(float x) noexcept { return {_mm256_set1_ps(x)}; }
   void store(LaneArray<float>& to) const noexcept { _mm256_store_ps(to.data(), value); }
 
@@ -165,9 +167,7 @@ template <>
 struct Lanes<float> {
   __m128 low, high;
 
-  [[nodiscard]] static Lanes load(const LaneArray<float>& from) noexcept {
-    return {_mm_load_ps(from.data()), _mm_load_ps(from.data() + 4)};
-  }
+  [[nodiscard]] static Lanes load(const float* from) noexcept { return {_mm_load_ps(from), _mm_load_ps(from + 4)}; }
   [[nodiscard]] static Lanes all(float x) noexcept { return {_mm_set1_ps(x), _mm_set1_ps(x)}; }
   void store(LaneArray<float>& to) const noexcept {
     _mm_store_ps(to.data(), low);

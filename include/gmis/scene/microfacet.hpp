@@ -57,7 +57,7 @@ struct Ggx {
     const Frame<T> frame = Frame<T>::around(stretched);
     // A point on the projection of the half sphere, seen from `stretched`. The part below the horizon is compressed.
     const T radius = std::sqrt(uv.x);
-    const T angle = T(2) * pi<T> * uv.y;
+    const auto [cosine, sine] = cos_sin_of_turns(uv.y);
     // The first axis of the frame must be horizontal.
     const T horizontal2 = stretched.x * stretched.x + stretched.y * stretched.y;
     Vec3<T> across = frame.tangent;
@@ -67,8 +67,8 @@ struct Ggx {
       across = {-stretched.y * scale, stretched.x * scale, T(0)};
       along = glm::cross(stretched, across);
     }
-    const T x = radius * std::cos(angle);
-    T y = radius * std::sin(angle);
+    const T x = radius * cosine;
+    T y = radius * sine;
     const T blend = (T(1) + stretched.z) / T(2);
     y = (T(1) - blend) * sqrt_or_zero(T(1) - x * x) + blend * y;
     const T z = sqrt_or_zero(T(1) - x * x - y * y);

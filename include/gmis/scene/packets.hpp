@@ -1,8 +1,8 @@
 #pragma once
 
 #include <bit>
-#include <type_traits>
 
+#include "gmis/core/axis_lanes.hpp"
 #include "gmis/core/interaction.hpp"
 #include "gmis/scene/lanes.hpp"
 
@@ -11,34 +11,59 @@
 
 namespace gmis::scene {
 
-/// What the tests need of a ray, computed once: the inverse direction for boxes, the shear for triangles.
+namespace detail {
+
+using AxisTriple = std::array<std::size_t, 3>;
+
+/// Where the planes begin in `BvhNode::planes` through which a ray enters a box, by axis, for each `AxisLanes::signs`.
+inline constexpr std::array<AxisTriple, 8> near_planes = [] {
+  std::array<AxisTriple, 8> planes{};
+  for (std::size_t signs = 0; signs < 8; ++signs)
+    for (std::size_t axis = 0; axis < 3; ++axis) planes[signs][axis] = (2 * axis + ((signs >> axis) & 1U)) * lane_count;
+  return planes;
+}();
+
+/// The axes in an order that ends with one along which the direction is longest, for each `AxisLanes::descents`.
+inline constexpr std::array<AxisTriple, 8> axes_to_longest = [] {
+  std::array<AxisTriple, 8> orders{};
+  for (std::size_t descents = 0; descents < 8; ++descents) {
+    const bool x_to_y = (descents & 1U) != 0, y_to_z = (descents & 2U) != 0, z_to_x = (descents & 4U) != 0;
+    const std::size_t longest = x_to_y ? (z_to_x ? 2U : 0U) : (y_to_z ? 1U : 2U);
+    orders[descents] = {(longest + 1) % 3, (longest + 2) % 3, longest};
+  }
+  return orders;
+}();
+
+}  // namespace detail
+
+/// A ray by coordinates, which boxes and triangles ask for by number.
+template <std::floating_point T>
+struct RayAxes {
+  AxisArray<T> origin, direction, inverse;
+};
+
+/// What tests need of a ray beside its coordinates, computed once. It is kept apart from them, so that a compiler can keep it in
+/// registers.
 template <std::floating_point T>
 struct PreparedRay {
-  std::array<T, 3> origin, direction, inverse;
-  std::array<std::size_t, 3> near_plane;  ///< into `BvhNode::planes`, by axis; the far plane is the other one
-  std::size_t kx, ky, kz;                 ///< z is the axis along which the direction is longest
-  T shear_x, shear_y, shear_z;
+  const detail::AxisTriple* near_plane;  ///< see `near_planes`; the far plane is the other one
+  std::size_t kx, ky, kz;                ///< z is the axis along which the direction is longest
+  T shear_x, shear_y, shear_z;           ///< moves the direction onto z, with length 1
 
-  explicit PreparedRay(const Ray<T>& ray) noexcept
-      : origin{ray.origin.x, ray.origin.y, ray.origin.z},
-        direction{ray.direction.x, ray.direction.y, ray.direction.z},
-        inverse{ieee_divide(T(1), ray.direction.x), ieee_divide(T(1), ray.direction.y),
-                ieee_divide(T(1), ray.direction.z)} {
-    for (std::size_t axis = 0; axis < 3; ++axis) near_plane[axis] = 2 * axis + sign_bit(direction[axis]);
-    const T x = std::abs(direction[0]), y = std::abs(direction[1]), z = std::abs(direction[2]);
-    kz = x > y ? (x > z ? 0U : 2U) : (y > z ? 1U : 2U);
-    kx = kz == 2 ? 0U : kz + 1;
-    ky = kx == 2 ? 0U : kx + 1;
-    shear_z = inverse[kz];
-    shear_x = direction[kx] * shear_z;
-    shear_y = direction[ky] * shear_z;
-  }
-
- private:
-  /// 1 also for −0, whose inverse is −∞. In integers: shorter than by `std::signbit`.
-  [[nodiscard]] static std::size_t sign_bit(T x) noexcept {
-    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
-    return std::bit_cast<Bits>(x) >> (8 * sizeof(T) - 1);
+  /// Writes the coordinates of the ray into `axes`.
+  [[gnu::always_inline]] PreparedRay(const Ray<T>& ray, RayAxes<T>& axes) noexcept {
+    const auto direction = AxisLanes<T>::of(ray.direction);
+    AxisLanes<T>::of(ray.origin).store(axes.origin);
+    direction.store(axes.direction);
+    direction.inverse().store(axes.inverse);
+    near_plane = &detail::near_planes[direction.signs()];
+    const detail::AxisTriple& order = detail::axes_to_longest[direction.descents()];
+    kx = order[0];
+    ky = order[1];
+    kz = order[2];
+    shear_z = axes.inverse[kz];
+    shear_x = axes.direction[kx] * shear_z;
+    shear_y = axes.direction[ky] * shear_z;
   }
 };
 
@@ -57,19 +82,20 @@ struct alignas(32) TrianglePacket {
   /// Lanes hit with 0 < t < t_max, from either side. No ray slips between two triangles that share an edge: the edge
   /// functions have the right sign always [Woop, Benthin, Wald 2013, with products that do not cancel].
   template <bool any>
-  [[nodiscard]] LaneMask test(const PreparedRay<T>& ray, T t_max, PacketHit<T>& hit) const noexcept {
+  [[nodiscard, gnu::always_inline]] LaneMask test(const RayAxes<T>& axes, const PreparedRay<T>& ray, T t_max,
+                                                  PacketHit<T>& hit) const noexcept {
     using L = Lanes<T>;
-    const L ox = L::all(ray.origin[ray.kx]), oy = L::all(ray.origin[ray.ky]), oz = L::all(ray.origin[ray.kz]);
+    const L ox = L::all(axes.origin[ray.kx]), oy = L::all(axes.origin[ray.ky]), oz = L::all(axes.origin[ray.kz]);
     const L sx = L::all(ray.shear_x), sy = L::all(ray.shear_y);
-    const L az = L::load(corners[0][ray.kz]) - oz;
-    const L bz = L::load(corners[1][ray.kz]) - oz;
-    const L cz = L::load(corners[2][ray.kz]) - oz;
-    const L ax = subtract_product(L::load(corners[0][ray.kx]) - ox, sx, az);
-    const L ay = subtract_product(L::load(corners[0][ray.ky]) - oy, sy, az);
-    const L bx = subtract_product(L::load(corners[1][ray.kx]) - ox, sx, bz);
-    const L by = subtract_product(L::load(corners[1][ray.ky]) - oy, sy, bz);
-    const L cx = subtract_product(L::load(corners[2][ray.kx]) - ox, sx, cz);
-    const L cy = subtract_product(L::load(corners[2][ray.ky]) - oy, sy, cz);
+    const L az = L::load(corners[0][ray.kz].data()) - oz;
+    const L bz = L::load(corners[1][ray.kz].data()) - oz;
+    const L cz = L::load(corners[2][ray.kz].data()) - oz;
+    const L ax = subtract_product(L::load(corners[0][ray.kx].data()) - ox, sx, az);
+    const L ay = subtract_product(L::load(corners[0][ray.ky].data()) - oy, sy, az);
+    const L bx = subtract_product(L::load(corners[1][ray.kx].data()) - ox, sx, bz);
+    const L by = subtract_product(L::load(corners[1][ray.ky].data()) - oy, sy, bz);
+    const L cx = subtract_product(L::load(corners[2][ray.kx].data()) - ox, sx, cz);
+    const L cy = subtract_product(L::load(corners[2][ray.ky].data()) - oy, sy, cz);
 
     const L u = product_difference(cx, by, cy, bx);
     const L v = product_difference(ax, cy, ay, cx);
@@ -113,17 +139,17 @@ struct alignas(32) SpherePacket {
   /// Lanes hit with 0 < t < t_max, from outside or inside [Haines, Günther, Akenine-Möller 2019: the discriminant from
   /// the distance between centre and ray, so that far or large spheres do not cancel].
   template <bool any>
-  [[nodiscard]] LaneMask test(const PreparedRay<T>& ray, T t_max, PacketHit<T>& hit) const noexcept {
+  [[nodiscard, gnu::always_inline]] LaneMask test(const RayAxes<T>& ray, T t_max, PacketHit<T>& hit) const noexcept {
     using L = Lanes<T>;
     const L dx = L::all(ray.direction[0]), dy = L::all(ray.direction[1]), dz = L::all(ray.direction[2]);
-    const L fx = L::load(center[0]) - L::all(ray.origin[0]);
-    const L fy = L::load(center[1]) - L::all(ray.origin[1]);
-    const L fz = L::load(center[2]) - L::all(ray.origin[2]);
+    const L fx = L::load(center[0].data()) - L::all(ray.origin[0]);
+    const L fy = L::load(center[1].data()) - L::all(ray.origin[1]);
+    const L fz = L::load(center[2].data()) - L::all(ray.origin[2]);
     const L along = multiply_add(fx, dx, multiply_add(fy, dy, fz * dz));
     const L lx = subtract_product(fx, along, dx);
     const L ly = subtract_product(fy, along, dy);
     const L lz = subtract_product(fz, along, dz);
-    const L r2 = L::load(radius_squared);
+    const L r2 = L::load(radius_squared.data());
     const L zero = L::all(T(0));
     const L discriminant = r2 - multiply_add(lx, lx, multiply_add(ly, ly, lz * lz));
     // A sphere that is only touched is not met, as a triangle seen edge-on is not. The discriminant of rays that all but

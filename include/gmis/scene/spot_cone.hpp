@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gmis/core/cos_sin.hpp"
 #include "gmis/core/math.hpp"
 
 namespace gmis::scene {
@@ -42,8 +43,8 @@ class SpotCone {
                        ? inner_ * (uv.x / inner_share)
                        : outer_ - (outer_ - inner_) * inverse_of_integral((T(1) - uv.x) / (T(1) - inner_share));
     const T sine = sqrt_or_zero(drop * (T(2) - drop));
-    const T turn = T(2) * pi<T> * uv.y;
-    return {Frame<T>::around(axis_).to_world({sine * std::cos(turn), sine * std::sin(turn), T(1) - drop}),
+    const auto turn = cos_sin_of_turns(uv.y);
+    return {Frame<T>::around(axis_).to_world({sine * turn.cos, sine * turn.sin, T(1) - drop}),
             falloff_at(drop) / solid_angle()};
   }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "gmis/core/cos_sin.hpp"
 #include "gmis/core/math.hpp"
 
 namespace gmis {
@@ -41,9 +42,10 @@ class Aim {
     if (!(squares_[ring.number] < distance_squared)) return std::nullopt;
     const T from = drop(ring.number, distance_squared), to = drop(ring.number + 1, distance_squared);
     const T below = from + (to - from) * ring.rest;  // 1 − cos θ
-    const T sine = sqrt_or_zero(below * (T(2) - below)), turn = T(2) * pi<T> * u.y;
+    const T sine = sqrt_or_zero(below * (T(2) - below));
+    const auto turn = cos_sin_of_turns(u.y);
     return Frame<T>::around(offset * (T(1) / std::sqrt(distance_squared)))
-        .to_world({sine * std::cos(turn), sine * std::sin(turn), T(1) - below});
+        .to_world({sine * turn.cos, sine * turn.sin, T(1) - below});
   }
   /// Probability with which `sample_direction(point, ·)` gives nothing.
   [[nodiscard]] T failure(const Vec3<T>& point) const noexcept {
@@ -68,9 +70,10 @@ class Aim {
   [[nodiscard]] Vec3<T> sample_line(const Vec3<T>& direction, const Vec2<T>& u) const noexcept {
     const Ring ring = pick(u.x);
     const T from = squares_[ring.number], to = squares_[ring.number + 1];
-    const T distance = std::sqrt(from + (to - from) * ring.rest), turn = T(2) * pi<T> * u.y;
+    const T distance = std::sqrt(from + (to - from) * ring.rest);
+    const auto turn = cos_sin_of_turns(u.y);
     const Frame<T> frame = Frame<T>::around(direction);
-    return centre_ + (frame.tangent * std::cos(turn) + frame.bitangent * std::sin(turn)) * distance;
+    return centre_ + (frame.tangent * turn.cos + frame.bitangent * turn.sin) * distance;
   }
   /// Density of `sample_line(direction, ·)` per area perpendicular to `direction`, for the line through `on_line`.
   [[nodiscard]] T line_density(const Vec3<T>& direction, const Vec3<T>& on_line) const noexcept {

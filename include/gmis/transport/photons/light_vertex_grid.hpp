@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/axis_lanes.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/transport/photons/fit.hpp"
@@ -102,13 +103,10 @@ class LightVertexGrid {
   /// Calls `visit(name)` for every point within the radius of `at`. A non-finite `at` finds nothing.
   template <class Visit>
   void query(const Vec3<T>& at, Visit&& visit) const {
-    const Vec3<T> outside = glm::max(lower_ - at, at - upper_);
-    if (!(outside.x <= reach_ && outside.y <= reach_ && outside.z <= reach_)) return;
-    const Vec3<T> low = cell_coordinates(at - Vec3<T>(reach_));
-    const Vec3<T> high = cell_coordinates(at + Vec3<T>(reach_));
-    const auto x0 = static_cast<std::int32_t>(low.x), x1 = static_cast<std::int32_t>(high.x);
-    const auto y0 = static_cast<std::int32_t>(low.y), y1 = static_cast<std::int32_t>(high.y);
-    const auto z0 = static_cast<std::int32_t>(low.z), z1 = static_cast<std::int32_t>(high.z);
+    const auto lanes = AxisLanes<T>::of(at), reach = AxisLanes<T>::all(reach_);
+    if (!are_at_most(lower_ - lanes, lanes - upper_, reach_)) return;
+    const auto [x0, y0, z0, before] = cell_coordinates(lanes - reach);
+    const auto [x1, y1, z1, after] = cell_coordinates(lanes + reach);
     Ranges ranges;
     const auto add_row = [&](std::int32_t y, std::int32_t z) {
       const std::uint32_t first = bucket_at(x0, y, z);
@@ -188,38 +186,38 @@ class LightVertexGrid {
     radius_squared_ = radius * radius;
     Box box;
     for (const Box& part : boxes_) box = {glm::min(box.lower, part.lower), glm::max(box.upper, part.upper)};
-    lower_ = box.lower;
-    upper_ = box.upper;
-    const Vec3<T> extent = count == 0 ? Vec3<T>(T(0)) : upper_ - lower_;
+    lower_ = AxisLanes<T>::of(box.lower);
+    upper_ = AxisLanes<T>::of(box.upper);
+    const Vec3<T> extent = count == 0 ? Vec3<T>(T(0)) : box.upper - box.lower;
     const T largest_extent = std::max({extent.x, extent.y, extent.z});
-    const Vec3<T> farthest = count == 0 ? Vec3<T>(T(0)) : glm::max(glm::abs(lower_), glm::abs(upper_));
+    const Vec3<T> farthest = count == 0 ? Vec3<T>(T(0)) : glm::max(glm::abs(box.lower), glm::abs(box.upper));
     // Extend the reach beyond the radius by the rounding error of a cell coordinate or a distance.
     reach_ = radius + T(8) * std::numeric_limits<T>::epsilon() *
                           (radius + largest_extent + std::max({farthest.x, farthest.y, farthest.z}));
     // The lower bounds keep every coordinate in int32.
     const T smallest = std::max(largest_extent * T(0x1p-20), std::numeric_limits<T>::min());
     const T step = std::max(row_step * reach_, smallest), width = std::max(row_width * reach_, smallest);
-    inverse_cell_ = {T(1) / step, T(1) / width, T(1) / width};
+    inverse_cell_ = AxisLanes<T>::of({T(1) / step, T(1) / width, T(1) / width});
     std::size_t bucket_count = fewest_buckets;
     while (bucket_count < 2 * count) bucket_count *= 2;
     mask_ = static_cast<std::uint32_t>(bucket_count - 1);
   }
 
-  [[nodiscard]] constexpr Vec3<T> cell_coordinates(const Vec3<T>& at) const noexcept {
-    return glm::floor((at - lower_) * inverse_cell_);
+  [[nodiscard]] AxisArray<std::int32_t> cell_coordinates(const AxisLanes<T>& at) const noexcept {
+    return ((at - lower_) * inverse_cell_).floors();
   }
   [[nodiscard]] constexpr std::uint32_t bucket_at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
     std::uint32_t row = static_cast<std::uint32_t>(y) * 0xD8163841U ^ static_cast<std::uint32_t>(z) * 0xCB1AB31FU;
     row ^= row >> 15U;
     return (row + static_cast<std::uint32_t>(x)) & mask_;
   }
-  [[nodiscard]] constexpr std::uint32_t bucket_of(const Vec3<T>& at) const noexcept {
-    const Vec3<T> cell = cell_coordinates(at);
-    return bucket_at(static_cast<std::int32_t>(cell.x), static_cast<std::int32_t>(cell.y),
-                     static_cast<std::int32_t>(cell.z));
+  [[nodiscard]] std::uint32_t bucket_of(const Vec3<T>& at) const noexcept {
+    const auto cell = cell_coordinates(AxisLanes<T>::of(at));
+    return bucket_at(cell[0], cell[1], cell[2]);
   }
 
-  Vec3<T> lower_{std::numeric_limits<T>::infinity()}, upper_{-std::numeric_limits<T>::infinity()}, inverse_cell_{};
+  AxisLanes<T> lower_ = AxisLanes<T>::of(Box().lower), upper_ = AxisLanes<T>::of(Box().upper);
+  AxisLanes<T> inverse_cell_ = AxisLanes<T>::all(T(0));
   T radius_squared_{}, reach_{};
   std::uint32_t mask_ = fewest_buckets - 1;
   std::vector<std::uint32_t> starts_ = std::vector<std::uint32_t>(fewest_buckets + 1, 0);
