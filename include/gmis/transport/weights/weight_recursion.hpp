@@ -80,7 +80,7 @@ class WeightRecursion {
     if constexpr (has_plain_path)
       if (is_plain(at)) [[likely]]
         return stored(plain_.extend_light(plain(at), is_photon, is_delta, reverse, to_area, density));
-    return exactly([&] { return exact_.extend_light(at, is_photon, is_delta, reverse, to_area, density); });
+    return exactly<&Exact::extend_light>(at, is_photon, is_delta, reverse, to_area, density);
   }
   /// See `WeightFormulas::first_camera_vertex`.
   [[nodiscard]] constexpr CameraPartial first_camera_vertex(T density) const noexcept {
@@ -97,9 +97,7 @@ class WeightRecursion {
       if (is_plain(at)) [[likely]]
         return stored(
             plain_.extend_camera(plain(at), is_next_to_camera, makes_photons, is_delta, reverse, to_area, density));
-    return exactly([&] {
-      return exact_.extend_camera(at, is_next_to_camera, makes_photons, is_delta, reverse, to_area, density);
-    });
+    return exactly<&Exact::extend_camera>(at, is_next_to_camera, makes_photons, is_delta, reverse, to_area, density);
   }
 
   /// The weights of the techniques: see the members of `WeightFormulas` with the same names.
@@ -113,16 +111,15 @@ class WeightRecursion {
     if constexpr (has_plain_path)
       if (is_plain(at)) [[likely]]
         return share(plain_.emitter_hit(plain(at), origin, next_event, first));
-    return exactly([&] { return Sums::weight(exact_.emitter_hit(at, origin, next_event, first)); });
+    return Sums::weight(exactly<&Exact::emitter_hit>(at, origin, next_event, first));
   }
   [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
                                             T hit, T first, T reverse) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(camera)) [[likely]]
         return share(plain_.next_event(plain(camera), is_next_to_camera, origin, next_event, hit, first, reverse));
-    return exactly([&] {
-      return Sums::weight(exact_.next_event(camera, is_next_to_camera, origin, next_event, hit, first, reverse));
-    });
+    return Sums::weight(
+        exactly<&Exact::next_event>(camera, is_next_to_camera, origin, next_event, hit, first, reverse));
   }
   [[nodiscard]] constexpr Weight connect(const LightPartial& light, bool is_photon, T light_reverse, T camera_density,
                                          const CameraPartial& camera, bool is_next_to_camera, bool makes_photons,
@@ -131,32 +128,30 @@ class WeightRecursion {
       if (is_plain(light) && is_plain(camera)) [[likely]]
         return share(plain_.connect(plain(light), is_photon, light_reverse, camera_density, plain(camera),
                                     is_next_to_camera, makes_photons, camera_reverse, light_density));
-    return exactly([&] {
-      return Sums::weight(exact_.connect(light, is_photon, light_reverse, camera_density, camera, is_next_to_camera,
-                                         makes_photons, camera_reverse, light_density));
-    });
+    return Sums::weight(exactly<&Exact::connect>(light, is_photon, light_reverse, camera_density, camera,
+                                                 is_next_to_camera, makes_photons, camera_reverse, light_density));
   }
   [[nodiscard]] constexpr Weight splat(const LightPartial& light, bool is_photon, T light_reverse,
                                        T camera_density) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light)) [[likely]]
         return share(plain_.splat(plain(light), is_photon, light_reverse, camera_density));
-    return exactly([&] { return Sums::weight(exact_.splat(light, is_photon, light_reverse, camera_density)); });
+    return Sums::weight(exactly<&Exact::splat>(light, is_photon, light_reverse, camera_density));
   }
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
                                        bool is_next_to_camera, T camera_reverse) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light) && is_plain(camera)) [[likely]]
         return share(plain_.merge(plain(light), light_reverse, plain(camera), is_next_to_camera, camera_reverse));
-    return exactly(
-        [&] { return Sums::weight(exact_.merge(light, light_reverse, camera, is_next_to_camera, camera_reverse)); });
+    return Sums::weight(exactly<&Exact::merge>(light, light_reverse, camera, is_next_to_camera, camera_reverse));
   }
 
  private:
-  /// Calls `formula`, never inlined: hardly ever called.
-  template <class Formula>
-  [[nodiscard]] [[gnu::noinline]] static constexpr auto exactly(Formula&& formula) noexcept {
-    return formula();
+  /// A formula in `Extended` numbers, never inlined: hardly ever called. It takes copies, so that what is passed need not be in
+  /// memory where it is not called.
+  template <auto formula, class... Arguments>
+  [[nodiscard]] [[gnu::noinline]] constexpr auto exactly(Arguments... of) const noexcept {
+    return (exact_.*formula)(of...);
   }
 
   // `shared` of a camera vertex is one number, in every kind of sum.
