@@ -52,8 +52,12 @@ template <std::floating_point T>
 /// other.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> segment(const SurfacePoint<T>& from, const SurfacePoint<T>& to, const Vec3<T>& direction) {
-  if (from.position_error == T(0) && to.position_error > T(0)) [[unlikely]]
-    return segment(to, from, -direction);
+  constexpr T nearly_one = T(1) - T(8) * std::numeric_limits<T>::epsilon();
+  if (from.position_error == T(0)) [[unlikely]] {
+    if (to.position_error > T(0)) return segment(to, from, -direction);
+    const T length = glm::dot(to.position - from.position, direction);
+    return {from.position, direction, length > T(0) ? length * nearly_one : T(0)};
+  }
   const T from_side = std::copysign(from.position_error, glm::dot(direction, from.geometric_normal));
   // The error of a point on a ray grows with its distance from the start.
   const T reach = T(4) * std::numeric_limits<T>::epsilon() * glm::dot(to.position - from.position, direction);
@@ -65,7 +69,7 @@ template <std::floating_point T>
   const T length = glm::length(between);
   // The offsets passed each other.
   if (!(length > T(0)) || glm::dot(between, direction) <= T(0)) return {origin, direction, T(0)};
-  return {origin, between / length, length * (T(1) - T(8) * std::numeric_limits<T>::epsilon())};
+  return {origin, between / length, length * nearly_one};
 }
 
 /// A BSDF for one pair of directions. `value` is f [1/sr] *without* the cosine and without delta lobes. `pdf` holds the
