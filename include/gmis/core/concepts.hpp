@@ -77,6 +77,16 @@ template <Bsdf B>
     return true;
 }
 
+/// A BSDF with the optional type `Compact`: what it holds beside the normals of its `SurfacePoint`, so that a light vertex need not
+/// keep them twice. `bsdf.compact()` gives it, `B(compact, point)` is the BSDF again. `Compact::Whole` is `B` itself, so that a
+/// class derived from `B` is not mistaken for it.
+template <class B>
+concept BsdfWithCompactForm = Bsdf<B> && std::same_as<typename B::Compact::Whole, B> &&
+    requires(const B& bsdf, const SurfacePoint<ScalarOf<typename B::Spectrum>>& point) {
+  { bsdf.compact() } -> std::same_as<typename B::Compact>;
+  {B(bsdf.compact(), point)};
+};
+
 /// `bsdf.evaluate(…)` and `bsdf.sample(…)`, or with `needs_reverse` false the optional members `evaluate_forward` and
 /// `sample_forward` with the same arguments and results, where a BSDF has them: their reverse densities are not read, so
 /// they need not be computed. Path tracing calls these.

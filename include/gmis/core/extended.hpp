@@ -66,6 +66,13 @@ class Extended {
   /// The value without its exponent.
   [[nodiscard]] constexpr T mantissa() const noexcept { return mantissa_; }
 
+  /// How many steps the mantissa is multiplied by.
+  [[nodiscard]] constexpr std::int32_t exponent() const noexcept { return exponent_; }
+  /// The number that has these two, which must be those of a number.
+  [[nodiscard]] static constexpr Extended of(T mantissa, std::int32_t exponent) noexcept {
+    return Extended(mantissa, exponent);
+  }
+
   /// A finite double, rounded to the precision of `T`.
   [[nodiscard]] static constexpr Extended rounded(double value) noexcept {
     const T mantissa = static_cast<T>(value);

@@ -48,6 +48,21 @@ class SurfaceBsdf {
     is_flat_ = geometric_normal_ == shading_normal_;
   }
 
+  /// All but the normals.
+  struct Compact {
+    using Whole = SurfaceBsdf;
+    const PlainMaterial<T>* material;
+    Vec2<T> uv;
+  };
+  [[nodiscard]] Compact compact() const noexcept { return {material_, uv_}; }
+  /// The BSDF again, with the normals of its point.
+  SurfaceBsdf(const Compact& compact, const SurfacePoint<T>& point) noexcept
+      : material_(compact.material),
+        geometric_normal_(point.geometric_normal),
+        shading_normal_(point.shading_normal),
+        uv_(compact.uv),
+        is_flat_(false) {}  // whether they are the same is not worth a test here
+
   /// Under a bump or normal map another than that of the shape.
   [[nodiscard]] const Vec3<T>& shading_normal() const noexcept { return shading_normal_; }
 

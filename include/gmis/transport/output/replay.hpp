@@ -110,7 +110,7 @@ class ReplayOutput {
 
   /// Moves on to the next vertex of a light tree before the techniques work there. Vertices are used in the order in
   /// which they were recorded.
-  void on_use(const typename Context::StoredVertex&) { ++at_; }
+  void on_use(const auto&) { ++at_; }
 
   /// Names the light vertex at the other end of the contribution that is added next.
   void on_light_vertex(const typename Context::StoredVertex& light) {

@@ -12,7 +12,7 @@
 
 namespace gmis {
 
-/// The light vertices of one iteration, in the order of their trees. Each chunk holds consecutive trees and is written
+/// The light vertices of one iteration as `Vertex`, in the order of their trees. Each chunk holds consecutive trees and is written
 /// by one thread at a time; different chunks may be written concurrently. Memory is reused from one iteration to the
 /// next.
 template <class Vertex>
@@ -26,11 +26,11 @@ class LightVertexCache {
       tree_ends_.clear();
       photon_count_ = 0;
     }
-    void add(const Vertex& vertex) {
+    void add(const auto& vertex) {
       // An eighth more at a time, not twice as much: what is reserved is held for the whole run.
       if (vertices_.size() == vertices_.capacity()) [[unlikely]]
         vertices_.reserve(vertices_.size() + vertices_.size() / 8 + 64);
-      vertices_.push_back(vertex);
+      vertices_.emplace_back(vertex);
       photon_count_ += vertex.is_photon ? 1U : 0U;
     }
     /// Ends the current tree; call it once per tree, also for a tree without vertices.

@@ -105,8 +105,8 @@ class LightVertexGrid {
   void query(const Vec3<T>& at, Visit&& visit) const {
     const auto lanes = AxisLanes<T>::of(at), reach = AxisLanes<T>::all(reach_);
     if (!are_at_most(lower_ - lanes, lanes - upper_, reach_)) return;
-    const auto [x0, y0, z0, before] = cell_coordinates(lanes - reach);
-    const auto [x1, y1, z1, after] = cell_coordinates(lanes + reach);
+    const auto low = cell_coordinates(lanes - reach), high = cell_coordinates(lanes + reach);
+    const std::int32_t x0 = low[0], x1 = high[0], y0 = low[1], y1 = high[1], z0 = low[2], z1 = high[2];
     Ranges ranges;
     const auto add_row = [&](std::int32_t y, std::int32_t z) {
       const std::uint32_t first = bucket_at(x0, y, z);

@@ -45,8 +45,9 @@ struct Connect {
     using S = typename Vertex::S;
     using T = typename Vertex::T;
     const auto& point = vertex.hit.point;
+    const auto& bsdf_of_light = light.bsdf();
     const auto [path_class, is_kept] =
-        context.filter.join([&] { return context.filter.after_scattering(light.path, light.bsdf); },
+        context.filter.join([&] { return context.filter.after_scattering(light.path, bsdf_of_light); },
                             [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
     if (!is_kept) return;
     ++output.counters().connections;
@@ -54,12 +55,12 @@ struct Connect {
     // Before a root and two BSDFs: hemispheres.
     const Vec3<T> offset = light.point.position - point.position;
     if (is_behind(point, vertex.to_prev, offset) && reflects_only(vertex.hit.bsdf)) return;
-    if (is_behind(light.point, light.to_prev, -offset) && reflects_only(light.bsdf)) return;
+    if (is_behind(light.point, light.to_prev, -offset) && reflects_only(bsdf_of_light)) return;
     const auto link = Link<T>::along(offset);
     if (!(link.distance_squared > T(0))) return;
     const auto camera_bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, link.direction, TransportMode::radiance);
     if (is_black(camera_bsdf.value)) return;
-    const auto light_bsdf = light.bsdf.evaluate(light.to_prev, -link.direction, TransportMode::importance);
+    const auto light_bsdf = bsdf_of_light.evaluate(light.to_prev, -link.direction, TransportMode::importance);
     if (is_black(light_bsdf.value)) return;
 
     // G = |cos| |cos| / d², with the cosines that belong to f at either end
@@ -78,12 +79,13 @@ struct Connect {
     // With x_{s−1} the light vertex and x_s the camera vertex  [Georgiev TR 37, 40, 41; docs/weights.md]:
     //   b_{s−1} = c ψ(x_s → x_{s−1}) g_{s−1},   a_s = c ψ(x_{s−1} → x_s) g_s,
     //   reverse densities per steradian: at x_{s−1} back to x_{s−2}, at x_s back to x_{s+1}.
+    const NominalChildren<T> children = context.children_of_light_vertex(bsdf_of_light);
     const auto weight =
-        context.recursion.connect(light.weights, light.is_photon, light.children.reverse * light_bsdf.pdf.reverse.value,
+        context.recursion.connect(light.weights(), light.is_photon, children.reverse * light_bsdf.pdf.reverse.value,
                                   vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point),
-                                  vertex.weights, vertex.is_next_to_camera(), context.makes_photons(light.bsdf),
+                                  vertex.weights, vertex.is_next_to_camera(), context.makes_photons(bsdf_of_light),
                                   vertex.children.reverse * camera_bsdf.pdf.reverse.value,
-                                  light.children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
+                                  children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
     if constexpr (observes_paths<Output>) output.on_light_vertex(light);
     output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),
                 static_cast<std::int16_t>(vertex.depth + 1), path_class},

@@ -36,7 +36,7 @@ struct Merge {
       // Merged at x_i: the density at x_i per steradian back to x_{i−1}, by the camera subpath, and back to x_{i+1}, by
       // the light subpath [Georgiev TR 37–39; docs/weights.md].
       const auto weight =
-          context.recursion.merge(light.weights, vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
+          context.recursion.merge(light.weights(), vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
                                   vertex.is_next_to_camera(), vertex.children.reverse * bsdf.pdf.reverse.value);
       ++output.counters().merges;
       if constexpr (observes_paths<Output>) output.on_light_vertex(light);

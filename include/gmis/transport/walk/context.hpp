@@ -9,6 +9,7 @@
 #include "gmis/transport/emission/emission_guide.hpp"
 #include "gmis/transport/photons/light_vertex_cache.hpp"
 #include "gmis/transport/photons/light_vertex_grid.hpp"
+#include "gmis/transport/photons/stored_light_vertex.hpp"
 #include "gmis/transport/sample_counts.hpp"
 #include "gmis/transport/walk/vertex.hpp"
 
@@ -29,7 +30,7 @@ struct IterationContext {
   using T = ScalarOf<S>;
   using Recursion = typename Method_::Weights::template Recursion<T>;
   using Split = typename Method_::template Split<T>;
-  using StoredVertex = LightVertex<Sc, Recursion>;
+  using StoredVertex = StoredLightVertex<Sc, Recursion>;
   static constexpr bool has_light_side = Method_::Weights::has_light_side;
 
   const Sc& scene;
@@ -100,6 +101,12 @@ struct IterationContext {
   template <Bsdf B>
   [[nodiscard]] constexpr T light_children(const B& bsdf, T survival) const noexcept {
     return survival * split.nominal_children(bsdf);
+  }
+  /// c at a vertex of a light subpath.
+  template <Bsdf B>
+  [[nodiscard]] constexpr NominalChildren<T> children_of_light_vertex(const B& bsdf) const noexcept {
+    const T survival = survival_probability(bsdf);
+    return {light_children(bsdf, survival), camera_children(survival, false)};
   }
 };
 

@@ -20,11 +20,11 @@ template <class Context, class Output>
 class LightTree {
  public:
   using Sc = typename Context::SceneType;
-  using Vertex = typename Context::StoredVertex;
+  using Vertex = LightVertex<Sc, typename Context::Recursion>;
   using S = typename Vertex::S;
   using T = typename Vertex::T;
   using Split = typename Context::Split;
-  using Chunk = typename LightVertexCache<Vertex>::Chunk;
+  using Chunk = typename LightVertexCache<typename Context::StoredVertex>::Chunk;
 
   LightTree(const Context& context, Output& output) : context_(context), output_(output) {}
 
@@ -183,7 +183,7 @@ class LightTree {
                         -emission->direction,
                         emission->weight * (T(1) / choice.selection_probability),
                         weights,
-                        children_of(hit->bsdf),
+                        context_.children_of_light_vertex(hit->bsdf),
                         1,
                         context_.lights_make_photons(),
                         {}};
@@ -220,16 +220,11 @@ class LightTree {
     vertex.bsdf = hit->bsdf;
     vertex.to_prev = -step.to_next;
     vertex.throughput = vertex.throughput * step.weight;
-    vertex.children = children_of(hit->bsdf);
+    vertex.children = context_.children_of_light_vertex(hit->bsdf);
     ++vertex.depth;
     vertex.path = path;
     if constexpr (observes_paths<Output>) output_.on_vertex(step, density, vertex, vertex.point);
     return true;
-  }
-
-  [[nodiscard]] constexpr NominalChildren<T> children_of(const typename Sc::Bsdf& bsdf) const noexcept {
-    const T survival = survival_probability(bsdf);
-    return {context_.light_children(bsdf, survival), context_.camera_children(survival, false)};
   }
 
   /// False, and counts a rejection, for a density that is zero or not finite.

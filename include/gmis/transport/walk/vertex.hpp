@@ -9,7 +9,7 @@
 
 namespace gmis {
 
-/// A vertex of a light subpath, stored for connections and merging. All directions point away from the surface.
+/// The current vertex of a light subpath. All directions point away from the surface.
 template <Scene Sc, class Recursion>
 struct LightVertex {
   using S = typename Sc::Spectrum;
