@@ -1,14 +1,18 @@
 #!/usr/bin/env python3
-"""Where the instructions of an iteration go, by part of the library: instruction_parts.py PROGRAM SCENE INTEGRATOR.
+"""Where the instructions of an iteration go, by part of the library: instruction_parts.py PROGRAM, called by instructions.sh.
 
 PROGRAM is instructions/main.cpp compiled with -g1 -no-pie. An instruction belongs to the part whose file is innermost in its stack of
-inlined calls; GLM and the standard library belong to whoever calls them. Prints instructions a pixel and iteration, a line a part.
+inlined calls; GLM, the standard library and the C library belong to whoever calls them. Writes a table of instructions a pixel and
+iteration into docs/smallvcm.md, beside those kept in instruction_parts.txt.
 """
+import pathlib
 import re
 import sys
 
 import callgrind
+import measuring
 
+PROGRAM = "the program itself"
 SIZE = 64
 ITERATIONS = 8
 PARTS = [  # name, files below include/gmis/
@@ -33,19 +37,31 @@ MATCHERS = [(name, re.compile(files)) for name, files in PARTS]
 
 def part_of(file):
     if "/include/gmis/" not in file:
-        return "the program itself" if "/bench/" in file or "/examples/" in file else None
+        return PROGRAM if "/bench/" in file or "/examples/" in file else None
     below = file.split("/include/gmis/")[1]
     return next((name for name, files in MATCHERS if files.match(below)), None)
 
 
-def main():
-    program, scene, integrator = sys.argv[1:]
-    run = lambda iterations: [scene, integrator, str(iterations), str(SIZE)]
+def parts_of(program, scene, integrator):
+    """Instructions a pixel and iteration, by part."""
+    run = lambda iterations: [f"tests/render/reference/{scene}.pbrt", integrator, str(iterations), str(SIZE)]
     sums = callgrind.shares(program, run(1), run(1 + ITERATIONS), part_of)
-    pixels = SIZE * SIZE * ITERATIONS
-    for name in [name for name, _ in PARTS] + ["the program itself"]:
-        print(f"{name}\t{sums[name] / pixels:.0f}")
-    print(f"all\t{sum(sums.values()) / pixels:.0f}")
+    by_part = {name: sums[name] / (SIZE * SIZE * ITERATIONS) for name in [name for name, _ in PARTS] + [PROGRAM]}
+    return by_part | {"all": sum(by_part.values())}
+
+
+def main():
+    program, = sys.argv[1:]
+    lines = [line.split("\t") for line in pathlib.Path("bench/instruction_parts.txt").read_text(encoding="utf-8").splitlines()]
+    head = next(words[1:] for words in lines if words[0] == "# part")
+    before = {words[0]: words[1:] for words in lines if not words[0].startswith("#")}
+    now = [parts_of(program, *case.split()) for case in head]
+    table = "| part |" + "".join(f" {case}, before | now |" for case in head) + "\n| --- |" + " ---: | ---: |" * len(head) + "\n"
+    for part in now[0]:
+        table += f"| {part} |" + "".join(f" {old} | {column[part]:.0f} |" for old, column in zip(before[part], now)) + "\n"
+    print(table, end="")
+    measuring.write_into(pathlib.Path("docs/smallvcm.md"), "<!-- parts: written by ./run bench instructions parts -->",
+                         "<!-- end of parts -->", table)
 
 
 if __name__ == "__main__":

@@ -4,8 +4,9 @@
 # seconds differ from machine to machine: the difference between runs of 3 and of 1 iterations, so that reading the scene
 # and building its tree do not count.
 #
-# Usage: bench/instructions.sh [instructions|errors|--check|--keep]   (default: instructions, then errors)
+# Usage: bench/instructions.sh [instructions|parts|errors|--check|--keep]   (default: instructions, then errors)
 #   instructions   also writes its table into docs/smallvcm.md
+#   parts          where the instructions go, by part of the library (instruction_parts.py); writes its table into docs/smallvcm.md
 #   --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares with the figures kept in bench/instructions.txt: fails when one is
 #                  above by more than 1 %. The level of the processor is fixed (preset bench: x86-64-v3), and valgrind shows every
 #                  program the same processor, so the figures depend on the compiler and the C library, not on the machine.
@@ -15,9 +16,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 what=${1:-both}
 kept=bench/instructions.txt
 case $what in
-  both | instructions | errors | --check | --keep) ;;
+  both | instructions | parts | errors | --check | --keep) ;;
   *)
-    echo "instructions: no $what: instructions, errors, --check or --keep" >&2
+    echo "instructions: no $what: instructions, parts, errors, --check or --keep" >&2
     exit 2
     ;;
 esac
@@ -27,9 +28,10 @@ if [[ -r /proc/cpuinfo ]] && ! grep -qE '^flags.* avx2 .*' /proc/cpuinfo; then
 fi
 cmake --preset bench >/dev/null
 case $what in
-  --*) cmake --build --preset bench --target instruction_counts >/dev/null ;;
+  --* | parts) cmake --build --preset bench --target instruction_counts >/dev/null ;;
   *) cmake --build --preset bench --target gmis-render >/dev/null ;;
 esac
+if [[ $what == parts ]]; then exec python3 bench/instruction_parts.py build/bench/bench/instruction_counts; fi
 render=build/bench/examples/gmis-render
 reference=tests/render/reference
 folder=$(mktemp -d)

@@ -55,7 +55,7 @@ TEMPLATE_TEST_CASE("each lane does what one number does", "[lanes]", float, doub
   int wrong = 0;
   for (int round = 0; round < 20'000; ++round) {
     const Operands<T> of = random_operands<T>(source);
-    const L a = L::load(of.a), b = L::load(of.b), c = L::load(of.c), d = L::load(of.d);
+    const L a = L::load(of.a.data()), b = L::load(of.b.data()), c = L::load(of.c.data()), d = L::load(of.d.data());
     const auto sum = stored<T>(a + b), difference = stored<T>(a - b), product = stored<T>(a * b);
     const auto quotient = stored<T>(divide(a, b));
     const auto fused = stored<T>(multiply_add(a, b, c)), taken = stored<T>(subtract_product(c, a, b));

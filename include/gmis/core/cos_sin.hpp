@@ -42,7 +42,7 @@ template <std::floating_point T>
 }  // namespace detail
 
 /// Of π/4 · `t`, −1 ≤ t ≤ 1. For `float` the minimax polynomials in t² of sin(π/4 t)/t (error 2.4e-9) and of cos(π/4 t) (4.7e-11),
-/// so that what is left is the rounding: within 1.2e-7.
+/// so that what is left is the rounding: within 2.4e-7.
 template <std::floating_point T>
 [[nodiscard]] inline CosSin<T> cos_sin_of_eighths(T t) noexcept {
   if constexpr (std::same_as<T, float>) {
