@@ -8,8 +8,6 @@ counts; the difference of two runs leaves out the construction of the scene. The
 result, render) or the renderer's (the checkout, the adapter), as the line tables say of the innermost call that is either's. What
 both use (core, GLM, the standard library, the C library) counts for whoever calls it.
 
-The options are those of the programs here. They are not the best for SmallVCM, so the ratio is counted under -O3 without them, too.
-
 Writes the table in docs/smallvcm.md.
 """
 
@@ -29,8 +27,7 @@ BEGIN, END = "<!-- embedded: written by ./run bench embedded -->", "<!-- end of 
 SCENES = ("svcm0", "svcm1", "point", "background")
 INTEGRATORS = ("pt", "bpt", "vcm")
 PIXELS = 64 * 64
-PLAIN = ["-O3", "-march=x86-64-v3", "-std=gnu++20", "-DNDEBUG", "-ffp-contract=off", "-g1", "-no-pie", "-w"]
-OPTIONS = [*PLAIN, "-fno-math-errno", "-fno-tree-slp-vectorize"]
+OPTIONS = ["-O3", "-march=x86-64-v3", "-std=gnu++20", "-DNDEBUG", "-ffp-contract=off", "-g1", "-no-pie", "-w"]
 LESS, MORE = 1, 3  # iterations
 ITERATIONS_OF_MEANS, TOLERANCE = 64, 0.03
 
@@ -38,8 +35,8 @@ ITERATIONS_OF_MEANS, TOLERANCE = 64, 0.03
 library, renderer, rays, numbers = "library", "renderer", "rays", "numbers"
 
 
-def build(checkout, options, program):
-    subprocess.run(["g++", *options, "-I", str(root / "include"), "-I", str(checkout / "src"), str(root / "bench/embedded/main.cpp"), "-o",
+def build(checkout, program):
+    subprocess.run(["g++", *OPTIONS, "-I", str(root / "include"), "-I", str(checkout / "src"), str(root / "bench/embedded/main.cpp"), "-o",
                     program], check=True)
 
 
@@ -78,11 +75,6 @@ def runs(side, case):
     return [arguments(side, *case, iterations) for iterations in (LESS, MORE)]
 
 
-def total(program, side, case):
-    own, _ = callgrind.counted_more(program, *runs(side, case))
-    return sum(own.values())
-
-
 def percents(values):
     low, high = 100 * min(values), 100 * max(values)
     return f"{low:.0f}–{high:.0f} %"
@@ -98,9 +90,8 @@ def main():
     cases = [(scene, integrator) for scene in SCENES for integrator in INTEGRATORS]
     rows, parts, alike = [], {(side, part): [] for side in ("gmis", "smallvcm") for part in (rays, numbers)}, {i: [] for i in INTEGRATORS}
     with tempfile.TemporaryDirectory() as folder:
-        program, plain = f"{folder}/embedded", f"{folder}/plain"
-        build(checkout, OPTIONS, program)
-        build(checkout, PLAIN, plain)
+        program = f"{folder}/embedded"
+        build(checkout, program)
         differing = pictures_that_differ(program, cases)
         if differing:
             raise SystemExit(f"embedded: more than {100 * TOLERANCE:.0f} % between the means: {', '.join(differing)}: nothing is counted")
@@ -111,13 +102,11 @@ def main():
             for side, part in parts:
                 parts[side, part].append(sums[side][part] / sum(sums[side].values()))
             alike[case[1]].append(ours / (theirs - sums["smallvcm"][numbers] + sums["gmis"][numbers]))
-            plain_ratio = total(plain, "gmis", case) / total(plain, "smallvcm", case)
             ours, theirs, of_library, of_renderer = (n / ((MORE - LESS) * PIXELS) for n in (ours, theirs, of_library, of_renderer))
             rows.append(f"| {case[0]} | {case[1]} | {ours:.0f} | {theirs:.0f} | {ours / theirs:.3f} | {of_library:.0f} | {of_renderer:.0f} | "
-                        f"{of_library / of_renderer:.3f} | {plain_ratio:.3f} |")
+                        f"{of_library / of_renderer:.3f} |")
             print(rows[-1], file=sys.stderr, flush=True)
-    head = ["| scene | integrator | gmis | SmallVCM | ratio | library | renderer | library / renderer | ratio, other options |",
-            "| --- | --- |" + " ---: |" * 7]
+    head = ["| scene | integrator | gmis | SmallVCM | ratio | library | renderer | library / renderer |", "| --- | --- |" + " ---: |" * 6]
     notes = [f"Rays are {percents(parts['gmis', rays])} of the instructions of gmis and {percents(parts['smallvcm', rays])} of SmallVCM's, random "
              f"numbers {percents(parts['gmis', numbers])} and {percents(parts['smallvcm', numbers])}.",
              "With numbers on SmallVCM's side that cost what ours do, the ratio would be at most " +

@@ -44,7 +44,7 @@ def build(checkout, out):
         text = text.replace(old, new)
     config.write_text("#include <cstdlib>\n" + text)
     program = (out / "smallvcm").absolute()
-    subprocess.run(["g++", "-O3", "-march=x86-64-v3", "-fno-math-errno", "-fno-tree-slp-vectorize", "-std=c++11", "-fopenmp", "-w", "-o", str(program), str(source / "smallvcm.cxx")], check=True)
+    subprocess.run(["g++", "-O3", "-march=x86-64-v3", "-fno-math-errno", "-std=c++11", "-fopenmp", "-w", "-o", str(program), str(source / "smallvcm.cxx")], check=True)
     return program
 
 
