@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
-#include "gmis/core/random.hpp"
+#include "gmis/core/sobol_numbers.hpp"
 #include "gmis/scene/bvh_scene.hpp"
 #include "gmis/transport/walk/first_hit.hpp"
 
@@ -33,18 +33,18 @@ struct PathTracer {
     for (int y = 0; y < resolution.y; ++y)
       for (int x = 0; x < resolution.x; ++x) {
         const auto pixel = static_cast<std::uint32_t>(y * resolution.x + x);
-        const Vec3<float> value = trace({x, y}, gmis::Philox(seed, iteration, pixel, 1));
+        const Vec3<float> value = trace({x, y}, gmis::SampleNumbers(seed, iteration, pixel, 1));
         if (gmis::is_finite(value)) frame[pixel] = value;
       }
     return frame;
   }
 
-  [[nodiscard]] Vec3<float> trace(glm::ivec2 pixel, gmis::Philox source) const {
-    using gmis::uniform;
+  [[nodiscard]] Vec3<float> trace(glm::ivec2 pixel, gmis::SampleNumbers source) const {
+    using gmis::uniforms;
     Vec3<float> sum(0);
     source.at_vertex(0);
-    const Vec2<float> uv_pixel{uniform<float>(source), uniform<float>(source)};
-    const Vec2<float> uv_lens{uniform<float>(source), uniform<float>(source)};
+    const auto [u_pixel, v_pixel, u_lens, v_lens] = uniforms<float, 4>(source);
+    const Vec2<float> uv_pixel{u_pixel, v_pixel}, uv_lens{u_lens, v_lens};
     const auto start = scene.camera().sample_ray(pixel, uv_pixel, uv_lens);
     if (!start) return sum;
     gmis::SurfacePoint<float> from = start->origin;
@@ -97,9 +97,8 @@ struct PathTracer {
       }
 
       source.at_vertex(number + 1);
-      const float u_survival = uniform<float>(source);
-      const float u = uniform<float>(source);
-      const Vec2<float> uv{uniform<float>(source), uniform<float>(source)};
+      const auto [u_survival, u, u_next, v_next] = uniforms<float, 4>(source);
+      const Vec2<float> uv{u_next, v_next};
       if (u_survival >= survival) break;
       const auto next = bsdf.sample(to_prev, u, uv, gmis::TransportMode::radiance);
       if (!next) break;
@@ -113,10 +112,10 @@ struct PathTracer {
   }
 
   [[nodiscard]] Vec3<float> next_event(const gmis::SurfacePoint<float>& point, const Scene::Bsdf& bsdf,
-                                       const Vec3<float>& to_prev, float survival, gmis::Philox& source) const {
-    using gmis::uniform;
-    const auto choice = scene.sample_light(uniform<float>(source));
-    const Vec2<float> uv{uniform<float>(source), uniform<float>(source)};
+                                       const Vec3<float>& to_prev, float survival, gmis::SampleNumbers& source) const {
+    const auto [u_light, u, v] = gmis::uniforms<float, 3>(source);
+    const auto choice = scene.sample_light(u_light);
+    const Vec2<float> uv{u, v};
     if (choice.light == nullptr) return Vec3<float>(0);
     const auto sample = choice.light->sample_next_event(point, uv);
     if (!sample) return Vec3<float>(0);
