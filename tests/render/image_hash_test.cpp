@@ -27,22 +27,22 @@ struct Pinned {
 
 const std::vector<Pinned> pinned{
     // clang-format off
-    {"--integrator pt", "c718a256c41bdee3", "faf5aec42e60abcb"},
-    {"--integrator lt", "1389812d6df2e4a2", "b49fd7efb21e54c9"},
-    {"--integrator bpt --connections 1", "de7b629b1f37685c", "c0e6c236432dcc81"},
-    {"--integrator bpt --connections 2", "5c413c574e0392fc", "acc258c95cfa1d5b"},
-    {"--integrator bpt --connections 4", "a23dba06a26bd6c2", "1932f4e0dc7eeaf4"},
-    {"--integrator bpt --connections paired", "332800a9ec4de18c", "1afd415b644e3429"},
-    {"--integrator ppm", "397fa2341ff79ee0", "7d4de068d6e85a71"},
-    {"--integrator bpm", "16296b7047ed86aa", "fb8138c88c157142"},
-    {"--integrator vcm --connections 1", "f54bc97bb45dad79", "0f664971b7f55670"},
-    {"--integrator vcm --connections 2", "e7f4321bbeb16c79", "c4601a1935334646"},
-    {"--integrator vcm --connections 4", "424b01f7bc563129", "f8f9a2b17e3eab10"},
-    {"--integrator vcm --connections paired", "4a1081b5626c326c", "fb749330edceaff7"},
-    {"--integrator gmis --split none --connections 1", "f54bc97bb45dad79", "0f664971b7f55670"},
-    {"--integrator gmis --split budgeted --connections 1", "fdad0b67962956a7", "c7e9cdd76e814ea8"},
-    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "fb7f33e54b971525", "3fbefd5e4403f196"},
-    {"--integrator gmis --split paper --scheme R2 --connections 2", "3f287ca24f9d12e8", "e69349fcb0cf6bab"},
+    {"--integrator pt", "c857090fb57696a9", "da9b9e0bae83f739"},
+    {"--integrator lt", "15238bd36471c6c0", "d623d98e32901224"},
+    {"--integrator bpt --connections 1", "cbff657aa1240dad", "eda5d54699d62dfd"},
+    {"--integrator bpt --connections 2", "1bee8977aace3b12", "8ed0b43d104f2936"},
+    {"--integrator bpt --connections 4", "4e7ef2797ca07c64", "a8a1a779dbaaa1f9"},
+    {"--integrator bpt --connections paired", "a2213c29d51c9ed7", "605d104fca12922d"},
+    {"--integrator ppm", "908fe40cecb58f3c", "0374bbe1065abbec"},
+    {"--integrator bpm", "0dd982b06e195cca", "5f9352b9853fd759"},
+    {"--integrator vcm --connections 1", "dc7a49164b768b60", "4009fb62a83b26f6"},
+    {"--integrator vcm --connections 2", "dd1ba3b009d76de9", "830e6d2d663cf8f3"},
+    {"--integrator vcm --connections 4", "99d224fb30bbc6af", "848ddd3024e541a5"},
+    {"--integrator vcm --connections paired", "f4c6892a0ead399f", "0fb67a85017a9116"},
+    {"--integrator gmis --split none --connections 1", "dc7a49164b768b60", "4009fb62a83b26f6"},
+    {"--integrator gmis --split budgeted --connections 1", "a9c54d6ff0a34b8e", "6043062a9123108d"},
+    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "1085a641a661c5de", "49501ea7312dd483"},
+    {"--integrator gmis --split paper --scheme R2 --connections 2", "0376ee79d7f9f778", "e2c0b150030aafc8"},
     // clang-format on
 };
 
