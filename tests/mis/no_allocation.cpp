@@ -51,3 +51,18 @@ TEST_CASE("estimates allocate nothing when N is known, and once when it is not",
     }
   CHECK(sink > 0.0);
 }
+
+TEST_CASE("sums over few proposals allocate nothing, whatever is known of their number", "[mis]") {
+  const auto f = [](double x) { return x; };
+  for (const std::size_t n : {std::size_t{1}, std::size_t{2}, gmis::few_densities, gmis::few_densities + 1}) {
+    const std::vector<test::Ramp> proposals(n, test::Ramp{0.5});
+    for (const gmis::Scheme scheme : {gmis::Scheme::R3, gmis::Scheme::N3}) {
+      CAPTURE(n, name_of(scheme));
+      gmis::Philox source(gmis_test::seed(1));
+      const std::size_t before = allocations;
+      const double mean = gmis::estimate(scheme, f, proposals, 100, source).mean;
+      CHECK((allocations - before == 0) == (n <= gmis::few_densities));
+      CHECK(mean > 0.0);
+    }
+  }
+}

@@ -28,8 +28,8 @@ template <std::size_t N>
 void check_size(std::uint64_t estimates) {
   const auto fixed = ramps<N>();
   const std::vector<test::Ramp> dynamic(fixed.begin(), fixed.end());
-  // 3 sizes × 15 pairs × 2 round counts; false-alarm rate 1e-4 for the family.
-  const double level = test::sidak_level(1e-4, 90);
+  // 5 sizes × 15 pairs × 2 round counts; false-alarm rate 1e-4 for the family.
+  const double level = test::sidak_level(1e-4, 150);
   for (const auto selection : gmis::all_selections)
     for (const auto weighting : gmis::all_weightings)
       for (const std::uint64_t rounds : {std::uint64_t{1}, std::uint64_t{5}}) {
@@ -41,6 +41,8 @@ void check_size(std::uint64_t estimates) {
           const auto a = gmis::estimate(selection, weighting, cosine, fixed, rounds, source);
           const auto b = gmis::estimate(selection, weighting, cosine, dynamic, rounds, same_source);
           REQUIRE(a.mean == b.mean);  // N known at compile time or not: the same bits
+          REQUIRE(a.density_evaluations == b.density_evaluations);
+          REQUIRE(b.samples == N * rounds);
           REQUIRE(a.samples == N * rounds);
           REQUIRE(a.integrand_evaluations == N * rounds);
           REQUIRE(a.rounds == rounds);
@@ -60,6 +62,12 @@ TEST_CASE("one proposal", "[mis]") {
 }
 TEST_CASE("two proposals", "[mis]") {
   check_size<2>(1000);
+}
+// The most that are compiled apart as few, and one more.
+TEST_CASE("sixteen and seventeen proposals", "[mis]") {
+  STATIC_REQUIRE(gmis::few_densities == 16);
+  check_size<16>(50);
+  check_size<17>(50);
 }
 TEST_CASE("sixty-four proposals", "[mis]") {
   check_size<64>(20);

@@ -140,9 +140,7 @@ void sample_round_in_batches(const Set& set, const AllocationType& allocation, S
       if (is_usable(own, denominator)) [[likely]] {
         visit(batch.x(j), denominator, batch.index(j));
       } else {
-        const DensityState own_state = state_of(own);
-        const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
-        ++(state == DensityState::zero ? counts.zero_density : counts.non_finite_density);
+        count_unusable(own, denominator, counts);
       }
     }
   }

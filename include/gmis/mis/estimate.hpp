@@ -11,6 +11,7 @@
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/arguments.hpp"
+#include "gmis/mis/bounded_set.hpp"
 #include "gmis/mis/contribution.hpp"
 #include "gmis/mis/integrand.hpp"
 #include "gmis/mis/moments.hpp"
@@ -68,13 +69,17 @@ class EstimateAccumulator {
   /// Runs `rounds` of them with `run_round(counts, visit)`, which adds what happened to `counts`. What is counted is added up
   /// over all rounds first: in the loop there is nothing but the samples and the two sums over rounds.
   template <class Integrand, class RunRound>
-  void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds, RunRound&& run_round) {
+  [[gnu::always_inline]] void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds,
+                                         RunRound&& run_round) {
     const A samples_of_round = as_factor<A>(sample_count);
+    // Copies that never leave this function, so that no call between samples could read them: they stay in registers.
+    auto moments = moments_;
+    std::uint64_t integrand_evaluations = 0;
     RoundCounts counts;
     for (std::uint64_t round = 0; round < rounds; ++round) {
       std::array<A, static_cast<std::size_t>(channel_count)> sum{};
       run_round(counts, [&](const auto& x, auto denominator, std::size_t) {
-        ++integrand_evaluations_;
+        ++integrand_evaluations;
         const F value = value_of(f, x);
         if (!has_finite_channels(value)) [[unlikely]] {
           ++rejected_.non_finite_integrand;
@@ -82,8 +87,10 @@ class EstimateAccumulator {
         }
         add_contribution(value, denominator, sum);
       });
-      for (std::size_t c = 0; c < sum.size(); ++c) moments_[c].add(sum[c] / samples_of_round);
+      for (std::size_t c = 0; c < sum.size(); ++c) moments[c].add(sum[c] / samples_of_round);
     }
+    moments_ = moments;
+    integrand_evaluations_ += integrand_evaluations;
     samples_ += rounds * sample_count;
     density_evaluations_ += counts.density_evaluations;
     failed_samples_ += counts.failed_samples;
@@ -175,15 +182,23 @@ void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& pro
                   "the accumulator is for another type than the integrand returns: use gmis::AccumulatorFor");
     require_rounds(rounds);
     allocation.require_fits(set.size(), selection);
-    // An unequal allocation can ask for more samples than there are proposals.
-    constexpr std::size_t capacity = AllocationType::is_equal ? capacity_of<Set> : dynamic_capacity;
-    Workspace<typename Set::Density, capacity> workspace;
-    const std::size_t sample_count = allocation.sample_count(set.size());
-    workspace.prepare(set.size(), sample_count);
-    accumulator.add_rounds(
-        f, sample_count, rounds, [&](RoundCounts & counts, auto&& visit) __attribute__((always_inline)) {
-          sample_checked_round<selection, weighting>(set, allocation, source, workspace, counts, visit);
-        });
+    const auto run = [&]<class Bounded>(const Bounded& bounded) __attribute__((always_inline)) {
+      // An unequal allocation can ask for more samples than there are proposals.
+      constexpr std::size_t capacity = AllocationType::is_equal ? capacity_of<Bounded> : dynamic_capacity;
+      Workspace<typename Set::Density, capacity> workspace;
+      const std::size_t sample_count = allocation.sample_count(bounded.size());
+      workspace.prepare(bounded.size(), sample_count);
+      accumulator.add_rounds(
+          f, sample_count, rounds, [&](RoundCounts & counts, auto&& visit) __attribute__((always_inline)) {
+            sample_checked_round<selection, weighting>(bounded, allocation, source, workspace, counts, visit);
+          });
+    };
+    // Sets of few are compiled apart where it is measured to pay: where each sample sums the densities of all.
+    constexpr Scheme scheme = scheme_of(selection, weighting);
+    if constexpr (AllocationType::is_equal && (scheme == Scheme::R3 || scheme == Scheme::N3))
+      with_bound(set, run);
+    else
+      run(set);
   }
 }
 /// The same for a scheme, run as its cheapest pair.
@@ -220,7 +235,8 @@ using EstimateOf = typename detail::EstimateFrom<detail::fault_of_arguments<Inte
 /// `f(x)` is a number or a spectrum. `allocation` says how the samples of a round are divided among the proposals
 /// (`EqualAllocation{}`: one each). The estimate is unbiased when every point with f ≠ 0 is covered as the scheme needs
 /// it; see `needs_full_support` and `check_coverage`. A non-finite value of f is counted, not summed. Allocates once,
-/// before the first round, and only when N is not known at compile time.
+/// before the first round, and only when N is not known at compile time or samples are divided unequally (R3 and N3 of
+/// up to 16 proposals, equally: never).
 ///
 /// Throws std::invalid_argument, before the first round, for an empty set, no rounds, an allocation for another number of
 /// proposals, and one that leaves a proposal of positive weight without a sample where the selection is not random.

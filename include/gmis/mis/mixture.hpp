@@ -152,6 +152,11 @@ template <std::floating_point T>
   return is_finite_number(own.log) && is_finite_number(denominator.log);
 }
 
+/// Small objects are passed and held by value: one whose address is never taken can stay in registers.
+template <class Argument>
+using PassedAs = std::conditional_t<std::is_trivially_copyable_v<Argument> && sizeof(Argument) <= 2 * sizeof(void*),
+                                    Argument, const Argument&>;
+
 /// The densities of a set at one point x. One at a time where the set can, so that what a scheme does not need is not
 /// evaluated; a set that only evaluates all at once does so here.
 template <class Set>
@@ -211,7 +216,8 @@ class DensitiesAt {
   [[nodiscard, gnu::always_inline]] MixtureSum<T, is_log_set<Set>> mixture_of_all() {
     const std::size_t size = set_.size();
     count(size);
-    if (size > few_densities) return has_all() ? mixture_of_kept(buffer_, size) : keep_and_mix(set_, x_, buffer_);
+    if constexpr (few_densities < capacity_of<Set>)
+      if (size > few_densities) return has_all() ? mixture_of_kept(buffer_, size) : keep_and_mix(set_, x_, buffer_);
     if (!has_all())
       for (std::size_t i = 0; i < size; ++i) buffer_[i] = uncounted(i);
     MixtureSum<T, is_log_set<Set>> mixture;
@@ -247,12 +253,8 @@ class DensitiesAt {
     evaluations_ += out.size();
   }
 
-  /// Small arguments are passed by value: an object whose address is never taken can stay in registers.
-  template <class Argument>
-  using Passed = std::conditional_t<std::is_trivially_copyable_v<Argument> && sizeof(Argument) <= 2 * sizeof(void*),
-                                    Argument, const Argument&>;
-  [[nodiscard, gnu::noinline]] static MixtureSum<T, is_log_set<Set>> keep_and_mix(Passed<Set> set,
-                                                                                  Passed<typename Set::Value> x,
+  [[nodiscard, gnu::noinline]] static MixtureSum<T, is_log_set<Set>> keep_and_mix(PassedAs<Set> set,
+                                                                                  PassedAs<typename Set::Value> x,
                                                                                   T* buffer) {
     const std::size_t size = set.size();
     if constexpr (one_at_a_time)

@@ -25,6 +25,14 @@ struct RoundCounts {
   std::size_t non_finite_density = 0;   ///< a density was infinite, NaN or negative; an error of the proposal
 };
 
+/// Counts why a sample cannot be used. Out of line, so that no register is kept for what almost never happens.
+template <class D>
+[[gnu::noinline, gnu::cold]] void count_unusable(D own, D denominator, RoundCounts& counts) noexcept {
+  const DensityState own_state = state_of(own);
+  const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
+  ++(state == DensityState::zero ? counts.zero_density : counts.non_finite_density);
+}
+
 /// Draws one sample of proposal `index` and hands it to `visit(x, denominator, index)` if it can be used, else counts why
 /// not. `weigh(densities)` returns its own density and the denominator; `discard()` is called when both are known, or when
 /// no sample was made. The one place where a sample is judged.
@@ -53,9 +61,7 @@ template <bool divided_by_own, class Set, class Source, class WorkspaceType, cla
   if (divided_by_own ? is_usable(denominator) : is_usable(own, denominator)) [[likely]] {
     visit(*x, denominator, index);
   } else {
-    const DensityState own_state = state_of(own);
-    const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
-    ++(state == DensityState::zero ? counts.zero_density : counts.non_finite_density);
+    count_unusable(own, denominator, counts);
   }
 }
 
@@ -77,7 +83,7 @@ template <Selection selection, Weighting weighting, class Set, class AllocationT
     const std::size_t index = selector.next(n);
     visit_sample<scheme == Scheme::R1 || scheme == Scheme::N1>(
         set, index, source, workspace, counts,
-        [&](DensitiesAt<Set>& densities) {
+        [&](DensitiesAt<Set> & densities) __attribute__((always_inline)) {
           return denominator_of<scheme, selection>(densities, set, allocation, workspace, index, n, sample_count);
         },
         [&] { selector.discard(n); }, visit);
