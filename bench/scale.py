@@ -4,19 +4,24 @@ Light vertices: the classic box with more and more light trees, merging within a
 a floor under points of light, one next event a pixel, chosen by power and for the receiver. Depth: a ball of albedo 1 with a lamp in it, in which every
 path has its greatest length, and every vertex one connection. The scenes are written by this script. The least of several runs counts. Triangles are in docs/bvh.md.
 
-Writes out/scale/table.md and the table in docs/accuracy-and-time.md.
+Threads: the wall time of a whole run by one thread over that by two, and what the machine gives at most: twice the time of one run with one thread
+over that of two such runs at once. In turns, the median counts.
+
+Writes out/scale/table.md and the tables in docs/accuracy-and-time.md.
 """
 
 import argparse
 import json
 import math
 import pathlib
+import statistics
 import subprocess
 
 from measuring import write_into
 
 DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
 BEGIN, END = "<!-- scale: written by ./run bench scale -->", "<!-- end of scale -->"
+THREADS_BEGIN, THREADS_END = "<!-- threads: written by ./run bench scale -->", "<!-- end of threads -->"
 HEAD = 'LookAt 0 -2 1.5  0 0 0  0 0 1\nCamera "perspective" "float fov" [ 40 ]\nFilm "rgb" "integer xresolution" [ 128 ] "integer yresolution" [ 128 ]\nWorldBegin\n'
 
 
@@ -47,13 +52,42 @@ def stats_of(options, scene, arguments):
     return min(runs, key=lambda run: run["seconds"]["cpu"])
 
 
+def wall_seconds(options, scene, threads, processes):
+    """Of so many runs at once."""
+    files = [options.out / f"stats_{k}.json" for k in range(processes)]
+    begun = [subprocess.Popen([options.renderer, scene, "--integrator", "vcm", "--connections", "paired", "--size", "512x512", "--iterations", "32", "--threads",
+                               str(threads), "--quiet", "--stats", str(file), "--out", str(file.with_suffix(".pfm"))], stdin=subprocess.DEVNULL) for file in files]
+    if any([run.wait() for run in begun]):
+        raise SystemExit("a run failed")
+    return max(json.loads(file.read_text())["seconds"]["wall"] for file in files)
+
+
+def threads_table(options):
+    lines = ["| scene | one thread, s | two threads, s | ratio | two runs at once: ratio |", "| --- | --- | --- | --- | --- |"]
+    for scene in ("cornell", "paper1", "paper4"):
+        rounds = [[wall_seconds(options, scene, *how) for how in ((1, 1), (2, 1), (1, 2))] for _ in range(options.runs)]
+        one, two = (statistics.median(times[k] for times in rounds) for k in (0, 1))
+        ratio = statistics.median(times[0] / times[1] for times in rounds)
+        given = statistics.median(2 * times[0] / times[2] for times in rounds)
+        lines.append(f"| {scene} | {one:.1f} | {two:.1f} | {ratio:.2f} | {given:.2f} |")
+        print(lines[-1], flush=True)
+    table = "\n".join(lines) + f"\n\n512x512 pixels, vcm, 32 iterations; wall time with all estimates of the error, medians of {options.runs} rounds.\n"
+    (options.out / "threads.md").write_text(table)
+    write_into(DOCUMENT, THREADS_BEGIN, THREADS_END, table)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", nargs="?", choices=("all", "growth", "threads"), default="all")
     parser.add_argument("--renderer", required=True)
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/scale"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
+    if options.what in ("threads", "all"):
+        threads_table(options)
+    if options.what == "threads":
+        return
     lines = ["| what grows | how many | time of each | bytes of each |", "| --- | --- | --- | --- |"]
 
     def add(what, number, time, unit, size=""):

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gmis/core/math.hpp"
+#include "gmis/render/thread_executor.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -108,11 +109,11 @@ std::pair<Real, int> value_around(glm::ivec2 size, std::size_t pixel, Real added
   const int x = static_cast<int>(pixel) % size.x, y = static_cast<int>(pixel) / size.x;
   for (int reach = 1;; reach *= 2) {
     Real light = 0, sum = 0, weights = 0;
-    for (int v = 0; v < size.y; ++v)
-      for (int u = 0; u < size.x; ++u) {
+    for (int v = std::max(0, y - reach); v < std::min(size.y, y + reach + 1); ++v)
+      for (int u = std::max(0, x - reach); u < std::min(size.x, x + reach + 1); ++u) {
         const Real value = value_at(static_cast<std::size_t>(v * size.x + u));
-        const Real weight = std::max(0, reach + 1 - std::abs(u - x)) * std::max(0, reach + 1 - std::abs(v - y));
-        if (weight > 0) light += value;
+        const Real weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
+        light += value;
         sum += weight * value;
         weights += weight;
       }
@@ -206,12 +207,14 @@ Definition by_definition(glm::ivec2 size, int channels, const std::vector<Real>&
 }  // namespace
 
 TEST_CASE("The estimate is its definition, summed by brute force") {
-  // In long double, from the frames themselves, with batches of two iterations and one iteration left over.
+  // In long double, from the frames themselves, with batches of two iterations and one iteration left over. The estimate takes
+  // pixels in blocks: the larger picture is of three, the last not whole.
+  const glm::ivec2 size = GENERATE(glm::ivec2(7, 6), glm::ivec2(83, 71));
+  CAPTURE(size.x, size.y);
+  const auto pixels = static_cast<std::size_t>(size.x * size.y);
   std::mt19937 source(gmis_test::seed(3));
   std::gamma_distribution<float> noise(0.7F, 1.0F);
-  std::uniform_int_distribution<std::size_t> anywhere(0, 41);
-  const glm::ivec2 size{7, 6};
-  const std::size_t pixels = 42;
+  std::uniform_int_distribution<std::size_t> anywhere(0, pixels - 1);
   const int iterations = 21;
   std::vector<std::vector<glm::vec3>> frames;
   gmis::BatchMeans<glm::vec3> means(size);
@@ -221,6 +224,8 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
       frame.emplace_back(noise(source), 0.1F * noise(source), 3.0F * noise(source));
     frame[anywhere(source)] += glm::vec3(50.0F);
     if (i == 3 || i == 12) frame[17] += glm::vec3(300.0F);  // where the other parts see bright samples, too
+    // A batch and the iteration that is left over are equally far off the others.
+    frame[5] = i == 4 || i == 5 || i == 20 ? glm::vec3(0.0F) : glm::vec3(1.0F) + 0.01F * frame[5];
     means.add_iteration(frame);
   }
   std::vector<Real> shares(10, Real(2) / iterations);
@@ -264,6 +269,16 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
       std::exp((t * deviation + std::log(std::max({1.0L, expected.far / sum, sum / expected.near}))) / 2);
   CHECK(estimate->interval.upper / estimate->relative_error == Approx(static_cast<double>(reach)).epsilon(1e-4));
   CHECK(estimate->relative_error / estimate->interval.lower == Approx(static_cast<double>(reach)).epsilon(1e-4));
+
+  // On threads: the same bits.
+  for (const unsigned threads : {1U, 3U}) {
+    gmis::ThreadExecutor executor(threads);
+    const auto same = gmis::estimate_error(means, executor);
+    CHECK(same->relative_error == estimate->relative_error);
+    CHECK(same->relative_error_trimmed == estimate->relative_error_trimmed);
+    CHECK(same->interval.upper == estimate->interval.upper);
+    for (std::size_t k = 0; k < 5; ++k) CHECK(same->worst[k].pixel == estimate->worst[k].pixel);
+  }
 }
 
 TEST_CASE("Joined runs: few parts, none short, and nothing lost") {

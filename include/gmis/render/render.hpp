@@ -124,7 +124,7 @@ class Render {
       stop_when(request_.interrupt);  // from now on there is a picture
     }
     stop_when(nullptr);
-    finish_log();
+    finish_log(executor);
     return result(*reason);
   }
 
@@ -150,7 +150,7 @@ class Render {
     note_engine();
     adapt_merging();
     update_forecast(cpu_before, wall_before);
-    update_error();
+    update_error(executor);
     if (made_.log.is_due(made_.state.iterations)) add_to_log();
     return true;
   }
@@ -174,8 +174,15 @@ class Render {
   }
 
   /// Adds the latest iteration to the convergence log unless it is there.
+  template <Executor E>
+  void finish_log(E& executor) {
+    if (made_.state.iterations == 0 || made_.log.points().back().iteration == made_.state.iterations) return;
+    estimate_now(executor);
+    add_to_log();
+  }
   void finish_log() {
-    if (made_.state.iterations > 0 && made_.log.points().back().iteration != made_.state.iterations) add_to_log();
+    SerialExecutor executor;
+    finish_log(executor);
   }
 
   /// The limit that is met after the iterations so far (at least one), or nothing to go on.
@@ -333,19 +340,26 @@ class Render {
     engine_->scale_merging(made_.gain.per_radius());
   }
 
-  void update_error() {
-    double ignored = 0.0;
-    const detail::RunTimer timer(made_.state.seconds, ignored);
+  template <Executor E>
+  void update_error(E& executor) {
     made_.state.is_calibrated = false;  // an older estimate must not end the run
     const bool is_due = request_.budget.relative_error && made_.state.iterations >= next_estimate_;
-    if (!made_.batches || !(is_due || made_.log.is_due(made_.state.iterations))) return;
-    // Eight times per doubling: an estimate takes about as long as adding ten iterations to a film.
-    next_estimate_ = made_.state.iterations + std::max(1U, made_.state.iterations / 8);
-    latest_error_ = estimate_error(*made_.batches);
-    estimated_after_ = made_.state.iterations;
+    if (!is_due && !made_.log.is_due(made_.state.iterations)) return;
+    next_estimate_ = made_.state.iterations + std::max(1U, made_.state.iterations / 8);  // eight times per doubling
+    estimate_now(executor);
     if (!latest_error_) return;
     made_.state.relative_error = latest_error_->relative_error;
     made_.state.is_calibrated = latest_error_->is_calibrated();
+  }
+
+  /// Estimates the error after the latest iteration unless that is done.
+  template <Executor E>
+  void estimate_now(E& executor) {
+    if (!made_.batches || estimated_after_ == made_.state.iterations) return;
+    double ignored = 0.0;
+    const detail::RunTimer timer(made_.state.seconds, ignored);
+    latest_error_ = estimate_error(*made_.batches, executor);
+    estimated_after_ = made_.state.iterations;
   }
 
   void add_to_log() {

@@ -114,6 +114,14 @@ class BatchMeans {
   [[nodiscard]] double value(std::size_t batch, std::size_t index) const noexcept {
     return replication_count_ > 0 ? replications_[batch][index] : static_cast<double>(batches_[batch][index]);
   }
+  /// Calls `use(values)` with the mean image of a batch of either kind: a span of double for replications, else of float.
+  template <class Use>
+  void with_values(std::size_t batch, Use&& use) const {
+    if (replication_count_ > 0)
+      use(std::span<const double>(replications_[batch]));
+    else
+      use(std::span<const float>(batches_[batch]));
+  }
   /// The iterations since the last complete batch, and their mean image.
   [[nodiscard]] std::uint64_t unfinished_iterations() const noexcept { return current_iterations_; }
   /// The mean image of the iterations since the last complete batch.

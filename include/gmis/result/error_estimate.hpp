@@ -8,8 +8,10 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/result/batch_means.hpp"
@@ -106,6 +108,79 @@ template <Spectrum S>
   return sum / static_cast<double>(variances.size());
 }
 
+namespace detail {
+
+/// What is summed over the values of a picture to estimate its error.
+template <Spectrum S>
+class ErrorSums {
+ public:
+  using Parts = PartsOfValues<S>;
+  using Numbers = typename Parts::Numbers;
+  static constexpr std::size_t lanes = Parts::lanes;
+
+  /// Adds the values of the lanes that `counts`, and returns the squared relative error of each. `rare`: for every part and lane one over
+  /// what the square of a rare sample is taken for, or 0 for one that is not rare; null: none is.
+  Numbers add(const RunParts<S>& parts, const Parts& here, const std::array<bool, lanes>& counts,
+              const std::array<Numbers, Parts::most>* rare) {
+    const std::size_t count = parts.count();
+    std::array<Numbers, Parts::most> scaled;
+    Numbers use, squares{}, errors{}, far{};
+    for (std::size_t l = 0; l < lanes; ++l) use[l] = counts[l] ? 1.0 : 0.0;
+    for (std::size_t b = 0; b < count; ++b) {
+      const double share = parts.share(b), ratio = parts.ratio(b), of_others = 1.0 / (1.0 - share);
+      const Numbers &deviation = here.deviation(b), &spread = here.variance_by_others(b);
+      Numbers inverse;
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const double others = here.mean()[l] - ratio * deviation[l];
+        const double variance = share * ratio * deviation[l] * deviation[l];
+        const double plain = 1.0 / (others * others + relative_error_floor);
+        squares[l] += variance;
+        far[l] += variance * plain;
+        // Half the second derivative of 1 / (v² + c) over the function is (3v² − c) / (v² + c)².
+        const double curvature = std::max(0.0, 3.0 * others * others - relative_error_floor) * plain * plain;
+        inverse[l] = plain / (1.0 + curvature * spread[l] * of_others);
+      }
+      if (rare != nullptr)
+        for (std::size_t l = 0; l < lanes; ++l) inverse[l] = (*rare)[b][l] > 0.0 ? (*rare)[b][l] : inverse[l];
+      for (std::size_t l = 0; l < lanes; ++l) {
+        errors[l] += share * ratio * deviation[l] * deviation[l] * inverse[l];
+        scaled[b][l] = use[l] > 0.0 ? share * deviation[l] * std::sqrt(inverse[l]) : 0.0;
+      }
+    }
+    for (std::size_t l = 0; l < lanes; ++l) {
+      far_ += counts[l] ? far[l] : 0.0;
+      near_ += counts[l] ? squares[l] / (here.mean()[l] * here.mean()[l] + relative_error_floor) : 0.0;
+    }
+    for (std::size_t b = 0; b < count; ++b)
+      for (std::size_t c = 0; c < b; ++c)
+        for (std::size_t l = 0; l < lanes; ++l) products_[b][c][l % folded] += scaled[b][l] * scaled[c][l];
+    return errors;
+  }
+  void add(const ErrorSums& other, std::size_t count) noexcept {
+    near_ += other.near_;
+    far_ += other.far_;
+    for (std::size_t b = 0; b < count; ++b)
+      for (std::size_t c = 0; c < b; ++c)
+        for (std::size_t l = 0; l < folded; ++l) products_[b][c][l] += other.products_[b][c][l];
+  }
+
+  /// Relative to the mean of all parts, and to that of the others.
+  [[nodiscard]] double near() const noexcept { return near_; }
+  [[nodiscard]] double far() const noexcept { return far_; }
+  /// Of the deviations of two parts, c < b, each over what its value is taken for.
+  [[nodiscard]] double product(std::size_t b, std::size_t c) const noexcept {
+    return std::accumulate(products_[b][c].begin(), products_[b][c].end(), 0.0);
+  }
+
+ private:
+  static constexpr std::size_t folded = 8;  // sums side by side
+
+  double near_ = 0.0, far_ = 0.0;
+  std::array<std::array<std::array<double, folded>, Parts::most>, Parts::most> products_{};  // the lower triangle
+};
+
+}  // namespace detail
+
 /// The error of an image from the parts of its run: the batches and what has been added since. Nothing before two parts.
 ///
 /// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m the mean of all and
@@ -119,49 +194,78 @@ template <Spectrum S>
 /// The interval is of this image's own squared error. With e_b the true deviations, that error is Σ_bc w_b w_c e_b e_c and
 /// its estimate lacks the products b ≠ c; they have the mean 0 and a variance that the products of different parts, summed
 /// over the image, show. *The bias of merging is not part of any of this* (see `merging_bias`), nor is what no iteration has met.
-template <Spectrum S>
-[[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, double confidence = 0.95,
+/// The bits do not depend on the executor.
+template <Spectrum S, Executor E>
+[[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, E& executor,
+                                                          double confidence = 0.95,
                                                           const ErrorCalibration& calibration = {}) {
   using Parts = detail::RunParts<S>;
-  constexpr std::size_t channels = BatchMeans<S>::channel_count;
+  using Values = detail::PartsOfValues<S>;
+  using Indices = typename Values::Indices;
+  constexpr std::size_t channels = BatchMeans<S>::channel_count, lanes = Values::lanes;
   const Parts parts(means);
   const std::size_t count = parts.count(), values = means.value_count();
   if (count < 2 || values == 0) return {};
 
-  std::vector<double> mean(values, 0.0);
-  for (std::size_t b = 0; b < count; ++b)
-    for (std::size_t i = 0; i < values; ++i) mean[i] += parts.share(b) * parts.value(b, i);
-
-  const detail::RareSamples rare(parts, mean);
-  auto next_rare = rare.samples().begin();
-  std::vector<double> per_pixel(values / channels, 0.0);
-  std::array<std::array<double, Parts::most>, Parts::most> products{};  // of parts, over the image: the lower triangle
-  double near = 0.0, far = 0.0;  // relative to the mean of all parts, and to that of the others
-  for (std::size_t i = 0; i < values; ++i) {
-    const detail::PartsOfValue<S> here(parts, i, mean[i]);
-    if (!here.varies()) continue;
-    std::array<double, Parts::most> scaled{};
-    double squares = 0.0;
-    for (std::size_t b = 0; b < count; ++b) {
-      const double share = parts.share(b), variance = here.variance_by(b), others = here.others(b);
-      double inverse = 1.0 / (others * others + relative_error_floor);
-      squares += variance;
-      far += variance * inverse;
-      if (next_rare != rare.samples().end() && next_rare->index == i && next_rare->part == b) {
-        inverse = 1.0 / (square(rare.value_at(*next_rare++)) + relative_error_floor);
-      } else {
-        // Half the second derivative of 1 / (v² + c) over the function is (3v² − c) / (v² + c)².
-        const double variance_of_others = here.variance_by_others(b) / (1.0 - share);
-        const double curvature = std::max(0.0, 3.0 * others * others - relative_error_floor) * inverse * inverse;
-        inverse /= 1.0 + curvature * variance_of_others;
-      }
-      scaled[b] = share * here.deviation(b) * std::sqrt(inverse);
-      per_pixel[i / channels] += variance * inverse;
-    }
-    near += squares / (mean[i] * mean[i] + relative_error_floor);
+  // Block by block, and in each a few values side by side. First those without rare samples.
+  constexpr std::size_t values_of_block = 64 * lanes * channels;
+  struct Block {
+    detail::ErrorSums<S> sums;
+    std::vector<detail::RareSample> rare;
+    std::size_t first_rare = 0;  ///< where they lie among those of all blocks
+  };
+  std::vector<Block> blocks((values + values_of_block - 1) / values_of_block);
+  std::vector<double> mean(values, 0.0), per_pixel(values / channels, 0.0);
+  executor.parallel_for(blocks.size(), [&](std::size_t block) {
+    const std::size_t begin = block * values_of_block, end = std::min(values, begin + values_of_block);
     for (std::size_t b = 0; b < count; ++b)
-      for (std::size_t c = 0; c < b; ++c) products[b][c] += scaled[b] * scaled[c];
+      parts.with_values(b, [&](const auto of_part) {
+        for (std::size_t i = begin; i < end; ++i) mean[i] += parts.share(b) * static_cast<double>(of_part[i]);
+      });
+    for (std::size_t first = begin; first < end; first += lanes) {
+      Indices indices;
+      for (std::size_t l = 0; l < lanes; ++l) indices[l] = std::min(first + l, end - 1);
+      const Values here(parts, mean, indices);
+      std::array<bool, lanes> counts{};
+      for (std::size_t l = 0; l < lanes && first + l < end; ++l) {
+        if (!here.varies(l)) continue;
+        counts[l] = !here.has_rare(l);
+        for (std::size_t b = 0; b < count && !counts[l]; ++b)
+          if (here.is_rare(b, l)) blocks[block].rare.push_back({first + l, b});
+      }
+      const auto errors = blocks[block].sums.add(parts, here, counts, nullptr);
+      for (std::size_t l = 0; l < lanes; ++l)
+        if (counts[l]) per_pixel[(first + l) / channels] += errors[l];
+    }
+  });
+
+  // Then those with rare samples, for which the picture around them must be known.
+  std::vector<detail::RareSample> found;
+  for (Block& block : blocks) {
+    block.first_rare = found.size();
+    found.insert(found.end(), block.rare.begin(), block.rare.end());
   }
+  const detail::RareSamples rare(parts, mean, std::move(found), executor);
+  executor.parallel_for(blocks.size(), [&](std::size_t block) {
+    const auto here = rare.samples().subspan(blocks[block].first_rare, blocks[block].rare.size());
+    for (auto next = here.begin(); next != here.end();) {
+      Indices indices{};
+      std::array<typename Values::Numbers, Parts::most> inverse{};
+      std::array<bool, lanes> counts{};
+      for (std::size_t l = 0; l < lanes && next != here.end(); ++l) {
+        counts[l] = true;
+        indices[l] = next->index;
+        for (; next != here.end() && next->index == indices[l]; ++next)
+          inverse[next->part][l] = 1.0 / (square(rare.value_at(*next)) + relative_error_floor);
+      }
+      const auto errors = blocks[block].sums.add(parts, Values(parts, mean, indices), counts, &inverse);
+      for (std::size_t l = 0; l < lanes; ++l)
+        if (counts[l]) per_pixel[indices[l] / channels] += errors[l];
+    }
+  });
+  detail::ErrorSums<S> sums;
+  for (const Block& block : blocks) sums.add(block.sums, count);
+  const double near = sums.near(), far = sums.far();
 
   ErrorEstimate estimate;
   const double sum = std::accumulate(per_pixel.begin(), per_pixel.end(), 0.0);
@@ -171,12 +275,13 @@ template <Spectrum S>
     estimate.doubt = ErrorDoubt::nothing_found;
     return estimate;
   }
-  std::vector<std::size_t> order(per_pixel.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const std::size_t shown = std::min(ErrorEstimate::worst_count, order.size());
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(shown), order.end(),
-                    [&](std::size_t a, std::size_t b) { return per_pixel[a] > per_pixel[b]; });
-  for (std::size_t k = 0; k < shown; ++k) estimate.worst[k] = {order[k], per_pixel[order[k]] / sum};
+  for (std::size_t pixel = 0; pixel < per_pixel.size(); ++pixel) {
+    if (!(per_pixel[pixel] > estimate.worst.back().share)) continue;
+    estimate.worst.back() = {pixel, per_pixel[pixel]};
+    for (std::size_t k = estimate.worst.size() - 1; k > 0 && estimate.worst[k].share > estimate.worst[k - 1].share; --k)
+      std::swap(estimate.worst[k], estimate.worst[k - 1]);
+  }
+  for (PixelShare& one : estimate.worst) one.share /= sum;
   estimate.relative_error_trimmed = std::sqrt(trimmed_mean(per_pixel, channels));
   if (count < std::max<std::size_t>(4, calibration.fewest_batches)) return estimate;
 
@@ -186,7 +291,7 @@ template <Spectrum S>
   double chance = 0.0;
   for (std::size_t b = 0; b < count; ++b)
     for (std::size_t c = 0; c < b; ++c) {
-      const double off = products[b][c] + parts.share(b) * parts.share(c) * sum;
+      const double off = sums.product(b, c) + parts.share(b) * parts.share(c) * sum;
       chance += off * off;
     }
   const double deviation = 2.0 * std::sqrt(chance / ((parts_count - 1.0) * (parts_count - 3.0))) * parts_count / sum;
@@ -202,6 +307,13 @@ template <Spectrum S>
   estimate.interval.lower = estimate.relative_error / reach;
   estimate.interval.upper = estimate.relative_error * reach;
   return estimate;
+}
+/// The same on one thread.
+template <Spectrum S>
+[[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, double confidence = 0.95,
+                                                          const ErrorCalibration& calibration = {}) {
+  SerialExecutor executor;
+  return estimate_error(means, executor, confidence, calibration);
 }
 
 }  // namespace gmis

@@ -6,8 +6,10 @@
 #include <cstdlib>
 #include <glm/vec2.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/run_parts.hpp"
@@ -56,11 +58,11 @@ template <Spectrum S>
   }
 }
 
-/// A part of a run that lies far off the others in one value (`PartsOfValue::is_rare`).
+/// A part of a run that lies far off the others in one value (`PartsOfValues::is_rare`).
 struct RareSample {
-  std::size_t index = 0;  ///< of the value
-  std::size_t part = 0;   ///< of the run
-  Neighbourhood around;   ///< without the part
+  std::size_t index = 0;   ///< of the value
+  std::size_t part = 0;    ///< of the run
+  Neighbourhood around{};  ///< without the part
 };
 
 /// The rare samples of a run, by value and part, each with the mean around it.
@@ -72,20 +74,26 @@ struct RareSample {
 /// the effective number of the terms y of the upper sum (20 by calibration).
 class RareSamples {
  public:
-  template <Spectrum S>
-  RareSamples(const RunParts<S>& parts, std::span<const double> mean) {
+  /// `samples`: by value and part, without what is around them. `mean`: of every value of the picture.
+  template <Spectrum S, Executor E>
+  RareSamples(const RunParts<S>& parts, std::span<const double> mean, std::vector<RareSample> samples, E& executor)
+      : samples_(std::move(samples)) {
+    constexpr std::size_t at_once = 64;
+    executor.parallel_for((samples_.size() + at_once - 1) / at_once, [&](std::size_t block) {
+      const std::size_t end = std::min(samples_.size(), (block + 1) * at_once);
+      for (std::size_t k = block * at_once; k < end; ++k)
+        samples_[k].around = neighbourhood_without(parts, mean, samples_[k].index, samples_[k].part);
+    });
     std::array<double, neighbourhood_reaches.size()> there{}, around{}, squares{};
-    for (std::size_t i = 0; i < parts.value_count(); ++i) {
-      const PartsOfValue<S> here(parts, i, mean[i]);
-      if (!here.varies()) continue;
-      for (std::size_t b = 0; b < parts.count(); ++b) {
-        if (!here.is_rare(b)) continue;
-        const RareSample& sample = samples_.emplace_back(RareSample{i, b, neighbourhood_without(parts, mean, i, b)});
-        const double share = here.variance_by(b) / (square(sample.around.mean) + relative_error_floor);
-        there[sample.around.reach] += share * here.others(b);
-        squares[sample.around.reach] += square(share * here.others(b));
-        around[sample.around.reach] += share * sample.around.mean;
-      }
+    for (const RareSample& sample : samples_) {
+      const double ratio = parts.ratio(sample.part);
+      const double deviation = parts.value(sample.part, sample.index) - mean[sample.index];
+      const double others = mean[sample.index] - ratio * deviation;
+      const double variance = parts.share(sample.part) * ratio * deviation * deviation;
+      const double share = variance / (square(sample.around.mean) + relative_error_floor);
+      there[sample.around.reach] += share * others;
+      squares[sample.around.reach] += square(share * others);
+      around[sample.around.reach] += share * sample.around.mean;
     }
     for (std::size_t r = 0; r < brightness_.size(); ++r) {
       constexpr double trusted_after = 20.0;

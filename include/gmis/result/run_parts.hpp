@@ -4,12 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <glm/vec2.hpp>
 #include <limits>
 #include <span>
-#include <utility>
 
+#include "gmis/core/math.hpp"
 #include "gmis/result/batch_means.hpp"
 
 /// \file
@@ -40,8 +39,18 @@ class RunParts {
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return means_.resolution(); }
   [[nodiscard]] std::size_t value_count() const noexcept { return means_.value_count(); }
   [[nodiscard]] double share(std::size_t part) const noexcept { return shares_[part]; }
+  /// w / (1 − w) for the share w of a part.
+  [[nodiscard]] double ratio(std::size_t part) const noexcept { return shares_[part] / (1.0 - shares_[part]); }
   [[nodiscard]] double value(std::size_t part, std::size_t index) const noexcept {
     return part < means_.batch_count() ? means_.value(part, index) : means_.unfinished()[index];
+  }
+  /// Calls `use(values)` once with all values of a part, a span of float or of double.
+  template <class Use>
+  void with_values(std::size_t part, Use&& use) const {
+    if (part >= means_.batch_count())
+      use(means_.unfinished());
+    else
+      means_.with_values(part, use);
   }
 
  private:
@@ -50,94 +59,108 @@ class RunParts {
   std::array<double, most> shares_{};
 };
 
-/// The two smallest and the two largest of some numbers.
-class Extremes {
- public:
-  explicit Extremes(std::span<const double> numbers) {
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      insert({numbers[i], i}, low_, [](double a, double b) { return a < b; });
-      insert({numbers[i], i}, high_, [](double a, double b) { return a > b; });
-    }
-  }
-
-  /// How far from a point the one farthest off is, the one at index `left_out` not counted; 0 when there is none.
-  [[nodiscard]] double farthest_from(double point, std::size_t left_out) const noexcept {
-    const Entry& low = low_[low_[0].index == left_out ? 1 : 0];
-    const Entry& high = high_[high_[0].index == left_out ? 1 : 0];
-    if (low.index == none) return 0.0;
-    return std::max(std::abs(low.number - point), std::abs(high.number - point));
-  }
-
- private:
-  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  struct Entry {
-    double number = 0.0;
-    std::size_t index = none;
-  };
-
-  static void insert(Entry entry, std::array<Entry, 2>& best, auto is_better) {
-    if (best[0].index == none || is_better(entry.number, best[0].number)) std::swap(entry, best[0]);
-    if (entry.index != none && (best[1].index == none || is_better(entry.number, best[1].number))) best[1] = entry;
-  }
-
-  std::array<Entry, 2> low_{}, high_{};
-};
-
-/// What the parts of a run say of one value: of a channel of a pixel. With w_b the share of part b, x_b its value there and m
-/// the mean of all.
+/// What the parts of a run say of a few values, of a channel of a pixel each, side by side, for this is asked of every value of a
+/// picture. With w_b the share of part b, x_b its value there and m the mean of all.
 template <Spectrum S>
-class PartsOfValue {
+class PartsOfValues {
  public:
+  static constexpr std::size_t lanes = 32;
   static constexpr std::size_t most = RunParts<S>::most;
+  using Numbers = std::array<double, lanes>;
+  using Indices = std::array<std::size_t, lanes>;
 
-  PartsOfValue(const RunParts<S>& parts, std::size_t index, double mean) : parts_(parts), mean_(mean) {
+  /// `mean`: m of every value of the picture.
+  PartsOfValues(const RunParts<S>& parts, std::span<const double> mean, const Indices& indices) : parts_(parts) {
+    for (std::size_t l = 0; l < lanes; ++l) mean_[l] = mean[indices[l]];
     for (std::size_t b = 0; b < parts.count(); ++b) {
-      deviations_[b] = parts.value(b, index) - mean;
-      total_ += parts.share(b) * deviations_[b] * deviations_[b];
+      const double share = parts.share(b);
+      Numbers& deviation = deviations_[b];
+      parts.with_values(b, [&](const auto values) {
+        for (std::size_t l = 0; l < lanes; ++l) deviation[l] = static_cast<double>(values[indices[l]]);
+      });
+      for (std::size_t l = 0; l < lanes; ++l) {
+        deviation[l] -= mean_[l];
+        total_[l] += share * deviation[l] * deviation[l];
+      }
     }
-    extremes_ = Extremes(std::span<const double>(deviations_).first(parts.equal_count()));
+    find_spreads();
+    constexpr double standard_deviations = 5.0;
+    for (std::size_t b = 0; b < parts.count(); ++b)
+      for (std::size_t l = 0; l < lanes; ++l) {
+        beyond_[b][l] =
+            parts.ratio(b) * deviations_[b][l] * deviations_[b][l] - square(standard_deviations) * spreads_[b][l];
+        farthest_beyond_[l] = std::max(farthest_beyond_[l], beyond_[b][l]);
+      }
   }
 
   /// False where the parts differ by rounding alone.
-  [[nodiscard]] bool varies() const noexcept {
+  [[nodiscard]] bool varies(std::size_t lane) const noexcept {
     constexpr double rounding = 1e-14;  // batches are stored as float
-    return total_ > rounding * mean_ * mean_;
+    return total_[lane] > rounding * mean_[lane] * mean_[lane];
   }
+  /// m.
+  [[nodiscard]] const Numbers& mean() const noexcept { return mean_; }
   /// x_b − m.
-  [[nodiscard]] double deviation(std::size_t b) const noexcept { return deviations_[b]; }
-  /// The mean of the other parts.
-  [[nodiscard]] double others(std::size_t b) const noexcept { return mean_ - ratio(b) * deviations_[b]; }
-  /// w_b² (x_b − m)² / (1 − w_b): the sum over b is the unbiased estimate of the variance of m.
-  [[nodiscard]] double variance_by(std::size_t b) const noexcept { return parts_.share(b) * own(b); }
+  [[nodiscard]] const Numbers& deviation(std::size_t b) const noexcept { return deviations_[b]; }
   /// The variance of m as the other parts tell it without the one of them that is farthest off: two bright samples must not
   /// hide each other. 0 for fewer than four parts.
-  [[nodiscard]] double variance_by_others(std::size_t b) const noexcept {
-    const std::size_t count = parts_.count(), equal = parts_.equal_count();
-    if (count < 4) return 0.0;
-    const double to_others = ratio(b) * deviations_[b];
-    const double off = extremes_.farthest_from(-to_others, b);
-    double farthest = parts_.share(0) * off * off;
-    for (std::size_t c = equal; c < count; ++c) {
-      const double there = deviations_[c] + to_others;
-      if (c != b) farthest = std::max(farthest, parts_.share(c) * there * there);
-    }
-    return std::max(0.0, (total_ - own(b) - farthest) / static_cast<double>(count - 3));
-  }
-  /// True where part b lies more than five standard deviations off what the others let expect.
-  [[nodiscard]] bool is_rare(std::size_t b) const noexcept {
-    constexpr double standard_deviations = 5.0;
-    return own(b) > standard_deviations * standard_deviations * variance_by_others(b);
-  }
+  [[nodiscard]] const Numbers& variance_by_others(std::size_t b) const noexcept { return spreads_[b]; }
+  /// True where part b lies more than five standard deviations off what the others let expect, or some part does.
+  [[nodiscard]] bool is_rare(std::size_t b, std::size_t lane) const noexcept { return beyond_[b][lane] > 0.0; }
+  [[nodiscard]] bool has_rare(std::size_t lane) const noexcept { return farthest_beyond_[lane] > 0.0; }
 
  private:
-  [[nodiscard]] double ratio(std::size_t b) const noexcept { return parts_.share(b) / (1.0 - parts_.share(b)); }
-  /// w_b (x_b − m)² / (1 − w_b), whose mean is the variance of m.
-  [[nodiscard]] double own(std::size_t b) const noexcept { return ratio(b) * deviations_[b] * deviations_[b]; }
+  void find_spreads() {
+    const std::size_t count = parts_.count(), equal = parts_.equal_count();
+    if (count < 4) {
+      for (std::size_t b = 0; b < count; ++b) spreads_[b].fill(0.0);
+      return;
+    }
+    // The two smallest and the two largest deviations of parts of equal length; the others are looked at one by one.
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Numbers low, next_low, high, next_high;
+    low.fill(infinity), next_low.fill(infinity), high.fill(-infinity), next_high.fill(-infinity);
+    for (std::size_t b = 0; b < equal; ++b)
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const double deviation = deviations_[b][l];
+        next_low[l] = std::min(next_low[l], std::max(low[l], deviation));
+        low[l] = std::min(low[l], deviation);
+        next_high[l] = std::max(next_high[l], std::min(high[l], deviation));
+        high[l] = std::max(high[l], deviation);
+      }
+    Numbers nobody;
+    nobody.fill(std::numeric_limits<double>::quiet_NaN());
+    const double free = 1.0 / static_cast<double>(count - 3);
+    for (std::size_t b = 0; b < count; ++b) {
+      const double ratio = parts_.ratio(b), share = parts_.share(0);
+      const Numbers &deviation = deviations_[b], &left_out = b < equal ? deviation : nobody;
+      Numbers& spread = spreads_[b];  // first that of the farthest of the others
+      spread.fill(0.0);
+      if (equal > 1)
+        for (std::size_t l = 0; l < lanes; ++l) {
+          const double lowest = left_out[l] == low[l] ? next_low[l] : low[l];
+          const double highest = left_out[l] == high[l] ? next_high[l] : high[l];
+          const double off =
+              std::max(std::abs(lowest + ratio * deviation[l]), std::abs(highest + ratio * deviation[l]));
+          spread[l] = share * off * off;
+        }
+      for (std::size_t c = equal; c < count; ++c) {
+        if (c == b) continue;
+        for (std::size_t l = 0; l < lanes; ++l) {
+          const double off = deviations_[c][l] + ratio * deviation[l];
+          spread[l] = std::max(spread[l], parts_.share(c) * off * off);
+        }
+      }
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const double own = ratio * deviation[l] * deviation[l];
+        spread[l] = std::max(0.0, (total_[l] - own - spread[l]) * free);
+      }
+    }
+  }
 
   const RunParts<S>& parts_;
-  double mean_, total_ = 0.0;
-  std::array<double, most> deviations_{};
-  Extremes extremes_{std::span<const double>{}};
+  Numbers mean_{}, total_{}, farthest_beyond_{};
+  std::array<Numbers, most> deviations_, spreads_, beyond_;  // of the parts that there are
 };
 
 }  // namespace detail
