@@ -271,7 +271,7 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
   CHECK(estimate->relative_error / estimate->interval.lower == Approx(static_cast<double>(reach)).epsilon(1e-4));
 
   // On threads: the same bits.
-  for (const unsigned threads : {1U, 3U}) {
+  for (const int threads : {1, 3}) {
     gmis::ThreadExecutor executor(threads);
     const auto same = gmis::estimate_error(means, executor);
     CHECK(same->relative_error == estimate->relative_error);
