@@ -55,7 +55,7 @@ def stats_of(options, scene, arguments):
 def wall_seconds(options, scene, threads, processes):
     """Of so many runs at once."""
     files = [options.out / f"stats_{k}.json" for k in range(processes)]
-    begun = [subprocess.Popen([options.renderer, scene, "--integrator", "vcm", "--connections", "paired", "--size", "512x512", "--iterations", "32", "--threads",
+    begun = [subprocess.Popen([options.renderer, scene, "--integrator", "vcm", "--connections", "paired", "--size", "256x256", "--iterations", "64", "--threads",
                                str(threads), "--quiet", "--stats", str(file), "--out", str(file.with_suffix(".pfm"))], stdin=subprocess.DEVNULL) for file in files]
     if any([run.wait() for run in begun]):
         raise SystemExit("a run failed")
@@ -71,7 +71,7 @@ def threads_table(options):
         given = statistics.median(2 * times[0] / times[2] for times in rounds)
         lines.append(f"| {scene} | {one:.1f} | {two:.1f} | {ratio:.2f} | {given:.2f} |")
         print(lines[-1], flush=True)
-    table = "\n".join(lines) + f"\n\n512x512 pixels, vcm, 32 iterations; wall time with all estimates of the error, medians of {options.runs} rounds.\n"
+    table = "\n".join(lines) + f"\n\n256x256 pixels, vcm, 64 iterations; wall time with all estimates of the error, medians of {options.runs} rounds.\n"
     (options.out / "threads.md").write_text(table)
     write_into(DOCUMENT, THREADS_BEGIN, THREADS_END, table)
 
