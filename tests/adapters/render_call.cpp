@@ -60,6 +60,19 @@ struct Stopping : gmis::ThreadExecutor {
   int camera_loops = 0;
 };
 
+/// Raises the flag at the first loop behind the camera's rows of the third iteration: that of the estimate of the error.
+struct StoppingLate : gmis::ThreadExecutor {
+  explicit StoppingLate(std::atomic<bool>& flag_to_set) : gmis::ThreadExecutor(2), flag(flag_to_set) {}
+  template <class Work>
+  void parallel_for(std::size_t count, Work&& work) {
+    if (camera_loops == 3) flag = true;
+    if (count == static_cast<std::size_t>(size)) ++camera_loops;
+    gmis::ThreadExecutor::parallel_for(count, work);
+  }
+  std::atomic<bool>& flag;
+  int camera_loops = 0;
+};
+
 }  // namespace
 
 TEST_CASE("a rendering has the bits of a loop written by hand, for any number of threads") {
@@ -80,6 +93,29 @@ TEST_CASE("a rendering has the bits of a loop written by hand, for any number of
   CHECK_FALSE(alone.error.has_value());
   gmis::ThreadExecutor threads(3);
   CHECK(gmis::Render(furnace, all).run(threads).picture.values == expected.values);
+}
+
+TEST_CASE("an interrupt while the error is estimated leaves nothing of the estimate out") {
+  gmis::RenderRequest three = request(3);
+  three.intervals = true;
+  gmis::SerialExecutor serial;
+  const gmis::RenderResult expected = gmis::Render(furnace, three).run(serial);
+  REQUIRE(expected.error.has_value());
+  REQUIRE(expected.error->relative_error > 0.0);
+
+  std::atomic<bool> interrupt = false;
+  gmis::RenderRequest longer = request(6);
+  longer.intervals = true;
+  longer.interrupt = &interrupt;
+  StoppingLate executor(interrupt);
+  const gmis::RenderResult result = gmis::Render(furnace, longer).run(executor);
+  CHECK(interrupt.load());
+  CHECK(result.iterations == 3);
+  CHECK(result.stopped_by == gmis::StopReason::interrupt);
+  REQUIRE(result.error.has_value());
+  CHECK(result.error->relative_error == expected.error->relative_error);
+  CHECK(result.log.back().estimated_error == expected.log.back().estimated_error);
+  CHECK(result.picture.values == expected.picture.values);
 }
 
 TEST_CASE("in double, and with the counts that a pilot chooses, the furnace has its closed form") {

@@ -359,6 +359,9 @@ class Render {
     double ignored = 0.0;
     const detail::RunTimer timer(made_.state.seconds, ignored);
     latest_error_ = estimate_error(*made_.batches, executor);
+    // An interrupt meanwhile has left out a part of it, and the iterations stay: so once more, on this thread.
+    if constexpr (StoppableExecutor<E>)
+      if (executor.is_stopped()) latest_error_ = estimate_error(*made_.batches);
     estimated_after_ = made_.state.iterations;
   }
 
