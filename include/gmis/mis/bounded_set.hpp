@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <span>
 
-#include "gmis/core/random.hpp"
 #include "gmis/mis/mixture.hpp"
 #include "gmis/mis/proposal_set.hpp"
 

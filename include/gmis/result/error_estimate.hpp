@@ -118,8 +118,8 @@ class ErrorSums {
   using Numbers = typename Parts::Numbers;
   static constexpr std::size_t lanes = Parts::lanes;
 
-  /// Adds the values of the lanes that `counts`, and returns the squared relative error of each. `rare`: for every part and lane one over
-  /// what the square of a rare sample is taken for, or 0 for one that is not rare; null: none is.
+  /// Adds the values of the lanes for which `counts` is true; returns the squared relative error of each. `rare`, by part and lane:
+  /// for a rare sample the inverse of what the square of its value is taken for, else 0; null where none is rare.
   Numbers add(const RunParts<S>& parts, const Parts& here, const std::array<bool, lanes>& counts,
               const std::array<Numbers, Parts::most>* rare) {
     const std::size_t count = parts.count();
@@ -127,12 +127,12 @@ class ErrorSums {
     Numbers use, squares{}, errors{}, far{};
     for (std::size_t l = 0; l < lanes; ++l) use[l] = counts[l] ? 1.0 : 0.0;
     for (std::size_t b = 0; b < count; ++b) {
-      const double share = parts.share(b), ratio = parts.ratio(b), of_others = 1.0 / (1.0 - share);
+      const double share = parts.share(b), of_others = 1.0 / (1.0 - share);
       const Numbers &deviation = here.deviation(b), &spread = here.variance_by_others(b);
       Numbers inverse;
       for (std::size_t l = 0; l < lanes; ++l) {
-        const double others = here.mean()[l] - ratio * deviation[l];
-        const double variance = share * ratio * deviation[l] * deviation[l];
+        const double others = parts.mean_of_others(b, here.mean()[l], deviation[l]);
+        const double variance = parts.variance_by(b, deviation[l]);
         const double plain = 1.0 / (others * others + relative_error_floor);
         squares[l] += variance;
         far[l] += variance * plain;
@@ -143,7 +143,7 @@ class ErrorSums {
       if (rare != nullptr)
         for (std::size_t l = 0; l < lanes; ++l) inverse[l] = (*rare)[b][l] > 0.0 ? (*rare)[b][l] : inverse[l];
       for (std::size_t l = 0; l < lanes; ++l) {
-        errors[l] += share * ratio * deviation[l] * deviation[l] * inverse[l];
+        errors[l] += parts.variance_by(b, deviation[l]) * inverse[l];
         scaled[b][l] = use[l] > 0.0 ? share * deviation[l] * std::sqrt(inverse[l]) : 0.0;
       }
     }

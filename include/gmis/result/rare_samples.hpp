@@ -86,11 +86,10 @@ class RareSamples {
     });
     std::array<double, neighbourhood_reaches.size()> there{}, around{}, squares{};
     for (const RareSample& sample : samples_) {
-      const double ratio = parts.ratio(sample.part);
       const double deviation = parts.value(sample.part, sample.index) - mean[sample.index];
-      const double others = mean[sample.index] - ratio * deviation;
-      const double variance = parts.share(sample.part) * ratio * deviation * deviation;
-      const double share = variance / (square(sample.around.mean) + relative_error_floor);
+      const double others = parts.mean_of_others(sample.part, mean[sample.index], deviation);
+      const double share =
+          parts.variance_by(sample.part, deviation) / (square(sample.around.mean) + relative_error_floor);
       there[sample.around.reach] += share * others;
       squares[sample.around.reach] += square(share * others);
       around[sample.around.reach] += share * sample.around.mean;

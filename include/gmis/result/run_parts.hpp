@@ -41,6 +41,14 @@ class RunParts {
   [[nodiscard]] double share(std::size_t part) const noexcept { return shares_[part]; }
   /// w / (1 − w) for the share w of a part.
   [[nodiscard]] double ratio(std::size_t part) const noexcept { return shares_[part] / (1.0 - shares_[part]); }
+  /// The mean of the other parts, from m, the mean of all, and x − m of this part.
+  [[nodiscard]] double mean_of_others(std::size_t part, double mean, double deviation) const noexcept {
+    return mean - ratio(part) * deviation;
+  }
+  /// w² (x − m)² / (1 − w): the sum over the parts is the unbiased estimate of the variance of m.
+  [[nodiscard]] double variance_by(std::size_t part, double deviation) const noexcept {
+    return shares_[part] * ratio(part) * deviation * deviation;
+  }
   [[nodiscard]] double value(std::size_t part, std::size_t index) const noexcept {
     return part < means_.batch_count() ? means_.value(part, index) : means_.unfinished()[index];
   }
@@ -130,7 +138,7 @@ class PartsOfValues {
       }
     Numbers nobody;
     nobody.fill(std::numeric_limits<double>::quiet_NaN());
-    const double free = 1.0 / static_cast<double>(count - 3);
+    const double per_degree_of_freedom = 1.0 / static_cast<double>(count - 3);
     for (std::size_t b = 0; b < count; ++b) {
       const double ratio = parts_.ratio(b), share = parts_.share(0);
       const Numbers &deviation = deviations_[b], &left_out = b < equal ? deviation : nobody;
@@ -153,7 +161,7 @@ class PartsOfValues {
       }
       for (std::size_t l = 0; l < lanes; ++l) {
         const double own = ratio * deviation[l] * deviation[l];
-        spread[l] = std::max(0.0, (total_[l] - own - spread[l]) * free);
+        spread[l] = std::max(0.0, (total_[l] - own - spread[l]) * per_degree_of_freedom);
       }
     }
   }
