@@ -1,7 +1,7 @@
 """Efficiency of --counts learned, or --pixel-counts learned, over uniform: relMSE × processor seconds of the second over that of the first.
 
 Each scene is rendered with both by several seeds in turns, with the same fixed counts (local merging with 3.2 pixel widths,
-half a light tree a pixel, one connection a vertex) or by auto, and compared with a reference: svcm0, svcm1, tung1 and tung2 with those of tests/render/reference
+half a light tree a pixel, one connection a vertex) or by auto, and compared with a reference: svcm0, svcm1, tung1 and tung2 with those of tests/program/reference
 (128x128 pixels), the others with one that is rendered first, or that lies in a folder. Prints a table, and writes that of pixel counts of all scenes into
 docs/effects.md.
 """
@@ -14,7 +14,7 @@ import tempfile
 
 from measuring import FOURTEEN, write_into
 
-FOREIGN = {name: f"tests/render/reference/{name}.pbrt" for name in ("svcm0", "svcm1", "tung1", "tung2")}
+FOREIGN = {name: f"tests/program/reference/{name}.pbrt" for name in ("svcm0", "svcm1", "tung1", "tung2")}
 SCENES = FOREIGN | FOURTEEN
 DOCUMENT = pathlib.Path("docs/effects.md")
 MARKS = {"pixel-counts": ("<!-- pixel counts: written by ./run bench counts -->", "<!-- end of pixel counts -->")}

@@ -44,7 +44,7 @@ def part_of(file):
 
 def parts_of(program, scene, integrator):
     """Instructions a pixel and iteration, by part."""
-    run = lambda iterations: [f"tests/render/reference/{scene}.pbrt", integrator, str(iterations), str(SIZE)]
+    run = lambda iterations: [f"tests/program/reference/{scene}.pbrt", integrator, str(iterations), str(SIZE)]
     sums = callgrind.shares(program, run(1), run(1 + ITERATIONS), part_of)
     by_part = {name: sums[name] / (SIZE * SIZE * ITERATIONS) for name in [name for name, _ in PARTS] + [PROGRAM]}
     return by_part | {"all": sum(by_part.values())}

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Instructions an iteration of all integrators and error an iteration of pt, bpt and vcm on svcm0 and svcm1 (128×128, 10 segments), beside the
-# figures of SmallVCM for the same settings (tests/render/reference/README.md). Instructions, counted by callgrind, because
+# figures of SmallVCM for the same settings (tests/program/reference/README.md). Instructions, counted by callgrind, because
 # seconds differ from machine to machine: the difference between runs of 3 and of 1 iterations, so that reading the scene
 # and building its tree do not count.
 #
@@ -33,7 +33,7 @@ case $what in
 esac
 if [[ $what == parts ]]; then exec python3 bench/instruction_parts.py build/bench/bench/instruction_counts; fi
 render=build/bench/examples/gmis-render
-reference=tests/render/reference
+reference=tests/program/reference
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 

@@ -12,7 +12,7 @@ BUILT_IN = ["cornell", "paper1", "paper2", "paper3", "paper4"]
 # Name: what the renderer is told.
 FOURTEEN = {name: name for name in BUILT_IN} | {name: f"bench/scenes/{name}.pbrt" for name in OWN}
 # Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10 segments.
-FOREIGN = {name: f"tests/render/reference/{name}.pbrt" for name in ("svcm0", "svcm1", "tung1", "tung2")}
+FOREIGN = {name: f"tests/program/reference/{name}.pbrt" for name in ("svcm0", "svcm1", "tung1", "tung2")}
 ALL = FOURTEEN | {name: f"bench/scenes/tempting/{name}.pbrt" for name in TEMPTING}
 
 

@@ -2,7 +2,7 @@
 
 Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), copies it, sets the size of the picture, one thread and the seed in its source, compiles it as the
 programs here are, and renders its four scenes with its own algorithms and with --integrator auto of gmis-render. Efficiency is 1 / (relMSE × processor
-seconds), means over seeds. The reference pictures of two scenes are in tests/render/reference. Those of the other two SmallVCM makes first, with another
+seconds), means over seeds. The reference pictures of two scenes are in tests/program/reference. Those of the other two SmallVCM makes first, with another
 seed: under a point light by vcm, for bpt lacks the caustics that are seen in mirrors, under a background by bpt. A fault of its own, if there is one, is
 then in the reference, to our disadvantage.
 
@@ -22,7 +22,7 @@ from measuring import read_pfm, write_into
 
 DOCUMENT = pathlib.Path("docs/smallvcm.md")
 BEGIN, END = "<!-- efficiency: written by ./run bench smallvcm -->", "<!-- end of efficiency -->"
-REFERENCES = pathlib.Path("tests/render/reference")
+REFERENCES = pathlib.Path("tests/program/reference")
 # Name: file, number in SmallVCM, and what makes the reference where there is none.
 SCENES = {"svcm0": (REFERENCES / "svcm0.pbrt", 0, None), "svcm1": (REFERENCES / "svcm1.pbrt", 1, None),
           "point": (pathlib.Path("bench/scenes/smallvcm/point.pbrt"), 2, "vcm"),

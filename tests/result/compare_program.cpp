@@ -1,6 +1,6 @@
 #include <string>
 
-#include "render/program.hpp"
+#include "program/program.hpp"
 #include "support/catch.hpp"
 
 // gmis-compare as a user runs it.

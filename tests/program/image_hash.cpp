@@ -10,7 +10,7 @@
 // Pictures with fixed counts, bit by bit: at one level of the processor the same for g++ and clang, optimised or not, under the
 // sanitizers, and for any number of threads (docs/numerics.md, "The same bits"). What changes them on purpose is pinned anew:
 // build with both compilers (presets release and clang, then portable and asan-ubsan), run
-//   render_image_hash_test "[pin]"
+//   test_program_image_hash "[pin]"
 // in the build folders, and replace the column of the level where the two compilers agree. The scene has no two surfaces that meet, so the order in
 // which the tree holds them does not matter.
 

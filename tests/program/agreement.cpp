@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "render/block_statistics.hpp"
+#include "program/block_statistics.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
 #include "support/choices.hpp"

@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
-#include "render/read_scene.hpp"
-#include "render/scratch_folder.hpp"
+#include "program/read_scene.hpp"
+#include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
 #include "support/image/texture_image.hpp"
@@ -17,7 +17,7 @@
 #include "support/pbrt/spectra.hpp"
 #include "support/seed.hpp"
 
-// Textures, spectra and curved shapes as they are read; features_test.cpp renders them.
+// Textures, spectra and curved shapes as they are read; features.cpp renders them.
 
 using namespace gmis::tools;
 using gmis_test::Read;

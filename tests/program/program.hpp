@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "render/scratch_folder.hpp"
+#include "program/scratch_folder.hpp"
 
 /// \file
 /// Runs gmis-render as a user does.

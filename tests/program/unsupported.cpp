@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "render/read_scene.hpp"
+#include "program/read_scene.hpp"
 #include "support/catch.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/pbrt/transform.hpp"

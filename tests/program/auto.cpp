@@ -9,7 +9,7 @@
 
 #include "gmis/core/statistics.hpp"
 #include "gmis/transport/choose/pilot.hpp"
-#include "render/block_statistics.hpp"
+#include "program/block_statistics.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
 #include "support/choices.hpp"

@@ -12,12 +12,12 @@
 #include <random>
 #include <string>
 
-#include "render/read_scene.hpp"
-#include "render/scratch_folder.hpp"
+#include "program/read_scene.hpp"
+#include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// glTF as it is read; features_test.cpp renders it.
+// glTF as it is read; features.cpp renders it.
 
 using namespace gmis::tools;
 using gmis_test::Read;
