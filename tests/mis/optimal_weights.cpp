@@ -1,11 +1,11 @@
-#include "gmis/mis/optimal_weights.hpp"
+#include "gmis/mis/methods/optimal_weights.hpp"
 
 #include <array>
 #include <cmath>
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "gmis/mis/best_scheme.hpp"
+#include "gmis/mis/diagnostics/best_scheme.hpp"
 #include "mis/method_oracles.hpp"
 #include "support/catch.hpp"
 

@@ -1,11 +1,11 @@
-#include "gmis/mis/resampling.hpp"
+#include "gmis/mis/methods/resampling.hpp"
 
 #include <cmath>
 #include <limits>
 #include <set>
 #include <vector>
 
-#include "gmis/mis/randomised_qmc.hpp"
+#include "gmis/mis/methods/randomised_qmc.hpp"
 #include "mis/method_oracles.hpp"
 #include "support/catch.hpp"
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/mis/diagnostics/tabulated_problem.hpp"
 #include "gmis/mis/groups.hpp"
 #include "gmis/mis/scheme.hpp"
-#include "gmis/mis/tabulated_problem.hpp"
 
 namespace gmis {
 

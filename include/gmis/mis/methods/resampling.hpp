@@ -8,8 +8,8 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/counted_variance.hpp"
-#include "gmis/mis/reservoir.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/methods/reservoir.hpp"
 #include "gmis/mis/round_moments.hpp"
 
 /// \file

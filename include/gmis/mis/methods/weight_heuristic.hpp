@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/counted_variance.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
 #include "gmis/mis/heuristic.hpp"
 #include "gmis/mis/round_moments.hpp"
 

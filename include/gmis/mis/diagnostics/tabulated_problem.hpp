@@ -8,8 +8,8 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/arguments.hpp"
+#include "gmis/mis/diagnostics/quadrature.hpp"
 #include "gmis/mis/proposal_set.hpp"
-#include "gmis/mis/quadrature.hpp"
 
 namespace gmis {
 

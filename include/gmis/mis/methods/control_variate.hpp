@@ -9,9 +9,9 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/counted_variance.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/methods/semidefinite_solve.hpp"
 #include "gmis/mis/round_moments.hpp"
-#include "gmis/mis/semidefinite_solve.hpp"
 
 /// \file
 /// The densities of the proposals as control variates of a mixture [Owen, Zhou: Safe and effective importance sampling,

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/mis/averaged_variance.hpp"
-#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/diagnostics/averaged_variance.hpp"
+#include "gmis/mis/diagnostics/exact_variance.hpp"
 #include "gmis/mis/partial_mixture.hpp"
 
 namespace gmis {

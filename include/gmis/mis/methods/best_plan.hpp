@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "gmis/mis/best_scheme.hpp"
-#include "gmis/mis/optimal_allocation.hpp"
+#include "gmis/mis/diagnostics/best_scheme.hpp"
+#include "gmis/mis/methods/optimal_allocation.hpp"
 
 namespace gmis {
 
