@@ -23,7 +23,9 @@ struct PlanChoice {
   std::size_t best;                       ///< the unbiased one with the least variance × cost
 
   /// The best one.
-  [[nodiscard]] const PlanCandidate& chosen() const noexcept { return candidates[best]; }
+  [[nodiscard]] const PlanCandidate& chosen() const& noexcept { return candidates[best]; }
+  /// The best one.
+  [[nodiscard]] PlanCandidate chosen() const&& { return candidates[best]; }
 };
 
 /// Scheme, group size P and sample allocation from one pilot (or one quadrature rule), by variance × cost. The allocations
