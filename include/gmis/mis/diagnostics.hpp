@@ -8,6 +8,7 @@
 #include "gmis/mis/diagnostics/averaged_variance.hpp"
 #include "gmis/mis/diagnostics/best_scheme.hpp"
 #include "gmis/mis/diagnostics/check_problem.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
 #include "gmis/mis/diagnostics/exact_variance.hpp"
 #include "gmis/mis/diagnostics/quadrature.hpp"
 #include "gmis/mis/diagnostics/tabulated_problem.hpp"

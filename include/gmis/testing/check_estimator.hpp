@@ -117,8 +117,9 @@ requires requires(Round& round) {
   check.mean_test = std::abs(offset) <= rounding ? StatisticalTest{0.0, std::numeric_limits<double>::infinity(), 1.0}
                                                  : z_test(check.mean, mean_error, exact.mean);
   if (exact.mean != 0.0) check.smallest_mean_error = z_seen * mean_error / std::abs(exact.mean);
-  if (!(deviation > 0.0) || std::max(check.variance, exact.variance) <= rounding * rounding) {
-    const bool same = std::abs(check.variance - exact.variance) <= rounding * rounding;
+  const double no_variance = 1e-14 * exact.mean * exact.mean;
+  if (!(deviation > 0.0) || std::max(check.variance, exact.variance) <= no_variance) {
+    const bool same = std::abs(check.variance - exact.variance) <= no_variance;
     check.variance_test = {0.0, std::numeric_limits<double>::infinity(), same ? 1.0 : 0.0};
   } else {
     const double skewness = cubes / n / (deviation * deviation * deviation);
