@@ -4,6 +4,7 @@
 /// Everything: the MIS core, the transport engine with the results that it fills, whole renderings, and the built-in
 /// scene.
 
+#include "gmis/benchmark.hpp"
 #include "gmis/mis.hpp"
 #include "gmis/render.hpp"
 #include "gmis/result.hpp"

@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <ctime>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gmis/benchmark/contender.hpp"
@@ -60,10 +62,11 @@ struct Comparison {
     char head[320];
     std::snprintf(head, sizeof(head), "%-*s %24s %10s %10s %12s %14s %12s %12s\n", width, "", "variance of a round",
                   "ns", "densities", "efficiency", "time to 10 %", "1 %", "0.1 %");
-    std::string result = problem + ": integral " + number(integral, "%.9g") + "\n" + head;
+    std::string result = joined({problem, ": integral ", number(integral, "%.9g"), "\n", head});
     for (const ComparisonRow& row : rows) {
-      std::string variance = (row.is_exact ? "" : "~") + number(row.variance, "%.5g");
-      if (row.half_width > 0.0) variance += " ± " + number(row.half_width, "%.2g");
+      std::string variance(row.is_exact ? "" : "~");
+      variance += number(row.variance, "%.5g");
+      if (row.half_width > 0.0) variance += joined({" ± ", number(row.half_width, "%.2g")});
       char line[320];
       std::snprintf(line, sizeof(line), "%-*s %24s %10.1f %10s %12.4g %14s %12s %12s\n", width, row.name.c_str(),
                     padded(variance, 24).c_str(), row.nanoseconds,
@@ -78,7 +81,7 @@ struct Comparison {
   [[nodiscard]] std::string csv() const {
     std::string result;
     const auto add_line = [&](const auto& cells) {
-      for (std::size_t i = 0; i < cells.size(); ++i) result += (i > 0 ? "," : "") + cells[i];
+      for (std::size_t i = 0; i < cells.size(); ++i) result += joined({i > 0 ? "," : "", cells[i]});
       result += "\n";
     };
     std::vector<std::string> names{"problem", "contender", "is_exact"};
@@ -95,26 +98,28 @@ struct Comparison {
   [[nodiscard]] std::string json() const {
     const auto value = [](double x) { return std::isfinite(x) ? number(x, "%.9g") : std::string("null"); };
     std::string result =
-        "{\"problem\": " + quoted(problem, '\\') + ", \"integral\": " + value(integral) + ", \"rows\": [";
+        joined({"{\"problem\": ", quoted(problem, '\\'), ", \"integral\": ", value(integral), ", \"rows\": ["});
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      result += (i > 0 ? ",\n" : "\n") + std::string(" {\"contender\": ") + quoted(rows[i].name, '\\') +
-                ", \"is_exact\": " + (rows[i].is_exact ? "true" : "false");
+      result += joined({i > 0 ? ",\n" : "\n", " {\"contender\": ", quoted(rows[i].name, '\\'),
+                        ", \"is_exact\": ", rows[i].is_exact ? "true" : "false"});
       for (const Column& column : columns())
-        result += std::string(", \"") + column.name + "\": " + value(column.value(rows[i]));
+        result += joined({", \"", column.name, "\": ", value(column.value(rows[i]))});
       result += "}";
     }
-    return result + "\n]}\n";
+    result += "\n]}\n";
+    return result;
   }
   /// A program for gnuplot that draws the relative error of each contender over time as `svg_file`.
   [[nodiscard]] std::string gnuplot(const std::string& svg_file) const {
     std::string result =
-        "set terminal svg size 720,480 background 'white'\nset output " + quoted(svg_file, '\'') +
-        "\nset logscale xy\nset xlabel 'processor time [s]'\nset ylabel 'relative standard error'\nset title " +
-        quoted(problem, '\'') + "\nset key outside right\nset xrange [1e-5:1]\nplot ";
+        joined({"set terminal svg size 720,480 background 'white'\nset output ", quoted(svg_file, '\''),
+                "\nset logscale xy\nset xlabel 'processor time [s]'\nset ylabel 'relative standard error'\nset title ",
+                quoted(problem, '\''), "\nset key outside right\nset xrange [1e-5:1]\nplot "});
     for (std::size_t i = 0; i < rows.size(); ++i)
-      result += (i > 0 ? ", \\\n  " : "") + std::string("sqrt(") + number(rows[i].seconds_to_1_percent, "%.9g") +
-                "*1e-4/x) title " + quoted(rows[i].name, '\'') + " linewidth 2";
-    return result + "\n";
+      result += joined({i > 0 ? ", \\\n  " : "", "sqrt(", number(rows[i].seconds_to_1_percent, "%.9g"),
+                        "*1e-4/x) title ", quoted(rows[i].name, '\''), " linewidth 2"});
+    result += "\n";
+    return result;
   }
 
  private:
@@ -139,6 +144,12 @@ struct Comparison {
         {"seconds_to_0.1_percent", [](const ComparisonRow& r) { return r.seconds_to_1_percent * 100.0; }}};
     return all;
   }
+  // By appending alone: g++ 12 warns of overlapping memory in sums of literals and temporary strings.
+  [[nodiscard]] static std::string joined(std::initializer_list<std::string_view> pieces) {
+    std::string result;
+    for (const std::string_view piece : pieces) result += piece;
+    return result;
+  }
   [[nodiscard]] static std::string number(double value, const char* format) {
     char buffer[64];
     std::snprintf(buffer, sizeof(buffer), format, value);
@@ -154,7 +165,9 @@ struct Comparison {
   // std::snprintf counts bytes, of which ± has two.
   [[nodiscard]] static std::string padded(const std::string& text, std::size_t width) {
     const std::size_t shown = text.size() - (text.find("±") != std::string::npos ? 1 : 0);
-    return std::string(shown < width ? width - shown : 0, ' ') + text;
+    std::string result(shown < width ? width - shown : 0, ' ');
+    result += text;
+    return result;
   }
   [[nodiscard]] static std::string quoted(const std::string& text, char escape) {
     const char quote = escape == '\'' ? '\'' : '"';
@@ -163,7 +176,8 @@ struct Comparison {
       if (letter == quote || (escape == '\\' && letter == '\\')) result += escape;
       result += letter;
     }
-    return result + quote;
+    result += quote;
+    return result;
   }
 };
 

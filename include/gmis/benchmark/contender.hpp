@@ -126,7 +126,10 @@ class ComparedProblem {
   }
   /// One of the fifteen pairs.
   [[nodiscard]] Contender pair(Selection selection, Weighting weighting, std::string name = {}) const {
-    if (name.empty()) name = std::string(name_of(selection)) + std::string(name_of(weighting));
+    if (name.empty()) {
+      name += name_of(selection);
+      name += name_of(weighting);
+    }
     return dispatch(selection, weighting, [&](auto fixed_selection, auto fixed_weighting) {
       constexpr Selection s = decltype(fixed_selection)::value;
       constexpr Weighting w = decltype(fixed_weighting)::value;
@@ -140,10 +143,12 @@ class ComparedProblem {
   /// The partial deterministic mixture in groups of this size.
   [[nodiscard]] Contender groups(std::size_t group_size) const {
     const Groups<> partition(table().proposal_count(), group_size);
-    Contender contender = with_rounds("groups of " + std::to_string(group_size),
-                                      [partition](const auto& set, auto& workspace, auto& source, auto& add) {
-                                        return sample_partial_round(set, partition, source, workspace, add);
-                                      });
+    std::string name("groups of ");
+    name += std::to_string(group_size);
+    Contender contender =
+        with_rounds(std::move(name), [partition](const auto& set, auto& workspace, auto& source, auto& add) {
+          return sample_partial_round(set, partition, source, workspace, add);
+        });
     if (has_full_support(partition, table())) contender.exact_variance = exact_moments(partition, table()).variance;
     return contender;
   }

@@ -9,6 +9,8 @@
 #include "gmis/mis/diagnostics/best_scheme.hpp"
 #include "gmis/mis/diagnostics/check_problem.hpp"
 #include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/diagnostics/enumeration.hpp"
 #include "gmis/mis/diagnostics/exact_variance.hpp"
 #include "gmis/mis/diagnostics/quadrature.hpp"
 #include "gmis/mis/diagnostics/tabulated_problem.hpp"
+#include "gmis/mis/diagnostics/tail.hpp"
