@@ -65,7 +65,7 @@ int main() {
   std::printf("%-42s %12s %12s %9s\n", "", "known", "ours", "apart");
   constexpr double pi = std::numbers::pi;
   {
-    std::printf("\nSbert, Havran, Szirmay-Kalos 2018: (x² − x/π) sin²x on [3/(2π), π] by x, x² − x/π and sin²x\n");
+    std::printf("\nSbert et al.: (x² − x/π) sin²x on [3/(2π), π] by x, x² − x/π and sin²x\n");
     const double low = 1.5 / pi, high = pi;
     const auto bow = [](double x) { return x * x - x / pi; };
     const std::vector<InProportion> proposals{{low, high, [](double x) { return x; }},
@@ -79,7 +79,7 @@ int main() {
     std::printf("%s", gmis::compare(problem, problem.schemes()).text().c_str());
   }
   {
-    std::printf("\nSbert, Havran, Szirmay-Kalos 2018: sqrt(x) + sin x on [0.01, π/2] by 2 − x and sin²x\n");
+    std::printf("\nSbert et al.: sqrt(x) + sin x on [0.01, π/2] by 2 − x and sin²x\n");
     const double low = 0.01, high = pi / 2.0;
     const std::vector<InProportion> proposals{{low, high, [](double x) { return 2.0 - x; }},
                                               {low, high, [](double x) { return std::sin(x) * std::sin(x); }}};
@@ -91,13 +91,13 @@ int main() {
   }
   // As in the examples of Elvira, Martino, Luengo, Bugallo: normal proposals, mixtures of normals as targets. The figures were
   // found twice by programs that share nothing with this library, and correct the paper's N2 (docs/paper-corrections.md).
-  by_oracle("Elvira et al.: three modes, three normal proposals, one over each",
+  by_oracle("Three modes, three normal proposals, one over each (after Elvira et al.)",
             [](double x) {
               return (Normal{-3, 1}.pdf(x) + Normal{0, 1}.pdf(x) + Normal{3, 1}.pdf(x)) / 3.0;
             },
             std::array<Normal, 3>{{{-3, 2}, {0, 2}, {3, 2}}},
             {6.54749, 0.886525, 0.0513829, 6.54749, 2.27007, 0.0505404});
-  by_oracle("Elvira et al.: two unequal modes, two normal proposals",
+  by_oracle("Two unequal modes, two normal proposals (after Elvira et al.)",
             [](double x) {
               return 0.7 * Normal{-2, 1}.pdf(x) + 0.3 * Normal{3, 0.8}.pdf(x);
             },
