@@ -58,7 +58,7 @@ def fit(rows):
 
 
 def main():
-    source = pathlib.Path("include/gmis/transport/choose/operation_costs.hpp").read_text()
+    source = pathlib.Path("include/gmis/transport/state/operation_costs.hpp").read_text()
     with tempfile.TemporaryDirectory() as folder:
         of_scene = {name: [measure(sys.argv[1], scene, run, folder) for run in RUNS] for name, scene in SCENES.items()}
     rows = [row for rows_here in of_scene.values() for row in rows_here]

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What operations cost on this machine, relative to a ray: the constants of gmis/transport/choose/operation_costs.hpp, which choose
+# What operations cost on this machine, relative to a ray: the constants of gmis/transport/state/operation_costs.hpp, which choose
 # counts. bench/calibrate.py says how.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -44,10 +44,7 @@ RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, 
   if (integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm) options.light_paths = 4;
   // The ways of gmis to split, one after the other.
   if (integrator == IntegratorChoice::gmis) {
-    constexpr SplitChoice splits[] = {SplitChoice::budgeted, SplitChoice::budgeted, SplitChoice::adaptive,
-                                      SplitChoice::local};
-    options.split = splits[seed % 4];
-    if (seed % 4 == 1) options.camera_split = 3;
+    options.split = seed % 2 == 0 ? SplitChoice::budgeted : SplitChoice::local;
   }
   request.split = options.split;
   set_counts(request, options, scene);

@@ -1,4 +1,4 @@
-#include "gmis/transport/choose/pilot.hpp"
+#include "gmis/transport/allocation/pilot.hpp"
 
 #include <algorithm>
 #include <array>
@@ -59,7 +59,6 @@ Measured measure(const Scene& scene, gmis::RenderSettings settings, const gmis::
   constexpr int iterations = 40;
   settings.counts.light_paths = candidate.light_paths;
   settings.counts.connections = std::max(1, candidate.connections);
-  settings.counts.camera_children = candidate.camera_children;
   settings.counts.local_merges = candidate.local_merges;
   settings.counts.radius_factor = candidate.radius_factor;
   gmis::SerialExecutor executor;
@@ -103,8 +102,7 @@ struct Forecasts {
 void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
                      const std::vector<gmis::SampleCounts>& candidates, const std::vector<Measured>& measured,
                      int pilot_iterations) {
-  gmis::OperationCosts costs;
-  costs.further_child = 1.0;  // the operations are what is compared
+  const gmis::OperationCosts costs;
   std::vector<Forecasts> forecasts(candidates.size());
   settings.seed += 1000;
   for (std::size_t batch = 0; batch < batches; ++batch) {
@@ -128,8 +126,7 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
     // degrees of freedom.
     const double model = candidate.connections > 0 ? measured[c].vertex_variance : 0.0;
     const double limit = gmis::student_t_quantile(1 - level / 2, batches - 1) * error + model;
-    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.camera_children,
-            candidate.local_merges, candidate.radius_factor);
+    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.local_merges, candidate.radius_factor);
     CAPTURE(forecasts[c].variance / value, error, model, forecasts[c].cost, measured[c].cost);
     CHECK(std::abs(forecasts[c].variance / value - 1) < limit);
     CHECK(limit < 0.15);  // so that it says something
@@ -430,6 +427,6 @@ TEST_CASE("What pays in a scene, as data", "[pilot]") {
   for (int i = 0; i < 2; ++i) pilot.iterate(executor);
   const std::vector<gmis::Forecast> forecasts = pilot.forecasts();
   const gmis::SampleCounts& best = forecasts[gmis::best_of(forecasts, 64)].counts;
-  std::printf("%g light trees a pixel, %d connections a vertex, merging %s, %d children\n", best.light_paths,
-              best.connections, best.merges ? "on" : "off", best.camera_children);
+  std::printf("%g light trees a pixel, %d connections a vertex, merging %s\n", best.light_paths, best.connections,
+              best.merges ? "on" : "off");
 }

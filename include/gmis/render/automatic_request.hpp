@@ -9,9 +9,9 @@
 
 #include "gmis/core/requirements.hpp"
 #include "gmis/render/render_request.hpp"
-#include "gmis/transport/choose/forecast.hpp"
-#include "gmis/transport/effects/plan.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/allocation/forecast.hpp"
+#include "gmis/transport/plan/plan.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 /// \file
 /// From the effects of a scene to the counts of a run: the techniques that the effects call for, and candidates for a
@@ -39,7 +39,6 @@ template <Scene Sc>
 struct OpenCounts {
   bool light_paths = false;      ///< light trees per pixel
   bool connections = false;      ///< connections per camera vertex
-  bool camera_children = false;  ///< children of the first non-specular camera vertex
   bool radius = false;           ///< the factor on the merging radius
   bool techniques = false;       ///< techniques may be left out where the remaining ones make the same path classes
 };
@@ -76,7 +75,6 @@ struct OpenCounts {
     choices.connections = {1, 2};
   if (!open.techniques) choices.merges = {counts.merges};
   if (open.radius) choices.radius_factors = local_radius_factors;
-  if (!open.camera_children) choices.camera_children = {counts.camera_children};
   std::vector<SampleCounts> candidates = all_candidates(counts, choices);
   const PathClassSet lacking = lacking_classes(plan, counts);
   std::erase_if(candidates, [&](const SampleCounts& candidate) {
@@ -128,7 +126,7 @@ template <Scene Sc>
   // A pilot connects with vertices from the cache and splats.
   if (settings.counts.draws_connections() && settings.counts.splats && !settings.path_classes) {
     auto candidates =
-        candidates_for(plan, settings.counts, {true, true, true, settings.counts.merges && !settings.radius, true});
+        candidates_for(plan, settings.counts, {true, true, settings.counts.merges && !settings.radius, true});
     if (candidates.size() > 1) request.candidates = std::move(candidates);
   }
   return request;

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "gmis/render/picture.hpp"
-#include "gmis/transport/effects/class_costs.hpp"
-#include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/plan/class_costs.hpp"
+#include "gmis/transport/state/path_output.hpp"
+#include "gmis/transport/state/pixel_bounds.hpp"
 
 /// \file
 /// Sums of contributions over iterations, for a picture of each technique and of each path class.

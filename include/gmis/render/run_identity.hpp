@@ -81,8 +81,8 @@ struct RunIdentity {
     RunIdentity parts;
     parts.add("", counts.light_paths);
     parts.add("", counts.radius_factor);
-    for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, counts.camera_children,
-                            int{counts.next_events}, int{counts.emitter_hits}, int{counts.local_merges}})
+    for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, int{counts.extends_camera},
+                            int{counts.connects_paired_tree}, int{counts.next_events}, int{counts.emitter_hits}, int{counts.local_merges}})
       parts.add("", count);
     std::string text;
     for (const RunIdentity::Property& part : parts.properties) text.append(part.value).append(1, ' ');
@@ -100,15 +100,10 @@ struct RunIdentity {
   identity.add(RunIdentity::seed, std::to_string(settings.seed));
   identity.add("the sampler", static_cast<int>(settings.sampler));
   identity.add("the emission", static_cast<int>(settings.emission));
-  identity.add("the choice of vertex counts", static_cast<int>(settings.vertex_counts));
   identity.add("the choice of pixel counts", static_cast<int>(settings.pixel_counts));
   identity.add("the greatest depth", settings.max_depth);
   identity.add("the merging radius", settings.radius ? *settings.radius : 0.0);
   identity.add("alpha", settings.alpha);
-  identity.add("the splitting of light trees", static_cast<int>(settings.light_split));
-  identity.add("the scheme", static_cast<int>(settings.scheme));
-  identity.add("the number of rounds", settings.rounds);
-  identity.add("the budget of light trees", settings.light_tree_budget);
   std::string classes = "all, unclassified";
   if (settings.path_classes) {
     classes.clear();

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
-#include "gmis/transport/walk/first_hit.hpp"
-#include "gmis/transport/walk/scatter.hpp"
+#include "gmis/transport/state/first_hit.hpp"
+#include "gmis/transport/state/scatter.hpp"
 
 namespace gmis {
 
