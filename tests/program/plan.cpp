@@ -135,7 +135,7 @@ TEST_CASE("with all light-side techniques off, auto is pt bit by bit") {
     CHECK(is_black(*pt) == (c.name == "no light"));
     // Without a light pt traces camera paths all the same; a plan without techniques traces nothing.
     CHECK(by_plan->counters().rays == (c.name == "no light" ? 0 : pt->counters().rays));
-    CHECK(by_plan->photon_bytes() == 0);
+    CHECK(by_plan->engine().photon_bytes() == 0);
     check_counts(by_plan->counters(), plan);
   }
 }
