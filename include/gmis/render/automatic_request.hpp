@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/requirements.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/transport/allocation/forecast.hpp"
@@ -62,7 +63,7 @@ struct OpenCounts {
 
 /// Candidates for a pilot: `counts` with every combination of values for the open ones. Each candidate makes all
 /// classes that `counts` make. The result has one entry when nothing is open.
-[[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& counts,
+GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& counts,
                                                               const OpenCounts& open) {
   CountChoices choices;
   if (!open.light_paths)

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
@@ -64,29 +65,29 @@ class RenderRun {
   using S = S_;
 
   /// Prepares a run with these engines. `resolution` is that of the camera.
-  RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequest request);
+  GMIS_RARE RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequest request);
   RenderRun(const RenderRun&) = delete;
   RenderRun& operator=(const RenderRun&) = delete;
 
   /// Renders until a limit is met, and calls the callbacks of the request. With a `StoppableExecutor`, an interrupt
   /// after the first iteration leaves out the iteration under way; with another executor that iteration is finished.
-  RenderResult run(ExecutorRef executor);
+  GMIS_RARE RenderResult run(ExecutorRef executor);
 
   /// Renders one more iteration. Returns false when the executor was stopped meanwhile: this iteration is left out, and
   /// the rendering cannot go on.
-  [[nodiscard]] bool advance(ExecutorRef executor);
+  GMIS_RARE [[nodiscard]] bool advance(ExecutorRef executor);
 
   /// The state after the latest iteration, from which the same program can go on (`resume`). Write it to a file that
   /// replaces the one before.
-  [[nodiscard]] std::vector<std::byte> checkpoint();
+  GMIS_RARE [[nodiscard]] std::vector<std::byte> checkpoint();
 
   /// Goes on from a checkpoint of a run with the same scene and request; limits, threads and callbacks may differ. The
   /// pictures then have the bits of a run that was never interrupted. Throws `std::invalid_argument` that says what
   /// differs, or that the bytes are damaged; this rendering is then unchanged. Call it before the first iteration.
-  void resume(std::span<const std::byte> bytes);
+  GMIS_RARE void resume(std::span<const std::byte> bytes);
 
   /// Adds the latest iteration to the convergence log unless it is there.
-  void finish_log(ExecutorRef executor);
+  GMIS_RARE void finish_log(ExecutorRef executor);
   void finish_log() {
     SerialExecutor executor;
     finish_log(executor);
@@ -128,15 +129,15 @@ class RenderRun {
   [[nodiscard]] const std::optional<PriceTable>& forecast() const noexcept { return made_.forecast; }
 
   /// The result of the run so far; `reason` says why it ended.
-  [[nodiscard]] RenderResult result(StopReason reason) const;
+  GMIS_RARE [[nodiscard]] RenderResult result(StopReason reason) const;
 
  private:
-  [[nodiscard]] RunIdentity identity() const {
+  GMIS_RARE [[nodiscard]] RunIdentity identity() const {
     RunIdentity all = identity_of(request_, resolution_, Film<S>::channel_count, sizeof(ScalarOf<S>));
     for (const auto& [name, value] : maker_.properties) all.add(name, value);
     return all;
   }
-  void make_engine() {
+  GMIS_RARE void make_engine() {
     engine_.emplace(maker_, request_.settings, request_.candidates, request_.expected_iterations, request_.crop);
     engine_->keep_contributions(request_.techniques || request_.class_pictures);
   }
@@ -150,10 +151,10 @@ class RenderRun {
   }
 
   /// Copies the state of the engine into the record.
-  void note_engine();
+  GMIS_RARE void note_engine();
   /// Once, after the second iteration, or the second that learns nothing: the first one has a pilot, and measures light
   /// trees, too.
-  void update_forecast(double cpu_seconds, double wall_seconds);
+  GMIS_RARE void update_forecast(double cpu_seconds, double wall_seconds);
 
   /// The pixels of the crop, copied into `part` unless they are the whole frame.
   template <class Value>
@@ -174,17 +175,17 @@ class RenderRun {
 
   /// After 4, 8, 16 … iterations of a run whose radius a pilot has chosen: sets disk and gain of the iterations to come.
   /// A pilot can hardly see the bias of merging; the iterations so far have measured it.
-  void adapt_merging();
+  GMIS_RARE void adapt_merging();
   /// The radius becomes at most what the pilot chose, for larger ones have their costs, and at least that of the
   /// settings.
-  void choose_disk(const Choice& choice, const MergingBias& bias, std::uint32_t length);
+  GMIS_RARE void choose_disk(const Choice& choice, const MergingBias& bias, std::uint32_t length);
   /// A bias b with the standard error s is made up for by the factor 1 − s²/b², since a part may be noise.
-  void choose_gain(const MergingBias& bias, std::uint32_t length);
+  GMIS_RARE void choose_gain(const MergingBias& bias, std::uint32_t length);
 
-  void update_error(ExecutorRef executor);
+  GMIS_RARE void update_error(ExecutorRef executor);
   /// Estimates the error after the latest iteration unless that is done.
-  void estimate_now(ExecutorRef executor);
-  void add_to_log();
+  GMIS_RARE void estimate_now(ExecutorRef executor);
+  GMIS_RARE void add_to_log();
 
   EngineMaker<S> maker_;
   RenderRequest request_;

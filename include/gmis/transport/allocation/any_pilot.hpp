@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/result/image_error.hpp"
@@ -55,7 +56,7 @@ class AnyPilot {
 
   /// One forecast per candidate, in the order of the candidates. Variance and bias use complete pairs of iterations.
   /// Without a pixel all predicted values are 0.
-  [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
+  GMIS_RARE [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
     std::vector<Forecast> all(candidates_.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
       all[c].counts = candidates_[c];
@@ -72,7 +73,7 @@ class AnyPilot {
 
  protected:
   /// The candidates, and the counts that the pilot renders with.
-  AnyPilot(std::vector<SampleCounts> candidates, const SampleCounts& made)
+  GMIS_RARE AnyPilot(std::vector<SampleCounts> candidates, const SampleCounts& made)
       : candidates_(std::move(candidates)), made_(made) {
     shape_.made = made_;
     for (const SampleCounts& candidate : candidates_) shape_.add(candidate);
@@ -82,7 +83,7 @@ class AnyPilot {
   }
 
   /// Takes the outputs of the engine, which must stay where they are. `resolution` is that of the whole frame.
-  void observe(std::vector<PilotOutput<S>*> outputs, glm::ivec2 resolution, std::uint32_t expected_iterations) {
+  GMIS_RARE void observe(std::vector<PilotOutput<S>*> outputs, glm::ivec2 resolution, std::uint32_t expected_iterations) {
     shape_.grid = PilotGrid(resolution, engine().crop(), expected_iterations);
     for (PilotOutput<S>* const output : outputs) {
       output->analyse(&shape_);

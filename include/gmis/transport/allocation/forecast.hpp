@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/transport/state/operation_costs.hpp"
 #include "gmis/transport/state/sample_counts.hpp"
 #include "gmis/transport/weights/weights_by_technique.hpp"
@@ -29,7 +30,7 @@ inline const std::vector<double> local_radius_factors{1.0, 6.0, 12.0};
 
 /// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in
 /// every candidate. Combinations with equal effect occur once.
-[[nodiscard]] inline std::vector<SampleCounts> all_candidates(const SampleCounts& all = {},
+GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const SampleCounts& all = {},
                                                               const CountChoices& choices = {}) {
   std::vector<SampleCounts> candidates;
   const auto add = [&](const SampleCounts& counts) {

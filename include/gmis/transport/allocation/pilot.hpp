@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/transport/allocation/any_pilot.hpp"
 #include "gmis/transport/engine/engine.hpp"
 #include "gmis/transport/weights/weights_by_technique.hpp"
@@ -36,7 +37,7 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
   /// All candidates that merge must agree with it in `local_merges`. The pilot merges with a constant radius: the
   /// largest of all candidates, whose disk has the mean area of a run of `expected_iterations`. The scene must outlive
   /// the pilot.
-  RenderPilot(const Sc& scene, const RenderSettings& settings, const std::vector<SampleCounts>& candidates,
+  GMIS_RARE RenderPilot(const Sc& scene, const RenderSettings& settings, const std::vector<SampleCounts>& candidates,
               std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
       : AnyPilot<S>(candidates, counts_of_pilot(settings.counts, candidates)),
         engine_(scene,

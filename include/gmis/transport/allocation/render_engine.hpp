@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
 #include "gmis/transport/allocation/choice.hpp"
 #include "gmis/transport/allocation/engine_maker.hpp"
@@ -33,7 +34,7 @@ class RenderEngine {
   /// Chooses among `candidates` for a run of `expected_iterations`. The pilot renders with the techniques of
   /// `settings.counts`; every technique of the candidates must be on there, and so must connections and splats. With
   /// one candidate the run uses its counts, without a pilot; with none it uses `settings.counts`.
-  RenderEngine(EngineMaker<S> maker, const RenderSettings& settings, std::vector<SampleCounts> candidates,
+  GMIS_RARE RenderEngine(EngineMaker<S> maker, const RenderSettings& settings, std::vector<SampleCounts> candidates,
                std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt);
 
   /// Renders one more iteration, after a pilot where there is one.
@@ -94,7 +95,7 @@ class RenderEngine {
     engine_ = maker_.engine(settings_, crop_);
     engine_->keep_contributions(keeps_contributions_);
   }
-  void choose(ExecutorRef executor);
+  GMIS_RARE void choose(ExecutorRef executor);
 
   EngineMaker<S> maker_;
   RenderSettings settings_;

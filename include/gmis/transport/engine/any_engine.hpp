@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/spectrum.hpp"
-#include "gmis/core/state_archive.hpp"
 #include "gmis/result/counters.hpp"
 #include "gmis/transport/pixel_counts/learned_pixel_counts.hpp"
 #include "gmis/transport/state/operation_costs.hpp"
@@ -56,7 +56,6 @@ class AnyEngine {
   /// merging radius goes on shrinking. Call it before the first iteration.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
-  /// The state for a later run (`core/state_archive.hpp`), between two iterations. An engine measures again, with the
   /// same result, what it measures before the first iteration.
   template <class Archive>
   void exchange_state(Archive& archive) {
@@ -131,10 +130,10 @@ class AnyEngine {
   [[nodiscard]] double merging_gain() const noexcept { return merging_gain_; }
 
  protected:
-  AnyEngine(const RenderSettings& settings, glm::ivec2 resolution, const std::optional<PixelBounds>& crop);
+  GMIS_RARE AnyEngine(const RenderSettings& settings, glm::ivec2 resolution, const std::optional<PixelBounds>& crop);
 
   /// Learns numbers of camera subpaths from the latest iteration, which took the work `work`.
-  void learn_pixel_counts(const Counters& work);
+  GMIS_RARE void learn_pixel_counts(const Counters& work);
 
   RenderSettings settings_;
   glm::ivec2 resolution_;

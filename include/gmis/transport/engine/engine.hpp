@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/transport/emission/learn_emission.hpp"
 #include "gmis/transport/engine/any_engine.hpp"
@@ -67,10 +68,10 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
 
   /// The scene must outlive the engine. `crop` is clipped to the frame; without it the whole frame is rendered. `split`
   /// holds the settings of a method whose light trees split (`GmisSampler`).
-  Engine(const Sc& scene, const RenderSettings& settings, const std::optional<PixelBounds>& crop = std::nullopt,
+  GMIS_RARE Engine(const Sc& scene, const RenderSettings& settings, const std::optional<PixelBounds>& crop = std::nullopt,
          const typename Split::Settings& split = {});
 
-  void iterate(ExecutorRef executor) override;
+  GMIS_RARE void iterate(ExecutorRef executor) override;
 
   /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide must not depend on samples
   /// of the iterations that it serves. Call it before the first iteration with `RenderSettings::emission` learned.
@@ -86,14 +87,14 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   /// Prepares the engine to replay paths of `iteration` (replay/replay.hpp): traces the light trees of that iteration.
   /// The engine must not have rendered that iteration or a later one. The same iteration may be prepared again, but no
   /// other one.
-  void prepare_replay(ExecutorRef executor, std::uint32_t iteration);
+  GMIS_RARE void prepare_replay(ExecutorRef executor, std::uint32_t iteration);
 
-  void keep_contributions(bool keep) override {
+  GMIS_RARE void keep_contributions(bool keep) override {
     for_each_output([keep](Output& output) {
       if constexpr (requires { output.keep_contributions(keep); }) output.keep_contributions(keep);
     });
   }
-  void for_each_contribution(const std::function<void(const Contribution<S>&)>& visit) const override {
+  GMIS_RARE void for_each_contribution(const std::function<void(const Contribution<S>&)>& visit) const override {
     for (const auto* outputs : {&light_outputs_, &camera_outputs_})
       for (const Output& output : *outputs)
         if constexpr (requires { output.records(); })
@@ -110,7 +111,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   [[nodiscard]] std::size_t photon_count() const noexcept {
     return this->counts().has(Technique::merge) ? cache_.photons().size() : 0;
   }
-  [[nodiscard]] std::size_t photon_bytes() const noexcept override {
+  GMIS_RARE [[nodiscard]] std::size_t photon_bytes() const noexcept override {
     return this->counts().stores_light_vertices() ? grid_.byte_count() + cache_.byte_count() : 0;
   }
 
@@ -164,15 +165,15 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     further_camera_streams = 16  // 17 to 23
   };
 
-  [[nodiscard]] Context context_for(std::uint32_t iteration, const SampleCounts& counts) const;
+  GMIS_RARE [[nodiscard]] Context context_for(std::uint32_t iteration, const SampleCounts& counts) const;
   /// The counts of the weights, κ and μ, in an iteration with this area of all merging disks, n_L π r².
-  [[nodiscard]] TechniqueCounts<T> nominal_counts(const SampleCounts& counts, T merge_area) const;
+  GMIS_RARE [[nodiscard]] TechniqueCounts<T> nominal_counts(const SampleCounts& counts, T merge_area) const;
 
   /// Starts the next iteration: traces the light trees and builds the grid.
-  void begin_iteration(ExecutorRef executor);
+  GMIS_RARE void begin_iteration(ExecutorRef executor);
   /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing
   /// to the picture: weights must not depend on the samples that they weight.
-  void measure_light_trees(ExecutorRef executor);
+  GMIS_RARE void measure_light_trees(ExecutorRef executor);
   void trace_light(ExecutorRef executor, const Context& context);
   void build_grid(ExecutorRef executor, T radius);
   void trace_camera(ExecutorRef executor, const Context& context);

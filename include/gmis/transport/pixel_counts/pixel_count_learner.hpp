@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/image_error.hpp"
@@ -69,7 +70,7 @@ class PixelCountLearner {
 
   /// The table, after `iterations`; nothing when it would gain little. Of five values of λ the best by what half of the iterations
   /// predict for a table from the other half.
-  [[nodiscard]] std::optional<PixelCountTable> table() const {
+  GMIS_RARE [[nodiscard]] std::optional<PixelCountTable> table() const {
     const std::vector<double> scales =
         crop_.scales<double>([&](std::size_t p) { return (pixels_[p].sum[0] + pixels_[p].sum[1]) / iterations; });
     const std::vector<double> costs = crop_.blurred([&](std::size_t p) { return pixels_[p].cost / iterations; });
