@@ -6,10 +6,9 @@ seconds), means over seeds. The reference pictures of two scenes are in tests/pr
 seed: under a point light by vcm, for bpt lacks the caustics that are seen in mirrors, under a background by bpt. A fault of its own, if there is one, is
 then in the reference, to our disadvantage.
 
-Writes out/smallvcm/table.md and the table in docs/smallvcm.md.
+Writes the table in docs/smallvcm.md. Without a checkout nothing is measured.
 """
 
-import argparse
 import array
 import os
 import pathlib
@@ -18,10 +17,12 @@ import shutil
 import statistics
 import subprocess
 
-from measuring import read_pfm, write_into
+from measuring import Table, publish, read_pfm, render
 
-DOCUMENT = pathlib.Path("docs/smallvcm.md")
-BEGIN, END = "<!-- efficiency: written by ./run bench smallvcm -->", "<!-- end of efficiency -->"
+PROGRAM = "gmis-render"
+OPTIONS = {"seeds": 6, "iterations": 64}
+BY_ITSELF = False
+DOCUMENT = "docs/smallvcm.md"
 REFERENCES = pathlib.Path("tests/program/reference")
 # Name: file, number in SmallVCM, and what makes the reference where there is none.
 SCENES = {"svcm0": (REFERENCES / "svcm0.pbrt", 0, None), "svcm1": (REFERENCES / "svcm1.pbrt", 1, None),
@@ -62,7 +63,7 @@ def read_hdr(file):
 
 
 def relmse(picture, truth):
-    """Of all pixels, and without the worst 0.1 % of them."""
+    """Mean over all pixels, and without the worst 0.1 % of them."""
     pixels = sorted(sum((picture[k + c] - truth[k + c]) ** 2 / (truth[k + c] ** 2 + 0.01) for c in range(3)) / 3 for k in range(0, len(truth), 3))
     kept = pixels[:len(pixels) - len(pixels) // 1000]
     return statistics.fmean(pixels), statistics.fmean(kept)
@@ -76,10 +77,8 @@ def theirs(program, options, scene, algorithm, seed, iterations):
 
 
 def ours(options, scene, iterations, seed):
-    picture, stats = options.out / "picture.pfm", options.out / "stats.json"
-    subprocess.run([options.renderer, str(SCENES[scene][0]), "--integrator", "auto", "--max-depth", "10", "--threads", "1", "--quiet",
-                    "--iterations", str(iterations), "--seed", str(seed), "--stats", str(stats), "--out", str(picture)], check=True)
-    return read_pfm(picture), float(re.search(r'"cpu": *([0-9.e+-]+)', stats.read_text())[1])
+    stats = render(options, SCENES[scene][0], f"--integrator auto --max-depth 10 --iterations {iterations} --seed {seed}")
+    return read_pfm(options.out / "picture.pfm"), stats["seconds"]["cpu"]
 
 
 def reference_of(program, options, scene):
@@ -89,18 +88,14 @@ def reference_of(program, options, scene):
     return theirs(program, options, scene, algorithm, 999, options.reference_iterations)[0]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def add_options(parser):
     parser.add_argument("checkout", type=pathlib.Path, help="of SmallVCM")
-    parser.add_argument("--renderer", required=True)
-    parser.add_argument("--seeds", type=int, default=6)
-    parser.add_argument("--iterations", type=int, default=64, help="of SmallVCM; auto has as many, and three times as many")
     parser.add_argument("--reference-iterations", type=int, default=2000, help="of the pictures that SmallVCM makes for comparison")
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/smallvcm"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+
+
+def run(options):
     program = build(options.checkout, options.out)
-    lines = ["| scene | | relMSE | trimmed | processor seconds | efficiency over SmallVCM's vcm | trimmed |", "|" + " --- |" * 7]
+    table = Table("scene", "", "relMSE", "trimmed", "processor seconds", "efficiency over SmallVCM's vcm", "trimmed")
     for scene in SCENES:
         truth = reference_of(program, options, scene)
         runs = {f"SmallVCM, {algorithm}": (lambda seed, a=algorithm: theirs(program, options, scene, a, seed, options.iterations)) for algorithm in ALGORITHMS}
@@ -115,11 +110,6 @@ def main():
         base = means["SmallVCM, vcm"]
         for label, (error, trimmed, seconds) in means.items():
             efficiencies = [base[m] * base[2] / (value * seconds) for m, value in enumerate((error, trimmed))]
-            lines.append(f"| {scene} | {label} | {error:.4f} | {trimmed:.4f} | {seconds:.2f} | " + " | ".join(f"{e:.2f}" for e in efficiencies) + " |")
-            print(lines[-1], flush=True)
-    table = "\n".join(lines) + f"\n\n128x128 pixels, {options.iterations} iterations, {options.seeds} seeds, one thread.\n"
-    (options.out / "table.md").write_text(table)
-    write_into(DOCUMENT, BEGIN, END, table)
-
-
-main()
+            table.add(scene, label, f"{error:.4f}", f"{trimmed:.4f}", f"{seconds:.2f}", *(f"{e:.2f}" for e in efficiencies))
+    table.note(f"128x128 pixels, {options.iterations} iterations, {options.seeds} seeds, one thread.")
+    publish(options, table, DOCUMENT, "efficiency")

@@ -7,21 +7,19 @@ path has its greatest length, and every vertex one connection. The scenes are wr
 Threads: the wall time of a whole run by one thread over that by two, and what the machine gives at most: twice the time of one run with one thread
 over that of two such runs at once. In turns, the median counts.
 
-Writes out/scale/table.md and the tables in docs/accuracy-and-time.md.
+Writes the tables in docs/accuracy-and-time.md.
 """
 
-import argparse
 import json
 import math
-import pathlib
 import statistics
 import subprocess
 
-from measuring import write_into
+from measuring import Table, publish, render
 
-DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
-BEGIN, END = "<!-- scale: written by ./run bench scale -->", "<!-- end of scale -->"
-THREADS_BEGIN, THREADS_END = "<!-- threads: written by ./run bench scale -->", "<!-- end of threads -->"
+PROGRAM = "gmis-render"
+OPTIONS = {"runs": 3}
+DOCUMENT = "docs/accuracy-and-time.md"
 HEAD = 'LookAt 0 -2 1.5  0 0 0  0 0 1\nCamera "perspective" "float fov" [ 40 ]\nFilm "rgb" "integer xresolution" [ 128 ] "integer yresolution" [ 128 ]\nWorldBegin\n'
 
 
@@ -43,19 +41,14 @@ def ball_scene(folder):
 
 
 def stats_of(options, scene, arguments):
-    """Of the run with the least processor time."""
-    file, runs = options.out / "stats.json", []
-    for _ in range(options.runs):
-        subprocess.run([options.renderer, str(scene), "--size", "128x128", "--threads", "1", "--quiet", "--stats", str(file), "--out",
-                        str(options.out / "picture.pfm"), *arguments.split()], check=True, stdin=subprocess.DEVNULL)
-        runs.append(json.loads(file.read_text()))
-    return min(runs, key=lambda run: run["seconds"]["cpu"])
+    """Statistics of the run with the least processor time."""
+    return min((render(options, scene, "--size 128x128", arguments) for _ in range(options.runs)), key=lambda stats: stats["seconds"]["cpu"])
 
 
 def wall_seconds(options, scene, threads, processes):
     """Of so many runs at once."""
     files = [options.out / f"stats_{k}.json" for k in range(processes)]
-    begun = [subprocess.Popen([options.renderer, scene, "--integrator", "vcm", "--connections", "paired", "--size", "256x256", "--iterations", "64", "--threads",
+    begun = [subprocess.Popen([options.program, scene, "--integrator", "vcm", "--connections", "paired", "--size", "256x256", "--iterations", "64", "--threads",
                                str(threads), "--quiet", "--stats", str(file), "--out", str(file.with_suffix(".pfm"))], stdin=subprocess.DEVNULL) for file in files]
     if any([run.wait() for run in begun]):
         raise SystemExit("a run failed")
@@ -63,36 +56,30 @@ def wall_seconds(options, scene, threads, processes):
 
 
 def threads_table(options):
-    lines = ["| scene | one thread, s | two threads, s | ratio | two runs at once: ratio |", "| --- | --- | --- | --- | --- |"]
+    table = Table("scene", "one thread, s", "two threads, s", "ratio", "two runs at once: ratio")
     for scene in ("cornell", "paper1", "paper4"):
         rounds = [[wall_seconds(options, scene, *how) for how in ((1, 1), (2, 1), (1, 2))] for _ in range(options.runs)]
         one, two = (statistics.median(times[k] for times in rounds) for k in (0, 1))
         ratio = statistics.median(times[0] / times[1] for times in rounds)
         given = statistics.median(2 * times[0] / times[2] for times in rounds)
-        lines.append(f"| {scene} | {one:.1f} | {two:.1f} | {ratio:.2f} | {given:.2f} |")
-        print(lines[-1], flush=True)
-    table = "\n".join(lines) + f"\n\n256x256 pixels, vcm, 64 iterations; wall time with all estimates of the error, medians of {options.runs} rounds.\n"
-    (options.out / "threads.md").write_text(table)
-    write_into(DOCUMENT, THREADS_BEGIN, THREADS_END, table)
+        table.add(scene, f"{one:.1f}", f"{two:.1f}", f"{ratio:.2f}", f"{given:.2f}")
+    table.note(f"256x256 pixels, vcm, 64 iterations; wall time with all estimates of the error, medians of {options.runs} rounds.")
+    publish(options, table, DOCUMENT, "threads")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def add_options(parser):
     parser.add_argument("what", nargs="?", choices=("all", "growth", "threads"), default="all")
-    parser.add_argument("--renderer", required=True)
-    parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/scale"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+
+
+def run(options):
     if options.what in ("threads", "all"):
         threads_table(options)
     if options.what == "threads":
         return
-    lines = ["| what grows | how many | time of each | bytes of each |", "| --- | --- | --- | --- |"]
+    table = Table("what grows", "how many", "time of each", "bytes of each")
 
     def add(what, number, time, unit, size=""):
-        lines.append(f"| {what} | {number} | {time:.3g} {unit} | {size} |")
-        print(lines[-1], flush=True)
+        table.add(what, number, f"{time:.3g} {unit}", size)
 
     for trees in (4, 40, 280):
         run = stats_of(options, "cornell", f"--integrator vcm --connections 1 --radius 0.05 --iterations 2 --light-paths {trees}")
@@ -111,9 +98,6 @@ def main():
             connections = {"pt": "", "bpt": "--connections 1", "vcm": "--connections 1 --radius 0.05"}[integrator]
             run = stats_of(options, ball, f"--integrator {integrator} {connections} --sampler independent --iterations {1024 // depth} --max-depth {depth}")
             add(f"depth, {integrator}: a segment of a camera subpath", depth, 1e9 * run["seconds"]["cpu"] / (run["counts"]["camera_paths"] * depth), "ns")
-    table = "\n".join(lines) + f"\n\n128x128 pixels, the least of {options.runs} runs, one thread.\n"
-    (options.out / "table.md").write_text(table)
-    write_into(DOCUMENT, BEGIN, END, table)
+    table.note(f"128x128 pixels, the least of {options.runs} runs, one thread.")
+    publish(options, table, DOCUMENT)
 
-
-main()

@@ -1,21 +1,19 @@
 """Fits processor time to counted operations over scenes and integrators that do them in different proportions.
 
 Relative least squares with coefficients that are not negative, by coordinate descent. Prints each operation's cost as a
-multiple of a ray's, beside the constant in the source, and how far the fit is from the times it was made of.
+multiple of a ray's, beside the constant in the source (the struct of operation costs, which choices by cost use), and how far the fit is
+from the times it was made of.
 """
 
-import json
 import math
 import pathlib
 import re
 import statistics
-import subprocess
-import sys
-import tempfile
 
-from measuring import FOREIGN, FOURTEEN
+from measuring import FOREIGN, FOURTEEN, render
 
-SCENES = FOURTEEN | FOREIGN
+PROGRAM = "gmis-render"
+OPTIONS = {"scenes": FOURTEEN | FOREIGN}
 # Few and many light trees, connections and photons; merging with global and with local counts, as `auto` has it.
 RUNS = [["pt"], ["lt"], ["ppm"], ["ppm", "--light-paths", "0.25"], ["bpt", "--connections", "1"],
         ["bpt", "--connections", "2", "--light-paths", "0.25"], ["vcm", "--connections", "1"], ["vcm", "--connections", "4"],
@@ -34,11 +32,8 @@ OPERATIONS = {
 }
 
 
-def measure(renderer, scene, run, folder):
-    stats = pathlib.Path(folder) / "stats.json"
-    subprocess.run([renderer, scene, "--integrator", *run, "--size", "128x128", "--time", "0.4", "--threads", "1", "--quiet",
-                    "--out", str(stats.with_suffix(".pfm")), "--stats", str(stats)], check=True, stdin=subprocess.DEVNULL)
-    facts = json.loads(stats.read_text())
+def measure(options, scene, run):
+    facts = render(options, scene, "--size 128x128 --time 0.4 --integrator", run)
     return facts["seconds"]["cpu"], [count(facts["counts"]) for count in OPERATIONS.values()]
 
 
@@ -57,10 +52,9 @@ def fit(rows):
     return x, errors
 
 
-def main():
-    source = pathlib.Path("include/gmis/transport/choose/operation_costs.hpp").read_text()
-    with tempfile.TemporaryDirectory() as folder:
-        of_scene = {name: [measure(sys.argv[1], scene, run, folder) for run in RUNS] for name, scene in SCENES.items()}
+def run(options):
+    source = next(pathlib.Path("include/gmis").rglob("operation_costs.hpp")).read_text()
+    of_scene = {name: [measure(options, name, way) for way in RUNS] for name in options.scenes}
     rows = [row for rows_here in of_scene.values() for row in rows_here]
     x, errors = fit(rows)
     print(f"{'operation':14} {'here':>6} {'source':>7}")
@@ -74,5 +68,3 @@ def main():
                for rows_here in of_scene.values()]
     print(f"within a scene, costs by the source are off by {100 * statistics.fmean(spreads):.0f} % (root mean square, mean of scenes)")
 
-
-main()

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """What each adapter of examples/ costs, as Markdown tables.
 
 lines    Lines of the adapter, and of the complete program.
@@ -10,18 +9,16 @@ share    Of the instructions of an iteration, how many are the library's, how ma
          Functions that both use (GLM, the standard library, the C library, Embree) count for whoever calls them. The
          difference of two runs leaves out the construction of the scene.
 """
-import os
 import pathlib
-import resource
 import shutil
 import subprocess
-import sys
 import tempfile
 
 import callgrind
+from measuring import Table, processor_cost
 
-root = pathlib.Path(__file__).resolve().parents[1]
-options = ["-std=c++20", "-O2", "-I", str(root / "include"), "-I", str(root / "examples"), "-ffp-contract=off"]
+root = pathlib.Path(__file__).resolve().parents[2]
+compile_options = ["-std=c++20", "-O2", "-I", str(root / "include"), "-I", str(root / "examples"), "-ffp-contract=off"]
 
 
 class Adapter:
@@ -44,42 +41,20 @@ def count_lines(name):
     return len((root / "examples" / name).read_text(encoding="utf-8").splitlines()) if name else "–"
 
 
-def table(head, rows):
-    print("| " + " | ".join(head) + " |")
-    print("| --- |" + " ---: |" * (len(head) - 1))
-    for row in rows:
-        print("| " + " | ".join(str(cell) for cell in row) + " |", flush=True)
-    print()
-
-
 def lines():
-    table(["over", "lines of the adapter", "lines of the program"],
-          [(a.name, count_lines(a.lines), count_lines(a.program)) for a in adapters])
-
-
-def measured(command):
-    """Processor seconds and megabytes of a command."""
-    pid = os.fork()
-    if pid == 0:
-        os.execvp(command[0], command)
-    _, status, usage = os.wait4(pid, 0)
-    if status != 0:
-        sys.exit("adapters: failed: " + " ".join(command))
-    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+    table = Table("over", "lines of the adapter", "lines of the program", numbers_from=1)
+    for a in adapters:
+        table.add(a.name, count_lines(a.lines), count_lines(a.program))
 
 
 def compile_():
     compilers = [c for c in ("g++", "clang++") if shutil.which(c)]
-    rows = []
+    table = Table("program over", *compilers, numbers_from=1)
     with tempfile.TemporaryDirectory() as folder:
         for adapter in filter(Adapter.is_here, adapters):
-            row = [adapter.name]
-            for compiler in compilers:
-                seconds, megabytes = measured([compiler, *options, "-c", str(root / "examples" / adapter.program), "-o",
-                                               folder + "/program.o"])
-                row.append(f"{seconds:.1f} s, {megabytes:.0f} MB")
-            rows.append(row)
-    table(["program over", *compilers], rows)
+            costs = [processor_cost([compiler, *compile_options, "-c", str(root / "examples" / adapter.program), "-o", folder + "/program.o"])
+                     for compiler in compilers]
+            table.add(adapter.name, *(f"{seconds:.1f} s, {megabytes:.0f} MB" for seconds, megabytes in costs))
 
 
 # --- Shares ---------------------------------------------------------------------------------------------------------------
@@ -100,26 +75,27 @@ def owner(file):
 
 
 def share():
-    rows = []
+    table = Table("over", "counts", "M instructions an iteration", "library", "renderer", "library's share", numbers_from=2)
     with tempfile.TemporaryDirectory() as folder:
         for adapter in filter(Adapter.is_here, adapters):
             program = f"{folder}/{adapter.macro.lower()}"
-            subprocess.run(["g++", *options, "-march=x86-64-v3", "-g1", "-no-pie", "-D" + adapter.macro,
+            subprocess.run(["g++", *compile_options, "-march=x86-64-v3", "-g1", "-no-pie", "-D" + adapter.macro,
                             str(root / "bench/adapters/main.cpp"), "-o", program, *adapter.libraries], check=True)
             for counts in ("pt", "vcm"):
                 sums = callgrind.shares(program, [counts, "1"], [counts, "3"], owner)
                 total = sum(sums.values())
-                rows.append((adapter.name, counts, f"{total / 2e6:.2f}", f"{sums[library] / 2e6:.2f}",
-                             f"{sums[renderer] / 2e6:.2f}", f"{100 * sums[library] / total:.0f} %"))
-                print(*rows[-1], file=sys.stderr, flush=True)
-    table(["over", "counts", "M instructions an iteration", "library", "renderer", "library's share"], rows)
+                table.add(adapter.name, counts, f"{total / 2e6:.2f}", f"{sums[library] / 2e6:.2f}", f"{sums[renderer] / 2e6:.2f}",
+                          f"{100 * sums[library] / total:.0f} %")
 
 
-if __name__ == "__main__":
-    tasks = {"lines": lines, "compile": compile_, "share": share}
-    wanted = sys.argv[1:] or list(tasks)
-    for name in wanted:
-        if name not in tasks:
-            sys.exit(f"adapters: no {name}: lines, compile or share")
-    for name in wanted:
-        tasks[name]()
+TASKS = {"lines": lines, "compile": compile_, "share": share}
+
+
+def add_options(parser):
+    parser.add_argument("what", nargs="*", choices=list(TASKS), help="all three if none is named")
+
+
+def run(options):
+    for name in options.what or TASKS:
+        TASKS[name]()
+        print()

@@ -10,25 +10,22 @@ The errors are against a reference that auto had no part in: svcm0, svcm1, tung1
 is the mean of two long runs of bpt, which has no bias, or, where that cannot make or hardly finds some paths, of gmis, which merges
 locally, with a quarter of its merging radius.
 
-Writes out/effects/table.md and out/effects/runs.json and, when all scenes took part, the table in docs/effects.md.
+Writes out/effects/runs.json, and the table in docs/effects.md.
 """
 
-import argparse
-import array
 import concurrent.futures
 import json
 import math
 import os
 import pathlib
 import statistics
-import subprocess
-import sys
 
-from measuring import FOREIGN, FOURTEEN, read_pfm, write_into
+import measuring
+from measuring import FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
 
-DOCUMENT = pathlib.Path("docs/effects.md")
-BEGIN, END = "<!-- effects: written by ./run bench effects -->", "<!-- end of effects -->"
-SCENES = FOURTEEN | FOREIGN
+PROGRAM = "gmis-render"
+OPTIONS = {"seeds": 6, "size": "128x128", "scenes": FOURTEEN | FOREIGN}
+DOCUMENT = "docs/effects.md"
 ITERATIONS_OF_VCM = 64
 STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
 
@@ -51,11 +48,7 @@ PLAIN = {"vcm": ["--integrator", "vcm"], OLD: ["--integrator", "vcm", "--sampler
 def render(options, scene, extra, stats, keep=False):
     if keep and stats.exists():
         return json.loads(stats.read_text())
-    if scene in FOREIGN.values():
-        extra = ["--max-depth", "10", *extra]
-    command = [options.renderer, scene, "--size", options.size, "--threads", "1", "--quiet", "--stats", str(stats), *extra]
-    subprocess.run(command, check=True, stdin=subprocess.DEVNULL)
-    return json.loads(stats.read_text())
+    return measuring.render(options, scene, f"--size {options.size}", depth_of(scene), extra, stats=stats, picture=stats.with_suffix(".pfm"))
 
 
 def make_reference(options, pool, name):
@@ -72,15 +65,12 @@ def make_reference(options, pool, name):
     if integrator == "gmis":
         extra += ["--radius", "0.8"]
     halves = [folder / f"{name}_{half}.pfm" for half in "ab"]
-    jobs = [pool.submit(render, options, FOURTEEN[name], [*extra, "--seed", str(1000 + i), "--out", str(half)],
-                        half.with_suffix(".json")) for i, half in enumerate(halves)]
+    jobs = [pool.submit(render, options, name, [*extra, "--seed", str(1000 + i)], half.with_suffix(".json")) for i, half in enumerate(halves)]
     for job in jobs:
         job.result()
     a, b = (read_pfm(half) for half in halves)
-    mean = array.array("f", ((x + y) / 2 for x, y in zip(a, b)))
-    scale = b"-1.0" if sys.byteorder == "little" else b"1.0"
-    width_and_height = options.size.replace("x", " ").encode()
-    file.write_bytes(b"PF\n" + width_and_height + b"\n" + scale + b"\n" + mean.tobytes())
+    mean = [(x + y) / 2 for x, y in zip(a, b)]
+    write_pfm(file, mean, options.size)
     noise = statistics.fmean((x - y) ** 2 / 4 / (m * m + 0.01) for x, y, m in zip(a, b, mean))
     print(f"{name}: reference by {integrator}, relMSE of its own about {noise:.2g}", flush=True)
     return file
@@ -100,8 +90,6 @@ def describe(stats):
         "on" if chosen["merges"] else "off") if chosen["light_paths"] > 0 else "pt"
     if chosen["merges"] and chosen["local_merges"]:
         words += f" x{chosen['radius_factor']:g}"
-    if chosen["camera_children"] > 1:
-        words += f", {chosen['camera_children']} children"
     return words, choice["pilot_share"]
 
 
@@ -119,31 +107,26 @@ def ratio(one, other, seeds):
     return value, value * math.exp(-spread), value * math.exp(spread)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--renderer", required=True)
+def add_options(parser):
     parser.add_argument("--reference-time", type=float, default=40, help="seconds of each half of a reference")
     parser.add_argument("--picking-seeds", type=int, default=3)
-    parser.add_argument("--seeds", type=int, default=6, help="to score with")
-    parser.add_argument("--size", default="128x128", help="other sizes leave out the scenes of other renderers")
     parser.add_argument("--keep", action="store_true", help="take the runs that are there already, and add what is missing")
-    parser.add_argument("--scenes", nargs="*", choices=list(SCENES))
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/effects"))
-    options = parser.parse_args()
-    everything = list(SCENES if options.size == "128x128" else FOURTEEN)
-    options.scenes = options.scenes or everything
+
+
+def run(options):
+    if options.size != "128x128":  # the pictures of other renderers have that size
+        options.scenes = [name for name in options.scenes if name not in FOREIGN]
     options.out.mkdir(parents=True, exist_ok=True)
     configurations = FIXED | PLAIN
     measures = ("relmse", "relmse_trimmed")
     rows, all_runs = [], {}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
-            reference, scene = make_reference(options, pool, name), SCENES[name]
+            reference = make_reference(options, pool, name)
 
             def cost(extra, iterations):  # processor seconds
                 pace = options.out / f"{name}_pace"
-                return render(options, scene, [*extra, "--iterations", str(iterations), "--out", f"{pace}.pfm"],
-                              pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
+                return render(options, name, [*extra, "--iterations", str(iterations)], pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
 
             def paced(extra):
                 tried = 32 if "auto" in extra else 8
@@ -154,9 +137,8 @@ def main():
 
             def start(label, extra, seed):
                 place = str(options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}")
-                return pool.submit(render, options, scene,
-                                   [*extra, "--iterations", str(iterations[label]), "--seed", str(seed), "--reference", str(reference), "--out",
-                                    place + ".pfm"], pathlib.Path(place + ".json"), options.keep)
+                return pool.submit(render, options, name, [*extra, "--iterations", str(iterations[label]), "--seed", str(seed), "--reference",
+                                                           str(reference)], pathlib.Path(place + ".json"), options.keep)
 
             picking = {(label, seed): start(label, extra, seed) for seed in range(options.picking_seeds) for label, extra in FIXED.items()}
             picked = {label: [picking[label, seed].result() for seed in range(options.picking_seeds)] for label in FIXED}
@@ -175,8 +157,8 @@ def main():
             print(f"{name}: {rows[-1]}", flush=True)
     (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
 
-    lines = ["| scene | auto chose | pilot | best fixed | auto / best | auto / vcm | auto / vcm, independent | best fixed, trimmed | auto / best | "
-             "auto / vcm | auto / vcm, independent |", "|" + " --- |" * 11]
+    ratios = ("auto / best", "auto / vcm", "auto / vcm, independent")
+    table = Table("scene", "auto chose", "pilot", "best fixed", *ratios, "best fixed, trimmed", *ratios)
 
     def cell(value):
         return f"{value[0]:.2f} ({value[1]:.2f}–{value[2]:.2f})"
@@ -185,20 +167,15 @@ def main():
         cells = [row["name"], row["choice"], f"{100 * row['pilot']:.1f} %"]
         for m in measures:
             cells += [row["best"][m], *(cell(row[m, other]) for other in ("best", "vcm", OLD))]
-        lines.append(f"| {' | '.join(cells)} |")
+        table.add(*cells)
     cells = ["geometric mean", "", ""]
     for m in measures:
         cells += ["", *(f"{geometric_mean([row[m, other][0] for row in rows]):.2f}" for other in ("best", "vcm", OLD))]
-    lines.append(f"| {' | '.join(cells)} |")
-    note = (f"\n{options.size} pixels, the time of {ITERATIONS_OF_VCM} iterations of `vcm` with independent numbers, {options.picking_seeds} seeds to pick "
+    table.add(*cells)
+    table.note(
+            f"{options.size} pixels, the time of {ITERATIONS_OF_VCM} iterations of `vcm` with independent numbers, {options.picking_seeds} seeds to pick "
             f"and {options.seeds} to score; in brackets intervals of 90 %. Auto is not surely more than 1.10 times as dear as the best in "
             f"{sum(row['relmse', 'best'][1] <= 1.1 for row in rows)} of {len(rows)} scenes, trimmed in "
-            f"{sum(row['relmse_trimmed', 'best'][1] <= 1.1 for row in rows)}.\n")
-    table = "\n".join(lines) + "\n" + note
-    (options.out / "table.md").write_text(table)
-    if options.scenes == everything:
-        write_into(DOCUMENT, BEGIN, END, table)
-    print(table)
+            f"{sum(row['relmse_trimmed', 'best'][1] <= 1.1 for row in rows)}.")
+    publish(options, table, DOCUMENT)
 
-
-main()

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """What the engine costs inside another renderer: instructions a pixel over SmallVCM's intersection, BSDFs, lights and camera, beside
 SmallVCM's own integrators.
 
@@ -8,26 +7,25 @@ counts; the difference of two runs leaves out the construction of the scene. The
 result, render) or the renderer's (the checkout, the adapter), as the line tables say of the innermost call that is either's. What
 both use (core, GLM, the standard library, the C library) counts for whoever calls it.
 
-Writes the table in docs/smallvcm.md.
+Writes the table in docs/smallvcm.md. Without a checkout nothing is measured.
 """
 
-import argparse
 import pathlib
 import subprocess
 import sys
 import tempfile
 
 import callgrind
-from measuring import write_into
+from measuring import Table, publish
 
-root = pathlib.Path(__file__).resolve().parents[1]
-DOCUMENT = root / "docs/smallvcm.md"
-BEGIN, END = "<!-- embedded: written by ./run bench embedded -->", "<!-- end of embedded -->"
+root = pathlib.Path(__file__).resolve().parents[2]
+BY_ITSELF = False
+DOCUMENT = "docs/smallvcm.md"
 # In the order of SmallVCM's numbers; the names are those of bench/smallvcm.py.
 SCENES = ("svcm0", "svcm1", "point", "background")
 INTEGRATORS = ("pt", "bpt", "vcm")
 PIXELS = 64 * 64
-OPTIONS = ["-O3", "-march=x86-64-v3", "-std=gnu++20", "-DNDEBUG", "-ffp-contract=off", "-g1", "-no-pie", "-w"]
+COMPILE_OPTIONS = ["-O3", "-march=x86-64-v3", "-std=gnu++20", "-DNDEBUG", "-ffp-contract=off", "-g1", "-no-pie", "-w"]
 LESS, MORE = 1, 3  # iterations
 ITERATIONS_OF_MEANS, TOLERANCE = 64, 0.03
 
@@ -36,7 +34,7 @@ library, renderer, rays, numbers = "library", "renderer", "rays", "numbers"
 
 
 def build(checkout, program):
-    subprocess.run(["g++", *OPTIONS, "-I", str(root / "include"), "-I", str(checkout / "src"), str(root / "bench/embedded/main.cpp"), "-o",
+    subprocess.run(["g++", *COMPILE_OPTIONS, "-I", str(root / "include"), "-I", str(checkout / "src"), str(root / "bench/embedded/main.cpp"), "-o",
                     program], check=True)
 
 
@@ -80,15 +78,18 @@ def percents(values):
     return f"{low:.0f}–{high:.0f} %"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def add_options(parser):
     parser.add_argument("checkout", type=pathlib.Path, help="of SmallVCM")
-    checkout = parser.parse_args().checkout.resolve()
+
+
+def run(options):
+    checkout = options.checkout.resolve()
     if not (checkout / "src/scene.hxx").is_file():
         raise SystemExit(f"embedded: {checkout} is no checkout of SmallVCM: it has no src/scene.hxx")
     owner = owner_in(checkout)
     cases = [(scene, integrator) for scene in SCENES for integrator in INTEGRATORS]
-    rows, parts, alike = [], {(side, part): [] for side in ("gmis", "smallvcm") for part in (rays, numbers)}, {i: [] for i in INTEGRATORS}
+    parts, alike = {(side, part): [] for side in ("gmis", "smallvcm") for part in (rays, numbers)}, {i: [] for i in INTEGRATORS}
+    table = Table("scene", "integrator", "gmis", "SmallVCM", "ratio", "library", "renderer", "library / renderer", numbers_from=2)
     with tempfile.TemporaryDirectory() as folder:
         program = f"{folder}/embedded"
         build(checkout, program)
@@ -103,18 +104,10 @@ def main():
                 parts[side, part].append(sums[side][part] / sum(sums[side].values()))
             alike[case[1]].append(ours / (theirs - sums["smallvcm"][numbers] + sums["gmis"][numbers]))
             ours, theirs, of_library, of_renderer = (n / ((MORE - LESS) * PIXELS) for n in (ours, theirs, of_library, of_renderer))
-            rows.append(f"| {case[0]} | {case[1]} | {ours:.0f} | {theirs:.0f} | {ours / theirs:.3f} | {of_library:.0f} | {of_renderer:.0f} | "
-                        f"{of_library / of_renderer:.3f} |")
-            print(rows[-1], file=sys.stderr, flush=True)
-    head = ["| scene | integrator | gmis | SmallVCM | ratio | library | renderer | library / renderer |", "| --- | --- |" + " ---: |" * 6]
-    notes = [f"Rays are {percents(parts['gmis', rays])} of the instructions of gmis and {percents(parts['smallvcm', rays])} of SmallVCM's, random "
-             f"numbers {percents(parts['gmis', numbers])} and {percents(parts['smallvcm', numbers])}.",
-             "With numbers on SmallVCM's side that cost what ours do, the ratio would be at most " +
-             ", ".join(f"{max(ratios):.3f} ({integrator})" for integrator, ratios in alike.items()) + "."]
-    table = "\n".join([*head, *rows, "", *notes]) + "\n"
-    print(table, end="")
-    write_into(DOCUMENT, BEGIN, END, table)
-
-
-if __name__ == "__main__":
-    main()
+            table.add(*case, f"{ours:.0f}", f"{theirs:.0f}", f"{ours / theirs:.3f}", f"{of_library:.0f}", f"{of_renderer:.0f}",
+                      f"{of_library / of_renderer:.3f}")
+    table.note(f"Rays are {percents(parts['gmis', rays])} of the instructions of gmis and {percents(parts['smallvcm', rays])} of SmallVCM's, random "
+               f"numbers {percents(parts['gmis', numbers])} and {percents(parts['smallvcm', numbers])}.",
+               "With numbers on SmallVCM's side that cost what ours do, the ratio would be at most " +
+               ", ".join(f"{max(ratios):.3f} ({integrator})" for integrator, ratios in alike.items()) + ".")
+    publish(options, table, DOCUMENT)

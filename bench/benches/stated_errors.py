@@ -4,18 +4,15 @@ For every scene and number of iterations the same run is made with many seeds. I
 against the other seeds: against all that they rendered, or, where something merges, against what they have after the same number
 of iterations, since the error that a run states is without merging's bias, which shrinks with the radius.
 
-Writes out/calibration/table.md and runs.json, and the table in docs/accuracy-and-time.md when all scenes took part.
+Writes out/stated_errors/runs.json, and the table in docs/accuracy-and-time.md when all cases took part.
 """
 
-import argparse
 import concurrent.futures
 import json
 import os
-import pathlib
 import statistics
-import subprocess
 
-from measuring import FOURTEEN, own_errors, read_pfm, write_into
+from measuring import FOURTEEN, Table, own_errors, publish, read_pfm, render
 
 # Name: scene, options of the run.
 BPT = ["--integrator", "bpt", "--connections", "1"]
@@ -39,16 +36,16 @@ CASES = {
 }
 ITERATIONS = (8, 16, 32, 128)
 FIRST_SEED = 1000  # the constants of the estimate were chosen with seeds below 100
-DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
-BEGIN, END = "<!-- calibration: written by ./run bench calibration -->", "<!-- end of calibration -->"
+PROGRAM = "gmis-render"
+OPTIONS = {"seeds": 100, "size": "32x32"}
+DOCUMENT = "docs/accuracy-and-time.md"
 
 
-def render(options, scene, extra, stem):
+def made_once(options, scene, extra, stem):
     """The picture and the statistics of a run; taken from the folder when it was made before."""
     image, stats = stem.with_suffix(".pfm"), stem.with_suffix(".json")
     if not (image.exists() and stats.exists()):
-        subprocess.run([options.renderer, scene, "--size", options.size, "--max-depth", "8", "--threads", "1", "--quiet",
-                        "--out", str(image), "--stats", str(stats), *extra], check=True, stdin=subprocess.DEVNULL)
+        render(options, scene, f"--size {options.size} --max-depth 8", extra, stats=stats, picture=image)
     return read_pfm(image), json.loads(stats.read_text())
 
 
@@ -58,7 +55,7 @@ def percentile(values, share):
 
 
 def row_of(name, runs):
-    """The line of the table for all runs of one case."""
+    """The cells of the table for all runs of one case; intervals shown, and those that cover."""
     cells, shown, covered = [], 0, 0
     for iterations in ITERATIONS:
         own = [r for r in runs if r["iterations"] == iterations]
@@ -67,7 +64,7 @@ def row_of(name, runs):
         shown += sum(r["interval"] is not None for r in own)
         covered += sum(r["interval"] is not None and r["interval"][0] <= r["true"] <= r["interval"][1] for r in own)
     last = statistics.median(r["true"] for r in runs if r["iterations"] == ITERATIONS[-1])
-    return f"| {name} | {100 * last:.1f} % | {' | '.join(cells)} | {shown} of {len(runs)} | {covered} |", shown, covered
+    return [name, f"{100 * last:.1f} %", *cells, f"{shown} of {len(runs)}", covered], shown, covered
 
 
 def measure(options, pool, name):
@@ -76,7 +73,7 @@ def measure(options, pool, name):
     folder.mkdir(parents=True, exist_ok=True)
     seeds = range(FIRST_SEED, FIRST_SEED + options.seeds)
     jobs = {(seed, iterations): pool.submit(
-        render, options, scene, [*run_options, "--iterations", str(iterations), "--seed", str(seed)],
+        made_once, options, scene, [*run_options, "--iterations", str(iterations), "--seed", str(seed)],
         folder / f"run_{options.size}_{iterations}_{seed}") for seed in seeds for iterations in ITERATIONS}
     made = {key: job.result() for key, job in jobs.items()}
     pictures = {n: [made[seed, n][0] for seed in seeds] for n in ITERATIONS}
@@ -92,35 +89,23 @@ def measure(options, pool, name):
     return runs
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--renderer", required=True)
-    parser.add_argument("--seeds", type=int, default=100)
-    parser.add_argument("--size", default="32x32")
-    parser.add_argument("--cases", nargs="*", default=list(CASES), choices=list(CASES))
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/calibration"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    lines = ["| | true error, 128 | stated / true, 8 iterations | 16 | 32 | 128 | intervals shown | that cover |",
-             "| --- | --- | --- | --- | --- | --- | --- | --- |"]
+def add_options(parser):
+    parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
+
+
+def run(options):
+    table = Table("", "true error, 128", "stated / true, 8 iterations", *ITERATIONS[1:], "intervals shown", "that cover")
     all_runs, shown, covered = {}, 0, 0
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.cases:
             all_runs[name] = measure(options, pool, name)
-            line, its_shown, its_covered = row_of(name, all_runs[name])
-            lines.append(line)
+            cells, its_shown, its_covered = row_of(name, all_runs[name])
+            table.add(*cells)
             shown, covered = shown + its_shown, covered + its_covered
-            print(line, flush=True)
     total = sum(len(runs) for runs in all_runs.values())
     share = f"{100 * covered / shown:.1f} %" if shown else "–"
-    lines.append(f"| all | | | | | | {shown} of {total} | {covered}, {share} |")
-    note = f"\n{options.size} pixels, {options.seeds} seeds. Medians, with the range of eight runs in ten.\n"
-    table = "\n".join(lines) + "\n" + note
-    (options.out / "table.md").write_text(table)
+    table.add("all", *[""] * (1 + len(ITERATIONS)), f"{shown} of {total}", f"{covered}, {share}")
+    table.note(f"{options.size} pixels, {options.seeds} seeds. Medians, with the range of eight runs in ten.")
     (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
-    if options.cases == list(CASES):
-        write_into(DOCUMENT, BEGIN, END, table)
-    print(lines[-1] + "\n" + note)
+    publish(options, table, DOCUMENT if options.cases == list(CASES) else None)
 
-
-main()

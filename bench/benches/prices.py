@@ -7,39 +7,36 @@ all seeds have alike, is not in it. What the run said that this error costs is d
 forecast before the run, by its log at a quarter of the iterations (half the error), and by its log at a sixteenth (a quarter of
 the error).
 
-Writes out/prices/table.md and runs.json and, when all scenes took part, the table in docs/accuracy-and-time.md.
+Writes out/prices/runs.json, and the table in docs/accuracy-and-time.md.
 """
 
-import argparse
 import concurrent.futures
 import json
 import math
 import os
-import pathlib
 import statistics
-import subprocess
 
-from measuring import FOURTEEN, own_errors, read_pfm, write_into
+from measuring import FOURTEEN, Table, own_errors, publish, read_pfm, render
 
 STAGES = (16, 4, 1)  # the whole run over each
 FIRST_SEED = 201  # the constants of the law were chosen with seeds 1 to 8 and 101 to 108
-DOCUMENT = pathlib.Path("docs/accuracy-and-time.md")
-BEGIN, END = "<!-- prices: written by ./run bench prices -->", "<!-- end of prices -->"
+PROGRAM = "gmis-render"
+OPTIONS = {"seeds": 8, "size": "96x96", "iterations": 512, "scenes": FOURTEEN}
+DOCUMENT = "docs/accuracy-and-time.md"
 FORECAST, HALF, QUARTER = "forecast", "half the error", "a quarter of the error"
 LIMITS = {FORECAST: 0.3, HALF: 0.2, QUARTER: 0.2}
 
 
-def run(options, name, seed):
+def stages_of(options, name, seed):
     """Statistics and picture of every stage."""
     stem = options.out / f"{name}_{seed}"
     checkpoint, picture, stats = (stem.with_suffix(s) for s in (".checkpoint", ".pfm", ".json"))
-    stages, extra = [], ["--checkpoint", str(checkpoint)]
+    stages, extra = [], ""
     for part in STAGES:
-        subprocess.run([options.renderer, FOURTEEN[name], "--size", options.size, "--threads", "1", "--quiet", "--seed", str(seed),
-                        "--iterations", str(options.iterations // part), "--out", str(picture), "--stats", str(stats), *extra],
-                       check=True, stdin=subprocess.DEVNULL)
-        stages.append((json.loads(stats.read_text()), read_pfm(picture)))
-        extra = ["--resume", str(checkpoint), "--checkpoint", str(checkpoint)]
+        facts = render(options, name, f"--size {options.size} --seed {seed} --iterations {options.iterations // part}",
+                       f"--checkpoint {checkpoint}", extra, stats=stats, picture=picture)
+        stages.append((facts, read_pfm(picture)))
+        extra = f"--resume {checkpoint}"
     for file in (checkpoint, picture, stats):
         file.unlink()
     return stages
@@ -95,21 +92,12 @@ def is_within(ratio, limit):
     return abs(ratio - 1) <= limit
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--renderer", required=True)
-    parser.add_argument("--seeds", type=int, default=8)
-    parser.add_argument("--size", default="96x96")
-    parser.add_argument("--iterations", type=int, default=512)
-    parser.add_argument("--scenes", nargs="*", default=list(FOURTEEN), choices=list(FOURTEEN))
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/prices"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    lines = ["| | error at the end | forecast: iterations | processor time | half the error: iterations | processor time | runs within 20 % | "
-             "a quarter of it: iterations | processor time | runs within 20 % |", "|" + " --- |" * 10]
+def run(options):
+    table = Table("", "error at the end", "forecast: iterations", "processor time", "half the error: iterations", "processor time",
+                  "runs within 20 %", "a quarter of it: iterations", "processor time", "runs within 20 %")
     everything, within, medians_within = {}, {HALF: 0, QUARTER: 0}, 0
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = {name: [pool.submit(run, options, name, seed) for seed in range(FIRST_SEED, FIRST_SEED + options.seeds)] for name in options.scenes}
+        jobs = {name: [pool.submit(stages_of, options, name, seed) for seed in range(FIRST_SEED, FIRST_SEED + options.seeds)] for name in options.scenes}
         for name in options.scenes:
             errors, said = measure([job.result() for job in jobs.pop(name)])
             everything[name] = {"errors": errors, **said}
@@ -122,18 +110,11 @@ def main():
                     count = sum(is_within(seconds, LIMITS[key]) for _, seconds in pairs)
                     within[key] += count
                     cells.append(f"{count} of {len(pairs)}")
-            lines.append(f"| {' | '.join(cells)} |")
-            print(lines[-1], flush=True)
+            table.add(*cells)
     total = options.seeds * len(options.scenes)
-    note = (f"\n{options.size} pixels, {options.iterations} iterations, {options.seeds} seeds, medians over them. Processor time within 30 % "
-            f"by the forecast: {medians_within} of {len(options.scenes)} scenes; within 20 % by the log: {within[HALF]} of {total} runs "
-            f"for half the error, {within[QUARTER]} of {total} for a quarter.\n")
-    table = "\n".join(lines) + "\n" + note
-    (options.out / "table.md").write_text(table)
+    table.note(f"{options.size} pixels, {options.iterations} iterations, {options.seeds} seeds, medians over them. Processor time within 30 % "
+               f"by the forecast: {medians_within} of {len(options.scenes)} scenes; within 20 % by the log: {within[HALF]} of {total} runs "
+               f"for half the error, {within[QUARTER]} of {total} for a quarter.")
     (options.out / "runs.json").write_text(json.dumps(everything, indent=1))
-    if options.scenes == list(FOURTEEN):
-        write_into(DOCUMENT, BEGIN, END, table)
-    print(note)
+    publish(options, table, DOCUMENT)
 
-
-main()
