@@ -1,8 +1,6 @@
-"""What each adapter of examples/ costs, as Markdown tables.
+"""What each adapter of examples/ costs, as Markdown tables; `compile` has what compiling costs.
 
 lines    Lines of the adapter, and of the complete program.
-compile  Processor seconds and greatest resident memory of one compilation of the complete program at -O2, with g++ and, where
-         it is installed, clang++. Processor time does not count what other programs do meanwhile.
 share    Of the instructions of an iteration, how many are the library's, how many the renderer's. Callgrind counts the
          instructions at each address; line tables with inlined calls say whose source each comes from: the innermost call
          that lies in the library (core, transport) or in the renderer (examples, or gmis/scene for the built-in one).
@@ -10,12 +8,11 @@ share    Of the instructions of an iteration, how many are the library's, how ma
          difference of two runs leaves out the construction of the scene.
 """
 import pathlib
-import shutil
 import subprocess
 import tempfile
 
 import callgrind
-from measuring import Table, processor_cost
+from measuring import Table
 
 root = pathlib.Path(__file__).resolve().parents[2]
 compile_options = ["-std=c++20", "-O2", "-I", str(root / "include"), "-I", str(root / "examples"), "-ffp-contract=off"]
@@ -45,16 +42,6 @@ def lines():
     table = Table("over", "lines of the adapter", "lines of the program", numbers_from=1)
     for a in adapters:
         table.add(a.name, count_lines(a.lines), count_lines(a.program))
-
-
-def compile_():
-    compilers = [c for c in ("g++", "clang++") if shutil.which(c)]
-    table = Table("program over", *compilers, numbers_from=1)
-    with tempfile.TemporaryDirectory() as folder:
-        for adapter in filter(Adapter.is_here, adapters):
-            costs = [processor_cost([compiler, *compile_options, "-c", str(root / "examples" / adapter.program), "-o", folder + "/program.o"])
-                     for compiler in compilers]
-            table.add(adapter.name, *(f"{seconds:.1f} s, {megabytes:.0f} MB" for seconds, megabytes in costs))
 
 
 # --- Shares ---------------------------------------------------------------------------------------------------------------
@@ -88,11 +75,11 @@ def share():
                           f"{100 * sums[library] / total:.0f} %")
 
 
-TASKS = {"lines": lines, "compile": compile_, "share": share}
+TASKS = {"lines": lines, "share": share}
 
 
 def add_options(parser):
-    parser.add_argument("what", nargs="*", choices=list(TASKS), help="all three if none is named")
+    parser.add_argument("what", nargs="*", choices=list(TASKS), help="both if none is named")
 
 
 def run(options):
