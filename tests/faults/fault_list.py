@@ -89,12 +89,17 @@ def place_of(fault, headers):
     of_name = [header for name, header in headers.items() if not fault.header or name == fault.header or name.endswith("/" + fault.header)]
     if fault.header and not of_name:
         return None, f"there is no header {fault.header}"
-    if not any(header.scopes_called(fault.symbol) for header in of_name):
-        return None, f"there is no {fault.symbol}"
-    words = fault.before + fault.old + fault.after
-    found = [(header, first) for header in of_name for first in header.positions(words, fault.symbol)]
-    if len(found) != 1:
-        return None, f"its tokens are {len(found)} times in {fault.symbol}" if found else f"its tokens are no longer in {fault.symbol}"
+    # A function that has moved to another class is found by its own name.
+    for symbol in (fault.symbol, fault.symbol.rsplit("::", 1)[-1]):
+        words = fault.before + fault.old + fault.after
+        found = [(header, first) for header in of_name for first in header.positions(words, symbol)]
+        if found:
+            break
+    if not found:
+        known = any(header.scopes_called(fault.symbol) for header in of_name)
+        return None, f"its tokens are no longer in {fault.symbol}" if known else f"there is no {fault.symbol}"
+    if len(found) > 1:
+        return None, f"its tokens are {len(found)} times in {symbol}"
     header, first = found[0]
     first += len(fault.before)
     return Place(header, first, first + len(fault.old)), ""

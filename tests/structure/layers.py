@@ -20,7 +20,12 @@ LAYERS = {
 }
 # The folders of a layer from the bottom, where their order is fixed: each includes those before it only. Headers directly in the layer's
 # folder are the room ".". A layer that is not here must be without a cycle, and no more.
-ROOMS = {}
+ROOMS = {
+    "transport": ["state", "pixel_counts", "emission", "plan", "weights", "photons", "context", "techniques", "walk", "engine", "replay", "allocation",
+                  "splitting"],
+}
+# Rooms that alone in their layer may include a further layer.
+ONLY = {("transport", "mis"): ["splitting"]}
 # Beside the layers stand gmis.hpp, which includes any of them, and for each layer LAYER.hpp, which includes what is in it.
 
 
@@ -83,6 +88,8 @@ def faults_of(root):
         elif other != layer:
             if other not in LAYERS[layer]:
                 yield f"{place}: {layer} includes {included}, but may include only {', '.join(LAYERS[layer]) or 'itself'}"
+            elif room_of(header) not in ONLY.get((layer, other), [room_of(header)]):
+                yield f"{place}: {room_of(header)} includes {included}, but of {layer} only {', '.join(ONLY[layer, other])} may include {other}"
         elif room_of(header) != room_of(included):
             rooms.setdefault(layer, {}).setdefault(room_of(header), {}).setdefault(room_of(included), f"{place} includes {included}")
     for layer, arrows in rooms.items():

@@ -27,10 +27,13 @@ class Layers(unittest.TestCase):
             return list(layers.faults_of(root))
 
     def test_arrows_down(self):
-        self.assertEqual(self.faults(core_a="", mis_b="core_a", transport_walk_c="core_a mis_b", render_d="transport_walk_c", render="render_d"), [])
+        self.assertEqual(self.faults(core_a="", mis_b="core_a", transport_walk_c="core_a", transport_splitting_e="mis_b transport_walk_c", render_d="transport_walk_c", render="render_d"), [])
 
     def test_transport_without_scene(self):
         self.assertIn("may include only", self.faults(transport_walk_a="scene_b")[0])
+
+    def test_mis_in_splitting_only(self):
+        self.assertIn("only splitting may include mis", self.faults(transport_walk_a="mis_b")[0])
 
     def test_core_includes_nothing(self):
         self.assertIn("only itself", self.faults(core_a="mis_b")[0])
@@ -43,7 +46,7 @@ class Layers(unittest.TestCase):
         self.assertIn("mis.hpp includes", self.faults(mis="render_c")[0])
 
     def test_cycle(self):
-        found = self.faults(transport_walk_a="transport_photons_b", transport_photons_b="transport_state_c", transport_state_c="transport_walk_d")
+        found = self.faults(scene_walk_a="scene_photons_b", scene_photons_b="scene_state_c", scene_state_c="scene_walk_d")
         self.assertEqual(len(found), 1)
         for room in ("walk", "photons", "state"):
             self.assertIn(room, found[0])
