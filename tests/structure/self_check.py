@@ -42,7 +42,7 @@ class Layers(unittest.TestCase):
         self.assertIn("layers above it", self.faults(transport_a="gmis")[0])
 
     def test_summaries(self):
-        self.assertEqual(self.faults(mis="mis_a core_b", gmis="render_c"), [])
+        self.assertEqual(self.faults(mis="mis_a core_b", gmis="render_c", mis_methods="mis_methods_d", mis_methods_d="mis_e"), [])
         self.assertIn("mis.hpp includes", self.faults(mis="render_c")[0])
 
     def test_cycle(self):
