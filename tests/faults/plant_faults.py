@@ -34,7 +34,6 @@ REQUIRED = 0.98
 # waits is given longer: how busy the machine is decides nothing.
 RUN_LIMIT_FACTOR, RUN_LIMIT_SECONDS, WAITING_LIMIT_FACTOR = 10, 20, 20
 MOST_TOGETHER = 40  # faults in one program
-WORTH_OPTIMISING = 6  # runs for which a program is optimised
 MOST_TESTS_FOUND = 4
 COMPILE = ["-std=c++20", "-w", "-fmax-errors=100"]
 # What no fault touches, parsed once; and what a program asks for its fault.
@@ -144,6 +143,9 @@ class Planter:
                 found.append((len(closure), name))
         return [name for _, name in sorted(found)[:MOST_TESTS_FOUND]]
 
+    def level(self, name):
+        return "-O1" if self.sources[name][2] else "-O0"
+
     def new_folder(self):
         self.folders += 1
         folder = self.build / f"run_{self.folders}"
@@ -223,7 +225,7 @@ class Planter:
 
     def try_together(self, name, results):
         """Plants faults in one program of a test; returns those that have to be planted alone."""
-        alone, level = [], "-O1" if self.sources[name][2] and len(results) >= WORTH_OPTIMISING else "-O0"
+        alone, level = [], self.level(name)
         folder = self.new_folder()
         while results:
             shutil.rmtree(folder)
@@ -259,24 +261,23 @@ class Planter:
         header = folder / "include/gmis" / result.place.header.name
         header.parent.mkdir(parents=True, exist_ok=True)
         for name in result.tests:
-            if (name, "-O0") not in self.seconds:
-                program, said = self.compiled(name, folder, "-O0")
-                if not program or not self.sound(name, program, "-O0", folder):
+            level = self.level(name)
+            if (name, level) not in self.seconds:
+                program, said = self.compiled(name, folder, level)
+                if not program or not self.sound(name, program, level, folder):
                     result.note = f"{name} without a fault: " + (shorten(first_error(said)) if not program else "fails")
                     break
             header.write_text(result.place.planted(result.fault.new))
-            program, said = self.compiled(name, folder, "-O0")
+            program, said = self.compiled(name, folder, level)
             if not program:
                 result.note = "does not compile: " + shorten(first_error(said))
                 break
-            passed, note = self.run(name, program, "-O0", folder, 0)
+            passed, note = self.run(name, program, level, folder, 0)
             header.unlink()
             if not passed:
                 result.caught = f"{name}: {note}"
                 break
             result.caught = ""
-        else:
-            result.caught = result.caught or ""
         if result.note:
             result.caught = None
         shutil.rmtree(folder)
