@@ -5,8 +5,6 @@ import sys
 
 from measuring import write_into
 
-BEGIN, END = "<!-- convergence: written by ./run report --paper -->", "<!-- end of convergence -->"
-
 
 def first_tables(report):
     """Of every section its heading, its first table and the line about its reference."""
@@ -22,4 +20,4 @@ def first_tables(report):
 
 
 report, document = map(pathlib.Path, sys.argv[1:])
-write_into(document, BEGIN, END, first_tables(report.read_text()))
+write_into(document, "convergence", first_tables(report.read_text()))

@@ -17,7 +17,7 @@
 #include "support/session.hpp"
 
 // Does a stated error mean what it says? Many small renderings of a scene; the truth of each is its own error against the mean
-// of the others, of which there are many more. `./run bench calibration` does the same with more scenes and longer references.
+// of the others, of which there are many more. `./run bench stated_errors` does the same with more scenes and longer references.
 
 using namespace gmis::tools;
 

@@ -5,7 +5,7 @@
 namespace gmis {
 
 /// Costs of operations relative to a closest-hit ray: a fit to the times of many counts on eighteen scenes of the built-in scene
-/// type (two balls in a box to some thousand triangles; `./run calibrate`). A choice that uses these constants instead of measured
+/// type (two balls in a box to some thousand triangles; `./run bench operation_costs`). A choice that uses these constants instead of measured
 /// times is the same on every machine. Within a scene the predicted costs of different counts are off by about a tenth.
 struct OperationCosts {
   double ray = 1.0;            ///< one closest hit, with the vertex made from it
