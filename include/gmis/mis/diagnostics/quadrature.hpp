@@ -1,7 +1,12 @@
 #pragma once
 
 #include <cmath>
+#include <concepts>
 #include <cstddef>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <iterator>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -10,9 +15,20 @@
 namespace gmis {
 
 /// One point of a quadrature rule: ∫ g ≈ Σ weight · g(x).
-struct QuadratureNode {
-  double x;       ///< where f is evaluated
+template <class X>
+struct NodeAt {
+  X x;            ///< where f is evaluated
   double weight;  ///< factor of f(x)
+};
+/// One point of a rule on the line.
+using QuadratureNode = NodeAt<double>;
+
+/// A quadrature rule: a range of nodes with a point `x` and a `weight`.
+template <class R>
+concept NodeRange = requires(const R& nodes) {
+  std::size(nodes);
+  std::begin(nodes)->x;
+  { std::begin(nodes)->weight } -> std::convertible_to<double>;
 };
 
 /// The Gauss–Legendre rule with `count` points on [−1, 1], exact for polynomials of degree 2 count − 1. The nodes are the
@@ -67,6 +83,50 @@ struct QuadratureNode {
         nodes.push_back({centre + half_width * node.x, half_width * node.weight});
     }
   }
+  return nodes;
+}
+
+/// A rule over the whole line, by the map x = centre + scale tan(π t/2) of a composite Gauss–Legendre rule in t on (−1, 1):
+/// densities with tails down to 1/x² become smooth bounded functions of t. `scale` is the width of what is integrated.
+/// `breakpoints`: places, ascending, where an integrand or a density jumps. Between two of them, and outside, lie `panels`
+/// equal parts in t of `order` points. Throws std::invalid_argument for a scale that is not positive and finite, and as
+/// `composite_gauss_legendre` does.
+[[nodiscard]] inline std::vector<QuadratureNode> gauss_legendre_over_line(double centre, double scale,
+                                                                          std::size_t panels,
+                                                                          std::span<const double> breakpoints = {},
+                                                                          std::size_t order = 16) {
+  require_argument(std::isfinite(centre) && scale > 0.0 && std::isfinite(scale),
+                   "a rule over the line needs a finite centre and a positive, finite scale");
+  constexpr double half_pi = 0.5 * std::numbers::pi;
+  std::vector<double> mapped{-1.0};
+  for (const double x : breakpoints) mapped.push_back(std::atan((x - centre) / scale) / half_pi);
+  mapped.push_back(1.0);
+  std::vector<QuadratureNode> nodes = composite_gauss_legendre(mapped, panels, order);
+  for (QuadratureNode& node : nodes) {
+    const double tangent = std::tan(half_pi * node.x);
+    node = {centre + scale * tangent, node.weight * scale * half_pi * (1.0 + tangent * tangent)};
+  }
+  return nodes;
+}
+
+/// The product of two rules on the line: a rule over the plane.
+[[nodiscard]] inline std::vector<NodeAt<glm::dvec2>> tensor_rule(std::span<const QuadratureNode> x,
+                                                                 std::span<const QuadratureNode> y) {
+  std::vector<NodeAt<glm::dvec2>> nodes;
+  nodes.reserve(x.size() * y.size());
+  for (const QuadratureNode& a : x)
+    for (const QuadratureNode& b : y) nodes.push_back({{a.x, b.x}, a.weight * b.weight});
+  return nodes;
+}
+/// The product of three rules on the line: a rule over space.
+[[nodiscard]] inline std::vector<NodeAt<glm::dvec3>> tensor_rule(std::span<const QuadratureNode> x,
+                                                                 std::span<const QuadratureNode> y,
+                                                                 std::span<const QuadratureNode> z) {
+  std::vector<NodeAt<glm::dvec3>> nodes;
+  nodes.reserve(x.size() * y.size() * z.size());
+  for (const QuadratureNode& a : x)
+    for (const QuadratureNode& b : y)
+      for (const QuadratureNode& c : z) nodes.push_back({{a.x, b.x, c.x}, a.weight * b.weight * c.weight});
   return nodes;
 }
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "gmis/core/argument_error.hpp"
-#include "gmis/mis/stochastic_mis.hpp"
+#include "gmis/mis/methods/stochastic_mis.hpp"
 
 namespace gmis {
 

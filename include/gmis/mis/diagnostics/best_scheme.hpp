@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/mis/averaged_variance.hpp"
-#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/diagnostics/averaged_variance.hpp"
+#include "gmis/mis/diagnostics/exact_variance.hpp"
 #include "gmis/mis/partial_mixture.hpp"
 
 namespace gmis {
@@ -36,6 +36,7 @@ class Pilot {
   [[nodiscard]] const TabulatedProblem& problem() const& noexcept { return problem_; }
   /// The problem, moved out.
   [[nodiscard]] TabulatedProblem problem() && { return std::move(problem_); }
+  const TabulatedProblem& problem() const&& = delete;  // it would end with the pilot
   /// Samples that are not in the problem, or with a value of 0, because f, a density or their ratio was not a usable number.
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
 
@@ -106,7 +107,8 @@ struct SchemeCandidate {
   Scheme scheme;           ///< which it is
   std::size_t group_size;  ///< 0, or P: the partial deterministic mixture in groups of P (strided), `scheme` being N3
   bool is_unbiased;        ///< false when the pilot met a place that a proposal (a group) does not cover
-  double variance;         ///< of one round; NaN when it is biased, +infinity beyond the range of double
+  double
+      variance;  ///< of one round; NaN when it is biased, +infinity beyond the range of double, 0 below 1e-12 (∫ |f|)²
   double density_evaluations;  ///< in one round, their mean
   double cost;                 ///< of one round, in the unit of the cost model
 
@@ -124,7 +126,7 @@ struct SchemeChoice {
   /// The best one.
   [[nodiscard]] const SchemeCandidate& chosen() const& noexcept { return candidates[best]; }
   /// The best one.
-  [[nodiscard]] SchemeCandidate chosen() && { return candidates[best]; }
+  [[nodiscard]] SchemeCandidate chosen() const&& { return candidates[best]; }
 };
 
 /// The sizes of groups that `best_scheme` tries: 2, 3, 4, 6, 8, 12, 16, … below N, each as large as the groups really
@@ -162,9 +164,13 @@ template <UniformSource Source>
   const double count = static_cast<double>(n);
   const bool all_cover = problem.has_full_support();
   SchemeChoice choice{{}, 0};
+  double absolute = 0.0;
+  for (std::size_t i = 0; i < problem.node_count(); ++i)
+    absolute += std::abs(problem.weights()[i] * problem.values()[i]);
+  const double rounding = 1e-12 * absolute * absolute;
   const auto add = [&](Scheme scheme, std::size_t group_size, bool is_unbiased, double variance, double evaluations) {
-    // Rounding can leave a variance just below zero; NaN stays.
-    choice.candidates.push_back({scheme, group_size, is_unbiased, variance < 0.0 ? 0.0 : variance, evaluations,
+    // What rounding leaves of a variance of 0, on either side of it, must not decide; NaN stays.
+    choice.candidates.push_back({scheme, group_size, is_unbiased, variance <= rounding ? 0.0 : variance, evaluations,
                                  evaluations * costs.per_density + count * costs.per_sample});
   };
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/counted_variance.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
 #include "gmis/mis/heuristic.hpp"
 #include "gmis/mis/round_moments.hpp"
 
@@ -47,7 +47,7 @@ struct RatioWeights {
 /// w_k = e_k n_k q_k / Σ e_j n_j q_j: the balance heuristic with expected densities scaled by `factors` e_k > 0.
 /// Variance-aware and correlation-aware weights are of this form.
 struct ScaledBalance {
-  std::span<const double> factors;  ///< one for each proposal, at least 0
+  std::vector<double> factors;  ///< one for each proposal, at least 0
 
   /// The weights of all proposals at one point, from densities relative to the mixture.
   void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
@@ -58,7 +58,7 @@ struct ScaledBalance {
     }
     for (std::size_t k = 0; k < out.size(); ++k) out[k] = sum > 0.0 ? out[k] / sum : 0.0;
   }
-  constexpr void require_fits(CountsByProposal counts) const {
+  void require_fits(CountsByProposal counts) const {
     require_argument(factors.size() == counts.size(), "give one factor for each proposal");
     for (std::size_t k = 0; k < factors.size(); ++k)
       require_argument(factors[k] <= std::numeric_limits<double>::max() && (factors[k] > 0.0 || counts[k] == 0),

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "gmis/mis/best_scheme.hpp"
-#include "gmis/mis/optimal_allocation.hpp"
+#include "gmis/mis/diagnostics/best_scheme.hpp"
+#include "gmis/mis/methods/optimal_allocation.hpp"
 
 namespace gmis {
 
@@ -23,7 +23,9 @@ struct PlanChoice {
   std::size_t best;                       ///< the unbiased one with the least variance × cost
 
   /// The best one.
-  [[nodiscard]] const PlanCandidate& chosen() const noexcept { return candidates[best]; }
+  [[nodiscard]] const PlanCandidate& chosen() const& noexcept { return candidates[best]; }
+  /// The best one.
+  [[nodiscard]] PlanCandidate chosen() const&& { return candidates[best]; }
 };
 
 /// Scheme, group size P and sample allocation from one pilot (or one quadrature rule), by variance × cost. The allocations

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
-#include "gmis/mis/counted_variance.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
 
 /// \file
 /// Sample allocation by variance and cost: fractions α_k for R3, counts n_k for N3, from a table of nodes, which is a

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
-#include "gmis/mis/weight_heuristic.hpp"
+#include "gmis/mis/methods/weight_heuristic.hpp"
 
 /// \file
 /// Weights for proposals whose samples are correlated, as those of paths that share a prefix are [Grittmann, Georgiev, Slusallek:

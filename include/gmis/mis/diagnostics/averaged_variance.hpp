@@ -10,7 +10,7 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
-#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/diagnostics/exact_variance.hpp"
 #include "gmis/mis/moments.hpp"
 
 namespace gmis {

@@ -5,8 +5,8 @@
 #include <type_traits>
 
 #include "gmis/mis/counted_round.hpp"
+#include "gmis/mis/methods/scrambled_sobol.hpp"
 #include "gmis/mis/round_moments.hpp"
-#include "gmis/mis/scrambled_sobol.hpp"
 
 namespace gmis {
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -9,9 +10,9 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/counted_variance.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/methods/semidefinite_solve.hpp"
 #include "gmis/mis/round_moments.hpp"
-#include "gmis/mis/semidefinite_solve.hpp"
 
 /// \file
 /// The densities of the proposals as control variates of a mixture [Owen, Zhou: Safe and effective importance sampling,
@@ -74,9 +75,17 @@ template <class Set, class Source = Philox>
 inline constexpr bool set_can_fail = SampleResult<
     std::remove_cvref_t<decltype(std::declval<const Set&>().sample(std::size_t{}, std::declval<Source&>()))>>::can_fail;
 
+namespace detail {
+inline void require_coefficients(std::span<const double> coefficients) {
+  for (const double coefficient : coefficients)
+    require_argument(std::isfinite(coefficient), "the coefficient of a control variate is not a finite number");
+}
+}  // namespace detail
+
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of N3 with counts and control variates of given `coefficients` (N for each
 /// channel, channel by channel), from a `ControlFit` of an earlier run or from `control_coefficients`. Unbiased for all
-/// coefficients when ψ > 0 wherever f or a proposal with β_k ≠ 0 is not zero. Proposals must not fail.
+/// coefficients when ψ > 0 wherever f or a proposal with β_k ≠ 0 is not zero. Proposals must not fail. Throws
+/// std::invalid_argument for a coefficient that is not finite.
 template <class Integrand, class P, class Source>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_controlled(Integrand&& f, const P& proposals, CountsByProposal counts,
@@ -91,8 +100,9 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   RoundMoments<F> moments;
   using Channels = typename RoundMoments<F>::Channels;
   using A = typename RoundMoments<F>::A;
-  if (coefficients.size() != n * moments.channel_count)
-    reject_argument("give one coefficient for each proposal and channel");
+  require_argument(coefficients.size() == n * moments.channel_count,
+                   "give one coefficient for each proposal and channel");
+  detail::require_coefficients(coefficients);
 
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {
@@ -140,17 +150,21 @@ requires(detail::explain_arguments<Integrand, P, Source>())
                                                            const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count();
   const double total = static_cast<double>(checked_total(counts, n));
-  if (coefficients.size() != n) reject_argument("give one coefficient for each proposal");
+  require_argument(coefficients.size() == n, "give one coefficient for each proposal");
+  detail::require_coefficients(coefficients);
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
-  double offset = 0.0;
-  for (const double coefficient : coefficients) offset += coefficient;
-  ExactMoments moments = moments_of_contributions(problem, counts, [&](std::size_t, std::size_t i) {
-    double residual = problem.values()[i];
-    for (std::size_t k = 0; k < n; ++k) residual -= coefficients[k] * problem.densities(k)[i];
-    return residual / psi[i] / total;
-  });
-  moments.mean += offset;
-  return moments;
+  const auto residual = [&](std::size_t i) {
+    double value = problem.values()[i];
+    for (std::size_t k = 0; k < n; ++k) value -= coefficients[k] * problem.densities(k)[i];
+    return value;
+  };
+  double mean = 0.0;
+  for (const double coefficient : coefficients) mean += coefficient;
+  for (std::size_t i = 0; i < psi.size(); ++i)
+    if (psi[i] > 0.0) mean += problem.weights()[i] * residual(i);
+  const ExactMoments moments = moments_of_contributions(
+      problem, counts, [&](std::size_t, std::size_t i) { return residual(i) / psi[i] / total; });
+  return {mean, moments.variance};
 }
 
 }  // namespace gmis

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/reservoir.hpp"
+#include "gmis/mis/methods/reservoir.hpp"
 #include "gmis/mis/round_moments.hpp"
 
 namespace gmis {

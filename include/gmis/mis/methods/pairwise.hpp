@@ -7,7 +7,7 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/estimate.hpp"
-#include "gmis/mis/weight_heuristic.hpp"
+#include "gmis/mis/methods/weight_heuristic.hpp"
 
 /// \file
 /// Pairwise weights for many proposals [Bitterli: Correlations and reuse for fast and accurate physically based light

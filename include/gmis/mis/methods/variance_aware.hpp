@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
-#include "gmis/mis/weight_heuristic.hpp"
+#include "gmis/mis/methods/weight_heuristic.hpp"
 
 namespace gmis {
 

@@ -2,22 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/mis/diagnostics/tabulated_problem.hpp"
 #include "gmis/mis/groups.hpp"
+#include "gmis/mis/sample_allocation.hpp"
 #include "gmis/mis/scheme.hpp"
-#include "gmis/mis/tabulated_problem.hpp"
 
 namespace gmis {
 
-/// The largest N for which R2 (over multisets) and N2 (over subsets) are summed exactly: a second of work or less at
-/// a thousand nodes.
+/// The largest N for which R2 (over multisets) and N2 (over subsets) are summed exactly with one sample of each proposal: a
+/// second of work or less at a thousand nodes.
 inline constexpr std::size_t max_exact_r2 = 10;
 inline constexpr std::size_t max_exact_n2 = 16;
+/// The largest number of multisets, or of sub-multisets, that are summed for R2 and N2 with a sample allocation.
+inline constexpr double max_exact_terms = 100'000;
 
 /// Mean and variance of the estimate of one round.
 struct ExactMoments {
@@ -52,31 +57,34 @@ template <class CountOf>
   return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
 }
 
-/// Sums over all multisets of N indices, proposal by proposal; the densities of a common beginning are added up once.
+/// Sums over all multisets of n indices drawn with probabilities α_i, proposal by proposal; the densities of a common
+/// beginning are added up once.
 class MultisetSum {
  public:
-  explicit MultisetSum(const TabulatedProblem& problem)
+  MultisetSum(const TabulatedProblem& problem, std::vector<double> probabilities, std::size_t samples)
       : problem_(problem),
-        n_(problem.proposal_count()),
-        counts_(n_),
-        partial_((n_ + 1) * problem.node_count()),
+        probabilities_(std::move(probabilities)),
+        samples_(samples),
+        counts_(problem.proposal_count()),
+        partial_((problem.proposal_count() + 1) * problem.node_count()),
         divided_(problem.node_count()) {
-    visit(0, n_, 1.0);
+    visit(0, samples_, 1.0);
   }
   [[nodiscard]] ExactMoments moments() const noexcept {
     return {mean_, variance_from(conditional_ + (squared_mean_ - mean_ * mean_), 0.0)};
   }
 
  private:
-  // `probability`: of the counts chosen so far, times the number of orders of what remains, over N^N.
+  // `probability`: of the counts chosen so far, times the number of orders of what remains.
   void visit(std::size_t i, std::size_t remaining, double probability) {
     const double* const base = partial_.data() + i * problem_.node_count();
     double* const sum = partial_.data() + (i + 1) * problem_.node_count();
-    const bool is_last = i + 1 == n_;
-    double ways = 1.0;  // binomial(remaining, count) / N^count
+    const bool is_last = i + 1 == counts_.size();
+    double ways = 1.0;  // binomial(remaining, count) α_i^count
     for (std::size_t count = 0; count <= remaining; ++count) {
       if (count > 0)
-        ways *= static_cast<double>(remaining - count + 1) / static_cast<double>(count) / static_cast<double>(n_);
+        ways *= static_cast<double>(remaining - count + 1) / static_cast<double>(count) * probabilities_[i];
+      if (ways == 0.0) break;
       if (is_last && count != remaining) continue;
       counts_[i] = static_cast<double>(count);
       problem_.add_density(i, counts_[i], base, sum);
@@ -87,7 +95,7 @@ class MultisetSum {
     }
   }
   void add(const double* density_sum, double probability) {
-    const double n = static_cast<double>(n_);
+    const double n = static_cast<double>(samples_);
     problem_.divide(n, density_sum, divided_.data());
     const double mean = problem_.covered_integral(density_sum);
     conditional_ +=
@@ -97,7 +105,8 @@ class MultisetSum {
   }
 
   const TabulatedProblem& problem_;
-  std::size_t n_;
+  std::vector<double> probabilities_;
+  std::size_t samples_;
   std::vector<double> counts_;
   std::vector<double> partial_;
   std::vector<double> divided_;
@@ -106,46 +115,51 @@ class MultisetSum {
   double squared_mean_ = 0.0;
 };
 
-/// Sums over all non-empty subsets of the proposals still undrawn; `probability` of each is 1 / (N binomial(N, size)):
-/// a sample at a uniform place in the order meets sizes equally often, and sets of one size too.
+/// Sums over all non-empty multisets of proposals that are still undrawn, c_i ≤ n_i of proposal i. A sample at a uniform place
+/// in the order of n = Σ n_i meets all sizes r equally often, and a multiset of size r with the probability
+/// Π binomial(n_i, c_i)/binomial(n, r).
 class SubsetSum {
  public:
-  explicit SubsetSum(const TabulatedProblem& problem)
-      : problem_(problem),
-        n_(problem.proposal_count()),
-        partial_((n_ + 1) * problem.node_count()),
-        divided_(problem.node_count()) {
-    visit(0, 0);
+  SubsetSum(const TabulatedProblem& problem, std::vector<std::uint32_t> counts)
+      : problem_(problem), counts_(std::move(counts)), divided_(problem.node_count()) {
+    for (const std::uint32_t count : counts_) samples_ += count;
+    partial_.resize((samples_ + 1) * problem.node_count());
+    visit(0, 0, 1.0);
   }
   [[nodiscard]] double mean() const noexcept { return mean_; }
-  /// (1/N) Σ_r E ∫ f²/p_S.
+  /// (1/n) Σ_r E ∫ f²/p_S.
   [[nodiscard]] double second_moment() const noexcept { return second_moment_; }
 
  private:
-  // Level `size` of the partial sums holds the densities of the `size` proposals included so far.
-  void visit(std::size_t i, std::size_t size) {
-    if (i == n_) {
-      if (size > 0) add(size);
+  // Level `size` of the partial sums holds the densities of the `size` slots included so far, chosen in one of `ways` ways.
+  void visit(std::size_t i, std::size_t size, double ways) {
+    if (i == counts_.size()) {
+      if (size > 0) add(size, ways);
       return;
     }
-    visit(i + 1, size);
+    visit(i + 1, size, ways);
     const double* const base = partial_.data() + size * problem_.node_count();
-    problem_.add_density(i, 1.0, base, partial_.data() + (size + 1) * problem_.node_count());
-    visit(i + 1, size + 1);
+    for (std::size_t count = 1; count <= counts_[i]; ++count) {
+      ways *= static_cast<double>(counts_[i] - count + 1) / static_cast<double>(count);
+      problem_.add_density(i, static_cast<double>(count), base,
+                           partial_.data() + (size + count) * problem_.node_count());
+      visit(i + 1, size + count, ways);
+    }
   }
-  void add(std::size_t size) {
-    const double n = static_cast<double>(n_);
+  void add(std::size_t size, double ways) {
+    const double n = static_cast<double>(samples_);
     double binomial = 1.0;
     for (std::size_t i = 0; i < size; ++i) binomial *= (n - static_cast<double>(i)) / static_cast<double>(i + 1);
     const double* const density_sum = partial_.data() + size * problem_.node_count();
     problem_.divide(static_cast<double>(size), density_sum, divided_.data());
-    const double probability = 1.0 / (n * binomial);
+    const double probability = ways / (n * binomial);
     second_moment_ += probability * problem_.squared_over(divided_.data());
     mean_ += probability * problem_.covered_integral(density_sum);
   }
 
   const TabulatedProblem& problem_;
-  std::size_t n_;
+  std::vector<std::uint32_t> counts_;
+  std::size_t samples_ = 0;
   std::vector<double> partial_;
   std::vector<double> divided_;
   double mean_ = 0.0;
@@ -154,10 +168,8 @@ class SubsetSum {
 
 /// ψ at all nodes.
 [[nodiscard]] inline std::vector<double> mixture(const TabulatedProblem& problem) {
-  std::vector<double> psi(problem.node_count());
-  const double n = static_cast<double>(problem.proposal_count());
-  for (std::size_t i = 0; i < problem.proposal_count(); ++i) problem.add_density(i, 1.0 / n, psi.data(), psi.data());
-  return psi;
+  const std::size_t n = problem.proposal_count();
+  return mixture_of(std::vector<double>(n, 1.0 / static_cast<double>(n)), problem);
 }
 
 }  // namespace detail
@@ -168,6 +180,7 @@ class SubsetSum {
 ///
 /// Throws std::invalid_argument for R2 with N > max_exact_r2, N2 with N > max_exact_n2, and N2 with partial support.
 [[nodiscard]] inline ExactMoments exact_moments(Scheme scheme, const TabulatedProblem& problem) {
+  require_enumerator(scheme);
   const double n = static_cast<double>(problem.proposal_count());
   std::vector<double> divided(problem.node_count());
   switch (scheme) {
@@ -187,7 +200,8 @@ class SubsetSum {
     case Scheme::R2: {
       require_argument(problem.proposal_count() <= max_exact_r2,
                        "too many proposals for an exact R2: use averaged_variance");
-      return detail::MultisetSum(problem).moments();
+      const std::size_t count = problem.proposal_count();
+      return detail::MultisetSum(problem, std::vector<double>(count, 1.0 / n), count).moments();
     }
     case Scheme::N2: {
       require_argument(problem.proposal_count() <= max_exact_n2,
@@ -195,7 +209,7 @@ class SubsetSum {
       require_argument(problem.has_full_support(), "the exact variance of N2 needs full support");
       // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is subtracted.
       // The printed form leaves out a part of the noise, see docs/paper-corrections.md [Elvira, corrected].
-      const detail::SubsetSum sum(problem);
+      const detail::SubsetSum sum(problem, std::vector<std::uint32_t>(problem.proposal_count(), 1));
       return {sum.mean(), detail::variance_from(sum.second_moment() / n, sum.mean() * sum.mean() / n)};
     }
     case Scheme::R3:
@@ -215,12 +229,81 @@ class SubsetSum {
 [[nodiscard]] inline double exact_mean(Scheme scheme, const TabulatedProblem& problem) {
   if (scheme != Scheme::N2) return exact_moments(scheme, problem).mean;
   require_argument(problem.proposal_count() <= max_exact_n2, "too many proposals for an exact N2");
-  return detail::SubsetSum(problem).mean();
+  return detail::SubsetSum(problem, std::vector<std::uint32_t>(problem.proposal_count(), 1)).mean();
 }
 
 /// The variance of one round. Throws as `exact_moments` does.
 [[nodiscard]] inline double exact_variance(Scheme scheme, const TabulatedProblem& problem) {
   return exact_moments(scheme, problem).variance;
+}
+
+/// Mean and variance of one round under `scheme` with a sample allocation: n = Σ n_i samples, drawn with the probabilities
+/// α_i by R1, R2 and R3, n_i of proposal i by N1, N2 and N3. Holds for partial support too, except for N2.
+///
+/// Throws std::invalid_argument for an allocation that does not fit, for R2 and N2 with more than `max_exact_terms` terms, and
+/// for N2 where a proposal that has samples does not cover f.
+template <std::floating_point T, std::size_t Capacity>
+[[nodiscard]] ExactMoments exact_moments(Scheme scheme, const SampleAllocation<T, Capacity>& allocation,
+                                         const TabulatedProblem& problem) {
+  const Selection selection = cheapest_pair(scheme).selection;
+  const std::size_t proposals = problem.proposal_count();
+  allocation.require_fits(proposals, selection);
+  const std::size_t samples = allocation.sample_count(proposals);
+  const double n = static_cast<double>(samples);
+  // α_i of S1, n_i/n of S2 and S3.
+  std::vector<double> shares(proposals);
+  std::vector<std::uint32_t> counts(proposals);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < proposals; ++i) {
+    counts[i] = allocation.count(i);
+    shares[i] = selection == Selection::S1 ? static_cast<double>(allocation.weight(i)) : counts[i] / n;
+    sum += shares[i];
+  }
+  for (double& share : shares) share /= sum;
+
+  std::vector<double> divided(problem.node_count());
+  switch (scheme) {
+    case Scheme::R1:
+    case Scheme::N1: {  // (1/n) (Σ α_i ∫ f²/q_i − I²), or (1/n²) Σ n_i (∫ f²/q_i − I_i²)
+      double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
+      for (std::size_t i = 0; i < proposals; ++i) {
+        if (shares[i] == 0.0) continue;
+        problem.divide(1.0, problem.densities(i), divided.data());
+        const double covered = problem.covered_integral(problem.densities(i));
+        second_moment += shares[i] * problem.squared_over(divided.data());
+        mean += shares[i] * covered;
+        squared_means += shares[i] * covered * covered;
+      }
+      return {mean, detail::variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
+    }
+    case Scheme::R2: {
+      double terms = 1.0;  // binomial(n + N − 1, n)
+      for (std::size_t i = 1; i <= samples; ++i)
+        terms *= static_cast<double>(proposals - 1 + i) / static_cast<double>(i);
+      require_argument(terms <= max_exact_terms, "too many proposals and samples for an exact R2");
+      return detail::MultisetSum(problem, shares, samples).moments();
+    }
+    case Scheme::N2: {
+      double terms = 1.0;
+      for (std::size_t i = 0; i < proposals; ++i) {
+        terms *= counts[i] + 1.0;
+        require_argument(counts[i] == 0 || problem.covers(problem.densities(i)),
+                         "the exact variance of N2 needs full support");
+      }
+      require_argument(terms <= max_exact_terms, "too many proposals and samples for an exact N2");
+      const detail::SubsetSum subsets(problem, counts);
+      return {subsets.mean(), detail::variance_from(subsets.second_moment() / n, subsets.mean() * subsets.mean() / n)};
+    }
+    case Scheme::R3:
+    case Scheme::N3:
+      break;
+  }
+  const std::vector<double> psi = mixture_of(shares, problem);
+  problem.divide(1.0, psi.data(), divided.data());
+  const double mean = problem.covered_integral(psi.data());
+  if (scheme == Scheme::R3)
+    return {mean, detail::variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
+  return {mean, detail::conditional_variance(problem, divided.data(), n, [&](std::size_t i) { return counts[i]; })};
 }
 
 /// True when the mixture of every group covers f, as the partial deterministic mixture needs it.

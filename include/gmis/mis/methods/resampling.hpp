@@ -8,8 +8,8 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/counted_variance.hpp"
-#include "gmis/mis/reservoir.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/methods/reservoir.hpp"
 #include "gmis/mis/round_moments.hpp"
 
 /// \file
@@ -91,7 +91,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
     sum_uhh += counts[k] * uhh_mean;
     second -= counts[k] * u_mean * uhh_mean;
   }
-  return {mean, second + sum_u * sum_uhh - mean * mean};
+  return {mean, detail::variance_from(second + sum_u * sum_uhh, mean * mean)};
 }
 
 }  // namespace gmis

@@ -7,13 +7,14 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
-#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/diagnostics/exact_variance.hpp"
 
 namespace gmis {
 
 /// Mean and variance of Σ_k Σ_{i ≤ n_k} h_k(x_ki), x_ki ~ q_k independent: Σ n_k E h_k and Σ n_k Var h_k. Every estimator
 /// that gives proposal k a fixed number of samples and weights each by a function of the sample alone is of this form.
-/// `contribution(k, i)` is h_k at node i, asked for only where q_k > 0.
+/// `contribution(k, i)` is h_k at node i, asked for only where q_k > 0. One that is not finite makes the variance infinite
+/// and is left out of the mean.
 template <class Contribution>
 [[nodiscard]] ExactMoments moments_of_contributions(const TabulatedProblem& problem, CountsByProposal counts,
                                                     Contribution contribution) {
@@ -26,7 +27,8 @@ template <class Contribution>
     for (std::size_t i = 0; i < problem.node_count(); ++i) {
       if (!(q[i] > 0.0)) continue;
       mass += problem.weights()[i] * q[i];
-      mean += problem.weights()[i] * q[i] * contribution(k, i);
+      const double value = contribution(k, i);
+      if (std::isfinite(value)) mean += problem.weights()[i] * q[i] * value;
     }
     // About the mean, so that nothing cancels; what is missing of the mass is samples that failed, and contribute zero.
     double variance = std::max(0.0, 1.0 - mass) * mean * mean;
@@ -36,19 +38,9 @@ template <class Contribution>
       variance += problem.weights()[i] * q[i] * difference * difference;
     }
     moments.mean += counts[k] * mean;
-    moments.variance += counts[k] * variance;
+    moments.variance += counts[k] * detail::variance_from(variance, 0.0);
   }
   return moments;
-}
-
-/// ψ = Σ α_k q_k at all nodes; the fractions α_k sum to one.
-[[nodiscard]] inline std::vector<double> mixture_of(std::span<const double> fractions,
-                                                    const TabulatedProblem& problem) {
-  if (fractions.size() != problem.proposal_count()) reject_argument("give one fraction for each proposal");
-  std::vector<double> psi(problem.node_count());
-  for (std::size_t k = 0; k < fractions.size(); ++k)
-    if (fractions[k] > 0.0) problem.add_density(k, fractions[k], psi.data(), psi.data());
-  return psi;
 }
 
 /// α_k = n_k / Σ n_k.
@@ -64,13 +56,15 @@ template <class Contribution>
 [[nodiscard]] inline ExactMoments exact_moments(CountsByProposal counts, const TabulatedProblem& problem) {
   const double total = static_cast<double>(checked_total(counts, problem.proposal_count()));
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
-  return moments_of_contributions(problem, counts,
-                                  [&](std::size_t, std::size_t i) { return problem.values()[i] / psi[i] / total; });
+  const ExactMoments moments = moments_of_contributions(
+      problem, counts, [&](std::size_t, std::size_t i) { return problem.values()[i] / psi[i] / total; });
+  return {problem.covered_integral(psi.data()), moments.variance};  // Σ n_k q_k/(n ψ) is one: also where f/ψ overflows
 }
 
 /// Mean and variance of `samples` draws of R3 with fractions α_k: (1/n) (∫ f²/ψ − I²), ψ = Σ α_k q_k.
 [[nodiscard]] inline ExactMoments exact_moments_of_mixture(std::span<const double> fractions, std::size_t samples,
                                                            const TabulatedProblem& problem) {
+  require_argument(samples > 0, "a round of no samples: ask for at least one");
   const std::vector<double> psi = mixture_of(fractions, problem);
   double mean = 0.0, mass = 0.0;
   for (std::size_t i = 0; i < psi.size(); ++i) {
@@ -84,7 +78,7 @@ template <class Contribution>
     const double difference = problem.values()[i] / psi[i] - mean;
     variance += problem.weights()[i] * psi[i] * difference * difference;
   }
-  return {mean, variance / static_cast<double>(samples)};
+  return {mean, detail::variance_from(variance, 0.0) / static_cast<double>(samples)};
 }
 
 }  // namespace gmis

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
-#include "gmis/mis/exact_variance.hpp"
+#include "gmis/mis/diagnostics/exact_variance.hpp"
 
 namespace gmis {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "gmis/mis/control_variate.hpp"
+#include "gmis/mis/methods/control_variate.hpp"
 
 /// \file
 /// Optimal weights [Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek, Křivánek: Optimal multiple importance sampling,
