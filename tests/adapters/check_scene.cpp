@@ -6,7 +6,7 @@
 #include "bring_your_own/adapter.hpp"
 #include "bring_your_own/world.hpp"
 #include "gmis/check/explain.hpp"
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"

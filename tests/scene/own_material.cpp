@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cloth.hpp"
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/requirements.hpp"
 #include "gmis/scene/bsdf.hpp"
