@@ -5,7 +5,7 @@
 
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/result/counters.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/transport/effects/effect_switches.hpp"

@@ -7,7 +7,7 @@
 
 #include "gmis/core/density_tests.hpp"
 #include "gmis/core/random.hpp"
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/transport/guiding/direction_guide.hpp"
 #include "support/catch.hpp"

@@ -16,7 +16,7 @@
 #include "gmis/check/check_surface.hpp"
 #include "gmis/check/findings.hpp"
 #include "gmis/core/light_choice.hpp"
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 
 namespace gmis {
 

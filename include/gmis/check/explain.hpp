@@ -4,7 +4,7 @@
 
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 
 namespace gmis {

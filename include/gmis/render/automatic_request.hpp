@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/transport/choose/forecast.hpp"
 #include "gmis/transport/effects/plan.hpp"
