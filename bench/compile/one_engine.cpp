@@ -1,7 +1,7 @@
 // One engine over an adapter, without gmis::Render: what a program that owns its iterations compiles (./run bench compile).
 
 #include <cstdio>
-#include <gmis/transport/engine.hpp>
+#include <gmis/transport/engine/engine.hpp>
 
 #include "bring_your_own/adapter.hpp"
 #include "bring_your_own/world.hpp"

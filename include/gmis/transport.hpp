@@ -6,9 +6,9 @@
 /// compile: the pilot that chooses counts (gmis/transport/allocation/engines_with_pilot.hpp, part of gmis/render.hpp)
 /// and light trees that split (gmis/transport/splitting/gmis_engines.hpp).
 
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
-#include "gmis/core/requirements.hpp"
 #include "gmis/result/counters.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/transport/engine/engine.hpp"

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/mis.hpp"
 #include "gmis/mis/diagnostics.hpp"
 #include "mis/proposals.hpp"
@@ -322,6 +322,11 @@ TEST_CASE("tables, rules and pilots of nothing are rejected", "[mis]") {
   REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, infinity, source));
   REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 0}));
   REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.bins = 0}));
+  // Ten samples pass whatever the density says.
+  REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 10}));
+  REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 999, .bins = 1}));
+  REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 1999, .bins = 400}));
+  CHECK(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 2000, .bins = 400}).passes(1e-6));
 }
 
 TEST_CASE("coverage goes by the proposals that an allocation gives samples", "[mis]") {

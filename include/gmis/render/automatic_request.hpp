@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/core/attributes.hpp"
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/transport/allocation/forecast.hpp"
 #include "gmis/transport/plan/plan.hpp"

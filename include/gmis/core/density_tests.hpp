@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -21,13 +22,13 @@
 
 namespace gmis {
 
-/// How much a check draws, and how finely it compares.
+/// How much a check draws, and how finely it compares. With fewer than `smallest_expected` samples a bin, or fewer than
+/// 1,000 in all, nearly every sampler passes: the checks then throw std::invalid_argument.
 struct CheckSettings {
-  /// Draws.
-  std::size_t samples = 100'000;
-  std::size_t bins = 400;        ///< on the sphere: columns are twice the rows
-  double smallest_expected = 5;  ///< bins that expect fewer samples are pooled
-  double precision = 1e-7;       ///< absolute, of the integral over one bin
+  std::size_t samples = 100'000;  ///< draws
+  std::size_t bins = 400;         ///< on the sphere: columns are twice the rows
+  double smallest_expected = 5;   ///< bins that expect fewer samples are pooled
+  double precision = 1e-7;        ///< absolute, of the integral over one bin
 };
 
 /// The result of comparing samples with a density.
@@ -44,6 +45,18 @@ struct DensityCheck {
 };
 
 namespace detail {
+
+/// Throws std::invalid_argument where the samples are too few to tell a wrong density from a right one.
+inline void require_power(const CheckSettings& settings) {
+  require_argument(settings.bins > 0, "the check needs at least one bin");
+  const double least = std::max(1000.0, settings.smallest_expected * static_cast<double>(settings.bins));
+  if (static_cast<double>(settings.samples) >= least) return;
+  const std::string text = std::to_string(settings.samples) + " samples in " + std::to_string(settings.bins) +
+                           " bins cannot tell a wrong density from a right one: set CheckSettings::samples to " +
+                           std::to_string(static_cast<std::size_t>(std::ceil(least))) +
+                           " at least (1000, and smallest_expected for each bin)";
+  require_argument(false, text.c_str());
+}
 
 /// ∫∫ f over a rectangle, by Gauss's rule with 3×3 points. The rectangle is halved both ways until the sum of its parts
 /// agrees with the whole, and at least `least_depth` times.
@@ -99,10 +112,12 @@ template <class F>
 
 /// Checks a sampler of directions against its density per steradian. `sample()` returns an `std::optional` of a unit
 /// vector, `pdf(direction)` the density. Bins are cells of equal solid angle in coordinates around `axis`. Choose the axis
-/// of symmetry of the discontinuities, such as the normal of a surface.
+/// of symmetry of the discontinuities, such as the normal of a surface. Throws std::invalid_argument where samples are too
+/// few for the bins.
 template <std::floating_point T, class Sample, class Pdf>
 [[nodiscard]] DensityCheck check_directions(const Vec3<T>& axis, Sample&& sample, Pdf&& pdf,
                                             const CheckSettings& settings = {}) {
+  detail::require_power(settings);
   const auto rows = static_cast<std::size_t>(std::max(2.0, 2 * std::round(std::sqrt(double(settings.bins) / 2) / 2)));
   const std::size_t columns = 2 * rows;
   const Frame<T> frame = Frame<T>::around(axis);
@@ -172,12 +187,12 @@ template <class P, class X>
 
 /// Checks a proposal for numbers (`sample(source)` and `pdf(x)` or `log_pdf(x)`, as in `gmis::Proposal`) against its density
 /// on [lower, upper]. Samples outside the interval count as failed. Throws std::invalid_argument unless lower < upper are
-/// finite and there are samples and bins.
+/// finite and there are enough samples for the bins.
 template <class P, UniformSource Source>
 [[nodiscard]] DensityCheck check_proposal(const P& proposal, double lower, double upper, Source& source,
                                           const CheckSettings& settings = {}) {
   require_argument(lower < upper && std::isfinite(upper - lower), "the interval must be finite, with lower < upper");
-  require_argument(settings.samples > 0 && settings.bins > 0, "the check needs at least one sample and one bin");
+  detail::require_power(settings);
   std::vector<double> counts(settings.bins), integrals(settings.bins);
   const double width = (upper - lower) / static_cast<double>(settings.bins);
   std::size_t outside = 0;
@@ -208,6 +223,52 @@ template <class P, UniformSource Source>
         [&](double x, double) { return pdf_at(x); }, lower + width * static_cast<double>(bin),
         lower + width * static_cast<double>(bin + 1), 0, 1, settings.precision, 8);
   return detail::judge(std::move(counts), std::move(integrals), outside, settings);
+}
+
+namespace detail {
+/// ∫ f |cos| over all directions, without delta lobes, of the largest channel: quadrature over cells of the sphere.
+template <Bsdf B, class V>
+[[nodiscard]] double smooth_share(const B& bsdf, const V& normal, const V& to_prev, TransportMode mode,
+                                  double precision) {
+  using S = typename B::Spectrum;
+  const Frame<double> frame = Frame<double>::around(Vec3<double>(normal));
+  double share = 0;
+  for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i) {
+    double sum = 0;
+    constexpr int cells = 8;
+    for (int z = -cells; z < cells; ++z)
+      for (int turn = 0; turn < 2 * cells; ++turn)
+        sum += integrate_rectangle(
+            [&](double height, double angle) {
+              const double radius = sqrt_or_zero(1 - height * height);
+              const Vec3<double> local(radius * std::cos(angle), radius * std::sin(angle), height);
+              const S value = bsdf.evaluate(to_prev, V(frame.to_world(local)), mode).value;
+              return static_cast<double>(SpectrumTraits<S>::channel(value, i)) * std::abs(height);
+            },
+            z / double(cells), (z + 1) / double(cells), pi<double> * turn / cells, pi<double> * (turn + 1) / cells,
+            precision, 7);
+    share = std::max(share, sum);
+  }
+  return share;
+}
+}  // namespace detail
+
+/// The share of light from `to_prev` that a BSDF scatters, largest channel: ∫ f |cos| by quadrature, and delta lobes by the
+/// mean weight of `samples` draws. For importance, so that refraction changes no radiance: at most 1.
+template <Bsdf B, UniformSource Source>
+[[nodiscard]] double reflected_share(const B& bsdf, const Vec3<ScalarOf<typename B::Spectrum>>& normal,
+                                     const Vec3<ScalarOf<typename B::Spectrum>>& to_prev, Source& source,
+                                     std::size_t samples = 1000, double precision = 1e-7) {
+  using T = ScalarOf<typename B::Spectrum>;
+  constexpr auto mode = TransportMode::importance;
+  double delta = 0;
+  for (std::size_t i = 0; i < samples; ++i) {
+    const T u = uniform<T>(source);
+    const T v = uniform<T>(source);
+    const auto drawn = bsdf.sample(to_prev, u, {v, uniform<T>(source)}, mode);
+    if (drawn && drawn->is_delta) delta += static_cast<double>(max_channel(drawn->weight));
+  }
+  return detail::smooth_share(bsdf, normal, to_prev, mode, precision) + delta / static_cast<double>(samples);
 }
 
 /// The result of `check_bsdf`. All errors are relative.
@@ -278,24 +339,8 @@ requires Bsdf < std::remove_cvref_t < std::invoke_result_t < const BsdfFor&, con
   result.directions = check_directions<T>(
       normal, sample, [&](const Vec3<T>& w) { return bsdf.evaluate(to_prev, w, mode).pdf.forward.value; }, settings);
 
-  double share = 0;
-  const Frame<double> frame = Frame<double>::around(Vec3<double>(normal));
-  for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i) {
-    double sum = 0;
-    constexpr int cells = 8;
-    for (int z = -cells; z < cells; ++z)
-      for (int turn = 0; turn < 2 * cells; ++turn)
-        sum += detail::integrate_rectangle(
-            [&](double height, double angle) {
-              const double radius = sqrt_or_zero(1 - height * height);
-              const Vec3<double> local(radius * std::cos(angle), radius * std::sin(angle), height);
-              return channel(bsdf.evaluate(to_prev, Vec3<T>(frame.to_world(local)), mode).value, i) * std::abs(height);
-            },
-            z / double(cells), (z + 1) / double(cells), pi<double> * turn / cells, pi<double> * (turn + 1) / cells,
-            settings.precision, 7);
-    share = std::max(share, sum);
-  }
-  result.reflected_share = share + delta_share / static_cast<double>(settings.samples);
+  result.reflected_share = detail::smooth_share(bsdf, normal, to_prev, mode, settings.precision) +
+                           delta_share / static_cast<double>(settings.samples);
   return result;
 }
 

@@ -4,7 +4,7 @@
 #include <type_traits>
 
 #include "gmis/core/concepts.hpp"
-#include "gmis/core/lacking.hpp"
+#include "gmis/core/missing_members.hpp"
 #include "gmis/core/random.hpp"
 
 /// \file
