@@ -167,9 +167,10 @@ def main(arguments):
     if options.subject:
         checker.subject("commit message", options.subject.read_text(encoding="utf-8").split("\n")[0])
     else:
-        for path in options.files or project_files():
-            full = path.resolve()
-            name = str(full.relative_to(PROJECT)) if full.is_relative_to(PROJECT) else str(path)
+        given = [path.resolve() for path in options.files]
+        files = [f for f in project_files() if any(f.is_relative_to(g) for g in given if g.is_dir())]
+        for full in files + [g for g in given if not g.is_dir()] if given else project_files():
+            name = str(full.relative_to(PROJECT)) if full.is_relative_to(PROJECT) else str(full)
             checker.file(full, name, full.read_text(encoding="utf-8"))
         base = None if options.no_commits or options.files else options.commits or base_of_commits()
         for commit, subject in subjects_since(base) if base else []:
