@@ -1,4 +1,5 @@
-"""Every page of the documents is at most three clicks away from the README, and docs/index.md links to every page of docs/.
+"""Every page of the documents is at most three clicks away from the README, and docs/index.md links
+to every page of docs/.
 
 Usage: reachable.py PROJECT_DIR
 """
