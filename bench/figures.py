@@ -20,9 +20,9 @@ The digest is one of the sources that bench/figures.ini names for the figure, wi
 white space: words may change, code may not. A sentence quotes a cell of a table by figure, row and
 column; the first cells of a row, joined by " / ", name it:
 
-    the squared error falls to <!-- value samplers: geometric mean: squared error -->0.73<!-- /value --> of that
+    it falls to <!-- value samplers: geometric mean: squared error -->0.73<!-- /value --> of that
 
-Programs that measure call `put(document, name, command, text)`, which writes table and stamp.
+Programs that measure call `put(name, command, text)`, which writes table and stamp.
 """
 
 import argparse
@@ -134,7 +134,7 @@ class Project:
         return sorted(found)
 
     def digest(self, name):
-        """Of the sources of a figure, without comments and white space."""
+        """Digest of the sources of a figure, without comments and white space."""
         result = hashlib.sha256()
         for path in self.sources(name):
             text = path.read_text(encoding="utf-8", errors="replace")
@@ -260,10 +260,12 @@ class Project:
         return good
 
 
-def put(document, name, command, text):
-    """Writes a figure and its stamp into a document of this project; false where it has no such
-    marks."""
-    return Project().put(pathlib.Path(document), name, command, text)
+def put(name, command, text, document=None):
+    """Writes a figure and its stamp between its marks in whichever page has them, or in `document`.
+    False where there are none."""
+    project = Project()
+    pages = [pathlib.Path(document)] if document else project.pages()
+    return any([project.put(page, name, command, text) for page in pages])
 
 
 def main(arguments):
