@@ -189,7 +189,7 @@ class Wrapping(unittest.TestCase):
                 self.assertFalse(any(line.startswith(f"// {mark}") for line in new.split("\n")), new)
 
     def test_code_spans_stay_whole(self):
-        new = reflow.reflowed(pathlib.Path("a.hpp"), f"// {'word ' * 18}`gmis::Render run`, and more words\n")
+        new = reflow.reflowed(pathlib.Path("a.hpp"), f"// {'word ' * 16}`gmis::Render run`, and more words\n")
         self.assertIn("`gmis::Render run`", new)
 
     def test_docstrings_of_python(self):

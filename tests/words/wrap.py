@@ -115,8 +115,6 @@ def wrapped(path, text):
     """The text of a C++, Python, CMake or shell file with its comments wrapped."""
     lines = text.split("\n")
     for block in reversed(source_of(path, text).blocks):
-        if any(line.endswith("\\") for line in block.lines):
-            continue
         for k, line in enumerate(block.lines):
             spare = len(block.prefixes[k]) + len(line) - LIMIT
             if spare > 0 and re.search(r"-{%d}$" % (spare + 3), line):  # a rule behind a title
