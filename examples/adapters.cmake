@@ -11,6 +11,7 @@ function(gmis_add_example name)
 endfunction()
 
 gmis_add_example(render_a_scene render_a_scene.cpp)
+gmis_add_example(first_render first_render.cpp)
 gmis_add_example(bring_your_own bring_your_own/main.cpp)
 gmis_add_example(many_lights many_lights/main.cpp)
 
