@@ -17,7 +17,10 @@ struct SourcePosition {
   std::shared_ptr<const std::string> file;
   int line = 0;
 
-  [[nodiscard]] std::string to_string() const { return (file ? *file : "?") + ":" + std::to_string(line); }
+  /// Line 0 is a file without lines.
+  [[nodiscard]] std::string to_string() const {
+    return (file ? *file : "?") + (line > 0 ? ":" + std::to_string(line) : "");
+  }
 };
 
 /// Something is wrong with what the user gave us. `what()` is one line: where, what, and what to change.

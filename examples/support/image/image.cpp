@@ -80,7 +80,7 @@ void write_image(const Image& image, const std::filesystem::path& file, const Im
   });
 }
 
-Image read_image(const std::filesystem::path& file) {
+Image read_image(const std::filesystem::path& file, LoadBudget* budget) {
   // A pipe or a device might never end.
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
@@ -89,9 +89,9 @@ Image read_image(const std::filesystem::path& file) {
     throw InputError(file.string() + ": this image is missing: check its name");
   switch (format_of(file, true)) {
     case Format::exr:
-      return read_exr(file);
+      return read_exr(file, budget);
     case Format::pfm:
-      return read_pfm(file);
+      return read_pfm(file, budget);
     case Format::png:
       break;
   }

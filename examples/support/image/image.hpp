@@ -9,6 +9,8 @@
 
 namespace gmis::tools {
 
+class LoadBudget;
+
 /// Linear RGB, three floats per pixel, rows from the top.
 struct Image {
   int width = 0;
@@ -57,7 +59,8 @@ struct ImageExtras {
 /// when the file cannot be read or is no regular file, and `OutputError` when it cannot be written. A file that is
 /// there already stays as it is until the new one is whole.
 void write_image(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
-[[nodiscard]] Image read_image(const std::filesystem::path& file);
+/// With a `budget`, the pixels are counted before there is memory for them.
+[[nodiscard]] Image read_image(const std::filesystem::path& file, LoadBudget* budget = nullptr);
 /// Throws what `write_image` would throw because of the ending: to be called before the work.
 void require_writable_format(const std::filesystem::path& file);
 

@@ -63,7 +63,7 @@ SpotLightDescription make_spot(Parameters& parameters, const Transform& world_fr
 }
 
 /// An image of the sky, `scale` left in.
-EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light, const FileFinder& find,
+EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light, const Files& files,
                                      Diagnostics& diagnostics) {
   for (const char* name : {"L", "illuminance"})
     if (parameters.has(name)) parameters.fail(name, "cannot stand beside an image: use scale");
@@ -72,7 +72,10 @@ EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& wo
   const std::string name = parameters.string("filename").value_or("");
   Image image;
   try {
-    image = read_image(find(name));
+    const std::filesystem::path file = files.find(name);
+    files.budget->open_file(parameters.where());
+    image = read_image(file, files.budget);
+    files.budget->take(image.rgb.size(), 2 * sizeof(float), "the image " + file_in_quotes(name), parameters.where());
   } catch (const InputError& error) {
     throw InputError(parameters.where(), error.what());
   }
@@ -114,7 +117,7 @@ EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& wo
 }  // namespace
 
 std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
-                                           const Transform& world_from_light, const FileFinder& find,
+                                           const Transform& world_from_light, const Files& files,
                                            Diagnostics& diagnostics) {
   LightDescription light;
   light.where = parameters.where();
@@ -140,7 +143,7 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
     light.kind = DistantLightDescription{glm::normalize(towards), color};
   } else if (kind == "infinite") {
     if (parameters.has("filename")) {
-      EnvironmentLightDescription sky = make_sky(parameters, world_from_light, find, diagnostics);
+      EnvironmentLightDescription sky = make_sky(parameters, world_from_light, files, diagnostics);
       for (const glm::vec3& pixel : sky.image.radiance) color = glm::max(color, Rgb(pixel));
       light.kind = std::move(sky);
     } else {

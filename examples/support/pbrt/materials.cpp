@@ -152,7 +152,7 @@ PhongDescription make_phong(Parameters& parameters, Diagnostics& diagnostics, Ma
 
 }  // namespace
 
-MaterialDescription make_material(const std::string& kind, Parameters& parameters, const FileFinder& find,
+MaterialDescription make_material(const std::string& kind, Parameters& parameters, const Files& files,
                                   Diagnostics& diagnostics) {
   MaterialDescription result;
   result.where = parameters.where();
@@ -163,7 +163,7 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
     TextureEncoding encoding;
     encoding.curve = TextureEncoding::Curve::linear;
     textures.normal_map = scene::Texture<float>::image(
-        read_texture_image(find(*file), encoding, TexturePart::color, parameters.where("normalmap")));
+        read_texture_image(files.find(*file), encoding, TexturePart::color, *files.budget, parameters.where("normalmap")));
   }
   if (kind == "diffuse") {
     result.kind = DiffuseDescription{reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics, textures.color)};

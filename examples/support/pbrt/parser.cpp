@@ -1,5 +1,7 @@
 #include "support/pbrt/parser.hpp"
 
+#include "support/read_file.hpp"
+
 #include <algorithm>
 #include <cctype>
 #include <fstream>
@@ -8,10 +10,12 @@
 
 namespace gmis::tools::pbrt {
 
-Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics)
-    : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics) {
+Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics, LoadBudget& budget)
+    : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics), budget_(budget) {
   scene_.materials.push_back({DiffuseDescription{}, {}, {}});  // for shapes before the first Material
-  textures_.find = [this](const std::string& file) { return find(file); };
+  files_ = {[this](const std::string& file) { return find(file); }, &budget_};
+  textures_.find = files_.find;
+  mix_sizes_.push_back(1);
 }
 
 const std::map<std::string, Parser::Directive>& Parser::directives() {
@@ -62,19 +66,14 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
 }
 
 void Parser::parse_file(const std::filesystem::path& file) {
-  std::error_code error;
-  const bool is_special = std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error);
-  std::ifstream stream;
-  if (!is_special) stream.open(file, std::ios::binary);  // a pipe or a device might never end
-  if (!stream.is_open()) {
-    const std::string reason = is_special                             ? " is no regular file: name a scene"
-                               : std::filesystem::exists(file, error) ? " cannot be read: check its rights"
-                                                                      : " is missing: check its name";
-    if (lexer_ == nullptr) throw InputError(file.string() + ": this file" + reason);
-    throw InputError(directive_.where, "the file " + file_in_quotes(file.string()) + reason);
+  if (lexer_ == nullptr) {
+    const std::string text = read_file(file, "the file", budget_, SourcePosition{});
+    add_file(scene_, file);
+    return parse_text(text, file.string());
   }
+  std::string text = read_file(file, "the file", budget_, directive_.where);
   add_file(scene_, file);
-  parse_text({std::istreambuf_iterator<char>(stream), {}}, file.string());
+  parse_text(std::move(text), file.string());
 }
 
 void Parser::parse_text(std::string text, const std::string& name) {
@@ -288,6 +287,7 @@ void Parser::finish(const std::string& name) {
     throw InputError(where(saved_.back().where), "this is never closed: add " + saved_.back().closed_by);
   if (!open_object_.empty()) throw InputError(open_object_where_, "this is never closed: add ObjectEnd");
   if (!in_world_) throw InputError(name + ":1: there is no WorldBegin: is this a whole pbrt-v4 scene?");
+  copy_instances();
   require_closed_media();
   const double exposure = film_exposure_ * camera_exposure_;
   for (LightDescription& light : scene_.lights) expose(light, exposure);
