@@ -62,6 +62,7 @@ add_library(gmis_scene_reader STATIC
   ${support}/image/pfm.cpp
   ${support}/image/png.cpp
   ${support}/image/texture_image.cpp
+  ${support}/pbrt/color_spaces.cpp
   ${support}/pbrt/directives.cpp
   ${support}/pbrt/lexer.cpp
   ${support}/pbrt/lights.cpp

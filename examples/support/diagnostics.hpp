@@ -19,7 +19,9 @@ struct SourcePosition {
 
   /// Line 0 is a file without lines.
   [[nodiscard]] std::string to_string() const {
-    return (file ? *file : "?") + (line > 0 ? ":" + std::to_string(line) : "");
+    std::string text = file ? *file : "?";
+    if (line > 0) text.append(1, ':').append(std::to_string(line));
+    return text;
   }
 };
 

@@ -175,7 +175,8 @@ void Document::parse(std::string bytes) {
     throw error("its JSON cannot be read: " + in_quotes(reason).substr(1, 150));
   }
   if (!json_.is_object()) throw error("this is no glTF file: its JSON is no object");
-  const std::string version = text(member(json_, "asset"), "version");
+  const Json& stated = member(member(json_, "asset"), "version");  // a number in some files of 1.0
+  const std::string version = stated.is_number() ? stated.dump() : text(member(json_, "asset"), "version");
   if (version.starts_with("1.") || member(json_, "techniques").is_object())
     throw error("this is a file of glTF 1.0: convert it to glTF 2.0");
   if (!version.starts_with("2.")) throw error("this file names no version of glTF: \"asset\" must hold \"version\"");
@@ -402,15 +403,15 @@ void Document::replace_sparse(std::vector<double>& result, const Json& accessor,
 Document::ImageFile Document::image(std::size_t number) const {
   const Json& json = entry("images", number);
   const std::string uri = text(json, "uri");
-  std::string name = named("image", json, number);
+  std::string name = text(json, "name", "number " + std::to_string(number));
   if (!uri.empty()) {
-    if (!uri.starts_with("data:")) name = "the image " + file_in_quotes(uri);
+    if (!uri.starts_with("data:")) name = uri;
     return {name, content(uri, "the image")};
   }
   const auto found = index(json, "bufferView");
   if (!found) throw error(name + " has neither a uri nor data");
   const std::string_view bytes = view(*found);
-  budget_.take(bytes.size(), name, where_);
+  budget_.take(bytes.size(), "the image " + in_quotes(name), where_);
   return {name, std::string(bytes)};
 }
 

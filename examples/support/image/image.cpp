@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <cmath>
 
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
@@ -44,6 +45,20 @@ double mean_of(const Image& image) {
   double sum = 0;
   for (const float value : image.rgb) sum += static_cast<double>(value);
   return image.rgb.empty() ? 0 : sum / static_cast<double>(image.rgb.size());
+}
+
+double automatic_exposure(const Image& image) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
+    const double luminance = 0.2126 * static_cast<double>(image.rgb[i]) + 0.7152 * static_cast<double>(image.rgb[i + 1]) +
+                             0.0722 * static_cast<double>(image.rgb[i + 2]);
+    if (!(luminance > 1e-12 && luminance < 1e30)) continue;
+    sum += std::log2(luminance);
+    ++count;
+  }
+  constexpr double key = -2;  // log2 0.25
+  return count == 0 ? 0 : std::clamp(key - sum / static_cast<double>(count), -10.0, 10.0);
 }
 
 std::string image_hash(const Image& image) {

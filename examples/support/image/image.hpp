@@ -31,6 +31,10 @@ struct Image {
 /// Of all pixels and channels.
 [[nodiscard]] double mean_of(const Image& image);
 
+/// The exposure, in powers of two from −10 to 10, that brings the log-average of the luminance of all pixels that are not
+/// black to 0.25 (Reinhard et al. 2002, eq. 1); 0 for a black picture.
+[[nodiscard]] double automatic_exposure(const Image& image);
+
 /// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
 [[nodiscard]] std::string image_hash(const Image& image);
 

@@ -4,6 +4,7 @@
 #include <glm/matrix.hpp>
 #include <utility>
 
+#include "support/pbrt/color_spaces.hpp"
 #include "support/pbrt/parser.hpp"
 
 namespace gmis::tools::pbrt {
@@ -208,11 +209,15 @@ void Parser::require_closed_media() {
 
 void Parser::color_space() {
   const std::string name = expect_string("the name of a colour space");
-  if (name == "srgb")
+  const auto matrix = srgb_from(name);
+  if (!matrix)
+    diagnostics_.unsupported(directive_.where, "the colour space " + in_quotes(name) +
+                                                   " is not known: use srgb, dci-p3, rec2020 or aces2065-1");
+  else if (name == "srgb")
     diagnostics_.note(directive_.where, "ColorSpace \"srgb\" is what all colours are in");
   else
-    diagnostics_.unsupported(directive_.where,
-                             "the colour space " + in_quotes(name) + " is not supported: give colours in srgb");
+    diagnostics_.note(directive_.where, "colours given as rgb are brought from " + name + " to srgb, images are not");
+  state_.to_srgb = matrix.value_or(glm::dmat3(1));
 }
 
 void Parser::option() {
@@ -330,10 +335,13 @@ void Parser::film() {
   film.where = directive_.where;
   read_crop(parameters);
   if (const auto sensor = parameters.string("sensor"); sensor && *sensor != "cie1931")
-    diagnostics_.unsupported(
-        directive_.where, "the sensor " + in_quotes(*sensor) + " is not supported: leave it out, for plain radiance");
-  if (parameters.number_or("whitebalance", 0) != 0)
-    parameters.unsupported("whitebalance", "is not supported: leave it out", diagnostics_);
+    diagnostics_.warning(directive_.where, "the sensor " + in_quotes(*sensor) +
+                                               " is taken for \"cie1931\": colours differ a little from the camera's");
+  if (const double kelvins = parameters.number_or("whitebalance", 0); kelvins != 0) {
+    if (!(kelvins >= 1000 && kelvins <= 25000)) parameters.fail("whitebalance", "must be 0, or from 1000 to 25000 kelvins");
+    white_balance_ = white_balance(kelvins);
+    diagnostics_.note(directive_.where, "whitebalance is applied to the colours of lights");
+  }
   // As pbrt has it, with a shutter that is open for a second unless Camera says otherwise.
   film_exposure_ = parameters.number_or("iso", 100) / 100 * parameters.number_or("exposuretime", 1) *
                    parameters.number_or("imagingratio", 1);

@@ -34,8 +34,8 @@ struct Files {
                                                          const Transform& world_from_light, const Files& files,
                                                          Diagnostics& diagnostics);
 
-/// Makes a light brighter by this factor.
-void expose(LightDescription& light, double factor);
+/// Multiplies the colour of a light by this matrix; what becomes negative is 0.
+void expose(LightDescription& light, const glm::dmat3& matrix);
 
 /// What an area light emits, before it is known how large it is.
 struct AreaLight {

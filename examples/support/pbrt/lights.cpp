@@ -143,7 +143,16 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
     light.kind = DistantLightDescription{glm::normalize(towards), color};
   } else if (kind == "infinite") {
     if (parameters.has("filename")) {
-      EnvironmentLightDescription sky = make_sky(parameters, world_from_light, files, diagnostics);
+      EnvironmentLightDescription sky;
+      try {
+        sky = make_sky(parameters, world_from_light, files, diagnostics);
+      } catch (const InputError& error) {
+        diagnostics.unsupported(error.where().value_or(parameters.where()), error.message());
+        sky.image = {};
+        sky.image.resolution = {2, 1};
+        sky.image.mapping = scene::SkyMapping::latitude_longitude;
+        sky.image.radiance.assign(2, glm::vec3(1));  // white with --lenient
+      }
       for (const glm::vec3& pixel : sky.image.radiance) color = glm::max(color, Rgb(pixel));
       light.kind = std::move(sky);
     } else {
@@ -166,18 +175,19 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
   return light;
 }
 
-void expose(LightDescription& light, double factor) {
-  if (factor == 1) return;
+void expose(LightDescription& light, const glm::dmat3& matrix) {
+  if (matrix == glm::dmat3(1)) return;
   struct {
-    double factor;
-    void operator()(PointLightDescription& l) const { l.intensity *= factor; }
-    void operator()(SpotLightDescription& l) const { l.intensity *= factor; }
-    void operator()(DistantLightDescription& l) const { l.irradiance *= factor; }
-    void operator()(InfiniteLightDescription& l) const { l.radiance *= factor; }
+    const glm::dmat3& matrix;
+    void change(Rgb& color) const { color = glm::max(matrix * color, Rgb(0)); }
+    void operator()(PointLightDescription& l) const { change(l.intensity); }
+    void operator()(SpotLightDescription& l) const { change(l.intensity); }
+    void operator()(DistantLightDescription& l) const { change(l.irradiance); }
+    void operator()(InfiniteLightDescription& l) const { change(l.radiance); }
     void operator()(EnvironmentLightDescription& l) const {
-      for (glm::vec3& pixel : l.image.radiance) pixel *= static_cast<float>(factor);
+      for (glm::vec3& pixel : l.image.radiance) pixel = glm::max(glm::mat3(matrix) * pixel, glm::vec3(0));
     }
-  } brighten{factor};
+  } brighten{matrix};
   std::visit(brighten, light.kind);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <glm/common.hpp>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -109,6 +110,9 @@ void Parser::parse_nested(Lexer& lexer) {
 void Parser::require_scene(const Lexer& lexer) {
   const std::string_view word = lexer.first_word();
   if (lexer.is_at_end() || directives().contains(std::string(word))) return;
+  static const std::set<std::string_view> older{"Renderer", "SurfaceIntegrator", "VolumeIntegrator", "SearchPath"};
+  if (older.contains(word))
+    throw InputError(lexer.here(), "this is a scene of pbrt-v2 or older: bring it to v3, and that to v4 by pbrt --upgrade");
   throw InputError(lexer.here(),
                    "this is no pbrt-v4 scene: it does not begin with a directive like Film or WorldBegin");
 }
@@ -209,6 +213,7 @@ Parameters Parser::parse_parameters(const std::string& kind, const char* default
       parameters.back().is_used = true;  // it may be meant for another kind
     }
   }
+  textures_.to_srgb = state_.to_srgb;
   return {named_directive(kind), directive_.where, std::move(parameters), textures_, diagnostics_};
 }
 
@@ -289,10 +294,10 @@ void Parser::finish(const std::string& name) {
   if (!in_world_) throw InputError(name + ":1: there is no WorldBegin: is this a whole pbrt-v4 scene?");
   copy_instances();
   require_closed_media();
-  const double exposure = film_exposure_ * camera_exposure_;
+  const glm::dmat3 exposure = white_balance_ * (film_exposure_ * camera_exposure_);
   for (LightDescription& light : scene_.lights) expose(light, exposure);
   for (ShapeDescription& one : scene_.shapes)
-    if (one.emission) one.emission->radiance *= exposure;
+    if (one.emission) one.emission->radiance = glm::max(exposure * one.emission->radiance, Rgb(0));
   if (scene_.shapes.empty()) throw InputError(name + ":1: the scene holds no shape: add one after WorldBegin");
   const bool has_light = !scene_.lights.empty() || std::any_of(scene_.shapes.begin(), scene_.shapes.end(),
                                                                [](const auto& s) { return s.emission.has_value(); });

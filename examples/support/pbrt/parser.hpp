@@ -32,6 +32,7 @@ class Parser {
     Transform end_transform{1};  ///< the same at the end of a motion
     bool is_start_active = true, is_end_active = true;  ///< which of the two directives change
     bool reverse_orientation = false;
+    glm::dmat3 to_srgb{1};  ///< of ColorSpace
     std::size_t material = 0;
     bool is_interface = false;  ///< the material is the boundary of a medium alone, and cannot be seen
     Medium inside, outside;     ///< of the shapes that follow
@@ -159,6 +160,7 @@ class Parser {
   std::string open_object_;
   SourcePosition open_object_where_;
   double film_exposure_ = 1, camera_exposure_ = 1;  ///< factors on all light
+  glm::dmat3 white_balance_{1};                     ///< of the film, on the colours of all light
 };
 
 }  // namespace gmis::tools::pbrt

@@ -178,8 +178,13 @@ std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& 
       parameters.unsupported("displacement", "is not supported: the mesh stays as it is without it", diagnostics);
       parameters.ignore({"displacement", "displacement.edgelength", "displacement.uvscale"});
     }
-    shape.geometry = read_ply(files.find(*file), *files.budget, parameters.where());
     parameters.ignore({"edgelength"});
+    try {
+      shape.geometry = read_ply(files.find(*file), *files.budget, parameters.where());
+    } catch (const InputError& error) {
+      diagnostics.unsupported(parameters.where(), error.message());  // the mesh is left out with --lenient
+      return {};
+    }
   } else {
     diagnostics.unsupported(parameters.where(),
                             "the shape " + in_quotes(kind) +

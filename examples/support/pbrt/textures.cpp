@@ -56,14 +56,17 @@ TextureHandle image_texture(Parameters& parameters, bool is_color, const Files& 
   const scene::TexturePlacement placement = placement_of(parameters, diagnostics);
   const double scale = parameters.number_or("scale", 1);
   const bool is_inverted = parameters.boolean_or("invert", false);
-  const auto image = read_texture_image(files.find(*name), encoding_of(parameters),
-                                        is_color ? TexturePart::color : TexturePart::grey, *files.budget,
-                                        parameters.where());
   TextureHandle result;
   try {
+    const auto image = read_texture_image(files.find(*name), encoding_of(parameters),
+                                          is_color ? TexturePart::color : TexturePart::grey, *files.budget,
+                                          parameters.where());
     result = Tex::image(image, placement, wrap->second, filter->second, is_inverted);
   } catch (const std::invalid_argument& error) {
     throw InputError(parameters.where(), in_quotes(*name) + ": " + error.what());
+  } catch (const InputError& error) {
+    diagnostics.unsupported(parameters.where(), error.message());  // ends the reading unless --lenient goes on
+    result = Tex::constant(glm::dvec3(0.5));
   }
   return scale == 1 ? result : Tex::product(result, Tex::constant(glm::dvec3(scale)));
 }
