@@ -190,6 +190,13 @@ TEST_CASE("Colour spaces keep white, and white balance makes white of its illumi
             .says("is taken for"));
 }
 
+TEST_CASE("Scenes of older versions are named as such") {
+  CHECK(read("LookAt 0 0 1 0 0 0 0 1 0\nWorldBegin\nMaterial \"matte\" \"rgb Kd\" [ 1 0 0 ]\n" + triangle, Strictness::strict)
+            .error.find("pbrt-v3") != std::string::npos);
+  CHECK(read("SurfaceIntegrator \"path\"\nWorldBegin\n" + triangle, Strictness::strict).error.find("pbrt-v2") !=
+        std::string::npos);
+}
+
 TEST_CASE("A camera a hair off orthogonal is made orthonormal, one that is far off is refused") {
   const auto camera = [](double off) {
     return "Transform [ 2 0 0 0  " + std::to_string(2 * off) +

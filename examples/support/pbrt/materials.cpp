@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <set>
 
 #include "support/image/texture_image.hpp"
 #include "support/pbrt/elements.hpp"
@@ -203,6 +204,11 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
                      "a smooth coat");
     result.kind = coated;
   } else {
+    static const std::set<std::string> of_version_3{"matte",     "plastic", "glass",       "metal",  "uber",
+                                                    "substrate", "disney",  "translucent", "fourier", "kdsubsurface"};
+    if (of_version_3.contains(kind))
+      throw InputError(parameters.where(), "the material " + in_quotes(kind) +
+                                               " is of pbrt-v3: bring the scene to v4 by pbrt --upgrade");
     diagnostics.unsupported(parameters.where(),
                             "the material " + in_quotes(kind) +
                                 " is not understood: use diffuse, conductor, dielectric, coateddiffuse, "
