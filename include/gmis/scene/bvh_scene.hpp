@@ -309,6 +309,7 @@ class BvhScene {
   std::vector<std::array<Vec3<T>, 3>> sphere_axes_;  ///< the same
   std::vector<Material> materials_;
   std::vector<std::shared_ptr<const EnvironmentMap<T>>> environment_maps_;
+  std::vector<EmissionPattern<T>> emission_patterns_;
   std::vector<Light> lights_;
   std::vector<const Light*> infinite_lights_;
   AliasTable<T> light_choice_;
