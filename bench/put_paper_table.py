@@ -1,4 +1,5 @@
-"""Puts the tables of `gmis-compare`'s report.md about the paper's scenes into a document: put_paper_table.py REPORT DOCUMENT."""
+"""Puts the tables of `gmis-compare`'s report.md about the paper's scenes into a document:
+put_paper_table.py REPORT DOCUMENT."""
 
 import pathlib
 import sys

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The names of tests: every program in tests/PART is called test_PART_…, and every source belongs to a program. With --fix, programs are renamed, wherever their names stand.
+"""The names of tests: every program in tests/PART is called test_PART_…, and every source belongs
+to a program. With --fix, programs are renamed, wherever their names stand.
 """
 
 import pathlib
