@@ -24,7 +24,7 @@ def frames_of(program, addresses):
 
 
 def owners_of(program, addresses, owner):
-    """What `owner` says of the innermost file at each address that it says anything of; None where
+    """The answer of `owner` for the innermost file at each address that it says anything of; None where
     it says nothing."""
     return {address: next((o for o in map(owner, frames) if o is not None), None)
             for address, frames in frames_of(program, addresses).items()}
@@ -95,8 +95,8 @@ def counted(command):
 
 
 def counted_more(program, less, more):
-    """The same of what a run of `program` with the arguments `more` does that one with the
-    arguments `less` does not."""
+    """Counts of a run of `program` with the arguments `more`, less those with the arguments
+    `less`."""
     pairs = zip(counted([program, *more]), counted([program, *less]))
     return [collections.Counter({key: count - fewer[key] for key, count in many.items() if count > fewer[key]}) for many, fewer in pairs]
 

@@ -1,4 +1,4 @@
-"""What benchmarks share: the scenes, runs of gmis-render, its pictures, tables, documents, counts
+"""Shared by the benchmarks: the scenes, runs of gmis-render, its pictures, tables, documents, counts
 of instructions."""
 
 import array
@@ -70,8 +70,8 @@ def write_pfm(file, values, size):
 
 
 def own_errors(pictures, longer=None):
-    """The error of every picture, relative as a run states it, against the mean of what the other
-    seeds have: their pictures, or `longer` ones of theirs with the same mean. The two halves a and
+    """The error of every picture, relative as a run states it, against the mean of the other
+    seeds: of their pictures, or of `longer` runs with the same mean. The two halves a and
     b of the others, and (x - a) (x - b) in place of a square, keep the noise of the others out;
     merging's bias, which all seeds have alike, is not in it either."""
     longer = pictures if longer is None else longer

@@ -8,7 +8,7 @@ from measuring import write_into
 
 
 def first_tables(report):
-    """Of every section its heading, its first table and the line about its reference."""
+    """For every section its heading, its first table and the line about its reference."""
     kept = []
     for section in report.split("### ")[1:]:
         name, *lines = section.splitlines()

@@ -10,7 +10,7 @@ help, and
 and may have
 
     PROGRAM = "NAME"      a program of the preset `bench`: built first; its path is options.program
-    OPTIONS = {…}         those of the common options below that it takes, with their values if they are not given
+    OPTIONS = {…}         the common options that it takes, with their values if none are given
     add_options(parser)   options of its own
     BY_ITSELF = False     it needs an argument or hours: run by name only
 

@@ -50,7 +50,7 @@ library, renderer = "library", "renderer"
 
 
 def owner(file):
-    """Whose code this is; None for code that works for whoever calls it."""
+    """The owner of a file; None for code that works for whoever calls it."""
     if "/include/gmis/" in file:
         part = file.split("/include/gmis/")[1]
         if part.startswith("scene/"):

@@ -3,8 +3,8 @@
 Every configuration renders every scene for the processor time of 64 iterations of `vcm`, on one
 thread, several seeds; the configurations of a scene take turns, so that a busy machine is fair to
 all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs less time for the
-same error. Of the seconds an iteration takes the least of all seeds counts, since what else runs on
-the machine can only add to them; relMSE × iterations is the mean of all. The best fixed
+same error. The time of an iteration is the least of all seeds, since other
+programs on the machine can only add to it; relMSE × iterations is the mean of all. The best fixed
 configuration is picked on some seeds and scored on others. An interval is one of 90 %, from the
 spread of both over the seeds.
 
@@ -84,7 +84,7 @@ def geometric_mean(values):
 
 
 def describe(stats):
-    """What auto chose, from the statistics of a run."""
+    """The choice of auto, from the statistics of a run."""
     choice = stats.get("choice")
     if not choice:
         return "by the rules: " + stats["plan"], 0.0
@@ -106,7 +106,7 @@ def work(runs, measure):
 
 
 def ratio(one, other, seeds):
-    """Of two works: the ratio and its interval of 90 %, by Student's t with as many degrees of
+    """The ratio of two works and its interval of 90 %, by Student's t with as many degrees of
     freedom as the seeds of one have."""
     value, spread = one[0] / other[0], STUDENT_T[min(seeds - 1, len(STUDENT_T)) - 1] * math.hypot(one[1], other[1])
     return value, value * math.exp(-spread), value * math.exp(spread)

@@ -1,4 +1,4 @@
-"""What the engine costs inside another renderer: instructions a pixel over SmallVCM's intersection,
+"""The cost of the engine inside another renderer: instructions a pixel over SmallVCM's intersection,
 BSDFs, lights and camera, beside SmallVCM's own integrators.
 
 Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), of which nothing is changed, and
@@ -62,7 +62,7 @@ def pictures_that_differ(program, cases):
 
 
 def owner_in(checkout):
-    """Whose code a file is; None for code that works for whoever calls it, such as SmallVCM's
+    """A function from a file to its owner; None for code that works for whoever calls it, such as SmallVCM's
     vectors."""
     headers, theirs = f"{root}/include/gmis/", f"{checkout}/src/"
     owners = {headers + part: library for part in ("transport/", "result/", "render/")}

@@ -6,12 +6,14 @@ Instructions, counted by callgrind, because seconds differ from machine to machi
 between runs of 3 and of 1 iterations, so that reading the scene and building its tree do not count.
 
   instructions   also writes its table into docs/smallvcm.md
-  parts          where the instructions go, by part of the library (instruction_parts.py); writes its table into docs/smallvcm.md
+  parts          where the instructions go, by part of the library (instruction_parts.py); also
+                 writes its table into docs/smallvcm.md
   errors         relMSE after 1, 4, 16 and 64 iterations
-  --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares with the figures kept in
-                 bench/instructions.txt: fails when one is above by more than 1 %. The level of the processor is fixed (preset bench:
-                 x86-64-v3), and valgrind shows every program the same processor, so the figures depend on the compiler and the C
-                 library, not on the machine.
+  --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares
+                 with the figures kept in bench/instructions.txt: fails when one is above by more
+                 than 1 %. The level of the processor is fixed (preset bench: x86-64-v3), and
+                 valgrind shows every program the same processor, so the figures depend on the
+                 compiler and the C library, not on the machine.
   --keep         counts them and keeps the figures
 """
 

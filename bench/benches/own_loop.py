@@ -1,4 +1,4 @@
-"""Instructions a round of N3 by `estimate` and by a loop of one's own with the same checks and sums
+"""Instructions a round of N3 by `estimate` and by a loop by hand with the same checks and sums
 (bench/own_loop/loops.hpp).
 
 Counted by callgrind: the difference between runs of 3000 and of 1000 rounds (300 and 100 for large

@@ -1,4 +1,4 @@
-"""What a pilot costs: its processor time over that of the iterations of the run.
+"""The cost of a pilot: its processor time over that of the iterations of the run.
 
 Every scene is rendered by `auto` with 8, 16 and 64 iterations, in turns. The processor time after
 two iterations, less that of two such as come later, is the pilot's: with it come the first numbers

@@ -58,7 +58,7 @@ def iterations_by(law, error):
 
 
 def iterations_between(error, prices):
-    """Of an error between, or beyond, those of a table, by a power law through the two entries
+    """Iterations to an error between, or beyond, those of a table, by a power law through the two entries
     nearest to it."""
     nearest = sorted(prices, key=lambda price: abs(math.log(price["error"] / error)))[:2]
     a, b = nearest

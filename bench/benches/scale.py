@@ -49,7 +49,7 @@ def stats_of(options, scene, arguments):
 
 
 def wall_seconds(options, scene, threads, processes):
-    """Of so many runs at once."""
+    """Wall time of several runs at once."""
     files = [options.out / f"stats_{k}.json" for k in range(processes)]
     begun = [subprocess.Popen([options.program, scene, "--integrator", "vcm", "--connections", "paired", "--size", "256x256", "--iterations", "64", "--threads",
                                str(threads), "--quiet", "--stats", str(file), "--out", str(file.with_suffix(".pfm"))], stdin=subprocess.DEVNULL) for file in files]

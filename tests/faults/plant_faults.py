@@ -8,7 +8,7 @@ tried in turn; the first that fails has caught it. Each test must pass without a
 line per fault, writes a report, and exits with 1 when fewer than 98 % were caught, or when a fault
 could not be planted.
 
-`--mutate SYMBOL` plants mechanical faults of a function in place of those of the list: an operator
+`--mutate SYMBOL` plants mechanical faults of a function in place of the list: an operator
 or a name for its opposite, a factor of 1.01, a statement left out, a condition negated. What no
 test catches is either harmless or a gap; it decides nothing by itself.
 """
@@ -33,8 +33,8 @@ from tokens import headers_in
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 REQUIRED = 0.98
-# A test that takes so many times as much processor time with a fault in it as without, and some
-# seconds, does not end. One that only waits is given longer: how busy the machine is decides
+# A test with a fault that takes more processor time than this factor times that without a fault,
+# and these seconds, does not end. One that only waits is given longer: how busy the machine is decides
 # nothing.
 RUN_LIMIT_FACTOR, RUN_LIMIT_SECONDS, WAITING_LIMIT_FACTOR = 10, 20, 20
 MOST_TOGETHER = 40  # faults in one program
@@ -339,7 +339,8 @@ def plant_all(planter, results, jobs):
                 for result in chunk:
                     is_alone = any(result is other for other in failed)
                     if is_alone or (not result.caught and not waiting[id(result)]):
-                        alone.append(result)  # a constant, for instance, was computed by the compiler: its fault did nothing
+                        # A fault in a constant that the compiler computed did nothing.
+                        alone.append(result)
                     if is_alone or result.caught or not waiting[id(result)]:
                         del waiting[id(result)]
                     if result.caught:

@@ -55,7 +55,7 @@ class Scopes:
         return self.words[i] if i < len(self.words) else ""
 
     def closing(self, i):
-        """The index of what closes the bracket at i."""
+        """The index of the bracket that closes the one at i."""
         depth = 0
         for k in range(i, len(self.words)):
             if self.words[k] in OPEN:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""That the registry of benchmarks is sound: each says what it measures and takes its options, and
+"""Checks the registry of benchmarks: each says what it measures and takes its options, and
 every table in a document, every program of bench/CMakeLists.txt and every `./run bench` in a
 document belongs to one of them.
 """

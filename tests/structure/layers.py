@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Which layer of include/gmis includes which, and that folders form no cycle: layers.py
+"""Checks that each layer of include/gmis includes only layers below it, and that folders form no cycle: layers.py
 INCLUDE-FOLDER.
 
 Prints every include that its layer may not have, every arrow between rooms that points up, and one

@@ -15,7 +15,7 @@ MENTIONS = ["CMakePresets.json", ".ci/run", "run", "*.md", "docs/*.md", "tests/*
 
 
 def parts():
-    """Of each part the text of its CMake files."""
+    """For each part the text of its CMake files."""
     for folder in sorted((PROJECT / "tests").iterdir()):
         if folder.name not in OTHERS and (folder / "CMakeLists.txt").exists():
             files = [folder / "CMakeLists.txt", *sorted(folder.glob("*.cmake"))]
