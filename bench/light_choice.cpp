@@ -7,8 +7,8 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/scene/scene_builder.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 // Lights chosen by power and for their receiver (`LightSelection`).
 //

@@ -2,7 +2,7 @@
 // compiles (./run bench compile).
 
 #include <cstdio>
-#include <gmis/transport/engine.hpp>
+#include <gmis/transport/engine/engine.hpp>
 
 #include "bring_your_own/adapter.hpp"
 #include "bring_your_own/world.hpp"

@@ -80,8 +80,6 @@ Json measured_methods(std::size_t largest, int slices, double slice_seconds, std
            [&] { return outcome_of(gmis::estimate_partial(problem, proposals, strided, rounds, source)); }},
           {"chosen groups of 4",
            [&] { return outcome_of(gmis::estimate_partial(problem, proposals, groups, rounds, source)); }},
-          {"heretical groups of 4",
-           [&] { return outcome_of(gmis::estimate_heretical(problem, proposals, 4, rounds, source)); }},
           {"resampling, 8 to 1",
            [&] {
              const auto target = [&](double x) { return problem(x) + 1e-3 * proposals[n / 2].pdf(x); };

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
-#include "gmis/mis/quadrature.hpp"
+#include "gmis/mis/diagnostics/quadrature.hpp"
 
 /// The integrals of the benchmark. What the library and the loops by hand have in common is always inlined, so that
 /// their difference is the library and not what the compiler's inliner thought of the one or the other.

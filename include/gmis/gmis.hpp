@@ -8,4 +8,5 @@
 #include "gmis/render.hpp"
 #include "gmis/result.hpp"
 #include "gmis/scene.hpp"
+#include "gmis/testing.hpp"
 #include "gmis/transport.hpp"

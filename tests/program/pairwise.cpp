@@ -83,10 +83,7 @@ RenderRequest request_for(const Scene& scene, const Effort& effort, int max_dept
   options.light_paths = effort.light_paths;
   // The ways of gmis to split, one after the other.
   if (effort.integrator == IntegratorChoice::gmis) {
-    constexpr SplitChoice splits[] = {SplitChoice::budgeted, SplitChoice::budgeted, SplitChoice::adaptive,
-                                      SplitChoice::local};
-    options.split = splits[seed % 4];
-    if (seed % 4 == 1) options.camera_split = 3;
+    options.split = seed % 2 == 0 ? SplitChoice::budgeted : SplitChoice::local;
   }
   request.split = options.split;
   set_counts(request, options, *scene.built);
@@ -116,8 +113,8 @@ Estimates estimates_of(const Scene& scene, const RenderRequest& request, std::ui
   for (std::uint32_t i = 1; i <= last; ++i) {
     source->iterate(executor);
     if (i < first) continue;
-    result.blocks.add(source->frame());
-    result.whole.add(source->frame());
+    result.blocks.add(source->engine().frame());
+    result.whole.add(source->engine().frame());
   }
   REQUIRE(source->counters().rejected_non_finite == 0);
   REQUIRE(source->counters().rejected_negative == 0);
@@ -243,7 +240,7 @@ void add_run(BlockMeans& means, const Scene& scene, const RenderRequest& request
     source->iterate(executor);
     if (i < first) continue;
     means.add(blocks.block_means([&](int x, int y, int c) {
-      return static_cast<double>(source->frame()[static_cast<std::size_t>(y * resolution.x + x)][c]);
+      return static_cast<double>(source->engine().frame()[static_cast<std::size_t>(y * resolution.x + x)][c]);
     }));
   }
 }

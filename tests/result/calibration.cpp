@@ -38,7 +38,7 @@ Calibration calibration_of(const std::filesystem::path& scene_file, IntegratorCh
                            std::uint32_t iterations, std::array<int, 2> size, int runs) {
   const LoadedScene scene = load_scene(scene_file, size);
   Options options;
-  options.connections = gmis::paired_connections;
+  options.connects_paired_tree = true;
   RenderRequest request;
   request.integrator = options.integrator = integrator;
   request.settings.max_depth = 6;

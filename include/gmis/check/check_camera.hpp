@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "gmis/check/findings.hpp"
+#include "gmis/check/compare.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/random.hpp"
 
@@ -33,7 +33,8 @@ template <Camera C, UniformSource Source>
     const auto ray = camera.sample_ray(pixel, uv, lens);
     if (!ray) continue;
     const V direction(ray->direction), origin(ray->origin.position);
-    findings.count(Convention::camera_ray_unit, detail::nearly(glm::length(direction), 1.0, 1e-3));
+    findings.look_at(0, {origin, V(0), direction});
+    detail::compare(findings, Convention::camera_ray_unit, glm::length(direction), 1.0, 1e-3);
 
     // A point on the ray must project to the pixel, as seen from the same point of the lens.
     const double t = distance * (0.2 + 2.0 * uniform<double>(source));
@@ -49,10 +50,9 @@ template <Camera C, UniformSource Source>
                      std::abs(seen->pixel.x - pixel.x) <= reach && std::abs(seen->pixel.y - pixel.y) <= reach);
       const V to_camera(seen->to_camera);
       findings.count(Convention::camera_to_camera, glm::length(to_camera + direction) <= 0.02);
-      findings.count(Convention::camera_two_densities,
-                     detail::nearly(static_cast<double>(seen->density), static_cast<double>(ray->density)));
-      findings.count(Convention::camera_two_weights, detail::nearly(static_cast<double>(max_channel(seen->weight)),
-                                                                    static_cast<double>(max_channel(ray->weight))));
+      detail::compare(findings, Convention::camera_two_densities, static_cast<double>(seen->density),
+                      static_cast<double>(ray->density));
+      detail::compare_channels(findings, Convention::camera_two_weights, seen->weight, ray->weight, 1.0, 0.01);
     }
 
     if (radius > 0.5) continue;
@@ -71,8 +71,8 @@ template <Camera C, UniformSource Source>
     const double magnitude = is_parallel ? glm::length(origin) : 1.0;
     const double rounding = 8.0 * epsilon * magnitude / std::sqrt(std::max(area, 1e-30));
     if (rounding > 0.05) continue;  // a pixel too small for these differences to say anything
-    findings.count(Convention::camera_density,
-                   detail::nearly(static_cast<double>(ray->density) * area, 1.0, 0.05 + 2.0 * rounding));
+    detail::compare(findings, Convention::camera_density, static_cast<double>(ray->density), 1.0 / area,
+                    0.05 + 2.0 * rounding);
   }
   return findings;
 }

@@ -2,10 +2,10 @@
 
 #include <string>
 
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
-#include "gmis/core/requirements.hpp"
-#include "gmis/transport/effects/path_class.hpp"
+#include "gmis/transport/state/path_class.hpp"
 
 namespace gmis {
 

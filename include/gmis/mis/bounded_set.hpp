@@ -19,6 +19,7 @@ class BoundedSet {
 
   /// `set.size()` must be at most `Bound`.
   explicit constexpr BoundedSet(const Set& set) noexcept : set_(set) {}
+  explicit BoundedSet(const Set&&) = delete;  // it would refer to a temporary
 
   [[nodiscard, gnu::always_inline]] constexpr std::size_t size() const noexcept {
     if constexpr (Bound == 1)

@@ -164,9 +164,10 @@ class EstimateAccumulator {
   Rejected rejected_;
 };
 
-/// Throws std::invalid_argument for no rounds, and for a negative number that was converted.
+/// Throws std::invalid_argument for no rounds, and for more than 2^62: a negative number that was converted.
 constexpr void require_rounds(std::uint64_t rounds) {
-  require_argument(rounds > 0 && rounds <= std::uint64_t{1} << 62U, "the number of rounds must be at least 1");
+  require_argument(rounds > 0, "the number of rounds must be at least 1");
+  require_argument(rounds <= std::uint64_t{1} << 62U, "more than 2^62 rounds: was a negative number converted?");
 }
 
 /// Adds `rounds` ≥ 1 rounds to `accumulator`: what `estimate` does, for one of several threads or blocks. Give each its own

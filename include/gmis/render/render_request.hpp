@@ -15,8 +15,8 @@
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/price.hpp"
 #include "gmis/result/rejection_limit.hpp"
-#include "gmis/transport/settings.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/state/settings.hpp"
+#include "gmis/transport/state/pixel_bounds.hpp"
 
 namespace gmis {
 

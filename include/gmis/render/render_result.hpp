@@ -12,7 +12,8 @@
 #include "gmis/result/film.hpp"
 #include "gmis/result/merging_bias.hpp"
 #include "gmis/result/price.hpp"
-#include "gmis/transport/render_engine.hpp"
+#include "gmis/transport/allocation/choice.hpp"
+#include "gmis/transport/engine/any_engine.hpp"
 
 namespace gmis {
 

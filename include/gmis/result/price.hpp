@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/error_fit.hpp"
 #include "gmis/result/error_law.hpp"
@@ -82,7 +83,7 @@ namespace detail {
 /// The prices of errors before a run, by the law that a choice of counts forecasts (`expected_law`). `begun`: what the run has
 /// taken so far, pilot included. `later`: what a later part takes, in which iterations are as they will be. An error that fewer
 /// iterations than those begun with would have reached takes its share of their time.
-[[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, const WorkDone& begun, const WorkDone& later,
+GMIS_RARE [[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, const WorkDone& begun, const WorkDone& later,
                                                 std::span<const double> errors = PriceTable::usual_errors) {
   PriceTable table{{}, law};
   for (const double error : errors) {
@@ -99,7 +100,7 @@ namespace detail {
 /// between two points. The others are predicted by the law fitted to errors over *iterations* (time is what other programs on
 /// the machine change). `expected`: the law as far as it was known before the run; by its α = 1 nothing merges. Points before
 /// iteration 8 say too little about themselves to take part. Nothing without a point from there on with an error above 0.
-[[nodiscard]] inline std::optional<PriceTable> price_table(std::span<const ConvergencePoint> log,
+GMIS_RARE [[nodiscard]] inline std::optional<PriceTable> price_table(std::span<const ConvergencePoint> log,
                                                            std::span<const double> errors = PriceTable::usual_errors,
                                                            const ErrorLaw& expected = {}) {
   constexpr std::uint64_t first = 8;
