@@ -1,8 +1,9 @@
 """Where the instructions of an iteration go, by part of the library.
 
-The program is instructions/main.cpp compiled with -g1 -no-pie. An instruction belongs to the part whose file is innermost in its stack of
-inlined calls; GLM, the standard library and the C library belong to whoever calls them. The table has instructions a pixel and
-iteration, beside those kept in instruction_parts.txt.
+The program is instructions/main.cpp compiled with -g1 -no-pie. An instruction belongs to the part
+whose file is innermost in its stack of inlined calls; GLM, the standard library and the C library
+belong to whoever calls them. The table has instructions a pixel and iteration, beside those kept in
+instruction_parts.txt.
 """
 import pathlib
 import re

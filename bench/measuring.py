@@ -1,4 +1,5 @@
-"""What benchmarks share: the scenes, runs of gmis-render, its pictures, tables, documents, counts of instructions."""
+"""Shared by the benchmarks: the scenes, runs of gmis-render, its pictures, tables, documents, counts
+of instructions."""
 
 import array
 import json
@@ -17,14 +18,16 @@ TEMPTING = ["all_narrow", "camera_in_water", "far_sun", "huge_ground", "keyhole"
 BUILT_IN = ["cornell", "paper1", "paper2", "paper3", "paper4"]
 # Name: what the renderer is told.
 FOURTEEN = {name: name for name in BUILT_IN} | {name: f"bench/scenes/{name}.pbrt" for name in OWN}
-# Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10 segments.
+# Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10
+# segments.
 FOREIGN = {name: f"tests/program/reference/{name}.pbrt" for name in ("svcm0", "svcm1", "tung1", "tung2")}
 TWENTY_FOUR = FOURTEEN | {name: f"bench/scenes/tempting/{name}.pbrt" for name in TEMPTING}
 ALL = TWENTY_FOUR | FOREIGN
 
 
 def depth_of(scene, otherwise=None):
-    """The option for the greatest length of paths: scenes of other renderers have that of their pictures."""
+    """The option for the greatest length of paths: scenes of other renderers have that of their
+    pictures."""
     depth = 10 if scene in FOREIGN else otherwise
     return ["--max-depth", str(depth)] if depth else []
 
@@ -38,8 +41,8 @@ def build(target):
 
 
 def render(options, scene, *arguments, threads=1, stats=None, picture=None):
-    """Runs gmis-render: its statistics. `scene` is one of ALL, or a file. Without a place of their own, picture and
-    statistics are left in options.out."""
+    """Runs gmis-render: its statistics. `scene` is one of ALL, or a file. Without a place of their
+    own, picture and statistics are left in options.out."""
     stats = stats or options.out / "stats.json"
     picture = picture or options.out / "picture.pfm"
     words = [word for argument in arguments for word in (argument.split() if isinstance(argument, str) else map(str, argument))]
@@ -48,7 +51,7 @@ def render(options, scene, *arguments, threads=1, stats=None, picture=None):
     return json.loads(pathlib.Path(stats).read_text(encoding="utf-8"))
 
 
-# --- Pictures -------------------------------------------------------------------------------------------------------------
+# --- Pictures -------------------------------------------------------------------------------------
 
 
 def read_pfm(file):
@@ -67,9 +70,10 @@ def write_pfm(file, values, size):
 
 
 def own_errors(pictures, longer=None):
-    """The error of every picture, relative as a run states it, against the mean of what the other seeds have: their pictures, or
-    `longer` ones of theirs with the same mean. The two halves a and b of the others, and (x - a) (x - b) in place of a square,
-    keep the noise of the others out; merging's bias, which all seeds have alike, is not in it either."""
+    """The error of every picture, relative as a run states it, against the mean of the other
+    seeds: of their pictures, or of `longer` runs with the same mean. The two halves a and
+    b of the others, and (x - a) (x - b) in place of a square, keep the noise of the others out;
+    merging's bias, which all seeds have alike, is not in it either."""
     longer = pictures if longer is None else longer
     count, squares = len(pictures), [0.0] * len(pictures)
     sizes = (len(longer[0::2]), len(longer[1::2]))
@@ -84,7 +88,7 @@ def own_errors(pictures, longer=None):
     return [math.sqrt(max(square, 0.0) / len(pictures[0])) for square in squares]
 
 
-# --- Tables ---------------------------------------------------------------------------------------------------------------
+# --- Tables ---------------------------------------------------------------------------------------
 
 
 class Table:
@@ -122,7 +126,8 @@ def publish(options, table, document=None, name=None):
 
 
 def write_into(document, name, table):
-    """Puts a table between the marks `<!-- NAME: written by COMMAND -->` and `<!-- end of NAME -->` of a document."""
+    """Puts a table between the marks `<!-- NAME: written by COMMAND -->` and `<!-- end of NAME -->`
+    of a document."""
     document = pathlib.Path(document)
     text = document.read_text(encoding="utf-8")
     marks = re.compile(rf"(<!-- {re.escape(name)}: written by [^\n]* -->\n).*?(<!-- end of {re.escape(name)} -->)", re.DOTALL)
@@ -132,18 +137,20 @@ def write_into(document, name, table):
     document.write_text(marks.sub(lambda found: found[1] + table.rstrip("\n") + "\n" + found[2], text), encoding="utf-8")
 
 
-# --- Instructions and processor time --------------------------------------------------------------------------------------
+# --- Instructions and processor time --------------------------------------------------------------
 
 
 def instructions_of(command, *callgrind_options):
-    """Instructions that a command executes, counted by callgrind; with --toggle-collect= in one function."""
+    """Instructions that a command executes, counted by callgrind; with --toggle-collect= in one
+    function."""
     said = subprocess.run(["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *callgrind_options, *map(str, command)],
                           capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL).stderr
     return int(re.search(r"Collected : (\d+)", said)[1])
 
 
 def instructions_between(command_of, few, many):
-    """Instructions of one round: the difference between runs of `many` and of `few`, so that what a run begins with does not count."""
+    """Instructions of one round: the difference between runs of `many` and of `few`, so that what a
+    run begins with does not count."""
     return (instructions_of(command_of(many)) - instructions_of(command_of(few))) / (many - few)
 
 

@@ -14,7 +14,8 @@ class Pair:
                 "efficiency", "without the worst")
 
     def cells(self, options, scene, *arguments):
-        """Means over the seeds, whose runs take turns. Efficiency: relMSE × seconds of the plain value over that of the other."""
+        """Means over the seeds, whose runs take turns. Efficiency: relMSE × seconds of the plain
+        value over that of the other."""
         figures = {self.plain: [], self.other: []}
         for seed in range(1, options.seeds + 1):
             for value, rows in figures.items():

@@ -1,4 +1,5 @@
-"""Puts the tables of `gmis-compare`'s report.md about the paper's scenes into a document: put_paper_table.py REPORT DOCUMENT."""
+"""Puts the tables of `gmis-compare`'s report.md about the paper's scenes into a document:
+put_paper_table.py REPORT DOCUMENT."""
 
 import pathlib
 import sys
@@ -7,7 +8,7 @@ from measuring import write_into
 
 
 def first_tables(report):
-    """Of every section its heading, its first table and the line about its reference."""
+    """For every section its heading, its first table and the line about its reference."""
     kept = []
     for section in report.split("### ")[1:]:
         name, *lines = section.splitlines()

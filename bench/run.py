@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
-"""Runs benchmarks: `./run bench NAME [option ...]`; `./run bench` runs all that need no argument, `./run bench --list` lists them.
+"""Runs benchmarks: `./run bench NAME [option ...]`; `./run bench` runs all that need no argument,
+`./run bench --list` lists them.
 
-A benchmark is a module of benches/, and that is its registration. It has a docstring, which is its help, and
+A benchmark is a module of benches/, and that is its registration. It has a docstring, which is its
+help, and
 
     run(options)          measures and prints; returns an exit status, or nothing
 
 and may have
 
     PROGRAM = "NAME"      a program of the preset `bench`: built first; its path is options.program
-    OPTIONS = {…}         those of the common options below that it takes, with their values if they are not given
+    OPTIONS = {…}         the common options that it takes, with their values if none are given
     add_options(parser)   options of its own
     BY_ITSELF = False     it needs an argument or hours: run by name only
 
-Tables go to out/NAME/table.md, and those of a whole run into the document that has marks for them (measuring.publish).
+Tables go to out/NAME/table.md, and those of a whole run into the document that has marks for them
+(measuring.publish).
 """
 
 import argparse

@@ -44,13 +44,13 @@ def lines():
         table.add(a.name, count_lines(a.lines), count_lines(a.program))
 
 
-# --- Shares ---------------------------------------------------------------------------------------------------------------
+# --- Shares ---------------------------------------------------------------------------------------
 
 library, renderer = "library", "renderer"
 
 
 def owner(file):
-    """Whose code this is; None for code that works for whoever calls it."""
+    """The owner of a file; None for code that works for whoever calls it."""
     if "/include/gmis/" in file:
         part = file.split("/include/gmis/")[1]
         if part.startswith("scene/"):

@@ -1,5 +1,6 @@
-"""The built-in tree beside Embree 3: five meshes of a hundred thousand to a million triangles, then of ten times as many
-(bench/bvh.cpp says how). With arguments: what they ask for alone, without the documents."""
+"""The built-in tree beside Embree 3: five meshes of a hundred thousand to a million triangles, then
+of ten times as many (bench/bvh.cpp says how). With arguments: what they ask for alone, without the
+documents."""
 
 import argparse
 import subprocess

@@ -1,10 +1,13 @@
-"""What compiling costs: processor seconds at -O2, their ratio to those of README's first program, text in kB, and peak memory in MB.
+"""The cost of compiling: processor seconds at -O2, their ratio to those of README's first program,
+text in kB, and peak memory in MB.
 
-With g++ and, where it is installed, clang++, without a compiler cache. A time is the least of --runs compilations; a whole program is the
-sum of its files, and the memory is that of the largest. Writes the table in docs/your-renderer.md.
+With g++ and, where it is installed, clang++, without a compiler cache. A time is the least of
+--runs compilations; a whole program is the sum of its files, and the memory is that of the largest.
+Writes the table in docs/your-renderer.md.
 
-  --check        compiles with the default compiler, once, and compares text with that kept in bench/compile.txt: fails where it grew by
-                 more than 2 %. Seconds are not compared: they belong to the machine.
+  --check        compiles with the default compiler, once, and compares text with that kept in
+                 bench/compile.txt: fails where it grew by more than 2 %. Seconds are not compared:
+                 they belong to the machine.
   --keep         keeps the text of all programs
 """
 
@@ -61,7 +64,8 @@ def text_of(objects):
 
 
 def compiled(command, output, runs):
-    """Processor seconds, megabytes, text of one file. Without ccache: the command names the compiler itself."""
+    """Processor seconds, megabytes, text of one file. Without ccache: the command names the
+    compiler itself."""
     costs = [processor_cost([*command, "-o", output]) for _ in range(runs)]
     return min(seconds for seconds, _ in costs), max(megabytes for _, megabytes in costs), text_of([output])
 

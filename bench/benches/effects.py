@@ -1,14 +1,17 @@
 """Error × time of --integrator auto over that of the best fixed choice, scene by scene.
 
-Every configuration renders every scene for the processor time of 64 iterations of `vcm`, on one thread, several seeds; the configurations of a
-scene take turns, so that a busy machine is fair to all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs
-less time for the same error. Of the seconds an iteration takes the least of all seeds counts, since what else runs on the
-machine can only add to them; relMSE × iterations is the mean of all. The best fixed configuration is picked on some seeds and scored on
-others. An interval is one of 90 %, from the spread of both over the seeds.
+Every configuration renders every scene for the processor time of 64 iterations of `vcm`, on one
+thread, several seeds; the configurations of a scene take turns, so that a busy machine is fair to
+all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs less time for the
+same error. The time of an iteration is the least of all seeds, since other
+programs on the machine can only add to it; relMSE × iterations is the mean of all. The best fixed
+configuration is picked on some seeds and scored on others. An interval is one of 90 %, from the
+spread of both over the seeds.
 
-The errors are against a reference that auto had no part in: svcm0, svcm1, tung1 and tung2 have those of other renderers; otherwise it
-is the mean of two long runs of bpt, which has no bias, or, where that cannot make or hardly finds some paths, of gmis, which merges
-locally, with a quarter of its merging radius.
+The errors are against a reference that auto had no part in: svcm0, svcm1, tung1 and tung2 have
+those of other renderers; otherwise it is the mean of two long runs of bpt, which has no bias, or,
+where that cannot make or hardly finds some paths, of gmis, which merges locally, with a quarter of
+its merging radius.
 
 Writes out/effects/runs.json, and the table in docs/effects.md.
 """
@@ -81,7 +84,7 @@ def geometric_mean(values):
 
 
 def describe(stats):
-    """What auto chose, from the statistics of a run."""
+    """The choice of auto, from the statistics of a run."""
     choice = stats.get("choice")
     if not choice:
         return "by the rules: " + stats["plan"], 0.0
@@ -94,7 +97,8 @@ def describe(stats):
 
 
 def work(runs, measure):
-    """relMSE × processor seconds of runs with several seeds: its estimate and the standard error of its logarithm."""
+    """relMSE × processor seconds of runs with several seeds: its estimate and the standard error of
+    its logarithm."""
     figures = [r["error"][measure] * r["iterations"] for r in runs]
     mean = statistics.fmean(figures)
     error = statistics.stdev(figures) / mean / math.sqrt(len(figures)) if len(figures) > 1 else math.inf
@@ -102,7 +106,8 @@ def work(runs, measure):
 
 
 def ratio(one, other, seeds):
-    """Of two works: the ratio and its interval of 90 %, by Student's t with as many degrees of freedom as the seeds of one have."""
+    """The ratio of two works and its interval of 90 %, by Student's t with as many degrees of
+    freedom as the seeds of one have."""
     value, spread = one[0] / other[0], STUDENT_T[min(seeds - 1, len(STUDENT_T)) - 1] * math.hypot(one[1], other[1])
     return value, value * math.exp(-spread), value * math.exp(spread)
 

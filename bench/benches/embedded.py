@@ -1,11 +1,13 @@
-"""What the engine costs inside another renderer: instructions a pixel over SmallVCM's intersection, BSDFs, lights and camera, beside
-SmallVCM's own integrators.
+"""The cost of the engine inside another renderer: instructions a pixel over SmallVCM's intersection,
+BSDFs, lights and camera, beside SmallVCM's own integrators.
 
-Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), of which nothing is changed, and compiles bench/embedded/main.cpp with its headers:
-one program, so both sides have the same options. First it compares the means of the pictures, whose sides must agree. Then callgrind
-counts; the difference of two runs leaves out the construction of the scene. The instructions of the engine's side are the library's (transport,
-result, render) or the renderer's (the checkout, the adapter), as the line tables say of the innermost call that is either's. What
-both use (core, GLM, the standard library, the C library) counts for whoever calls it.
+Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), of which nothing is changed, and
+compiles bench/embedded/main.cpp with its headers: one program, so both sides have the same options.
+First it compares the means of the pictures, whose sides must agree. Then callgrind counts; the
+difference of two runs leaves out the construction of the scene. The instructions of the engine's
+side are the library's (transport, result, render) or the renderer's (the checkout, the adapter), as
+the line tables say of the innermost call that is either's. What both use (core, GLM, the standard
+library, the C library) counts for whoever calls it.
 
 Writes the table in docs/smallvcm.md. Without a checkout nothing is measured.
 """
@@ -29,7 +31,8 @@ COMPILE_OPTIONS = ["-O3", "-march=x86-64-v3", "-std=gnu++20", "-DNDEBUG", "-ffp-
 LESS, MORE = 1, 3  # iterations
 ITERATIONS_OF_MEANS, TOLERANCE = 64, 0.03
 
-# Owners. Rays are part of the renderer; our numbers are part of the library, SmallVCM's of its side.
+# Owners. Rays are part of the renderer; our numbers are part of the library, SmallVCM's of its
+# side.
 library, renderer, rays, numbers = "library", "renderer", "rays", "numbers"
 
 
@@ -59,7 +62,8 @@ def pictures_that_differ(program, cases):
 
 
 def owner_in(checkout):
-    """Whose code a file is; None for code that works for whoever calls it, such as SmallVCM's vectors."""
+    """A function from a file to its owner; None for code that works for whoever calls it, such as SmallVCM's
+    vectors."""
     headers, theirs = f"{root}/include/gmis/", f"{checkout}/src/"
     owners = {headers + part: library for part in ("transport/", "result/", "render/")}
     owners |= {headers + part: numbers for part in ("core/random.hpp", "core/wyrand.hpp")}

@@ -1,7 +1,8 @@
-"""Efficiency of --emission learned over --emission power: relMSE × processor seconds of the second over that of the first.
+"""Efficiency of --emission learned over --emission power: relMSE × processor seconds of the second
+over that of the first.
 
-Each scene is rendered with both by several seeds in turns, and compared with a reference: vertex connection and merging with a small
-radius and many iterations.
+Each scene is rendered with both by several seeds in turns, and compared with a reference: vertex
+connection and merging with a small radius and many iterations.
 """
 
 from measuring import TWENTY_FOUR, Table, publish, render

@@ -1,10 +1,11 @@
 """The mean of the picture that --integrator auto makes, over that of an unbiased one.
 
-Every scene is rendered with several seeds by auto, and by bidirectional path tracing, which merges nothing, until its mean is
-known to a fifth of a per cent or it has had its time. Lights are chosen for their receiver in both: which light is sampled has no
-part in this. The standard error of the ratio is from the spread between the seeds of both. A scene passes when auto's mean is within
-two standard errors or half a per cent of the other; where the standard error itself is above half a per cent the table says so,
-for then passing means little.
+Every scene is rendered with several seeds by auto, and by bidirectional path tracing, which merges
+nothing, until its mean is known to a fifth of a per cent or it has had its time. Lights are chosen
+for their receiver in both: which light is sampled has no part in this. The standard error of the
+ratio is from the spread between the seeds of both. A scene passes when auto's mean is within two
+standard errors or half a per cent of the other; where the standard error itself is above half a per
+cent the table says so, for then passing means little.
 
 Writes the table in docs/effects.md.
 """

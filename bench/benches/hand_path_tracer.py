@@ -1,7 +1,9 @@
-"""Instructions an iteration of the engine as path tracer (pt) beside those of a path tracer written by hand over the same scene.
+"""Instructions an iteration of the engine as path tracer (pt) beside those of a path tracer written
+by hand over the same scene.
 
-The one by hand is bench/hand/path_tracer.hpp. Counted by callgrind: the difference between runs of 3 and of 1 iterations. Both make the
-same pictures but for rounding, which is checked first. Fails when the engine takes more than 2 % more.
+The one by hand is bench/hand/path_tracer.hpp. Counted by callgrind: the difference between runs of
+3 and of 1 iterations. Both make the same pictures but for rounding, which is checked first. Fails
+when the engine takes more than 2 % more.
 """
 
 import math

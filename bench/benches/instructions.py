@@ -1,16 +1,19 @@
-"""Instructions an iteration of all integrators and error an iteration of pt, bpt and vcm on svcm0 and svcm1 (128×128, 10 segments), beside the
-figures of SmallVCM for the same settings (tests/program/reference/README.md).
+"""Instructions an iteration of all integrators and error an iteration of pt, bpt and vcm on svcm0
+and svcm1 (128×128, 10 segments), beside the figures of SmallVCM for the same settings
+(tests/program/reference/README.md).
 
-Instructions, counted by callgrind, because seconds differ from machine to machine: the difference between runs of 3 and of 1 iterations,
-so that reading the scene and building its tree do not count.
+Instructions, counted by callgrind, because seconds differ from machine to machine: the difference
+between runs of 3 and of 1 iterations, so that reading the scene and building its tree do not count.
 
   instructions   also writes its table into docs/smallvcm.md
-  parts          where the instructions go, by part of the library (instruction_parts.py); writes its table into docs/smallvcm.md
+  parts          where the instructions go, by part of the library (instruction_parts.py); also
+                 writes its table into docs/smallvcm.md
   errors         relMSE after 1, 4, 16 and 64 iterations
-  --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares with the figures kept in
-                 bench/instructions.txt: fails when one is above by more than 1 %. The level of the processor is fixed (preset bench:
-                 x86-64-v3), and valgrind shows every program the same processor, so the figures depend on the compiler and the C
-                 library, not on the machine.
+  --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares
+                 with the figures kept in bench/instructions.txt: fails when one is above by more
+                 than 1 %. The level of the processor is fixed (preset bench: x86-64-v3), and
+                 valgrind shows every program the same processor, so the figures depend on the
+                 compiler and the C library, not on the machine.
   --keep         counts them and keeps the figures
 """
 
@@ -28,14 +31,15 @@ REFERENCE = "tests/program/reference"
 SCENES = ("svcm0", "svcm1")
 INTEGRATORS = ("pt", "lt", "ppm", "bpm", "bpt", "vcm")
 LIMIT = 1.01
-# The settings of SmallVCM, whose numbers are independent and which connects with every vertex of one light path: half the diagonal of its
-# bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
+# The settings of SmallVCM, whose numbers are independent and which connects with every vertex of
+# one light path: half the diagonal of its bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
 SETTINGS = "--max-depth 10 --alpha 0.75 --radius 0.00665118u"
 
 # Millions of instructions an iteration of SmallVCM, in the order of INTEGRATORS.
 SMALLVCM_INSTRUCTIONS = {"svcm0": (203, 112, 145, 283, 385, 414), "svcm1": (223, 207, 201, 334, 572, 608)}
 
-# relMSE of SmallVCM after 1, 4, 16 and 64 iterations, and without the worst 0.1 % of the pixels (means of 3 seeds).
+# relMSE of SmallVCM after 1, 4, 16 and 64 iterations, and without the worst 0.1 % of the pixels
+# (means of 3 seeds).
 ITERATIONS = (1, 4, 16, 64)
 SMALLVCM_ERRORS = {
     ("svcm0", "pt"): ((2.42, .429), (.599, .228), (.171, .123), (.0749, .0688)),
@@ -57,7 +61,7 @@ def how(integrator):
     return f"--integrator {integrator}" + (" --connections paired" if integrator in ("bpt", "vcm") else "")
 
 
-# --- Figures kept ---------------------------------------------------------------------------------------------------------
+# --- Figures kept ---------------------------------------------------------------------------------
 
 
 def small_figures(program):
@@ -87,7 +91,7 @@ def check(program):
     return has_grown
 
 
-# --- Beside SmallVCM ------------------------------------------------------------------------------------------------------
+# --- Beside SmallVCM ------------------------------------------------------------------------------
 
 
 def count(options, program):

@@ -1,8 +1,10 @@
-"""Every integrator on every paper scene for the same time: relMSE against a converged reference, iterations, time of an iteration.
+"""Every integrator on every paper scene for the same time: relMSE against a converged reference,
+iterations, time of an iteration.
 
-The reference of a scene is the mean of two long runs of vcm with other seeds and a quarter of the usual merging radius, so a sixteenth
-of its bias: the sun's caustics seen in mirrors are out of reach of any unbiased integrator here. The relMSE of the two runs against
-each other is four times what noise the reference itself has. References are kept in out/integrators and used again.
+The reference of a scene is the mean of two long runs of vcm with other seeds and a quarter of the
+usual merging radius, so a sixteenth of its bias: the sun's caustics seen in mirrors are out of
+reach of any unbiased integrator here. The relMSE of the two runs against each other is four times
+what noise the reference itself has. References are kept in out/integrators and used again.
 """
 
 import datetime

@@ -1,7 +1,9 @@
-"""Lights chosen for their receiver beside lights chosen by power: variance at equal samples, and instructions of a next event.
+"""Lights chosen for their receiver beside lights chosen by power: variance at equal samples, and
+instructions of a next event.
 
-A next event is its receiver by a ray, the choice, a point on the light and a shadow ray, among 10, 1000 and 100000 lamps, counted by
-callgrind in the loop alone. Fails when one among 100000 lamps takes more than 4 times as many as among 10.
+A next event is its receiver by a ray, the choice, a point on the light and a shadow ray, among 10,
+1000 and 100000 lamps, counted by callgrind in the loop alone. Fails when one among 100000 lamps
+takes more than 4 times the instructions of one among 10.
 """
 
 import subprocess

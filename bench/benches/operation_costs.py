@@ -1,8 +1,9 @@
-"""Fits processor time to counted operations over scenes and integrators that do them in different proportions.
+"""Fits processor time to counted operations over scenes and integrators that do them in different
+proportions.
 
-Relative least squares with coefficients that are not negative, by coordinate descent. Prints each operation's cost as a
-multiple of a ray's, beside the constant in the source (the struct of operation costs, which choices by cost use), and how far the fit is
-from the times it was made of.
+Relative least squares with coefficients that are not negative, by coordinate descent. Prints each
+operation's cost as a multiple of a ray's, beside the constant in the source (the struct of
+operation costs, which choices by cost use), and how far the fit is from the times it was made of.
 """
 
 import math
@@ -14,7 +15,8 @@ from measuring import FOREIGN, FOURTEEN, render
 
 PROGRAM = "gmis-render"
 OPTIONS = {"scenes": FOURTEEN | FOREIGN}
-# Few and many light trees, connections and photons; merging with global and with local counts, as `auto` has it.
+# Few and many light trees, connections and photons; merging with global and with local counts, as
+# `auto` has it.
 RUNS = [["pt"], ["lt"], ["ppm"], ["ppm", "--light-paths", "0.25"], ["bpt", "--connections", "1"],
         ["bpt", "--connections", "2", "--light-paths", "0.25"], ["vcm", "--connections", "1"], ["vcm", "--connections", "4"],
         ["vcm", "--connections", "1", "--radius", "1.3", "--light-paths", "0.25"]]
@@ -63,7 +65,8 @@ def run(options):
         print(f"{name:14} {cost / x[0]:6.2f} {constant:7.2f}")
     print(f"a ray takes {1e9 * x[0]:.0f} ns; the fit is off by {100 * (sum(e * e for e in errors) / len(errors)) ** 0.5:.0f} % "
           f"(root mean square), at most {100 * max(map(abs, errors)):.0f} %, over {len(rows)} runs")
-    # What a choice rests on: how far the costs of different counts in one scene are from being in proportion to their times.
+    # What a choice rests on: how far the costs of different counts in one scene are from being in
+    # proportion to their times.
     spreads = [statistics.pstdev(math.log(time / sum(c * n for c, n in zip(constants, counts))) for time, counts in rows_here)
                for rows_here in of_scene.values()]
     print(f"within a scene, costs by the source are off by {100 * statistics.fmean(spreads):.0f} % (root mean square, mean of scenes)")

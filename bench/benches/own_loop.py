@@ -1,8 +1,10 @@
-"""Instructions a round of N3 by `estimate` and by a loop of one's own with the same checks and sums (bench/own_loop/loops.hpp).
+"""Instructions a round of N3 by `estimate` and by a loop by hand with the same checks and sums
+(bench/own_loop/loops.hpp).
 
-Counted by callgrind: the difference between runs of 3000 and of 1000 rounds (300 and 100 for large N). Both have the same mean, which
-is checked first. Fails when `estimate` takes more than 2 % more. The last kinds: vector instructions, over densities side by side and
-over batches of samples, beside the same loop by hand.
+Counted by callgrind: the difference between runs of 3000 and of 1000 rounds (300 and 100 for large
+N). Both have the same mean, which is checked first. Fails when `estimate` takes more than 2 % more.
+The last kinds: vector instructions, over densities side by side and over batches of samples, beside
+the same loop by hand.
 """
 
 import math

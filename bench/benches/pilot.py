@@ -1,8 +1,9 @@
-"""What a pilot costs: its processor time over that of the iterations of the run.
+"""The cost of a pilot: its processor time over that of the iterations of the run.
 
-Every scene is rendered by `auto` with 8, 16 and 64 iterations, in turns. The processor time after two iterations, less that of two such
-as come later, is the pilot's: with it come the first numbers of light vertices, cold caches and whatever else a run begins with. The least
-of several runs counts.
+Every scene is rendered by `auto` with 8, 16 and 64 iterations, in turns. The processor time after
+two iterations, less that of two such as come later, is the pilot's: with it come the first numbers
+of light vertices, cold caches and whatever else a run begins with. The least of several runs
+counts.
 
 Writes the table in docs/effects.md.
 """
@@ -19,7 +20,8 @@ LENGTHS = (8, 16, 64)
 
 
 def seconds(options, name, iterations):
-    """Processor seconds of the run's beginning that later iterations do not take, and of one of those."""
+    """Processor seconds of the run's beginning that later iterations do not take, and of one of
+    those."""
     log = options.out / "log.csv"
     render(options, name, f"--size {options.size} --iterations {iterations} --log {log}")
     with log.open() as file:

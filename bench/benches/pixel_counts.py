@@ -1,8 +1,9 @@
-"""Efficiency of --pixel-counts learned over uniform: relMSE × processor seconds of the second over that of the first.
+"""Efficiency of --pixel-counts learned over uniform: relMSE × processor seconds of the second over
+that of the first.
 
-Each scene is rendered with both by several seeds in turns, by auto, and compared with a reference: svcm0, svcm1, tung1 and tung2 with those
-of tests/program/reference (128x128 pixels), the others with one that is rendered first, or that lies in a folder. Writes the table in
-docs/effects.md.
+Each scene is rendered with both by several seeds in turns, by auto, and compared with a reference:
+svcm0, svcm1, tung1 and tung2 with those of tests/program/reference (128x128 pixels), the others
+with one that is rendered first, or that lies in a folder. Writes the table in docs/effects.md.
 """
 
 import pathlib

@@ -1,11 +1,12 @@
 """The price of an error as a run states it, over the price that it turns out to have.
 
-For every scene the same run is made with many seeds, and its picture is kept after a sixteenth and a quarter of the iterations and at
-the end, each time from the checkpoint of the last; from one to the next the error halves, or nearly so. The error of a run at its
-end is against the mean of the other seeds, which differ from it by noise alone: no reference is needed, and merging's bias, which
-all seeds have alike, is not in it. What the run said that this error costs is divided by what it then took: by the pilot's
-forecast before the run, by its log at a quarter of the iterations (half the error), and by its log at a sixteenth (a quarter of
-the error).
+For every scene the same run is made with many seeds, and its picture is kept after a sixteenth and
+a quarter of the iterations and at the end, each time from the checkpoint of the last; from one to
+the next the error halves, or nearly so. The error of a run at its end is against the mean of the
+other seeds, which differ from it by noise alone: no reference is needed, and merging's bias, which
+all seeds have alike, is not in it. What the run said that this error costs is divided by what it
+then took: by the pilot's forecast before the run, by its log at a quarter of the iterations (half
+the error), and by its log at a sixteenth (a quarter of the error).
 
 Writes out/prices/runs.json, and the table in docs/accuracy-and-time.md.
 """
@@ -57,7 +58,8 @@ def iterations_by(law, error):
 
 
 def iterations_between(error, prices):
-    """Of an error between, or beyond, those of a table, by a power law through the two entries nearest to it."""
+    """Iterations to an error between, or beyond, those of a table, by a power law through the two entries
+    nearest to it."""
     nearest = sorted(prices, key=lambda price: abs(math.log(price["error"] / error)))[:2]
     a, b = nearest
     slope = math.log(a["iterations"] / b["iterations"]) / math.log(a["error"] / b["error"])
@@ -65,15 +67,16 @@ def iterations_between(error, prices):
 
 
 def seconds_of(iterations, prices):
-    """Processor seconds, a straight line over iterations through the two smallest errors of a table."""
+    """Processor seconds, a straight line over iterations through the two smallest errors of a
+    table."""
     a, b = prices[-2:]
     rate = (b["cpu_seconds"] - a["cpu_seconds"]) / (b["iterations"] - a["iterations"])
     return b["cpu_seconds"] + rate * (iterations - b["iterations"])
 
 
 def measure(runs):
-    """The errors of the runs at their end; what was said over what it took, in iterations and in processor time, a pair for every
-    run."""
+    """The errors of the runs at their end; what was said over what it took, in iterations and in
+    processor time, a pair for every run."""
     errors = own_errors([stages[-1][1] for stages in runs])
     said = {FORECAST: [], HALF: [], QUARTER: []}
     for error, stages in zip(errors, runs):

@@ -1,8 +1,10 @@
 """Low-discrepancy numbers beside independent ones, over fourteen scenes.
 
-Every scene is rendered with --sampler independent and with --sampler sobol, in turns, with many seeds. The squared error of a run is
-against the mean of the other seeds, which differ from it by noise alone; that without the worst 0.1 % of the pixels is the one that runs state
-themselves, with `sobol` from 8 replications, as any user sees it. Times are the least of all seeds, of both in turns.
+Every scene is rendered with --sampler independent and with --sampler sobol, in turns, with many
+seeds. The squared error of a run is against the mean of the other seeds, which differ from it by
+noise alone; that without the worst 0.1 % of the pixels is the one that runs state themselves, with
+`sobol` from 8 replications, as any user sees it. Times are the least of all seeds, of both in
+turns.
 
 Writes the table in docs/numerics.md.
 """

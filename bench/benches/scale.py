@@ -1,11 +1,14 @@
 """How the time of a run grows with light vertices, lights and the depth of paths.
 
-Light vertices: the classic box with more and more light trees, merging within a small disk; seconds of tracing, storing and sorting, per vertex. Lights:
-a floor under points of light, one next event a pixel, chosen by power and for the receiver. Depth: a ball of albedo 1 with a lamp in it, in which every
-path has its greatest length, and every vertex one connection. The scenes are written by this script. The least of several runs counts. Triangles are in docs/bvh.md.
+Light vertices: the classic box with more and more light trees, merging within a small disk; seconds
+of tracing, storing and sorting, per vertex. Lights: a floor under points of light, one next event a
+pixel, chosen by power and for the receiver. Depth: a ball of albedo 1 with a lamp in it, in which
+every path has its greatest length, and every vertex one connection. The scenes are written by this
+script. The least of several runs counts. Triangles are in docs/bvh.md.
 
-Threads: the wall time of a whole run by one thread over that by two, and what the machine gives at most: twice the time of one run with one thread
-over that of two such runs at once. In turns, the median counts.
+Threads: the wall time of a whole run by one thread over that by two, and what the machine gives at
+most: twice the time of one run with one thread over that of two such runs at once. In turns, the
+median counts.
 
 Writes the tables in docs/accuracy-and-time.md.
 """
@@ -46,7 +49,7 @@ def stats_of(options, scene, arguments):
 
 
 def wall_seconds(options, scene, threads, processes):
-    """Of so many runs at once."""
+    """Wall time of several runs at once."""
     files = [options.out / f"stats_{k}.json" for k in range(processes)]
     begun = [subprocess.Popen([options.program, scene, "--integrator", "vcm", "--connections", "paired", "--size", "256x256", "--iterations", "64", "--threads",
                                str(threads), "--quiet", "--stats", str(file), "--out", str(file.with_suffix(".pfm"))], stdin=subprocess.DEVNULL) for file in files]

@@ -1,5 +1,5 @@
-"""What accuracy costs: time and variance of every scheme, side by side, with a loop by hand beside the library (bench/schemes.cpp says how,
-and `-- --help` its options)."""
+"""The cost of accuracy: time and variance of every scheme, side by side, with a loop by hand beside
+the library (bench/schemes.cpp says how, and `-- --help` its options)."""
 
 import argparse
 import subprocess

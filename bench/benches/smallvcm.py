@@ -1,10 +1,12 @@
 """Efficiency beside SmallVCM, the reference implementation of vertex connection and merging.
 
-Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), copies it, sets the size of the picture, one thread and the seed in its source, compiles it as the
-programs here are, and renders its four scenes with its own algorithms and with --integrator auto of gmis-render. Efficiency is 1 / (relMSE × processor
-seconds), means over seeds. The reference pictures of two scenes are in tests/program/reference. Those of the other two SmallVCM makes first, with another
-seed: under a point light by vcm, for bpt lacks the caustics that are seen in mirrors, under a background by bpt. A fault of its own, if there is one, is
-then in the reference, to our disadvantage.
+Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), copies it, sets the size of the
+picture, one thread and the seed in its source, compiles it as the programs here are, and renders
+its four scenes with its own algorithms and with --integrator auto of gmis-render. Efficiency is 1 /
+(relMSE × processor seconds), means over seeds. The reference pictures of two scenes are in
+tests/program/reference. SmallVCM makes the other two first, with another seed: under a
+point light by vcm, for bpt lacks the caustics that are seen in mirrors, under a background by bpt.
+A fault of its own, if there is one, is then in the reference, to our disadvantage.
 
 Writes the table in docs/smallvcm.md. Without a checkout nothing is measured.
 """

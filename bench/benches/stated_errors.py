@@ -1,10 +1,13 @@
-"""The error that a run states over the true one of that very run, and how often its interval covers it.
+"""The error that a run states over the true one of that very run, and how often its interval covers
+it.
 
-For every scene and number of iterations the same run is made with many seeds. Its true error is the square root of its relMSE
-against the other seeds: against all that they rendered, or, where something merges, against what they have after the same number
-of iterations, since the error that a run states is without merging's bias, which shrinks with the radius.
+For every scene and number of iterations the same run is made with many seeds. Its true error is the
+square root of its relMSE against the other seeds: against all that they rendered, or, where
+something merges, against what they have after the same number of iterations, since the error that a
+run states is without merging's bias, which shrinks with the radius.
 
-Writes out/stated_errors/runs.json, and the table in docs/accuracy-and-time.md when all cases took part.
+Writes out/stated_errors/runs.json, and the table in docs/accuracy-and-time.md when all cases took
+part.
 """
 
 import concurrent.futures

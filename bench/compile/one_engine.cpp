@@ -1,4 +1,5 @@
-// One engine over an adapter, without gmis::Render: what a program that owns its iterations compiles (./run bench compile).
+// One engine over an adapter, without gmis::Render: what a program that owns its iterations
+// compiles (./run bench compile).
 
 #include <cstdio>
 #include <gmis/transport/engine/engine.hpp>

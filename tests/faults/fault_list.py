@@ -4,12 +4,14 @@ A line is a fault:
 
     SYMBOL/NAME: tokens «old → new» tokens
 
-In the function or class SYMBOL (`follow`, `CameraSubpath::follow`, or `follow@camera_subpath.hpp` where several headers have one), wherever
-in include/gmis that stands, `old` becomes `new` between the tokens on both sides. Tokens decide: whitespace, line breaks and comments do not
-matter. The sequence must stand there once. Without `old` something is added, without `new` left out.
+In the function or class SYMBOL (`follow`, `CameraSubpath::follow`, or `follow@camera_subpath.hpp`
+where several headers have one), wherever in include/gmis that stands, `old` becomes `new` between
+the tokens on both sides. Tokens decide: whitespace, line breaks and comments do not matter. The
+sequence must stand there once. Without `old` something is added, without `new` left out.
 
-A line `@ TEST …` says which tests are to catch the faults below it, the nearest first. Below `@` alone, or where none of the tests exists
-any more, those take their place whose sources include the header and that include least else.
+A line `@ TEST …` says which tests are to catch the faults below it, the nearest first. Below `@`
+alone, or where none of the tests exists any more, those take their place whose sources include the
+header and that include least else.
 """
 
 import dataclasses
@@ -105,7 +107,7 @@ def place_of(fault, headers):
     return Place(header, first, first + len(fault.old)), ""
 
 
-# --- Mechanical faults ----------------------------------------------------------------------------------------------------
+# --- Mechanical faults ----------------------------------------------------------------------------
 
 FLIPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "&&": "||", "||": "&&",
          "forward": "reverse", "reverse": "forward", "radiance": "importance", "importance": "radiance", "to_prev": "to_next", "to_next": "to_prev",
@@ -114,7 +116,8 @@ FLIPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": "<=", "<=": "<", ">": ">="
 
 
 def mutations(header, symbol):
-    """Mechanical faults of a function: one token for its opposite, a factor of 1.01, a statement left out, a condition negated."""
+    """Mechanical faults of a function: one token for its opposite, a factor of 1.01, a statement
+    left out, a condition negated."""
     for scope in header.scopes_called(symbol):
         if not scope.body:
             continue
@@ -143,7 +146,8 @@ def mutations(header, symbol):
 
 
 def angle_brackets(words, i):
-    """Whether a < or > is probably of template arguments: a name stands before it, and no sum or number around."""
+    """Whether a < or > is probably of template arguments: a name stands before it, and no sum or
+    number around."""
     return words[i - 1] in ("static_cast", "vector", "optional", "array", "span", "numeric_limits") or words[i + 1] in ("(", ">", "::", "{")
 
 

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 """Plants the faults of faults.txt in a copy of the library and sees which test catches each.
 
-Faults inside functions are compiled together: the body of a function stands once for every fault in it and once without, and a run of the
-test chooses one. A fault for which that does not compile, such as one in a signature, and one that no test caught so, is planted alone. A
-fault's tests are tried in turn; the first that fails has caught it. Each test must pass without a fault. Prints a line per fault, writes
-a report, and exits with 1 when fewer than 98 % were caught, or when a fault could not be planted.
+Faults inside functions are compiled together: the body of a function stands once for every fault in
+it and once without, and a run of the test chooses one. A fault for which that does not compile,
+such as one in a signature, and one that no test caught so, is planted alone. A fault's tests are
+tried in turn; the first that fails has caught it. Each test must pass without a fault. Prints a
+line per fault, writes a report, and exits with 1 when fewer than 98 % were caught, or when a fault
+could not be planted.
 
-`--mutate SYMBOL` plants mechanical faults of a function in place of those of the list: an operator or a name for its opposite, a factor of
-1.01, a statement left out, a condition negated. What no test catches is either harmless or a gap; it decides nothing by itself.
+`--mutate SYMBOL` plants mechanical faults of a function in place of the list: an operator
+or a name for its opposite, a factor of 1.01, a statement left out, a condition negated. What no
+test catches is either harmless or a gap; it decides nothing by itself.
 """
 
 import argparse
@@ -30,8 +33,9 @@ from tokens import headers_in
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 REQUIRED = 0.98
-# A test that takes so many times as much processor time with a fault in it as without, and some seconds, does not end. One that only
-# waits is given longer: how busy the machine is decides nothing.
+# A test with a fault that takes more processor time than this factor times that without a fault,
+# and these seconds, does not end. One that only waits is given longer: how busy the machine is decides
+# nothing.
 RUN_LIMIT_FACTOR, RUN_LIMIT_SECONDS, WAITING_LIMIT_FACTOR = 10, 20, 20
 MOST_TOGETHER = 40  # faults in one program
 MOST_TESTS_FOUND = 4
@@ -66,7 +70,8 @@ template <class X> constexpr X scaled(const X& x) {
 
 
 def test_sources(copy):
-    """From the name of a test to its folder, its sources and whether it is optimised, as the CMake files declare it."""
+    """From the name of a test to its folder, its sources and whether it is optimised, as the CMake
+    files declare it."""
     sources = {}
     for cmake in (copy / "tests").glob("*/CMakeLists.txt"):
         text = "".join(part.read_text() for part in [cmake, *cmake.parent.glob("*.cmake")])
@@ -131,7 +136,8 @@ class Planter:
         self.spent = collections.Counter()
 
     def tests_of(self, fault, header):
-        """The tests to try: those that are named; else those that include the header and least else."""
+        """The tests to try: those that are named; else those that include the header and least
+        else."""
         named = [name for name in fault.tests if name in self.sources]
         if named:
             return named
@@ -153,7 +159,8 @@ class Planter:
         return folder
 
     def compiled(self, name, folder, level):
-        """Compiles a test against the headers of a folder: its program, or what the compiler says."""
+        """Compiles a test against the headers of a folder: its program, or what the compiler
+        says."""
         started = time.monotonic()
         place, files, _ = self.sources[name]
         program = folder / name
@@ -194,10 +201,11 @@ class Planter:
         cases = re.findall(r'<TestCase name="([^"]*)"', result.stdout)
         return False, unescape(cases[-1]) if cases else f"ends with {result.returncode}"
 
-    # --- Many faults in one program ---------------------------------------------------------------------------------------
+    # --- Many faults in one program ---------------------------------------------------------------
 
     def write_together(self, results, folder):
-        """Writes headers in which every function with faults has its body once for each. Returns of every header the lines of each fault."""
+        """Writes headers in which every function with faults has its body once for each. Returns of
+        every header the lines of each fault."""
         lines = {}
         by_header = collections.defaultdict(lambda: collections.defaultdict(list))
         for result in results:
@@ -253,7 +261,7 @@ class Planter:
         shutil.rmtree(folder)
         return alone
 
-    # --- One ----------------------------------------------------------------------------------------------------------------
+    # --- One --------------------------------------------------------------------------------------
 
     def try_alone(self, result):
         folder = self.new_folder()
@@ -298,7 +306,8 @@ def unescape(text):
 
 
 def without_forced_inlining(copy):
-    """Bodies stand many times; inlined everywhere they would take minutes to compile. Attributes do not change what is computed."""
+    """Bodies stand many times; inlined everywhere they would take minutes to compile. Attributes do
+    not change what is computed."""
     for header in (copy / "include").rglob("*.hpp"):
         text = header.read_text(encoding="utf-8")
         changed = re.sub(r"\b(always_inline|flatten)\b", "unused", text)
@@ -312,7 +321,8 @@ def say(result):
 
 
 def plant_all(planter, results, jobs):
-    """The faults with a place, in rounds: all those whose turn it is for a test go into programs of that test."""
+    """The faults with a place, in rounds: all those whose turn it is for a test go into programs of
+    that test."""
     together = [r for r in results if r.place.header.function_around(r.place.first, max(r.place.first, r.place.last - 1))]
     alone = [r for r in results if not any(r is other for other in together)]
     waiting = {id(r): list(r.tests) for r in together}
@@ -329,7 +339,8 @@ def plant_all(planter, results, jobs):
                 for result in chunk:
                     is_alone = any(result is other for other in failed)
                     if is_alone or (not result.caught and not waiting[id(result)]):
-                        alone.append(result)  # a constant, for instance, was computed by the compiler: its fault did nothing
+                        # A fault in a constant that the compiler computed did nothing.
+                        alone.append(result)
                     if is_alone or result.caught or not waiting[id(result)]:
                         del waiting[id(result)]
                     if result.caught:

@@ -1,4 +1,5 @@
-"""C++ by its tokens: where the functions and classes of a header are, and where a sequence of tokens stands in them.
+"""C++ by its tokens: where the functions and classes of a header are, and where a sequence of
+tokens stands in them.
 
 No compiler takes part, and whitespace, line breaks and comments do not matter.
 """
@@ -54,7 +55,7 @@ class Scopes:
         return self.words[i] if i < len(self.words) else ""
 
     def closing(self, i):
-        """The index of what closes the bracket at i."""
+        """The index of the bracket that closes the one at i."""
         depth = 0
         for k in range(i, len(self.words)):
             if self.words[k] in OPEN:
@@ -216,7 +217,8 @@ class Header:
         return [scope for scope in self.scopes if scope.is_called(symbol)]
 
     def positions(self, words, symbol=None):
-        """Where a sequence of tokens stands within the scopes of a name: indices of its first token."""
+        """Where a sequence of tokens stands within the scopes of a name: indices of its first
+        token."""
         if not words:
             return []
         found = set()

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""That the registry of benchmarks is sound: each says what it measures and takes its options, and every table in a document, every program of
-bench/CMakeLists.txt and every `./run bench` in a document belongs to one of them.
+"""Checks the registry of benchmarks: each says what it measures and takes its options, and
+every table in a document, every program of bench/CMakeLists.txt and every `./run bench` in a
+document belongs to one of them.
 """
 
 import contextlib

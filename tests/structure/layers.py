@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Which layer of include/gmis includes which, and that folders form no cycle: layers.py INCLUDE-FOLDER.
+"""Checks that each layer of include/gmis includes only layers below it, and that folders form no cycle: layers.py
+INCLUDE-FOLDER.
 
-Prints every include that its layer may not have, every arrow between rooms that points up, and one cycle between the folders of a layer.
+Prints every include that its layer may not have, every arrow between rooms that points up, and one
+cycle between the folders of a layer.
 """
 
 import pathlib
@@ -19,15 +21,17 @@ LAYERS = {
     "check": ["core", "mis", "transport"],
     "testing": ["core", "mis"],
 }
-# The folders of a layer from the bottom, where their order is fixed: each includes those before it only. Headers directly in the layer's
-# folder are the room ".", but for ROOM.hpp, which belongs to the room it is called after. A layer that is not here must be without a cycle, and no more.
+# The folders of a layer from the bottom, where their order is fixed: each includes those before it
+# only. Headers directly in the layer's folder are the room ".", but for ROOM.hpp, which belongs to
+# the room it is called after. A layer that is not here must be without a cycle, and no more.
 ROOMS = {
     "transport": ["state", "pixel_counts", "emission", "plan", "weights", "photons", "context", "techniques", "walk", "engine", "replay", "allocation",
                   "splitting"],
 }
 # Rooms that alone in their layer may include a further layer.
 ONLY = {("transport", "mis"): ["splitting"]}
-# Beside the layers stand gmis.hpp, which includes any of them, and for each layer LAYER.hpp, which includes what is in it.
+# Beside the layers stand gmis.hpp, which includes any of them, and for each layer LAYER.hpp, which
+# includes what is in it.
 
 
 def includes_of(root):

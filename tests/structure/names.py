@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The names of tests: every program in tests/PART is called test_PART_…, and every source belongs to a program. With --fix, programs are renamed, wherever their names stand.
+"""The names of tests: every program in tests/PART is called test_PART_…, and every source belongs
+to a program. With --fix, programs are renamed, wherever their names stand.
 """
 
 import pathlib
@@ -14,7 +15,7 @@ MENTIONS = ["CMakePresets.json", ".ci/run", "run", "*.md", "docs/*.md", "tests/*
 
 
 def parts():
-    """Of each part the text of its CMake files."""
+    """For each part the text of its CMake files."""
     for folder in sorted((PROJECT / "tests").iterdir()):
         if folder.name not in OTHERS and (folder / "CMakeLists.txt").exists():
             files = [folder / "CMakeLists.txt", *sorted(folder.glob("*.cmake"))]

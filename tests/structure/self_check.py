@@ -1,4 +1,5 @@
-"""Each check of this folder against small trees with one fault, which it must name, and against trees without."""
+"""Each check of this folder against small trees with one fault, which it must name, and against
+trees without."""
 
 import pathlib
 import sys
@@ -16,7 +17,8 @@ import tokens
 
 class Layers(unittest.TestCase):
     def faults(self, **headers):
-        """The faults of headers, whose name is their path with _ for / and whose value are the headers that they include."""
+        """The faults of headers, whose name is their path with _ for / and whose value are the
+        headers that they include."""
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             path_of = lambda name: name.replace("_", "/") + ".hpp"
