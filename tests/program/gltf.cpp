@@ -337,7 +337,7 @@ TEST_CASE("Colours at vertices are linear over each triangle, with and without a
         if (a + b > 1) a = 1 - a, b = 1 - b;
         const glm::dvec3 w(1 - a - b, a, b);
         const Point p = between(m.positions, m.triangles[k], w);
-        glm::dvec3 wanted = wanted_at(p, k == 0);
+        glm::dvec3 wanted = wanted_at(p, k == 0) * (is_textured ? glm::dvec3(1) : glm::dvec3(0.9, 0.6, 0.3));
         if (is_textured) {
           const glm::dvec2 uv = between(mesh(plain).uv, mesh(plain).triangles[k], w);
           const glm::dvec2 in_texels = uv * 4.0;  // nothing is asked of the steepest places
@@ -406,7 +406,7 @@ TEST_CASE("A texture is turned, scaled and moved counter-clockwise as it is seen
   }
   CHECK(compared >= 295);  // rounding beside an edge of nearest texels
   const Read mirrored = placed(Json::object(), {{"wrapS", 33648}, {"wrapT", 33071}});
-  CHECK(color_of(mirrored).at({1.2F, 0.3F}) == color_of(mirrored).at({0.8F, 0.3F}));
+  CHECK(glm::length(color_of(mirrored).at({1.2F, 0.3F}) - color_of(mirrored).at({0.8F, 0.3F})) < 1e-4F);
   CHECK(glm::length(color_of(mirrored).at({0.3F, 1.4F}) - color_of(mirrored).at({0.3F, 1.0F})) < 1e-6F);
 }
 
