@@ -6,7 +6,7 @@ Usage: check.py [--counts] [--commits BASE | --no-commits] [--subject FILE] [FIL
 Prints file:line, what is wrong and the better form, and the counts at the end; fails where anything
 was found. Without files: those that git knows. `--counts` prints the counts alone. `--subject`
 checks one commit message and nothing else, for a hook. Commit subjects are checked since BASE: by
-default the last release, or else the commit that added this checker.
+default the last release, or else FIRST_BASE.
 """
 
 import argparse
