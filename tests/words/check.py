@@ -6,7 +6,7 @@ Usage: check.py [--counts] [--commits BASE | --no-commits] [--subject FILE] [FIL
 Prints file:line, what is wrong and the better form, and the counts at the end; fails where anything
 was found. Without files: those that git knows. `--counts` prints the counts alone. `--subject`
 checks one commit message and nothing else, for a hook. Commit subjects are checked since BASE: by
-default the last release, or else the commit that added this checker.
+default the last release, or else FIRST_BASE.
 """
 
 import argparse
@@ -25,6 +25,8 @@ COMMENT_LIMIT, CODE_LIMIT, SUBJECT_LIMIT = 100, 120, 72
 HERE = pathlib.Path(__file__).resolve().parent
 # Not prose of this project, or planted on purpose.
 EXEMPT = {"tests/words/self_check.py", "tests/words/patterns.txt"}
+# Older subjects were written before the rule.
+FIRST_BASE = "3f897f2ac71a62e20f777e0a51fa888a189acfdd"
 SUBJECT = re.compile(r"[\w./+-]+(, ?[\w./+-]+)*: \S")
 
 
@@ -141,12 +143,11 @@ def git(*arguments):
 
 
 def base_of_commits():
-    """The last release, or else the commit that added this checker; None without a history."""
+    """The last release, or else the first base; None without a history."""
     tag = git("describe", "--tags", "--abbrev=0", "--match", "v[0-9]*")
     if tag:
         return tag
-    added = git("log", "--diff-filter=A", "--format=%H", "--", "tests/words/check.py")
-    return added.split("\n")[-1] if added else None
+    return FIRST_BASE if git("cat-file", "-t", FIRST_BASE) == "commit" else None
 
 
 def subjects_since(base):
