@@ -105,7 +105,7 @@ struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
   std::string replay, aov, isa, radius, sampler = "sobol", lights = "power", emission = "power";
   std::string pixel_counts = "uniform";
-  std::string tone = "clamp", completion;
+  std::string tone = "clamp", completion, exposure = "auto", max_memory;
   double seconds = 0, relative_error = 0;
   bool manual = false;
 };
@@ -185,7 +185,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "layers; "
          "or several, with commas")
       ->type_name("classes|layers|techniques");
-  app.add_option("--exposure", options.exposure, "Make .png files 2^EV times as bright (0)")->type_name("EV");
+  app.add_option("--exposure", raw.exposure,
+                 "Make .png files 2^EV times as bright; auto (the default): so that their log-average is 0.25")
+      ->type_name("auto|EV");
   app.add_option("--tone", raw.tone,
                  "How .png files are brought to values from 0 to 1: clamp (cut; the default), reinhard (x / (1 + "
                  "luminance)) or filmic (a fit of the ACES curve); the sRGB curve follows")
@@ -215,12 +217,40 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("SECONDS");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)")->type_name("FILE");
   app.add_flag("--check", options.check, "List all in the scene that is not supported, and render nothing");
+  app.add_option("--sky", options.load.sky,
+                 "Replace the sky: studio (what a glTF file without lights has), white, none, or an .exr or .pfm image")
+      ->type_name("studio|white|none|FILE");
+  app.add_option("--at", options.load.seconds, "Show the first animation of a glTF file at this time")
+      ->type_name("SECONDS");
+  app.add_option("--max-memory", raw.max_memory,
+                 "Most memory that reading the scene may take, in bytes, or with M or G behind (3/4 of the machine's)")
+      ->type_name("BYTES");
   app.add_flag("--lenient", options.lenient, "Render although the scene has what is not supported; warn of it");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");
   app.add_flag("--man", raw.manual, "Print the manual page, as man -l - reads it");
   app.add_option("--completion", raw.completion, "Print a script that completes this command line in a shell")
       ->type_name("bash|zsh|fish");
+}
+
+/// Nothing for `auto`.
+std::optional<double> exposure_of(const std::string& text) {
+  if (text == "auto") return {};
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !(std::abs(value) <= 100))
+    throw InputError("--exposure must be auto, or from -100 to 100");
+  return value;
+}
+
+std::uintmax_t bytes_of(const std::string& text) {
+  std::uintmax_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string_view unit(end, text.data() + text.size());
+  const unsigned shift = unit == "G" ? 30 : unit == "M" ? 20 : 0;
+  if (error != std::errc{} || (shift == 0 && !unit.empty()) || value == 0 || value > std::uintmax_t{1} << (50 - shift))
+    throw InputError("--max-memory " + in_quotes(text) + " must be a whole number of bytes, or with M or G behind");
+  return value << shift;
 }
 
 ToneCurve tone_of(const std::string& name) {
@@ -368,7 +398,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   if (!(options.max_rejected >= 0)) throw InputError("--max-rejected must be a number from 0 on");
   if (!(options.write_every >= 0)) throw InputError("--write-every must be a number of seconds from 0 on");
-  if (!(std::abs(options.exposure) <= 100)) throw InputError("--exposure must be from -100 to 100");
+  options.exposure = exposure_of(raw.exposure);
+  if (!raw.max_memory.empty()) options.load.max_memory = bytes_of(raw.max_memory);
+  if (options.load.seconds && !std::isfinite(*options.load.seconds)) throw InputError("--at must be a number");
   for (int i = 0; i < argc; ++i) options.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
   if (given("--replay")) options.replay = path_choice_of(raw.replay);
   if (options.resume_files.size() > 1 && !options.checkpoint_file.empty())

@@ -13,6 +13,7 @@
 #include "gmis/transport/state/path_class.hpp"
 #include "gmis/transport/state/settings.hpp"
 #include "support/image/image.hpp"
+#include "support/load_options.hpp"
 
 namespace gmis::tools {
 
@@ -36,6 +37,7 @@ struct PathChoice {
 /// What the command line of gmis-render asks for.
 struct Options {
   std::string scene;
+  LoadOptions load;
   bool list_scenes = false;
   IntegratorChoice integrator = IntegratorChoice::automatic;
   SplitChoice split = SplitChoice::local;
@@ -66,7 +68,7 @@ struct Options {
   bool class_images = false;                 ///< --aov classes
   bool layers = false;                       ///< --aov layers
   bool technique_layers = false;             ///< --aov techniques
-  double exposure = 0;                       ///< of .png, in powers of two
+  std::optional<double> exposure;            ///< of .png, in powers of two; nothing: by the picture
   ToneCurve tone = ToneCurve::clamp;         ///< of .png
   std::string command_line;
   bool halves = false;

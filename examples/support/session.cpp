@@ -14,11 +14,11 @@
 
 namespace gmis::tools {
 
-Diagnostics check_scene_file(const std::filesystem::path& file) {
+Diagnostics check_scene_file(const std::filesystem::path& file, const LoadOptions& options) {
   Diagnostics diagnostics(Strictness::check);
-  const SourcePosition start{std::make_shared<const std::string>(file.string()), 1};
+  const SourcePosition start{std::make_shared<const std::string>(file.string()), 0};
   try {
-    const SceneDescription description = read_scene(file, diagnostics);
+    const SceneDescription description = read_scene(file, diagnostics, options);
     if (diagnostics.error_count() == 0) (void)build_scene(description, diagnostics);
   } catch (const InputError& error) {
     diagnostics.error(error.where().value_or(start), error.message());
@@ -27,12 +27,12 @@ Diagnostics check_scene_file(const std::filesystem::path& file) {
 }
 
 LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size, Strictness strictness,
-                       scene::LightSelection lights) {
+                       scene::LightSelection lights, const LoadOptions& options) {
   using Clock = std::chrono::steady_clock;
   LoadedScene loaded;
   const auto start = Clock::now();
   Diagnostics diagnostics(strictness);
-  SceneDescription description = read_scene(file, diagnostics);
+  SceneDescription description = read_scene(file, diagnostics, options);
   const auto read = Clock::now();
   if (size) {
     description.film.width = (*size)[0];

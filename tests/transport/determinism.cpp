@@ -13,8 +13,8 @@
 namespace {
 
 /// Connections draw from the cache of all trees.
-gmis::RenderSettings settings() {
-  gmis::RenderSettings result;
+gmis_test::ways::Settings settings() {
+  gmis_test::ways::Settings result;
   result.max_depth = 6;
   result.radius = 0.05;
   result.seed = gmis_test::seed(3);
@@ -22,7 +22,7 @@ gmis::RenderSettings settings() {
 }
 
 template <class I>
-std::vector<float> frame_with(int threads, const gmis::RenderSettings& render_settings, int iterations) {
+std::vector<float> frame_with(int threads, const gmis_test::ways::Settings& render_settings, int iterations) {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
   typename I::template Engine<gmis_test::FurnaceScene<float>> engine(scene, I::settings(render_settings));
   gmis::ThreadExecutor executor(threads);
@@ -31,7 +31,7 @@ std::vector<float> frame_with(int threads, const gmis::RenderSettings& render_se
 }
 
 template <class I>
-void check_threads(const gmis::RenderSettings& render_settings = settings(), int iterations = 2) {
+void check_threads(const gmis_test::ways::Settings& render_settings = settings(), int iterations = 2) {
   const auto one = frame_with<I>(1, render_settings, iterations);
   for (const int threads : {2, 7, 16}) {
     const auto many = frame_with<I>(threads, render_settings, iterations);

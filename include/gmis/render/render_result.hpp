@@ -11,7 +11,7 @@
 #include "gmis/result/error_estimate.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/merging_bias.hpp"
-#include "gmis/result/price.hpp"
+#include "gmis/result/time_to_error.hpp"
 #include "gmis/transport/allocation/choice.hpp"
 #include "gmis/transport/engine/any_engine.hpp"
 

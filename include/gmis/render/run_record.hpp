@@ -18,7 +18,7 @@
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
-#include "gmis/result/evenness.hpp"
+#include "gmis/result/sobol_gain.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
 

@@ -321,4 +321,9 @@ class AnyPilot {
   std::uint64_t photons_ = 0;  // sum over iterations
 };
 
+#ifdef GMIS_COMPILED
+extern template class AnyPilot<Vec3<float>>;
+extern template class AnyPilot<Vec3<double>>;
+#endif
+
 }  // namespace gmis

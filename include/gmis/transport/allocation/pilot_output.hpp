@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/transport/allocation/forecast.hpp"
 #include "gmis/transport/state/film_output.hpp"
@@ -83,7 +84,7 @@ class PilotGrid {
 /// instructions, because of the choices in them.
 struct PilotCandidates {
   static constexpr std::size_t lanes = 8;
-  using Lanes [[gnu::vector_size(4 * lanes)]] = float;
+  using Lanes GMIS_VECTOR_OF_BYTES(4 * lanes) = float;
   struct Block {
     PerTechnique<Lanes> factors{};  ///< counts divided by the counts of the pilot
     Lanes pair_scale{};    ///< factor on pairs of connections at one vertex: m draws give (m−1)/m of the squared mean
@@ -280,7 +281,7 @@ class PilotOutput : public PathObserver {
           value_(value),
           weighted_(densities.weight() * value),
           densities_(densities.relative) {}
-    [[nodiscard, gnu::always_inline]] Terms under(const PilotCandidates::Block& counts) const noexcept {
+    [[nodiscard]] GMIS_ALWAYS_INLINE Terms under(const PilotCandidates::Block& counts) const noexcept {
       const auto& f = counts.factors;
       Lanes total{};
       for (std::size_t t = 0; t < technique_count; ++t) total += f[t] * densities_[t];

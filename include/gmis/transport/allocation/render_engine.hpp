@@ -144,4 +144,9 @@ void RenderEngine<S>::choose(ExecutorRef executor) {
   start();
 }
 
+#ifdef GMIS_COMPILED
+extern template class RenderEngine<Vec3<float>>;
+extern template class RenderEngine<Vec3<double>>;
+#endif
+
 }  // namespace gmis

@@ -177,4 +177,9 @@ void AnyEngine<S>::learn_pixel_counts(const Counters& work) {
   pixel_counts_.end_iteration(std::span<const S>(frame_), cost_of(work), iteration_);
 }
 
+#ifdef GMIS_COMPILED
+extern template class AnyEngine<Vec3<float>>;
+extern template class AnyEngine<Vec3<double>>;
+#endif
+
 }  // namespace gmis

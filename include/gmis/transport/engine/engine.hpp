@@ -180,7 +180,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   /// Traces the subpaths of a pixel that has more than one, or may have, and notes the difference of the last two while
   /// their numbers are learned.
   template <class Subpath>
-  [[gnu::noinline]] void trace_several(const Context& context, Subpath& subpath, Output& output, std::uint32_t pixel);
+  GMIS_NEVER_INLINE void trace_several(const Context& context, Subpath& subpath, Output& output, std::uint32_t pixel);
   void add_splats();
 
   const Sc& scene_;

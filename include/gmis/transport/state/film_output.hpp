@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/counters.hpp"
 #include "gmis/transport/state/path_output.hpp"
@@ -80,7 +81,7 @@ class FilmOutput : public PathObserver {
 
   /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or negative product is
   /// counted and left out.
-  [[gnu::always_inline]] void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
+  GMIS_ALWAYS_INLINE void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
     pixel_sum_ += weighted;
@@ -103,7 +104,7 @@ class FilmOutput : public PathObserver {
   }
 
   /// Counts a rejection on the current path. `technique` is empty when the subpath itself ended.
-  [[gnu::cold, gnu::noinline]] void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
+  GMIS_RARE void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) {
     switch (cause) {
       case RejectionCause::non_finite:
         ++counters_.rejected_non_finite;
@@ -130,7 +131,7 @@ class FilmOutput : public PathObserver {
       return true;
     return examine(id, weighted);
   }
-  [[gnu::cold, gnu::noinline]] bool examine(const TechniqueId& id, const S& weighted) {
+  GMIS_RARE bool examine(const TechniqueId& id, const S& weighted) {
     if (!is_finite(weighted)) {
       reject(RejectionCause::non_finite, id);
       return false;
@@ -141,7 +142,7 @@ class FilmOutput : public PathObserver {
     }
     return true;
   }
-  [[gnu::cold, gnu::noinline]] void record(const Contribution<S>& contribution) { records_.push_back(contribution); }
+  GMIS_RARE void record(const Contribution<S>& contribution) { records_.push_back(contribution); }
   [[nodiscard]] static constexpr ScalarOf<S> channel_sum(const S& s) noexcept {
     ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
     for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 
 namespace gmis {
@@ -20,7 +21,7 @@ inline void pass_start(const Sc& scene, const SurfacePoint<ScalarOf<typename Sc:
   const Vec3<T> offset = hit->point.position - from.position;
   // `position_error` is at least eight times the rounding error of the hit position: an eighth of it is the tolerance.
   if (T(8) * std::abs(glm::dot(offset, hit->point.geometric_normal)) <= hit->point.position_error) [[unlikely]]
-    [&]() __attribute__((cold, noinline)) {
+    [&]() GMIS_RARE_LAMBDA {
       hit = scene.intersect(leave(hit->point, direction));
     }
   ();

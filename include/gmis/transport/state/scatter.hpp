@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/random.hpp"
 
@@ -71,7 +72,7 @@ struct ScatteringVertex {
 /// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the subpath is
 /// terminated or the BSDF makes no sample. `needs_reverse`: reverse densities are read.
 template <bool needs_reverse = true, Bsdf B>
-[[nodiscard, gnu::always_inline]] inline std::optional<Step<typename B::Spectrum>> scatter(
+[[nodiscard]] GMIS_ALWAYS_INLINE inline std::optional<Step<typename B::Spectrum>> scatter(
     const ScatteringVertex<B>& at, UniformSource auto& source) {
   using T = ScalarOf<typename B::Spectrum>;
   const auto [u_survival, u_lobe, u, v] = uniforms<T, 4>(source);

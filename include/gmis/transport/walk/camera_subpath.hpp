@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/transmittance.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
 #include "gmis/transport/state/first_hit.hpp"
@@ -73,11 +74,11 @@ class CameraSubpath {
   /// Subpaths that do not end at the first non-specular vertex, in a run that does not classify paths: nearly all. They
   /// are compiled apart, so that a vertex skips the tests for the rest, and flat, because nearly all time is spent here.
   template <UniformSource Source>
-  [[gnu::flatten]] void follow_plain(Edge& edge, Source& source) {
+  GMIS_FLATTEN void follow_plain(Edge& edge, Source& source) {
     follow<true>(edge, source);
   }
   template <UniformSource Source>
-  [[gnu::noinline]] void follow_general(Edge& edge, Source& source) {
+  GMIS_NEVER_INLINE void follow_general(Edge& edge, Source& source) {
     follow<false>(edge, source);
   }
 

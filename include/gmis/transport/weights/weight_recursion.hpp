@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/transport/weights/weight_formulas.hpp"
 
 namespace gmis {
@@ -141,7 +142,7 @@ class WeightRecursion {
   /// A formula in `Extended` numbers, never inlined: hardly ever called. It takes copies, so that what is passed need not be in
   /// memory where it is not called.
   template <auto formula, class... Arguments>
-  [[nodiscard]] [[gnu::noinline]] constexpr auto exactly(Arguments... of) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE constexpr auto exactly(Arguments... of) const noexcept {
     return (exact_.*formula)(of...);
   }
 

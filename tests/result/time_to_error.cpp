@@ -1,4 +1,4 @@
-#include "gmis/result/price.hpp"
+#include "gmis/result/time_to_error.hpp"
 
 #include <algorithm>
 #include <cmath>

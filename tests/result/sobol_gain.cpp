@@ -1,4 +1,4 @@
-#include "gmis/result/evenness.hpp"
+#include "gmis/result/sobol_gain.hpp"
 
 #include <cmath>
 #include <cstdint>
