@@ -11,6 +11,8 @@ import subprocess
 import sys
 import tempfile
 
+import figures
+
 OWN = ["all_glossy", "caustic_pool", "light_behind_glass", "many_lights", "mirror_hall", "mixed", "one_point_light", "open_sky",
        "slit"]
 TEMPTING = ["all_narrow", "camera_in_water", "far_sun", "huge_ground", "keyhole", "none_narrow", "panes", "rare_caustic",
@@ -32,11 +34,11 @@ def depth_of(scene, otherwise=None):
     return ["--max-depth", str(depth)] if depth else []
 
 
-def build(target):
-    """Builds a program of the preset `bench`, and returns its path."""
+def build(target, folder="bench"):
+    """Builds a program of the preset `bench`, and returns its path; gmis-… are in examples/."""
     subprocess.run(["cmake", "--preset", "bench", "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", "--preset", "bench", "--target", target], check=True, stdout=subprocess.DEVNULL)
-    folder = "examples" if target.startswith("gmis-") else "bench"
+    folder = "examples" if target.startswith("gmis-") else folder
     return f"build/bench/{folder}/{target}"
 
 
@@ -126,15 +128,11 @@ def publish(options, table, document=None, name=None):
 
 
 def write_into(document, name, table):
-    """Puts a table between the marks `<!-- NAME: written by COMMAND -->` and `<!-- end of NAME -->`
-    of a document."""
-    document = pathlib.Path(document)
-    text = document.read_text(encoding="utf-8")
-    marks = re.compile(rf"(<!-- {re.escape(name)}: written by [^\n]* -->\n).*?(<!-- end of {re.escape(name)} -->)", re.DOTALL)
-    if len(marks.findall(text)) != 1:
-        print(f"bench: {document} has not one place for {name}: the table is only in out/", file=sys.stderr)
-        return
-    document.write_text(marks.sub(lambda found: found[1] + table.rstrip("\n") + "\n" + found[2], text), encoding="utf-8")
+    """Puts a table, with its stamp, between the marks of a figure in a document (figures.py)."""
+    text = pathlib.Path(document).read_text(encoding="utf-8")
+    command = next((figure.command for figure in figures.figures_in(document, text) if figure.name == name), None)
+    if not command or not figures.put(name, command, table, document):
+        print(f"bench: {document} has no place for {name}: the table is only in out/", file=sys.stderr)
 
 
 # --- Instructions and processor time --------------------------------------------------------------

@@ -119,7 +119,7 @@ class Planter:
         self.compile = [compiler, *COMPILE]
         if "clang" not in compiler:
             self.compile += ["--param=ggc-min-heapsize=524288"]  # as CMakeLists.txt has it
-        tests = ["-I", str(copy / "tests")]
+        tests = ["-I", str(copy / "tests"), "-I", str(copy / "include")]
         for level in ("-O0", "-O1"):
             (self.build / level).mkdir()
             header = self.build / level / "framework.hpp"

@@ -112,7 +112,7 @@ TEST_CASE("The pilot's picture is that of vcm with its counts and its radius", "
 TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto]") {
   // No fireflies here: a variance with a heavy tail is hard to measure. One radius for all of them. Several pilots, so that
   // the spread of their forecasts is known. Splitting is not among the candidates: a pilot splits at a fixed quarter of the
-  // pixels, which stand for all only where pixels are alike (test_pilot).
+  // pixels, which stand for all only where pixels are alike (test_transport_pilot).
   const auto scene = scene_of(lamp + diffuse_ball);
   ThreadedExecutor executor(1);
   RenderRequest request = request_for(*scene);
@@ -167,7 +167,7 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
     const gmis_test::RelativeVariance own = all[c].relative_to(all[0].mean());
     const double pilot_error =
         std::sqrt(std::max(0.0, squares[c] - variance[c] * variance[c]) / (batches - 1)) / variance[c];
-    // A forecast takes the mean number of light vertices for that of each iteration (test_pilot).
+    // A forecast takes the mean number of light vertices for that of each iteration (test_transport_pilot).
     const double model = some[c].connections > 0 ? vertex_variance[c] : 0.0;
     const double limit = t * std::hypot(own.relative_error, pilot_error) + model;
     CAPTURE(variance[c] / own.value, own.relative_error, pilot_error, model, limit);
