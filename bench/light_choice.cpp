@@ -7,21 +7,21 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/scene/scene_builder.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 // Lights chosen by power and for their receiver (`LightSelection`).
 //
 //   light_choice                                  variance of the picture at equal samples
-//   light_choice loop LIGHTS SELECTION COUNT      COUNT next events in a town of LIGHTS lamps, for light_choice.sh to count
+//   light_choice loop LIGHTS SELECTION COUNT      COUNT next events in a town of LIGHTS lamps, for benches/light_choice.py to count
 
 namespace {
 
 using namespace gmis::scene;
 using Scene = BvhScene<>;
 
-/// A square town with lamps in rows on a ground of one size for each; every seventh lamp is bright. `unlike`: lamps of powers
-/// over two decades.
+/// A square town with lamps in rows on a ground of one size for each; every seventh lamp is bright.
+/// `unlike`: lamps of powers over two decades.
 Scene town(int lights, LightSelection selection, bool unlike) {
   SceneBuilder<> builder;
   const auto stone = builder.add_material(make_diffuse({0.6, 0.55, 0.5}));
@@ -98,7 +98,8 @@ void print_gains() {
     }
 }
 
-/// Next events at places on the ground: the choice, a point on the light, the shadow ray. Returns the light that arrives.
+/// Next events at places on the ground: the choice, a point on the light, the shadow ray. Returns
+/// the light that arrives.
 [[gnu::noinline]] double next_events(const Scene& scene, double length, int count) {
   gmis::Philox source(5);
   double sum = 0;

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Renders the built-in scenes, and makes a page of the pictures with what each cost: time, error, plan.
+"""Renders the built-in scenes, and makes a page of the pictures with what each cost: time, error,
+plan.
 
-Every figure comes from the statistics that gmis-render writes. Usage: gallery.py PROGRAM [--time SECONDS] [--width PIXELS]
-[--out FOLDER] [--docs]; --docs takes small pictures and a number of iterations, so that they are the same on all machines, and writes
-docs/gallery.md with the pictures in docs/gallery/.
+Every figure comes from the statistics that gmis-render writes. Usage: gallery.py PROGRAM [--time
+SECONDS] [--width PIXELS] [--out FOLDER] [--docs]; --docs takes small pictures and a number of
+iterations, so that they are the same on all machines, and writes docs/gallery.md with the pictures
+in docs/gallery/.
 """
 
 import argparse
@@ -55,7 +57,8 @@ def render(program, folder, name, options, budget, width):
     text = (SCENES / f"{name}.pbrt").read_text()
     film_width, film_height = film_size(text)
     size = f"{width}x{round(width * film_height / film_width)}"
-    arguments = [name, "--size", size, *budget, *options]
+    exposure = [] if "--exposure" in options else ["--exposure", "0"]
+    arguments = [name, "--size", size, *budget, *exposure, *options]
     files = ["--out", str(folder / f"{name}.png"), "--out", str(folder / f"{name}.exr"), "--stats", str(folder / f"{name}.json")]
     print("gmis-render", *arguments, file=sys.stderr, flush=True)
     subprocess.run([program, *arguments, *files, "--quiet"], check=True)

@@ -1,6 +1,7 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include <iterator>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -25,6 +27,7 @@
 #include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
 #include "support/session.hpp"
+#include "support/tev.hpp"
 #include "support/whole_file.hpp"
 
 namespace {
@@ -83,7 +86,8 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
-/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how lights are chosen.
+/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how
+/// lights are chosen.
 void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Options& options) {
   request.scene_name = loaded.built->summary() + ", half diagonal " + std::to_string(loaded.built->half_diagonal());
   for (const std::filesystem::path& file : loaded.files) {
@@ -94,7 +98,8 @@ void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Opt
   request.scene_properties.emplace_back("the choice of lights", name_of(options.lights));
 }
 
-/// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
+/// What could not be written. Nothing that fails keeps what has been computed from being written
+/// elsewhere.
 class WriteFailures {
  public:
   void add(const std::string& message) {
@@ -117,7 +122,8 @@ class WriteFailures {
   std::string first_;
 };
 
-/// About how many pieces of work an iteration has: rows of pixels and, where light is traced, chunks of 256 light trees.
+/// About how many pieces of work an iteration has: rows of pixels and, where light is traced,
+/// chunks of 256 light trees.
 std::size_t pieces_of_iteration(const RenderRequest& request, const BuiltScene& scene) {
   const glm::ivec2 size = scene.scene().camera().resolution();
   const gmis::PixelBounds crop = gmis::crop_of(request, size);
@@ -202,8 +208,8 @@ std::vector<std::pair<std::string, std::string>> notes_of(const Options& options
   return notes;
 }
 
-int print_check(const std::filesystem::path& file, bool is_quiet) {
-  const Diagnostics diagnostics = check_scene_file(file);
+int print_check(const std::filesystem::path& file, const LoadOptions& load, bool is_quiet) {
+  const Diagnostics diagnostics = check_scene_file(file, load);
   if (!is_quiet)
     for (const Diagnostic& diagnostic : diagnostics.all()) std::printf("%s\n", diagnostic.to_string().c_str());
   const std::size_t errors = diagnostics.error_count();
@@ -222,10 +228,11 @@ int run(Options options) {
       std::printf("%-10s  %s\n", name.c_str(), line_of_scene(name).c_str());
     return done;
   }
-  if (options.check) return print_check(find_scene(options.scene), options.quiet);
+  if (options.check) return print_check(find_scene(options.scene), options.load, options.quiet);
   if (!options.replay) check_outputs(options);
-  LoadedScene loaded = load_scene(find_scene(options.scene), options.size,
-                                  options.lenient ? Strictness::lenient : Strictness::strict, options.lights);
+  LoadedScene loaded =
+      load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict,
+                 options.lights, options.load);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
@@ -275,12 +282,28 @@ int run(Options options) {
       });
     };
   ImageExtras extras;
-  extras.exposure = static_cast<float>(std::exp2(options.exposure));
+  const auto expose = [&](const Image& image) {
+    extras.exposure = static_cast<float>(std::exp2(options.exposure.value_or(automatic_exposure(image))));
+  };
   extras.tone = options.tone;
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
+  std::optional<TevViewer> viewer;
+  if (!options.tev_address.empty()) {
+    viewer.emplace(options.tev_address, "gmis-render");
+    if (!viewer->warning().empty()) std::fprintf(stderr, "gmis-render: warning: %s\n", viewer->warning().c_str());
+    request.seconds_between_pictures = std::min(options.write_every, 1.0);
+  }
+  auto last_written = std::chrono::steady_clock::now();
   request.on_picture = [&](const gmis::Picture& picture) {
     const Image image = image_of(picture);
+    if (viewer) {
+      viewer->show(image);
+      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - last_written;
+      if (passed.count() < options.write_every) return;
+      last_written = std::chrono::steady_clock::now();
+    }
+    expose(image);
     WriteFailures on_the_way;  // what counts is the last picture
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output, extras); });
   };
@@ -298,6 +321,7 @@ int run(Options options) {
   const RenderResult result = render(scene, request, executor);
   executor.report_to({});
   bar.finish();
+  if (viewer) viewer->show(result.image);
   if (!result.joined_seeds.empty() && request.on_log)  // runs that are joined have made their points long ago
     for (const gmis::ConvergencePoint& point : result.log) request.on_log(point);
   if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
@@ -313,7 +337,9 @@ int run(Options options) {
     facts.error =
         gmis::image_error(std::span<const float>(result.image.rgb), std::span<const float>(reference->rgb), 3);
 
+  expose(result.image);
   extras.notes = notes_of(options, result, facts.plan);
+  extras.notes.emplace_back("gmis:exposure", std::to_string(std::log2(extras.exposure)));
   if (options.layers) extras.layers = first_hit_layers(scene, request.crop, executor);
   for (ImageLayer& layer : layers_of(result, options)) extras.layers.push_back(std::move(layer));
   std::vector<std::filesystem::path> written;
@@ -324,6 +350,10 @@ int run(Options options) {
   if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });
   if (!options.statistics_file.empty()) failures.attempt([&] { write_statistics(result, facts); });
   if (!options.quiet) print_summary(result, request, plan, written, facts.error);
+  const auto is_png = [](const std::filesystem::path& file) { return file.extension() == ".png"; };
+  if (!options.quiet && !options.exposure && std::any_of(written.begin(), written.end(), is_png))
+    std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n",
+                static_cast<double>(std::log2(extras.exposure)));
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

@@ -1,5 +1,6 @@
-# Quick tests once more under valgrind, which sees what is read before it is written: `./run valgrind`, and among the slow
-# tests. Not those whose oracle needs all digits of long double, which valgrind computes in 64 bits.
+# Quick tests once more under valgrind, which sees what is read before it is written:
+# `./run valgrind`, and among the slow tests. Not those whose oracle needs all digits of long
+# double, which valgrind computes in 64 bits.
 find_program(GMIS_VALGRIND valgrind)
 add_custom_target(valgrind_tests)
 if(NOT GMIS_VALGRIND)
@@ -22,8 +23,8 @@ gmis_add_valgrind_test(test_hostile_mis "hostile: point masses,hostile: disjoint
 gmis_add_valgrind_test(test_hostile_accumulators)
 gmis_add_valgrind_test(test_hostile_degenerate "hostile: a link*,hostile: triangles*,hostile: what is not finite*")
 gmis_add_valgrind_test(test_scene_builder "what is no scene*,an empty scene*,triangles without area*,hits carry*")
-gmis_add_valgrind_test(test_film)
-gmis_add_valgrind_test(test_grid "the grid is exact*,a grid can be built again*")
+gmis_add_valgrind_test(test_core_film)
+gmis_add_valgrind_test(test_transport_grid "the grid is exact*,a grid can be built again*")
 if(NOT GMIS_HAS_FUZZER)  # a fuzzer's program brings an allocator of its own
   set(corpus ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus)
   gmis_add_valgrind_test(fuzz_bvh ${corpus}/bvh)

@@ -16,7 +16,8 @@ namespace {
 
 using Builder = scene::SceneBuilder<float>;
 
-/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of that place.
+/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of
+/// that place.
 template <class Step>
 void at(const SourcePosition& where, Step&& step) {
   try {
@@ -38,9 +39,11 @@ struct MakeMaterial {
   Material operator()(const ConductorDescription& m) const {
     return scene::make_conductor(m.eta, m.k, m.alpha, m.masking);
   }
-  Material operator()(const DielectricDescription& m) const { return scene::make_dielectric(m.eta, m.alpha); }
+  Material operator()(const DielectricDescription& m) const {
+    return scene::make_dielectric(m.eta, m.alpha, scene::Masking::height_correlated, m.tint);
+  }
   Material operator()(const CoatedDiffuseDescription& m) const {
-    return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha);
+    return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha, m.specular);
   }
   Material operator()(const DiffuseTransmissionDescription& m) const {
     return scene::make_diffuse_transmission(m.reflectance, m.transmittance);
@@ -84,8 +87,8 @@ scene::Material<float> material_of(const MaterialDescription& description,
   return scene::with_textures(plain, std::move(textures));
 }
 
-/// The materials as the builder numbers them; those of shapes with an opacity or with media are made when the first such
-/// shape comes.
+/// The materials as the builder numbers them; those of shapes with an opacity or with media are
+/// made when the first such shape comes.
 class Materials {
  public:
   Materials(Builder& builder, const std::vector<MaterialDescription>& descriptions) : builder_(builder) {
@@ -128,7 +131,8 @@ void add_shape(Builder& builder, const ShapeDescription& shape, std::size_t mate
     builder.add_sphere(sphere->center, sphere->radius, material, emission, sphere->normal_points_inward, sphere->axes);
   } else {
     const auto& mesh = std::get<MeshDescription>(shape.geometry);
-    builder.add_mesh({mesh.positions, mesh.triangles, mesh.normals, mesh.uv}, material, emission);
+    builder.add_mesh({mesh.positions, mesh.triangles, mesh.normals, mesh.uv}, material, emission,
+                     shape.emission ? shape.emission->texture : nullptr);
   }
 }
 
@@ -139,7 +143,8 @@ struct AddLight {
   void operator()(const SpotLightDescription& l) const {
     builder.add_spot_light(l.position, l.direction, l.intensity, l.inner, l.outer);
   }
-  // Every integrator lets camera subpaths hit the sky, so that next-event samples may leave out its dark part.
+  // Every integrator lets camera subpaths hit the sky, so that next-event samples may leave out its
+  // dark part.
   void operator()(const EnvironmentLightDescription& l) const {
     builder.add_environment(l.image, l.world_from_sky, 0.5);
   }

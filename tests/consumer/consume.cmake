@@ -1,5 +1,6 @@
-# Configures, builds and runs the project in CONSUMER_DIR, after installing gmis to a fresh prefix if WAY is `installed`, by
-# the vcpkg port if it is `vcpkg`. If it is `pkg_config`, there is no project: pkg-config says how to compile main.cpp.
+# Configures, builds and runs the project in CONSUMER_DIR, after installing gmis to a fresh prefix
+# if WAY is `installed`, by the vcpkg port if it is `vcpkg`. If it is `pkg_config`, there is no
+# project: pkg-config says how to compile main.cpp.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
@@ -27,6 +28,10 @@ elseif(WAY STREQUAL "your_renderer")
   run(${CMAKE_COMMAND} -E copy ${CONSUMER_DIR}/CMakeLists.txt ${WORK_DIR}/project)
   set(CONSUMER_DIR ${WORK_DIR}/project)
   set(location -DCMAKE_BUILD_TYPE=Release)
+elseif(WAY STREQUAL "fetch_content")
+  # The sources at hand stand in for a clone of GMIS_URL.
+  set(location -DGMIS_URL=${GMIS_DIR} -DFETCHCONTENT_SOURCE_DIR_GMIS=${GMIS_DIR}
+               -DGMIS_FETCH_DEPENDENCIES=${GMIS_FETCH_DEPENDENCIES})
 else()
   set(location -DGMIS_DIR=${GMIS_DIR} -DGMIS_FETCH_DEPENDENCIES=${GMIS_FETCH_DEPENDENCIES})
 endif()

@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/core/exp_in_lanes.hpp"
 #include "gmis/mis/diagnostics/quadrature.hpp"
 #include "gmis/mis/location_scale.hpp"

@@ -20,8 +20,9 @@ double cauchy(double x) {
 
 }  // namespace
 
-// Samples of generalised Pareto distributions, drawn by inversion. The fit has a standard error of about (1 + k)/√M and is
-// drawn to 1/2 by ten samples' weight; 5 shapes within 4.5 standard errors, a false alarm in 30,000.
+// Samples of generalised Pareto distributions, drawn by inversion. The fit has a standard error of
+// about (1 + k)/√M and is drawn to 1/2 by ten samples' weight; 5 shapes within 4.5 standard errors,
+// a false alarm in 30,000.
 TEST_CASE("the shape of a tail is that of the distribution it was drawn from", "[mis]") {
   for (const double k : {-0.3, 0.1, 0.4, 0.8, 1.3}) {
     gmis::Philox source(gmis_test::seed(95), static_cast<std::uint32_t>(100.0 * k + 100.0));
@@ -63,8 +64,9 @@ TEST_CASE("tails of few samples and of equal ones", "[mis]") {
   CHECK_FALSE(tail.is_reliable());
 }
 
-// N1 of a Cauchy integrand with normal proposals: infinite variance, and estimates that miss a part of the integral with a
-// standard error that knows nothing of it. k̂ is about 0.86 with a standard error of 0.06 here, and the limit 0.625.
+// N1 of a Cauchy integrand with normal proposals: infinite variance, and estimates that miss a part
+// of the integral with a standard error that knows nothing of it. k̂ is about 0.86 with a standard
+// error of 0.06 here, and the limit 0.625.
 TEST_CASE("an integrand with heavier tails than its proposals is flagged", "[mis]") {
   const std::array<test::Normal, 2> normals{{{-1.0, 1.0}, {1.0, 1.0}}};
   for (std::uint64_t seed = 0; seed < 2; ++seed) {
@@ -78,8 +80,9 @@ TEST_CASE("an integrand with heavier tails than its proposals is flagged", "[mis
   }
 }
 
-// Ten problems with bounded contributions that vary by a factor of a few, three seeds each: k̂ is below the limit by more than four standard errors in all of
-// them: a false flag in less than one run of a thousand.
+// Ten problems with bounded contributions that vary by a factor of a few, three seeds each: k̂ is
+// below the limit by more than four standard errors in all of them: a false flag in less than one
+// run of a thousand.
 TEST_CASE("tame problems are not flagged", "[mis]") {
   const std::array<test::Ramp, 3> ramps{{{-1.4}, {0.0}, {1.4}}}, milder{{{-0.7}, {0.0}, {0.7}}};
   const std::array<double (*)(double), 5> integrands{

@@ -71,8 +71,6 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --effects caustics", "use no-NAME or NAME-only"},
       {"cornell --effects no-caustics,", "(nothing)"},
       {"cornell --effects emission-only,no-emission", "leaves nothing to render"},
-      {"cornell --integrator vcm --camera-split 2", "--camera-split needs --integrator gmis"},
-      {"cornell --split adaptive --camera-split 2", "adaptive measures it"},
       {"cornell --split sideways", "use local"},
       {"cornell --integrator vcm --split paper", "needs --integrator gmis"},
       {"cornell --scheme N4", "use R1"},
@@ -137,8 +135,8 @@ TEST_CASE("A bad scene: exit code 2 and one line with file and line") {
 
 TEST_CASE("What cannot be written keeps nothing else from being written: exit code 1 and one line") {
   const ScratchFolder folder;
-  // No file may be longer than 512 bytes (in some shells 1024): the log is, in the middle of the run, and the picture is not.
-  // What counts coverage must not try to write here.
+  // No file may be longer than 512 bytes (in some shells 1024): the log is, in the middle of the
+  // run, and the picture is not. What counts coverage must not try to write here.
   const Outcome cut = run(folder, "cornell --size 2x2 --iterations 400 --threads 1 --quiet --out c.pfm --log long.csv",
                           "export GCOV_PREFIX=. GCOV_ERROR_FILE=/dev/null && trap '' XFSZ && ulimit -f 1");
   CHECK(cut.exit_code == 1);
@@ -211,11 +209,11 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
   for (const char* option :
-       {"--integrator", "--effects",     "--split",       "--scheme",  "--size",       "--max-depth", "--radius",
-        "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
-        "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
-        "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov",
-        "--lights",     "--resume",      "--emission",    "--counts"}) {
+       {"--integrator", "--effects",     "--split",       "--scheme",      "--size",       "--max-depth", "--radius",
+        "--alpha",      "--light-paths", "--seed",        "--threads",     "--iterations", "--time",      "--error",
+        "--crop",       "--techniques",  "--halves",      "--out",         "--stats",      "--log",       "--reference",
+        "--explain",    "--quiet",       "--list-scenes", "--check",       "--lenient",    "--exposure",  "--aov",
+        "--lights",     "--resume",      "--emission",    "--pixel-counts"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -443,7 +441,8 @@ TEST_CASE("The images of all techniques add up to the image") {
     names.erase("pyramid");
     names.erase("pyramid_unweighted");
     CHECK(names.empty());
-    // A frame is a sum of some hundred floats a pixel, each rounded by 6e-8 of what there is so far.
+    // A frame is a sum of some hundred floats a pixel, each rounded by 6e-8 of what there is so
+    // far.
     for (std::size_t i = 0; i < sum.size(); ++i)
       CHECK(sum[i] == Approx(static_cast<double>(whole.rgb[i])).epsilon(1e-5).margin(1e-7));
   }
@@ -647,7 +646,7 @@ TEST_CASE("bash completes options, the words of their values, files and scenes")
     return text_of(folder.path / "found.txt");
   };
   CHECK(completed("--integrator b", 2) == "bpt bpm\n");
-  CHECK(completed("--camera-s", 1) == "--camera-split\n");
+  CHECK(completed("--pixel-c", 1) == "--pixel-counts\n");
   CHECK(completed("--out a.", 2) == "a.pfm\n");
   CHECK(completed("corn", 1) == "cornell\n");
   CHECK(completed("--seed ''", 2) == "\n");
@@ -755,7 +754,6 @@ TEST_CASE("A choice tells its prices before the run, and a run with merging its 
     forecast.counts = {one["light_paths"], one["connections"], one["splats"], one["merges"]};
     forecast.counts.local_merges = one["local_merges"];
     forecast.counts.radius_factor = one["radius_factor"];
-    forecast.counts.camera_children = one["camera_children"];
     forecast.variance = one["variance"];
     if (one == chosen) choice.chosen = choice.forecasts.size();
     choice.forecasts.push_back(forecast);
@@ -818,8 +816,8 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
   const auto receiver = nlohmann::json::parse(text_of(folder / "receiver.json"));
   CHECK(power["lights"] == "power");
   CHECK(receiver["lights"] == "receiver");
-  // The same light with less noise: near a lamp the other one is hardly ever chosen. Means of 51,200 samples: six standard errors
-  // are a false alarm in 1e9 pictures.
+  // The same light with less noise: near a lamp the other one is hardly ever chosen. Means of
+  // 51,200 samples: six standard errors are a false alarm in 1e9 pictures.
   const double variance = power["estimate"]["variance"], other = receiver["estimate"]["variance"];
   CHECK(other < variance / 2);
   CHECK(std::abs(power["estimate"]["mean"].get<double>() - receiver["estimate"]["mean"].get<double>()) <
@@ -853,7 +851,8 @@ Shape "sphere" "float radius" 100
   const auto other = nlohmann::json::parse(text_of(folder / "learned.json"));
   CHECK(power["emission"] == "power");
   CHECK(other["emission"] == "learned");
-  // By power a light subpath meets the floor with a probability of 36/(4π 990²) · 0.8 = 2.4e-6: of 1536, hardly one in 270 runs.
+  // By power a light subpath meets the floor with a probability of 36/(4π 990²) · 0.8 = 2.4e-6: of
+  // 1536, hardly one in 270 runs.
   CHECK(power["counts"]["photons_stored"] < 3);
   CHECK(other["counts"]["photons_stored"] > 400);
 
@@ -869,39 +868,6 @@ Shape "sphere" "float radius" 100
   CHECK(refused.err.find("the emission differs") != std::string::npos);
   CHECK(run(folder, same + "--emission all").err.find("--emission \"all\" is not known: use power or learned") !=
         std::string::npos);
-}
-
-TEST_CASE("--counts: samples at camera vertices") {
-  const ScratchFolder folder;
-  const std::string same =
-      "svcm.pbrt --size 24x24 --integrator gmis --connections 1 --light-paths 0.5 --radius 3.2 --out a.pfm ";
-  std::filesystem::copy_file(std::filesystem::path(GMIS_REFERENCE_FOLDER) / "svcm0.pbrt", folder / "svcm.pbrt");
-  const auto hash_of = [&](const std::string& arguments) {
-    const auto made = run(folder, same + arguments + " --quiet --stats a.json");
-    INFO(made.err);
-    REQUIRE(made.exit_code == 0);
-    return nlohmann::json::parse(text_of(folder / "a.json"))["image_hash"];
-  };
-  const auto learned = hash_of("--iterations 7 --counts learned");
-  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["vertex_counts"] == "learned");
-  CHECK(hash_of("--iterations 7") != learned);
-  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["vertex_counts"] == "uniform");
-  // While nothing is learned yet, every count is 1.
-  CHECK(hash_of("--iterations 4") == hash_of("--iterations 4 --counts learned"));
-  CHECK(hash_of("--iterations 7 --counts learned --threads 2") == learned);
-  // A run that goes on has the same bits, before and after the table is there.
-  for (const char* first : {"2", "6"}) {
-    CAPTURE(first);
-    REQUIRE(run(folder, same + "--counts learned --quiet --checkpoint a.ck --iterations " + first).exit_code == 0);
-    CHECK(hash_of("--iterations 7 --counts learned --resume a.ck") == learned);
-  }
-  const auto refused = run(folder, same + "--iterations 7 --resume a.ck");
-  CHECK(refused.exit_code == 2);
-  CHECK(refused.err.find("the choice of vertex counts differs") != std::string::npos);
-  CHECK(run(folder, same + "--counts all").err.find("--counts \"all\" is not known: use uniform or learned") !=
-        std::string::npos);
-  const auto explained = run(folder, same + "--iterations 1 --counts learned --explain");
-  CHECK(explained.out.find("of samples at camera vertices learned") != std::string::npos);
 }
 
 TEST_CASE("--pixel-counts: camera subpaths of a pixel") {
@@ -1121,7 +1087,8 @@ TEST_CASE(
     CHECK(techniques.rgb[k] == Approx(picture.rgb[k]).margin(1e-5));
     CHECK(classes.rgb[k] == Approx(picture.rgb[k]).margin(1e-5));
   }
-  // The variance, against that of two halves: E (a − b)² / 4, pixel by pixel too noisy, but not in the mean.
+  // The variance, against that of two halves: E (a − b)² / 4, pixel by pixel too noisy, but not in
+  // the mean.
   const Image a = read_image(folder / "a_a.exr"), b = read_image(folder / "a_b.exr"),
               variance = layer("variance", "RGB");
   double by_halves = 0, stated = 0;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "gmis/transport/effects/effect_switches.hpp"
+#include "gmis/transport/plan/effect_switches.hpp"
 #include "program/block_statistics.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
@@ -17,8 +17,8 @@
 #include "support/plan_text.hpp"
 #include "support/seed.hpp"
 
-// Renderings by plan: what is off is off to the last count, what is left out by its class is left out and nothing else, and
-// no light is missing in scenes that tempt a rule.
+// Renderings by plan: what is off is off to the last count, what is left out by its class is left
+// out and nothing else, and no light is missing in scenes that tempt a rule.
 
 using namespace gmis::tools;
 using gmis::Counters;
@@ -76,12 +76,13 @@ std::unique_ptr<SceneEngine> rendered(const BuiltScene& scene, const RenderReque
 }
 
 bool are_equal(const SceneEngine& a, const SceneEngine& b) {
-  return a.frame().size() == b.frame().size() &&
-         std::memcmp(a.frame().data(), b.frame().data(), a.frame().size() * sizeof(Spectrum)) == 0;
+  const auto x = a.engine().frame(), y = b.engine().frame();
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(Spectrum)) == 0;
 }
 
 bool is_black(const SceneEngine& source) {
-  return std::all_of(source.frame().begin(), source.frame().end(), [](const Spectrum& s) { return gmis::is_black(s); });
+  const auto frame = source.engine().frame();
+  return std::all_of(frame.begin(), frame.end(), [](const Spectrum& s) { return gmis::is_black(s); });
 }
 
 /// What each technique that is off must have left at exactly 0, and what is on must not.
@@ -132,9 +133,10 @@ TEST_CASE("with all light-side techniques off, auto is pt bit by bit") {
     CHECK_FALSE(plan.traces_light());
     CHECK(are_equal(*by_plan, *pt));
     CHECK(is_black(*pt) == (c.name == "no light"));
-    // Without a light pt traces camera paths all the same; a plan without techniques traces nothing.
+    // Without a light pt traces camera paths all the same; a plan without techniques traces
+    // nothing.
     CHECK(by_plan->counters().rays == (c.name == "no light" ? 0 : pt->counters().rays));
-    CHECK(by_plan->photon_bytes() == 0);
+    CHECK(by_plan->engine().photon_bytes() == 0);
     check_counts(by_plan->counters(), plan);
   }
 }
@@ -179,7 +181,7 @@ TEST_CASE("an engine that classifies all paths makes the same bits as one that d
     std::size_t with_class = 0, without = 0;
     const PathClassSet occurring = plan_for_scene(*scene, request.settings).occurring;
     std::size_t unexpected = 0, wrong_depth = 0;
-    classified->for_each_contribution([&](const auto& contribution) {
+    classified->engine().for_each_contribution([&](const auto& contribution) {
       const gmis::TechniqueId& id = contribution.id;
       ++with_class;
       unexpected += occurring.contains(id.path_class) ? 0 : 1;
@@ -191,7 +193,7 @@ TEST_CASE("an engine that classifies all paths makes the same bits as one that d
       wrong_depth += edges < least || (edges > least && !has_specular && features.scatterings < 2) ? 1 : 0;
     });
     CHECK(wrong_depth == 0);
-    plain->for_each_contribution(
+    plain->engine().for_each_contribution(
         [&](const auto& contribution) { without += contribution.id.path_class == PathClass::unclassified ? 1 : 0; });
     CHECK(with_class > 0);
     CHECK(with_class == without);
@@ -209,13 +211,12 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
       request.settings.seed = gmis_test::seed(seed);
       request.techniques = true;
       if (!request.settings.path_classes) request.settings.path_classes = PathClassSet::all();
-      request.settings.counts.connections =
-          gmis::paired_connections;  // drawn from fewer vertices, others would be drawn
+      request.settings.counts.connects_paired_tree = true;  // drawn from fewer vertices, others would be drawn
       const auto whole = rendered(*scene, request, 1);
       std::map<PathClass, std::vector<glm::dvec3>> images;
-      whole->for_each_contribution([&](const auto& contribution) {
+      whole->engine().for_each_contribution([&](const auto& contribution) {
         auto& image = images[contribution.id.path_class];
-        image.resize(whole->frame().size(), glm::dvec3(0));
+        image.resize(whole->engine().frame().size(), glm::dvec3(0));
         image[contribution.pixel] += glm::dvec3(contribution.value * contribution.weight);
       });
       REQUIRE(images.size() > 5);
@@ -225,11 +226,11 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
         const RenderRequest switched = with_effects(request, list);
         const auto part = rendered(*scene, switched, 1);
         double worst = 0, brightest = 0;
-        for (std::size_t i = 0; i < part->frame().size(); ++i) {
+        for (std::size_t i = 0; i < part->engine().frame().size(); ++i) {
           glm::dvec3 sum(0);
           for (const auto& [path_class, image] : images)
             if (switched.settings.path_classes->contains(path_class)) sum += image[i];
-          const glm::dvec3 difference = glm::abs(sum - glm::dvec3(part->frame()[i]));
+          const glm::dvec3 difference = glm::abs(sum - glm::dvec3(part->engine().frame()[i]));
           worst = std::max(worst, gmis::max_channel(glm::dvec3(difference / (1e-3 + sum))));
           brightest = std::max(brightest, gmis::max_channel(sum));
         }
@@ -237,7 +238,8 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
         const Counters &less = part->counters(), &all = whole->counters();
         // What was left out may be what so few paths did not find.
         CHECK(less.contributions <= all.contributions);
-        // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's do.
+        // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's
+        // do.
         const bool has_light_side = integrator == IntegratorChoice::vcm;
         if (has_light_side) brightest_of[list] = std::max(brightest_of[list], brightest);
         CHECK((has_light_side ? less.rays < all.rays : less.rays <= all.rays));
@@ -252,8 +254,8 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
 
 namespace {
 
-/// A scene that tempts a rule: with its depth, whether light is to be traced and merged, and whether
-/// path tracing lacks some of its light, so that this test is seen to notice.
+/// A scene that tempts a rule: with its depth, whether light is to be traced and merged, and
+/// whether path tracing lacks some of its light, so that this test is seen to notice.
 struct Temptation {
   const char* name;
   std::string world;
@@ -310,13 +312,14 @@ Estimates estimates_of(const BuiltScene& scene, RenderRequest request, int itera
   const auto source = started(scene, request);
   for (int i = 0; i < iterations; ++i) {
     source->iterate(executor);
-    result.blocks.add(source->frame());
-    result.whole.add(source->frame());
+    result.blocks.add(source->engine().frame());
+    result.whole.add(source->engine().frame());
   }
   return result;
 }
 
-/// The smallest one-sided p-value of `part` being as bright as `all` anywhere, and how many there are.
+/// The smallest one-sided p-value of `part` being as bright as `all` anywhere, and how many there
+/// are.
 struct Deficit {
   double p_value = 1;
   std::size_t count = 0;
@@ -345,8 +348,8 @@ Deficit deficit_of(const Estimates& part, const Estimates& all) {
 
 }  // namespace
 
-// One-sided t for the means of 12×12 blocks and of the whole picture, per channel, at the Šidák level of a false-alarm rate
-// of 1e-3 for the family; fixed seeds.
+// One-sided t for the means of 12×12 blocks and of the whole picture, per channel, at the Šidák
+// level of a false-alarm rate of 1e-3 for the family; fixed seeds.
 TEST_CASE("in scenes that tempt a rule no light is missing") {
   constexpr int iterations = 96;
   const auto scenes = temptations();

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -120,9 +120,7 @@ TEST_CASE("each lobe alone makes its density, and the lobes with their weights m
 
 double reflected(const SurfaceBsdf<double>& bsdf, const Vec3<double>& to_prev) {
   Philox unused(gmis_test::seed(1));
-  CheckSettings few = settings(1e-8);
-  few.samples = 10;
-  return check_bsdf(bsdf, axis, to_prev, unused, few).reflected_share;
+  return reflected_share(bsdf, axis, to_prev, unused, 10, 1e-8);
 }
 
 TEST_CASE("albedos with a closed form", "[bsdf][energy]") {
@@ -134,8 +132,9 @@ TEST_CASE("albedos with a closed form", "[bsdf][energy]") {
     CHECK(reflected({phong, axis, axis}, axis) == Approx(0.8).epsilon(1e-5));
     for (const double cosine : {0.9, 0.5, 0.1}) CHECK(reflected({phong, axis, axis}, at_cosine<double>(cosine)) <= 0.8);
   }
-  // A smooth coat: what it reflects, a delta lobe, and what comes out of the base, which is all there is when the base is
-  // white. The base scatters by the cosine alone: its share by the midpoint rule, to some 1e-6.
+  // A smooth coat: what it reflects, a delta lobe, and what comes out of the base, which is all
+  // there is when the base is white. The base scatters by the cosine alone: its share by the
+  // midpoint rule, to some 1e-6.
   const auto white = make_coated_diffuse<double>({1, 1, 1}, 1.5, 0);
   for (const double cosine : {0.9, 0.5, 0.1}) {
     const SurfaceBsdf<double> bsdf(white, axis, axis);

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "cloth.hpp"
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// The material of examples/cloth.hpp, tested as CONTRIBUTING.md asks of any BSDF, and the two of one scene.
+// The material of examples/cloth.hpp, tested as CONTRIBUTING.md asks of any BSDF, and the two of
+// one scene.
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -52,7 +53,8 @@ CheckSettings settings() {
   return result;
 }
 
-/// f by its definition, with angles, in `long double`; the share of the sheen lobe is taken from the material.
+/// f by its definition, with angles, in `long double`; the share of the sheen lobe is taken from
+/// the material.
 Vec3<double> cloth_by_angles(const Cloth& cloth, const V& to_prev, const V& to_next) {
   using L = long double;
   const Vec3<L> n(axis), a(to_prev), b(to_next);
@@ -117,14 +119,11 @@ TEST_CASE("cloth: what the sheen lobe reflects, by closed form and by quadrature
     const double p = 1 / static_cast<double>(roughness);
     CHECK(static_cast<double>(cloth.share.at(1)) == Approx(std::exp2(-(p + 2) / 2) * 2 / (p + 4)).epsilon(2e-3));
     Philox unused(gmis_test::seed(1));
-    CheckSettings few = settings();
-    few.samples = 10;
     double mean = 0;
     constexpr int steps = 16;
     for (int i = 0; i < steps; ++i) {
       const double cosine = (i + 0.5) / steps;
-      const double share =
-          check_bsdf(ClothBsdf(cloth, axis, axis), axis, at_cosine(cosine), unused, few).reflected_share;
+      const double share = reflected_share(ClothBsdf(cloth, axis, axis), axis, at_cosine(cosine), unused, 10);
       INFO("r = " << roughness << ", cos = " << cosine);
       CHECK(static_cast<double>(cloth.share.at(static_cast<float>(cosine))) == Approx(share).epsilon(3e-3));
       mean += 2 * cosine * share / steps;
@@ -212,8 +211,8 @@ TEST_CASE("cloth: nothing is reflected to where the two normals disagree; edges 
 
 namespace {
 
-/// Every function of `whole` gives the bits that `part` gives.
-/// Equal; where the compiler fuses multiplications and additions, which it may do otherwise in each place that a function is
+/// Every function of `whole` gives the bits that `part` gives. Equal; where the compiler fuses
+/// multiplications and additions, which it may do otherwise in each place that a function is
 /// inlined into, equal but for rounding.
 bool are_equal(float a, float b) {
 #ifdef __FMA__

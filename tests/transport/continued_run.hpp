@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "gmis/core/state_archive.hpp"
-#include "gmis/transport/settings.hpp"
+#include "gmis/transport/state/settings.hpp"
 #include "support/catch.hpp"
 
 namespace gmis_test {
 
-/// The frames after the first iterations of a run that was interrupted there and went on in another engine, one after the other.
-/// `check(engine)` sees that engine in the end.
+/// The frames after the first iterations of a run that was interrupted there and went on in another
+/// engine, one after the other. `check(engine)` sees that engine in the end.
 template <class Engine, class Scene, class Executor, class Check>
 auto frames_after_interrupt(const Scene& scene, const gmis::RenderSettings& settings, std::uint32_t first,
                             std::uint32_t iterations, Executor&& executor, Check&& check) {

@@ -9,9 +9,10 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// The uniform furnace has a closed form at every depth, for every integrator, scalar and way of splitting.
-// Each case compares the image mean, an average over iterations, with it, by Student's t: a false alarm of all cases together
-// in a thousandth of the seeds; merging adds its bias, at most 1 % at radius 0.1 by the curvature.
+// The uniform furnace has a closed form at every depth, for every integrator, scalar and way of
+// splitting. Each case compares the image mean, an average over iterations, with it, by Student's
+// t: a false alarm of all cases together in a thousandth of the seeds; merging adds its bias, at
+// most 1 % at radius 0.1 by the curvature.
 
 namespace {
 
@@ -25,7 +26,7 @@ struct Measured {
 };
 
 template <class I, class T>
-Measured render(const gmis_test::FurnaceScene<T>& scene, const gmis::RenderSettings& settings, int iterations) {
+Measured render(const gmis_test::FurnaceScene<T>& scene, const gmis_test::ways::Settings& settings, int iterations) {
   typename I::template Engine<gmis_test::FurnaceScene<T>> engine(scene, I::settings(settings));
   gmis::SerialExecutor executor;
   double sum = 0.0, squares = 0.0;
@@ -54,7 +55,7 @@ double truth(double albedo, int depth) {
 }
 
 template <class I, class T>
-void check(int lobes, double bias, gmis::RenderSettings settings = {}) {
+void check(int lobes, double bias, gmis_test::ways::Settings settings = {}) {
   const double albedo = 0.7;
   const gmis_test::FurnaceScene<T> scene(T(albedo), T(1), 16, lobes);
   settings.radius = 0.1;
@@ -98,7 +99,7 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
   }
   SECTION("vcm, two lobes, connections paired") {
     gmis::RenderSettings settings;
-    settings.counts.connections = gmis::paired_connections;
+    settings.counts.connects_paired_tree = true;
     check<Vcm, float>(2, 0.01, settings);
   }
   SECTION("vcm, two lobes") {
@@ -108,20 +109,15 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
     check<Gmis, float>(2, 0.01);
   }
   SECTION("gmis, two lobes, small budget") {
-    gmis::RenderSettings settings;
-    settings.light_tree_budget = 5;
-    settings.rounds = 2;
-    check<Gmis, float>(2, 0.01, settings);
-  }
-  SECTION("gmis, two lobes, the camera subpath split too") {
-    gmis::RenderSettings settings;
-    settings.counts.camera_children = 4;
+    Settings settings;
+    settings.sampler.budget = 5;
+    settings.sampler.rounds = 2;
     check<Gmis, float>(2, 0.01, settings);
   }
   for (const gmis::Scheme scheme : gmis::all_schemes)
     SECTION("gmis, two lobes, scheme " + std::string(gmis::name_of(scheme))) {
-      gmis::RenderSettings settings;
-      settings.scheme = scheme;
+      Settings settings;
+      settings.sampler.scheme = scheme;
       check<Gmis, float>(2, 0.01, settings);
     }
   SECTION("gmis, double") {
@@ -130,8 +126,8 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
 }
 
 TEST_CASE("where merging makes nearly all of the light it makes the right amount") {
-  // Emitter hits and merging alone, with so many photons that merging has nine tenths of all that is not seen directly: a
-  // wrong area of its disk or number of photons shows in full.
+  // Emitter hits and merging alone, with so many photons that merging has nine tenths of all that
+  // is not seen directly: a wrong area of its disk or number of photons shows in full.
   gmis::RenderSettings settings;
   settings.max_depth = 4;
   settings.radius = 0.05;
@@ -147,8 +143,9 @@ TEST_CASE("where merging makes nearly all of the light it makes the right amount
 }
 
 TEST_CASE("each iteration merges within the radius of its own") {
-  // As above, with a radius that shrinks fast, iterations 2 and 3 of many runs: photons found within the radius of the
-  // iteration before would be 1.7 and 1.4 times too many, photons divided by the number of another disk likewise.
+  // As above, with a radius that shrinks fast, iterations 2 and 3 of many runs: photons found
+  // within the radius of the iteration before would be 1.7 and 1.4 times too many, photons divided
+  // by the number of another disk likewise.
   gmis::RenderSettings settings;
   settings.max_depth = 4;
   settings.radius = 0.08;

@@ -1,14 +1,15 @@
 #include "transport/path_by_path.hpp"
 
-// Guided emission: every weight and every value that the engine forms, against brute force. The density of a start depends on
-// the light, its numbers, and how near its line passes the centre; next events, hits and escapes ask for it, too. With the
-// factor forgotten at one of these places, single contributions are wrong by factors.
+// Guided emission: every weight and every value that the engine forms, against brute force. The
+// density of a start depends on the light, its numbers, and how near its line passes the centre;
+// next events, hits and escapes ask for it, too. With the factor forgotten at one of these places,
+// single contributions are wrong by factors.
 
 namespace {
 
 using World = gmis_test::DiscreteWorld<double>;
 
-gmis::RenderSettings settings() {
+gmis_test::ways::Settings settings() {
   auto result = gmis_test::path_by_path::settings(gmis_test::seed(17));
   result.emission = gmis::Emission::learned;
   return result;
@@ -17,7 +18,7 @@ gmis::RenderSettings settings() {
 constexpr int iterations = 5;  // so many that the numbers of whole paths are reached with any seed
 
 template <class I, class World_ = World>
-void check(const gmis::RenderSettings& render_settings = settings()) {
+void check(const gmis_test::ways::Settings& render_settings = settings()) {
   gmis_test::path_by_path::check_both_cameras<I, World_>(1e-10, 100, render_settings, iterations);
 }
 
@@ -41,7 +42,7 @@ TEST_CASE("guided emission: what the engine weights and adds is what brute force
     check<Vcm, gmis_test::DiscreteWorld<double, true>>();
   }
   SECTION("vcm, connections drawn from the cache, a local count of merging") {
-    gmis::RenderSettings local = settings();
+    auto local = settings();
     local.counts.light_paths = 1.0;
     local.counts.connections = 3;
     local.counts.local_merges = true;
@@ -49,10 +50,9 @@ TEST_CASE("guided emission: what the engine weights and adds is what brute force
     local.counts.radius_factor = 8.0;
     check<Vcm>(local);
   }
-  SECTION("trees that split, on both sides") {
-    gmis::RenderSettings split = settings();
+  SECTION("trees that split") {
+    auto split = settings();
     split.max_depth = 4;
-    split.counts.camera_children = 3;
     check<Gmis>(split);
   }
 }

@@ -7,8 +7,9 @@
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
 
-// The paper's recursion for w_{i,VC} and w_{i,VM}, as printed and as corrected, against the brute-force sum over techniques.
-// Paths of the paper's own kind: no delta vertices, equal counts for all techniques of vertex connection.
+// The paper's recursion for w_{i,VC} and w_{i,VM}, as printed and as corrected, against the
+// brute-force sum over techniques. Paths of the paper's own kind: no delta vertices, equal counts
+// for all techniques of vertex connection.
 
 namespace {
 
@@ -34,7 +35,8 @@ LightSide recursion(const gmis::PathDensities<Wide>& path, Wide eta, bool as_pri
   return w;
 }
 
-/// What they claim to be: the densities of all techniques to the left over that of connecting behind x_i, or merging at x_i.
+/// What they claim to be: the densities of all techniques to the left over that of connecting
+/// behind x_i, or merging at x_i.
 LightSide by_force(const gmis::PathDensities<Wide>& path, Wide eta) {
   const auto k = path.from_light.size();
   gmis::TechniqueCounts<Wide> counts{1, 1, 1, 1, eta};
@@ -85,7 +87,8 @@ TEST_CASE("the merging weights are off by orders of magnitude as printed, and ex
 }
 
 TEST_CASE("the two partial sums of the paper are one sum over absolute counts") {
-  // partial_weights.hpp: w_VC = L / ρ, w_VM = (L / b − μ) / μ, with L the densities to the left over U(i+1).
+  // partial_weights.hpp: w_VC = L / ρ, w_VM = (L / b − μ) / μ, with L the densities to the left
+  // over U(i+1).
   std::mt19937_64 source(gmis_test::seed(6));
   for (int n = 0; n < 200; ++n) {
     auto invented = gmis_test::random_path<double>(source, 2 + n % 8, 1.0, 0.0);
@@ -97,15 +100,15 @@ TEST_CASE("the two partial sums of the paper are one sum over absolute counts") 
     const gmis::WeightRecursion<double> weights({1.0, 1.0, 1.0, 1.0, static_cast<double>(mu)});
     const auto a = [&](std::size_t i) { return static_cast<double>(path.from_light[i]); };
     auto partial =
-        weights.first_light_vertex(invented.origin, invented.next_event, a(1), invented.to_area_from_camera[0]);
+        weights.first_light_vertex({invented.origin, invented.next_event, a(1)}, invented.to_area_from_camera[0]);
     for (std::size_t i = 1; i < path.from_light.size(); ++i) {
       const double left = partial.shared.value() + invented.reverse[i] * partial.chain.value();  // L_i / b_i − μ
       CHECK(left / static_cast<double>(mu) == Approx(static_cast<double>(w.merging[i])).epsilon(1e-12));
       CHECK((left + static_cast<double>(mu)) * static_cast<double>(path.from_camera[i]) ==
             Approx(static_cast<double>(w.connection[i])).epsilon(1e-12));
       if (i + 1 < path.from_light.size())
-        partial =
-            weights.extend_light(partial, true, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1));
+        partial = weights.extend_light(partial,
+                                       {true, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1)});
     }
   }
 }

@@ -17,9 +17,10 @@
 #include "transport/ways.hpp"
 
 /// \file
-/// The engine's own paths, each contribution against brute force: its weight against the densities of all techniques that can
-/// make that path, its value against the light the path carries over the density of the technique that made it. Nothing is
-/// estimated: an error of any size in a weight, a density, a cosine, a Jacobian or a count shows in single contributions.
+/// The engine's own paths, each contribution against brute force: its weight against the densities
+/// of all techniques that can make that path, its value against the light the path carries over the
+/// density of the technique that made it. Nothing is estimated: an error of any size in a weight, a
+/// density, a cosine, a Jacobian or a count shows in single contributions.
 
 namespace gmis_test::path_by_path {
 
@@ -42,15 +43,15 @@ struct Outcome {
   return text.str();
 }
 
-[[nodiscard]] inline gmis::RenderSettings settings(std::uint64_t seed) {
-  gmis::RenderSettings result;
+[[nodiscard]] inline ways::Settings settings(std::uint64_t seed) {
+  ways::Settings result;
   result.seed = seed;
   result.max_depth = 5;
   result.radius = 0.4;  // the nodes are farther apart: only vertices at the same node merge
   result.alpha = 1.0;
   result.counts.light_paths = 0.1;
-  result.light_tree_budget = 1000000;
-  result.counts.connections = gmis::paired_connections;
+  result.sampler.budget = 1000000;
+  result.counts.connects_paired_tree = true;
   return result;
 }
 
@@ -110,21 +111,18 @@ class KnownPaths {
 };
 
 template <class I>
-NominalCounts nominal_counts(const gmis::RenderSettings& render_settings) {
+NominalCounts nominal_counts(const ways::Settings& render_settings) {
   NominalCounts nominal;
-  if (I::splits_light) {
-    nominal.light_per_lobe = render_settings.rounds;
-    nominal.camera_first = render_settings.counts.camera_children;
-  }
-  nominal.camera_stops = I::camera_stops;
+  if (I::splits_light) nominal.light_per_lobe = render_settings.sampler.rounds;
+  nominal.camera_stops = !I::extends_camera;
   nominal.local_merges = render_settings.counts.local_merges;
   return nominal;
 }
 
-/// `connect`: the count of connections, for one light vertex that a tree makes. The disk of merging is that of the iteration,
-/// r_i = r_1 i^((α−1)/2).
+/// `connect`: the count of connections, for one light vertex that a tree makes. The disk of merging
+/// is that of the iteration, r_i = r_1 i^((α−1)/2).
 template <class I>
-gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, int iteration,
+gmis::TechniqueCounts<long double> technique_counts(const ways::Settings& render_settings, int iteration,
                                                     long double trees, long double connect) {
   const long double disk =
       gmis::pi<long double> *
@@ -148,8 +146,8 @@ void update(double& worst, std::string& worst_at, long double ratio, Where&& whe
   worst_at = where();
 }
 
-/// The count of connections that a weight was made with, when the other counts are known: the pilot's mean number of
-/// vertices of a tree is the engine's own business.
+/// The count of connections that a weight was made with, when the other counts are known: the
+/// pilot's mean number of vertices of a tree is the engine's own business.
 template <class I>
 long double connect_count(const PathOracle& oracle, const DiscretePath& path, std::size_t place,
                           const gmis::TechniqueCounts<long double>& counts, long double weight) {
@@ -166,7 +164,7 @@ long double connect_count(const PathOracle& oracle, const DiscretePath& path, st
 }
 
 template <class I, class World>
-Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings, int iterations) {
+Outcome run(bool has_parallel_rays, const ways::Settings& render_settings, int iterations) {
   using T = gmis::ScalarOf<typename World::Spectrum>;
   const int size = 32;
   const World world(make_atlas<T>(5, has_parallel_rays), size);
@@ -188,8 +186,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings,
   if (render_settings.emission == gmis::Emission::learned) engine.use_emission_guide(guide);
   gmis::SerialExecutor executor;
   engine.iterate(executor);
-  const bool uses_cache =
-      I::has(gmis::Technique::connect) && render_settings.counts.connections != gmis::paired_connections;
+  const bool uses_cache = I::has(gmis::Technique::connect) && !render_settings.counts.connects_paired_tree;
   if (uses_cache) {
     bool is_found = false;
     engine.for_each_contribution([&](const auto& record) {
@@ -246,7 +243,8 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings,
   return outcome;
 }
 
-/// `whole`: at least so many paths were seen by every one of their techniques, so that the sum over them means something.
+/// `whole`: at least so many paths were seen by every one of their techniques, so that the sum over
+/// them means something.
 inline void check(const Outcome& outcome, double tolerance, std::size_t whole) {
   CAPTURE(outcome.worst_weight_at, outcome.worst_value_at, outcome.worst_weight / tolerance,
           outcome.worst_value / tolerance, outcome.worst_sum / tolerance);
@@ -259,7 +257,7 @@ inline void check(const Outcome& outcome, double tolerance, std::size_t whole) {
 }
 
 template <class I, class World>
-void check_both_cameras(double tolerance, std::size_t whole, const gmis::RenderSettings& render_settings,
+void check_both_cameras(double tolerance, std::size_t whole, const ways::Settings& render_settings,
                         int iterations = 3) {
   for (const bool has_parallel_rays : {false, true}) {
     CAPTURE(has_parallel_rays);

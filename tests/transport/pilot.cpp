@@ -1,4 +1,4 @@
-#include "gmis/transport/choose/pilot.hpp"
+#include "gmis/transport/allocation/pilot.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,15 +16,17 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// What a pilot forecasts, against the variance that renderings with each candidate then have, pixel by pixel, in a furnace
-// whose radiance is known. One radius for all iterations, since that of the pilot is fixed.
+// What a pilot forecasts, against the variance that renderings with each candidate then have, pixel
+// by pixel, in a furnace whose radiance is known. One radius for all iterations, since that of the
+// pilot is fixed.
 
 namespace {
 
 using Scene = gmis_test::FurnaceScene<float>;
 constexpr float albedo = 0.7F;
 constexpr int size = 12, pixels = size * size;
-/// From here all pixels are alike: the pilot draws two children in a quarter of them, and these speak for all.
+/// From here all pixels are alike: the pilot draws two children in a quarter of them, and these
+/// speak for all.
 constexpr gmis::Vec3<float> centre{0, 0, 0};
 
 gmis::RenderSettings settings() {
@@ -41,10 +43,12 @@ std::vector<double> truth(int max_depth) {
   return std::vector<double>(pixels, (1 - std::pow(a, max_depth)) / (1 - a));
 }
 
-/// Each forecast is compared with a measurement, all in one family: a false alarm in a thousandth of the seeds.
+/// Each forecast is compared with a measurement, all in one family: a false alarm in a thousandth
+/// of the seeds.
 constexpr std::size_t comparisons = 18;
 const double level = gmis::sidak_level(1e-3, comparisons);
-/// Independent renderings, and independent pilots: how far they are apart says how well their mean is known.
+/// Independent renderings, and independent pilots: how far they are apart says how well their mean
+/// is known.
 constexpr std::size_t batches = 25;
 
 struct Measured {
@@ -59,7 +63,6 @@ Measured measure(const Scene& scene, gmis::RenderSettings settings, const gmis::
   constexpr int iterations = 40;
   settings.counts.light_paths = candidate.light_paths;
   settings.counts.connections = std::max(1, candidate.connections);
-  settings.counts.camera_children = candidate.camera_children;
   settings.counts.local_merges = candidate.local_merges;
   settings.counts.radius_factor = candidate.radius_factor;
   gmis::SerialExecutor executor;
@@ -103,8 +106,7 @@ struct Forecasts {
 void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
                      const std::vector<gmis::SampleCounts>& candidates, const std::vector<Measured>& measured,
                      int pilot_iterations) {
-  gmis::OperationCosts costs;
-  costs.further_child = 1.0;  // the operations are what is compared
+  const gmis::OperationCosts costs;
   std::vector<Forecasts> forecasts(candidates.size());
   settings.seed += 1000;
   for (std::size_t batch = 0; batch < batches; ++batch) {
@@ -123,13 +125,13 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
     const gmis::SampleCounts& candidate = candidates[c];
     const double value = measured[c].variance.value;
     const double error = std::hypot(measured[c].variance.relative_error, forecasts[c].relative_error());
-    // A connection is worth V / (m n_L), V the vertices of that iteration; a forecast has the mean of V in place of V, and so a
-    // second moment of connections that is too small by up to the relative variance of V. Welch's t has at least `batches` − 1
-    // degrees of freedom.
+    // A connection is worth V / (m n_L), V the vertices of that iteration; a forecast has the mean
+    // of V in place of V, and so a second moment of connections that is too small by up to the
+    // relative variance of V. Welch's t has at least `batches` − 1 degrees of freedom.
     const double model = candidate.connections > 0 ? measured[c].vertex_variance : 0.0;
     const double limit = gmis::student_t_quantile(1 - level / 2, batches - 1) * error + model;
-    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.camera_children,
-            candidate.local_merges, candidate.radius_factor);
+    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.local_merges,
+            candidate.radius_factor);
     CAPTURE(forecasts[c].variance / value, error, model, forecasts[c].cost, measured[c].cost);
     CHECK(std::abs(forecasts[c].variance / value - 1) < limit);
     CHECK(limit < 0.15);  // so that it says something
@@ -143,30 +145,17 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
   using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
-      {1.0, 1, true, true},  {0.0, 0, false, false},    {0.0, 0, false, false, 4}, {0.5, 0, true, false},
-      {1.0, 4, true, false}, {0.25, 1, true, false, 2}, {0.5, 0, true, true},      {2.0, 1, true, true, 4},
-      {0.25, 2, true, true}, {2.0, 16, true, false, 4}};
+      {1.0, 1, true, true},  {0.0, 0, false, false}, {0.5, 0, true, false},
+      {1.0, 4, true, false}, {0.25, 1, true, false}, {0.5, 0, true, true},
+      {2.0, 1, true, true},  {0.25, 2, true, true},  {2.0, 16, true, false}};
   const auto all = settings();
   check_forecasts(scene, all, candidates,
                   {measure<Vcm>(scene, all, candidates[0]), measure<Pt>(scene, all, candidates[1]),
-                   measure<Pt>(scene, all, candidates[2]), measure<PtLt>(scene, all, candidates[3]),
-                   measure<Bpt>(scene, all, candidates[4]), measure<Bpt>(scene, all, candidates[5]),
-                   measure<PtLtPm>(scene, all, candidates[6]), measure<Vcm>(scene, all, candidates[7]),
-                   measure<Vcm>(scene, all, candidates[8]), measure<Bpt>(scene, all, candidates[9])},
+                   measure<PtLt>(scene, all, candidates[2]), measure<Bpt>(scene, all, candidates[3]),
+                   measure<Bpt>(scene, all, candidates[4]), measure<PtLtPm>(scene, all, candidates[5]),
+                   measure<Vcm>(scene, all, candidates[6]), measure<Vcm>(scene, all, candidates[7]),
+                   measure<Bpt>(scene, all, candidates[8])},
                   50);
-}
-
-TEST_CASE("Of direct light a split saves what its children make by hitting the light", "[pilot]") {
-  using namespace gmis_test::ways;
-  const Scene scene(albedo, 1.0F, size, 2, centre);
-  const std::vector<gmis::SampleCounts> candidates{
-      {0.0, 0, false, false}, {0.0, 0, false, false, 4}, {1.0, 0, true, true, 4}};
-  auto direct = settings();
-  direct.max_depth = 2;
-  check_forecasts(scene, direct, candidates,
-                  {measure<Pt>(scene, direct, candidates[0]), measure<Pt>(scene, direct, candidates[1]),
-                   measure<PtLtPm>(scene, direct, candidates[2])},
-                  150);
 }
 
 TEST_CASE("Forecasts with a local count of merging and other radii than the pilot's", "[pilot]") {
@@ -175,14 +164,11 @@ TEST_CASE("Forecasts with a local count of merging and other radii than the pilo
   auto all = settings();
   all.radius = 0.02;
   all.counts.local_merges = true;
-  const auto merging = [](double light_paths, int connections, int children, double factor) {
-    return gmis::SampleCounts{light_paths, connections, true, true, children, true, true, true, factor};
+  const auto merging = [](double light_paths, int connections, double factor) {
+    return gmis::SampleCounts{light_paths, connections, true, true, true, true, true, true, factor};
   };
-  const std::vector<gmis::SampleCounts> candidates{merging(1.0, 1, 1, 1.0),
-                                                   merging(0.5, 0, 1, 2.0),
-                                                   merging(0.25, 2, 1, 4.0),
-                                                   merging(0.5, 1, 4, 3.0),
-                                                   {0.5, 1, true, false}};
+  const std::vector<gmis::SampleCounts> candidates{
+      merging(1.0, 1, 1.0), merging(0.5, 0, 2.0), merging(0.25, 2, 4.0), merging(0.5, 1, 3.0), {0.5, 1, true, false}};
   check_forecasts(scene, all, candidates,
                   {measure<Vcm>(scene, all, candidates[0]), measure<PtLtPm>(scene, all, candidates[1]),
                    measure<Vcm>(scene, all, candidates[2]), measure<Vcm>(scene, all, candidates[3]),
@@ -208,7 +194,7 @@ TEST_CASE("A pilot takes one pixel of every so many, and not always the same one
     CHECK(grid.step() == one.step);
     std::vector<std::uint32_t> of_place(one.step, 0);
     std::vector<int> of_tile(grid.tile_count(), 0);
-    std::uint32_t number = 0, taken = 0, taken_in_group = 0, split = 0;
+    std::uint32_t number = 0, taken = 0, taken_in_group = 0;
     for (int y = one.lower.y; y < one.upper.y; ++y)
       for (int x = one.lower.x; x < one.upper.x; ++x, ++number) {
         if (number % one.step == 0 && number > 0) {
@@ -218,17 +204,13 @@ TEST_CASE("A pilot takes one pixel of every so many, and not always the same one
         const auto pixel = static_cast<std::uint32_t>(y * 9000 + x);
         if (!grid.takes(pixel)) continue;
         ++taken_in_group, ++taken, ++of_place[number % one.step], ++of_tile[grid.tile(pixel)];
-        split += gmis::PilotSplit<float>::children_of(pixel) > 1 ? 1U : 0U;
       }
     CHECK(taken == (number + one.step - 1) / one.step);
-    // A hash, which needs no seed: no place has less than half or more than twice its share; nor have the pixels with two
-    // children, one in four.
+    // A hash, which needs no seed: no place has less than half or more than twice its share.
     for (const std::uint32_t count : of_place) {
       CHECK(2 * count * one.step >= taken);
       CHECK(count * one.step <= 2 * taken);
     }
-    CHECK(8 * split >= taken);
-    CHECK(2 * split <= taken);
     CHECK(*std::max_element(of_tile.begin(), of_tile.end()) <= 128);
     const int width = 2 * grid.reach() + 1;
     CHECK(width * width >= 16 * static_cast<int>(one.step));
@@ -238,11 +220,12 @@ TEST_CASE("A pilot takes one pixel of every so many, and not always the same one
 }
 
 TEST_CASE("A pilot that takes every second pixel forecasts what one that takes all of them does", "[pilot]") {
-  // From the centre all pixels are alike. In the larger picture half are taken; the cost is that of all. Nothing is merged: pixels
-  // that share photons are not independent, and more trees would be merged within one radius.
+  // From the centre all pixels are alike. In the larger picture half are taken; the cost is that of
+  // all. Nothing is merged: pixels that share photons are not independent, and more trees would be
+  // merged within one radius.
   const Scene all(albedo, 1.0F, 45, 2, centre), larger(albedo, 1.0F, 64, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
-      {0.0, 0, false, false}, {1.0, 1, true, false}, {0.5, 0, true, false, 2}, {0.5, 2, true, false}};
+      {0.0, 0, false, false}, {1.0, 1, true, false}, {0.5, 0, true, false}, {0.5, 2, true, false}};
   struct Series {
     double sum = 0, squares = 0;
     void add(double value) { sum += value, squares += value * value; }
@@ -287,7 +270,8 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
     check_equal(variances[1][c], variances[0][c], 0.2);
     check_equal(variances[3][c], variances[2][c], 0.2);
     for (std::size_t kind = 0; kind < 2; ++kind) {
-      // The mean of 1 / value² is larger than with the true value [Jensen], by a few per cent here: noise that pixels share.
+      // The mean of 1 / value² is larger than with the true value [Jensen], by a few per cent here:
+      // noise that pixels share.
       const Series &own_picture = variances[2 + kind][c], &with_truth = variances[kind][c];
       const double limit = t * std::sqrt(own_picture.squared_error() + with_truth.squared_error());
       CHECK(own_picture.mean() > with_truth.mean() - limit);
@@ -297,33 +281,6 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
     check_equal(costs[3][c], costs[2][c], 0.05);
     check_equal(costs[2][c], costs[0][c], 0.05);
   }
-}
-
-TEST_CASE("A pixel costs the same by a forecast, whether the pilot splits there or not", "[pilot]") {
-  // From the centre all pixels are alike. Crops of one pixel: the pilot has two children there in every iteration, or in none.
-  using Splits = gmis::PilotSplit<float>;
-  const Scene scene(albedo, 1.0F, size, 2, centre);
-  const std::vector<gmis::SampleCounts> candidates{{0.0, 0, false, false}, {0.0, 0, false, false, 2}};
-  std::array<double, 2> sums{}, squares{};
-  auto own = settings();
-  for (std::size_t batch = 0; batch < batches; ++batch)
-    for (const int children : {1, 2}) {
-      ++own.seed;
-      int x = 0;
-      while (Splits::children_of(static_cast<std::uint32_t>(x)) != children) ++x;
-      REQUIRE(x < size);
-      gmis::RenderPilot<Scene> pilot(scene, own, candidates, 64, gmis::PixelBounds{{x, 0}, {x + 1, 1}});
-      gmis::SerialExecutor executor;
-      for (int i = 0; i < 64; ++i) pilot.iterate(executor);
-      const double cost = pilot.forecasts()[0].cost;
-      sums[static_cast<std::size_t>(children) - 1] += cost / batches;
-      squares[static_cast<std::size_t>(children) - 1] += cost * cost / batches;
-    }
-  const double variance = std::max(0.0, squares[0] - sums[0] * sums[0]) + std::max(0.0, squares[1] - sums[1] * sums[1]);
-  const double limit = gmis::student_t_quantile(1 - 1e-3 / 2, batches - 1) * std::sqrt(variance / (batches - 1));
-  CAPTURE(sums[0], sums[1], limit);
-  CHECK(std::abs(sums[1] - sums[0]) < limit);
-  CHECK(limit < 0.1 * sums[0]);  // so that it says something
 }
 
 TEST_CASE("What merging changes in the pilot's picture is what it says of the candidate with its own counts",
@@ -353,8 +310,9 @@ TEST_CASE("What merging changes in the pilot's picture is what it says of the ca
 }
 
 TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
-  // On the curved wall a photon whose light comes from below the camera vertex's horizon is lost: r²/8 of the light that is
-  // merged (furnace_techniques.cpp). What a run loses is measured, what the pilot says of it is its first order.
+  // On the curved wall a photon whose light comes from below the camera vertex's horizon is lost:
+  // r²/8 of the light that is merged (furnace_techniques.cpp). What a run loses is measured, what
+  // the pilot says of it is its first order.
   using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2, centre);
   auto wide = settings();
@@ -394,8 +352,8 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
     add(forecasts[0].squared_bias, forecast, forecast_squares);
     of_half += forecasts[1].squared_bias / count;
   }
-  // The first order leaves out the square of r²/8, 8 % of the loss; the forecast is a lower bound. It sees at least 0.7 of the
-  // loss: noise takes away less.
+  // The first order leaves out the square of r²/8, 8 % of the loss; the forecast is a lower bound.
+  // It sees at least 0.7 of the loss: noise takes away less.
   const double limit = gmis::student_t_quantile(1 - level / 2, count - 1) *
                        std::hypot(2 * loss * error(loss, loss_squares), error(forecast, forecast_squares));
   CAPTURE(loss, std::sqrt(forecast), limit);
@@ -404,8 +362,8 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   CHECK(of_half < forecast / 4);            // a sixteenth, and noise
   CHECK(limit < gmis::square(0.5 * loss));  // so that it says something: it is 0.17 ± 0.02 of the squared loss
 
-  // In two iterations no tile shows it, the whole of a larger picture does. A lower bound by one standard error of much noise:
-  // half of the loss is seen at least.
+  // In two iterations no tile shows it, the whole of a larger picture does. A lower bound by one
+  // standard error of much noise: half of the loss is seen at least.
   constexpr int side = 24, short_pilots = 10;
   const Scene larger(albedo, 1.0F, side, 2, centre);
   double seen = 0, seen_squares = 0;
@@ -430,6 +388,6 @@ TEST_CASE("What pays in a scene, as data", "[pilot]") {
   for (int i = 0; i < 2; ++i) pilot.iterate(executor);
   const std::vector<gmis::Forecast> forecasts = pilot.forecasts();
   const gmis::SampleCounts& best = forecasts[gmis::best_of(forecasts, 64)].counts;
-  std::printf("%g light trees a pixel, %d connections a vertex, merging %s, %d children\n", best.light_paths,
-              best.connections, best.merges ? "on" : "off", best.camera_children);
+  std::printf("%g light trees a pixel, %d connections a vertex, merging %s\n", best.light_paths, best.connections,
+              best.merges ? "on" : "off");
 }

@@ -28,10 +28,12 @@ struct Parameter {
 struct Textures {
   std::map<std::string, TextureHandle> numbers, colors;
   std::function<std::filesystem::path(const std::string&)> find;
+  glm::dmat3 to_srgb{1};  ///< of colours given as rgb, where ColorSpace names another space
 };
 
-/// The parameters of one directive, with typed access. A getter marks its parameter as understood, and throws
-/// `InputError` when it has the wrong type, the wrong number of values, or a value that cannot be meant.
+/// The parameters of one directive, with typed access. A getter marks its parameter as understood,
+/// and throws `InputError` when it has the wrong type, the wrong number of values, or a value that
+/// cannot be meant.
 class Parameters {
  public:
   /// `directive` is what messages call it, e.g. `Shape "sphere"`.
@@ -42,6 +44,7 @@ class Parameters {
         where_(std::move(where)),
         parameters_(std::move(parameters)),
         textures_(&textures),
+        to_srgb_(textures.to_srgb),
         diagnostics_(&diagnostics) {}
 
   [[nodiscard]] const SourcePosition& where() const { return where_; }
@@ -63,8 +66,8 @@ class Parameters {
   [[nodiscard]] std::vector<int> integers(const std::string& name);
   [[nodiscard]] std::vector<double> numbers(const std::string& name);
 
-  /// A colour given as `rgb`, `spectrum` (named, a file, or pairs), `blackbody` or `texture`; of a texture that varies,
-  /// its mean, which is reported as not supported.
+  /// A colour given as `rgb`, `spectrum` (named, a file, or pairs), `blackbody` or `texture`; of a
+  /// texture that varies, its mean, which is reported as not supported.
   [[nodiscard]] std::optional<Rgb> color(const std::string& name);
   /// The same as a texture, constant or not; and that of a number.
   [[nodiscard]] std::optional<TextureHandle> color_texture(const std::string& name);
@@ -98,6 +101,7 @@ class Parameters {
   SourcePosition where_;
   std::vector<Parameter> parameters_;
   const Textures* textures_;
+  glm::dmat3 to_srgb_;
   Diagnostics* diagnostics_;
 };
 

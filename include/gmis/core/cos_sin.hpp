@@ -7,9 +7,11 @@
 #include <numbers>
 #include <type_traits>
 
+#include "gmis/core/attributes.hpp"
+
 /// \file
-/// Cosine and sine of the angles that sampling draws: without a call and without a choice for `float`, whose digits a short
-/// polynomial has.
+/// Cosine and sine of the angles that sampling draws: without a call and without a choice for
+/// `float`, whose digits a short polynomial has.
 
 namespace gmis {
 
@@ -21,9 +23,10 @@ struct CosSin {
 
 namespace detail {
 
-/// (b, a) when `swapped`, else (a, b). In integers, because a choice between floats would be a branch.
+/// (b, a) when `swapped`, else (a, b). In integers, because a choice between floats would be a
+/// branch.
 template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] constexpr CosSin<T> swapped_if(bool swapped, T a, T b) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr CosSin<T> swapped_if(bool swapped, T a, T b) noexcept {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   const Bits difference =
       (std::bit_cast<Bits>(a) ^ std::bit_cast<Bits>(b)) & (Bits{0} - static_cast<Bits>(swapped ? 1 : 0));
@@ -33,7 +36,7 @@ template <std::floating_point T>
 
 /// −x when `negated`, else x. In integers, too.
 template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] constexpr T negated_if(bool negated, T x) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr T negated_if(bool negated, T x) noexcept {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   return std::bit_cast<T>(
       static_cast<Bits>(std::bit_cast<Bits>(x) ^ static_cast<Bits>(negated ? 1 : 0) << (8 * sizeof(T) - 1)));
@@ -41,8 +44,8 @@ template <std::floating_point T>
 
 }  // namespace detail
 
-/// Of π/4 · `t`, −1 ≤ t ≤ 1. For `float` the minimax polynomials in t² of sin(π/4 t)/t (error 2.4e-9) and of cos(π/4 t) (4.7e-11),
-/// so that what is left is the rounding: within 2.4e-7.
+/// Of π/4 · `t`, −1 ≤ t ≤ 1. For `float` the minimax polynomials in t² of sin(π/4 t)/t (error
+/// 2.4e-9) and of cos(π/4 t) (4.7e-11), so that what is left is the rounding: within 2.4e-7.
 template <std::floating_point T>
 [[nodiscard]] inline CosSin<T> cos_sin_of_eighths(T t) noexcept {
   if constexpr (std::same_as<T, float>) {

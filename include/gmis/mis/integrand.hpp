@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/contribution.hpp"
 
 /// \file
@@ -11,8 +12,9 @@
 
 namespace gmis {
 
-/// A type that estimates add up: a floating-point number, a GLM vector of them, a LogValue, or a type of one's own with
-/// `SpectrumTraits` (`Scalar`, `channel_count`, `channel(value, i)`), of which nothing else is asked.
+/// A type that estimates add up: a floating-point number, a GLM vector of them, a LogValue, or a
+/// type of one's own with `SpectrumTraits` (`Scalar`, `channel_count`, `channel(value, i)`), of
+/// which nothing else is asked.
 template <class F>
 concept Summable = std::copyable<F> && requires(const F& f, int i) {
   typename SpectrumTraits<F>::Scalar;
@@ -42,7 +44,7 @@ concept IntegrandFor = IntegrandOf<F, typename Set::Value>;
 
 /// f(x), as it is added up.
 template <class Integrand, class X>
-[[nodiscard, gnu::always_inline]] constexpr SummandOf<Integrand, X> value_of(Integrand& f, const X& x) {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr SummandOf<Integrand, X> value_of(Integrand& f, const X& x) {
   return static_cast<SummandOf<Integrand, X>>(f(x));
 }
 

@@ -8,13 +8,14 @@
 #include <span>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/exp_in_lanes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/storage.hpp"
 
 /// \file
-/// Many proposals of one shape on the line, each number of theirs in an array of its own: one loop evaluates all densities at a
-/// point, and compilers turn it into vector instructions.
+/// Many proposals of one shape on the line, each number of theirs in an array of its own: one loop
+/// evaluates all densities at a point, and compilers turn it into vector instructions.
 
 namespace gmis {
 
@@ -25,7 +26,7 @@ namespace shapes {
 struct Cauchy {
   /// The density at z.
   template <std::floating_point T>
-  [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE static T pdf(T z) noexcept {
     return std::numbers::inv_pi_v<T> / (T(1) + z * z);
   }
   /// A number with this density, by inversion: one number of the source.
@@ -39,7 +40,7 @@ struct Cauchy {
 struct Logistic {
   /// The density at z.
   template <std::floating_point T>
-  [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE static T pdf(T z) noexcept {
     const T tail = static_cast<T>(exp_in_lanes(-std::abs(static_cast<double>(z))));
     return tail / ((T(1) + tail) * (T(1) + tail));
   }
@@ -55,7 +56,7 @@ struct Logistic {
 struct Normal {
   /// The density at z.
   template <std::floating_point T>
-  [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE static T pdf(T z) noexcept {
     constexpr T peak = std::numbers::inv_sqrtpi_v<T> / std::numbers::sqrt2_v<T>;
     return peak * static_cast<T>(exp_in_lanes(-0.5 * (static_cast<double>(z) * static_cast<double>(z))));
   }
@@ -76,7 +77,8 @@ concept LineShape = requires(T z, Philox& source) {
   { S::template sample<T>(source) } -> std::same_as<T>;
 };
 
-/// The set of q_i(x) = shape((x − location_i)/scale_i)/scale_i. With a `Capacity` it never allocates and holds up to so many.
+/// The set of q_i(x) = shape((x − location_i)/scale_i)/scale_i. With a `Capacity` it never
+/// allocates and holds up to so many.
 template <class Shape, std::floating_point T = double, std::size_t Capacity = dynamic_capacity>
 requires LineShape<Shape, T>
 class LocationScaleSet {
@@ -85,8 +87,8 @@ class LocationScaleSet {
   using Density = T;
   static constexpr std::size_t capacity = Capacity;
 
-  /// Throws std::invalid_argument unless there is one scale for each location, at least one, all finite, scales positive and
-  /// with a finite inverse.
+  /// Throws std::invalid_argument unless there is one scale for each location, at least one, all
+  /// finite, scales positive and with a finite inverse.
   LocationScaleSet(std::span<const T> locations, std::span<const T> scales) : size_(locations.size()) {
     require_argument(size_ > 0, "the set of proposals is empty: give it at least one location");
     require_argument(scales.size() == size_, "give one scale for each location");
@@ -110,11 +112,11 @@ class LocationScaleSet {
     return locations_[i] + scales_[i] * Shape::template sample<T>(source);
   }
   /// The density of proposal i at x.
-  [[nodiscard, gnu::always_inline]] T pdf(std::size_t i, T x) const noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE T pdf(std::size_t i, T x) const noexcept {
     return Shape::pdf((x - locations_[i]) * inverses_[i]) * inverses_[i];
   }
   /// The densities of all proposals at x, in one loop. The same bits as `pdf`.
-  [[gnu::always_inline]] void pdfs(T x, std::span<T> out) const noexcept {
+  GMIS_ALWAYS_INLINE void pdfs(T x, std::span<T> out) const noexcept {
     const T* const locations = locations_.data();
     const T* const inverses = inverses_.data();
     T* const densities = out.data();

@@ -4,14 +4,16 @@
 #include <cstdint>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/scheme.hpp"
 
 namespace gmis {
 
-/// Chooses the proposal of each sample of one round. `workspace.order` holds what a weighting wants to know of it: for
-/// S2 a permutation whose entries from n on are still undrawn, for R2 all indices of the round. For R2
-/// `workspace.multiplicity[i]` counts how often i was drawn; for N2 with unequal allocation, how often it can still be.
+/// Chooses the proposal of each sample of one round. `workspace.order` holds what a weighting wants
+/// to know of it: for S2 a permutation whose entries from n on are still undrawn, for R2 all
+/// indices of the round. For R2 `workspace.multiplicity[i]` counts how often i was drawn; for N2
+/// with unequal allocation, how often it can still be.
 template <Selection selection, Scheme scheme, class AllocationType, UniformSource Source, class WorkspaceType>
 class IndexSelector {
   static constexpr bool draws_all_first = scheme == Scheme::R2;
@@ -20,8 +22,8 @@ class IndexSelector {
 
  public:
   /// Prepares the choices of one round.
-  [[gnu::always_inline]] IndexSelector(const AllocationType& allocation, Source& source, WorkspaceType& workspace,
-                                       std::size_t proposal_count, std::size_t sample_count)
+  GMIS_ALWAYS_INLINE IndexSelector(const AllocationType& allocation, Source& source, WorkspaceType& workspace,
+                                   std::size_t proposal_count, std::size_t sample_count)
       : allocation_(allocation),
         source_(source),
         workspace_(workspace),
@@ -43,7 +45,7 @@ class IndexSelector {
   }
 
   /// The index of sample n; to be called for n = 0, 1, … in order.
-  [[nodiscard, gnu::always_inline]] std::size_t next(std::size_t n) {
+  [[nodiscard]] GMIS_ALWAYS_INLINE std::size_t next(std::size_t n) {
     if constexpr (selection == Selection::S3) {
       return allocation_.proposal_of_slot(n);
     } else if constexpr (draws_all_first) {
@@ -59,7 +61,7 @@ class IndexSelector {
   }
 
   /// Says that sample n is done with: its index no longer counts as undrawn.
-  [[gnu::always_inline]] void discard(std::size_t n) {
+  GMIS_ALWAYS_INLINE void discard(std::size_t n) {
     if constexpr (counts_undrawn) workspace_.multiplicity[workspace_.order[n]] -= Count(1);
   }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 
 namespace gmis {
 
@@ -30,7 +31,8 @@ class Storage {
   std::array<T, Capacity> items_;
 };
 
-/// Room on the heap: `prepare(size)` allocates when `size` exceeds what was prepared before, and only then.
+/// Room on the heap: `prepare(size)` allocates when `size` exceeds what was prepared before, and
+/// only then.
 template <class T>
 class Storage<T, dynamic_capacity> {
  public:
@@ -45,7 +47,7 @@ class Storage<T, dynamic_capacity> {
 
  private:
   // Out of line: rounds prepare their workspace each time, and almost never need to.
-  [[gnu::noinline, gnu::cold]] void grow(std::size_t size) { items_.resize(size); }
+  GMIS_RARE void grow(std::size_t size) { items_.resize(size); }
 
   std::vector<T> items_;
 };

@@ -11,15 +11,16 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/render/contribution_sums.hpp"
 #include "gmis/render/expected_law.hpp"
 #include "gmis/render/merging_gain.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
-#include "gmis/result/evenness.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
+#include "gmis/result/sobol_gain.hpp"
 
 namespace gmis {
 
@@ -31,8 +32,8 @@ namespace gmis {
   return part;
 }
 
-/// All that a run has made so far and that its result is made from: sums over iterations, and what they took. It needs
-/// no scene and no engine, so that runs can be joined without either.
+/// All that a run has made so far and that its result is made from: sums over iterations, and what
+/// they took. It needs no scene and no engine, so that runs can be joined without either.
 template <Spectrum S>
 struct RunRecord {
   Film<S> film;                              ///< of the crop
@@ -70,7 +71,8 @@ struct RunRecord {
       batches.emplace(film.resolution(), request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
   }
 
-  /// The state for a later run (`core/state_archive.hpp`). A reading record must be made for the same request.
+  /// The state for a later run (`core/state_archive.hpp`). A reading record must be made for the
+  /// same request.
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
@@ -87,8 +89,8 @@ struct RunRecord {
   }
 
   /// The record so far as a point of the log. `estimate`: `error()`, which takes long to compute.
-  [[nodiscard]] ConvergencePoint point(const RenderRequest& request,
-                                       const std::optional<ErrorEstimate>& estimate) const {
+  GMIS_RARE [[nodiscard]] ConvergencePoint point(const RenderRequest& request,
+                                                 const std::optional<ErrorEstimate>& estimate) const {
     ConvergencePoint point{cpu_seconds, state.seconds, state.iterations, {}, {}, {}};
     if (estimate) {
       point.estimated_error = estimate->relative_error;
@@ -102,9 +104,10 @@ struct RunRecord {
     return point;
   }
 
-  /// Takes in a run of the same request with another seed. Pictures become means over all iterations; counts and times are
-  /// added up. Log, choice and sample counts are those of the longer run. Names of rejected paths are dropped: they
-  /// mean something only together with their run's seed.
+  /// Takes in a run of the same request with another seed. Pictures become means over all
+  /// iterations; counts and times are added up. Log, choice and sample counts are those of the
+  /// longer run. Names of rejected paths are dropped: they mean something only together with their
+  /// run's seed.
   void join(const RunRecord& other) {
     merging.join(other.merging);
     gain.join(other.gain);
@@ -141,9 +144,10 @@ struct RunRecord {
     photon_bytes = std::max(photon_bytes, other.photon_bytes);
   }
 
-  /// The result of a run that ended for this reason. `estimate`: `error()`, which takes long to compute.
-  [[nodiscard]] RenderResult result(const RenderRequest& request, StopReason reason,
-                                    const std::optional<ErrorEstimate>& estimate) const {
+  /// The result of a run that ended for this reason. `estimate`: `error()`, which takes long to
+  /// compute.
+  GMIS_RARE [[nodiscard]] RenderResult result(const RenderRequest& request, StopReason reason,
+                                              const std::optional<ErrorEstimate>& estimate) const {
     RenderResult result;
     result.stopped_by = reason;
     result.iterations = state.iterations;
@@ -187,7 +191,7 @@ struct RunRecord {
   }
 
   /// As in `RenderSummary`.
-  [[nodiscard]] std::optional<MergingBias> merging_bias() const {
+  GMIS_RARE [[nodiscard]] std::optional<MergingBias> merging_bias() const {
     if (!merging.is_known()) return std::nullopt;
     MergingBias bias = merging.bias_of(film);
     if (gain.made_up() != 0.0) {
@@ -197,8 +201,9 @@ struct RunRecord {
     return bias;
   }
 
-  /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much as 16 of them.
-  [[nodiscard]] ErrorLaw law_so_far() const {
+  /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much
+  /// as 16 of them.
+  GMIS_RARE [[nodiscard]] ErrorLaw law_so_far() const {
     ErrorLaw law = expected_law;
     if (!batches || !(law.evenness > 0.0)) return law;
     if (const std::optional<double> measured = measured_evenness(film, *batches)) {
@@ -209,7 +214,7 @@ struct RunRecord {
   }
 
   /// The prices of the usual errors, and of half the present one.
-  [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present) const {
+  GMIS_RARE [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present) const {
     if (!present) return {};
     std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
     errors.push_back(present->relative_error / 2.0);

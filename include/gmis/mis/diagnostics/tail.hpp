@@ -14,8 +14,8 @@
 #include "gmis/mis/estimate.hpp"
 
 /// \file
-/// Whether an estimate can be trusted that knows its own samples alone: how much of it is a few of them. Opt-in, with
-/// `estimate_with_tails`; `estimate` pays nothing for it.
+/// Whether an estimate can be trusted that knows its own samples alone: how much of it is a few of
+/// them. Opt-in, with `estimate_with_tails`; `estimate` pays nothing for it.
 
 namespace gmis {
 
@@ -47,10 +47,11 @@ class ContributionTail {
     return sum_ > 0.0 ? *std::max_element(largest_.begin(), largest_.end()) / sum_ : 0.0;
   }
 
-  /// Shape k̂ of a generalised Pareto distribution fitted to the M largest contributions, M = min(S/5, 3 √S, 1023) of S samples
-  /// [Vehtari, Simpson, Gelman, Yao, Gabry: Pareto smoothed importance sampling, 2024; the fit: Zhang, Stephens 2009], drawn
-  /// towards 1/2 as if ten more samples said so. Moments of order 1/k and above are infinite: above 1/2 the variance, above 1 the
-  /// mean. −infinity for a tail without spread, NaN for fewer than 25 samples.
+  /// Shape k̂ of a generalised Pareto distribution fitted to the M largest contributions, M =
+  /// min(S/5, 3 √S, 1023) of S samples [Vehtari, Simpson, Gelman, Yao, Gabry: Pareto smoothed
+  /// importance sampling, 2024; the fit: Zhang, Stephens 2009], drawn towards 1/2 as if ten more
+  /// samples said so. Moments of order 1/k and above are infinite: above 1/2 the variance, above 1
+  /// the mean. −infinity for a tail without spread, NaN for fewer than 25 samples.
   [[nodiscard]] double pareto_shape() const {
     if (samples_ < 25) return std::numeric_limits<double>::quiet_NaN();
     const std::size_t count = tail_count();
@@ -93,8 +94,9 @@ class ContributionTail {
     return (n * shape + 5.0) / (n + 10.0);
   }
 
-  /// False when the standard error is not to be trusted: k̂ above min(1/2 + 4/√M, 0.7), that is above 1/2, where the variance is
-  /// infinite, by more than the uncertainty of k̂; or one sample that is more than a tenth of the sum of at least 1,000.
+  /// False when the standard error is not to be trusted: k̂ above min(1/2 + 4/√M, 0.7), that is
+  /// above 1/2, where the variance is infinite, by more than the uncertainty of k̂; or one sample
+  /// that is more than a tenth of the sum of at least 1,000.
   [[nodiscard]] bool is_reliable() const {
     const double tail = std::max(1.0, static_cast<double>(tail_count()));
     const double limit = std::min(0.5 + 4.0 / std::sqrt(tail), 0.7);
@@ -121,7 +123,8 @@ struct EstimateWithTail {
   ContributionTail tail;  ///< of all samples that could be used
 };
 
-/// As `estimate`, with the tail of the contributions f/φ. The numbers drawn, and so the estimate, are the same.
+/// As `estimate`, with the tail of the contributions f/φ. The numbers drawn, and so the estimate,
+/// are the same.
 template <Scheme scheme, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_with_tail(Integrand&& f, const P& proposals, std::uint64_t rounds, Source&& source,

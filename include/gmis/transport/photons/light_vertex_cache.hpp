@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "gmis/core/concepts.hpp"
-#include "gmis/transport/photons/fit.hpp"
+#include "gmis/transport/photons/resize_for_overwrite.hpp"
 
 namespace gmis {
 
-/// The light vertices of one iteration as `Vertex`, in the order of their trees. Each chunk holds consecutive trees and is written
-/// by one thread at a time; different chunks may be written concurrently. Memory is reused from one iteration to the
-/// next.
+/// The light vertices of one iteration as `Vertex`, in the order of their trees. Each chunk holds
+/// consecutive trees and is written by one thread at a time; different chunks may be written
+/// concurrently. Memory is reused from one iteration to the next.
 template <class Vertex>
 class LightVertexCache {
  public:
@@ -51,8 +51,8 @@ class LightVertexCache {
   }
   [[nodiscard]] constexpr Chunk& chunk(std::size_t index) noexcept { return chunks_[index]; }
 
-  /// Numbers all vertices in the order of their trees, for `operator[]` and `photons`. Call it when all chunks are
-  /// complete.
+  /// Numbers all vertices in the order of their trees, for `operator[]` and `photons`. Call it when
+  /// all chunks are complete.
   template <Executor E>
   void gather(E& executor) {
     struct Place {
@@ -61,8 +61,8 @@ class LightVertexCache {
     std::vector<Place> places(chunks_.size() + 1);  // where each chunk begins
     for (std::size_t i = 0; i < chunks_.size(); ++i)
       places[i + 1] = {places[i].vertex + chunks_[i].size(), places[i].photon + chunks_[i].photon_count_};
-    detail::fit(vertices_, places.back().vertex);
-    detail::fit(photons_, places.back().photon);
+    detail::resize_for_overwrite(vertices_, places.back().vertex);
+    detail::resize_for_overwrite(photons_, places.back().photon);
     executor.parallel_for(chunks_.size(), [&](std::size_t i) {
       auto [vertex, photon] = places[i];
       for (const Vertex& one : chunks_[i].vertices_) {
@@ -86,8 +86,8 @@ class LightVertexCache {
     return {chunk.vertices_.data() + begin, chunk.tree_ends_[local] - begin};
   }
 
-  /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t` when no tree holds
-  /// it. Takes time proportional to the number of chunks.
+  /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t`
+  /// when no tree holds it. Takes time proportional to the number of chunks.
   [[nodiscard]] constexpr std::size_t tree_of(const Vertex& vertex) const noexcept {
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
       const std::vector<Vertex>& vertices = chunks_[i].vertices_;

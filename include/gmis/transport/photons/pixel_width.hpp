@@ -4,19 +4,21 @@
 #include <cmath>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
-#include "gmis/transport/walk/first_hit.hpp"
-#include "gmis/transport/walk/scatter.hpp"
+#include "gmis/transport/state/first_hit.hpp"
+#include "gmis/transport/state/scatter.hpp"
 
 namespace gmis {
 
-/// The median width of a pixel, in scene units, at the first non-specular vertices of camera subpaths. The width is the
-/// distance travelled times the square root of the pixel's solid angle; for a camera with parallel rays it is the
-/// square root of the pixel's area. The median depends on the visible part of the scene alone, not on the crop nor on
-/// hidden objects. When no camera subpath finds a non-specular surface, the result is the width at distance 1 (1 when
-/// the camera makes no ray at all).
+/// The median width of a pixel, in scene units, at the first non-specular vertices of camera
+/// subpaths. The width is the distance travelled times the square root of the pixel's solid angle;
+/// for a camera with parallel rays it is the square root of the pixel's area. The median depends on
+/// the visible part of the scene alone, not on the crop nor on hidden objects. When no camera
+/// subpath finds a non-specular surface, the result is the width at distance 1 (1 when the camera
+/// makes no ray at all).
 template <Scene Sc>
-[[nodiscard]] inline double median_pixel_width(const Sc& scene) {
+GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   using T = ScalarOf<typename Sc::Spectrum>;
   constexpr int most_across = 48, deepest = 16;
   constexpr std::uint32_t stream = 3;  // streams 0, 1 and 2: light trees, camera subpaths, census of light trees
@@ -56,8 +58,8 @@ template <Scene Sc>
   return *middle;
 }
 
-/// Default merging radius of the first iteration in scene units: 0.4 pixel widths. It replaces an unset
-/// `RenderSettings::radius`.
+/// Default merging radius of the first iteration in scene units: 0.4 pixel widths. It replaces an
+/// unset `RenderSettings::radius`.
 template <Scene Sc>
 [[nodiscard]] inline double default_radius(const Sc& scene) {
   constexpr double pixel_widths = 0.4;
