@@ -27,13 +27,14 @@ class LightCheck {
   /// `receivers`: points that the light may reach, on surfaces or between them. `level`: chance of a false alarm of each
   /// statistical test. `group`: of the findings.
   LightCheck(const Sc& scene, const Light& light, std::span<const Point> receivers, Source& source, double level,
-             std::size_t samples, std::size_t group)
+             std::size_t samples, std::size_t ray_samples, std::size_t group)
       : scene_(scene),
         light_(light),
         receivers_(receivers),
         source_(source),
         level_(level),
         samples_(samples),
+        ray_samples_(ray_samples),
         group_(group) {}
 
   /// Runs all checks of the light.
@@ -46,12 +47,15 @@ class LightCheck {
     if (light_.is_delta())
       for (int i = 0; i < cases / 2; ++i) check_delta_intensity(reach);
     findings_.look_at(group_, {});
-    detail::LightDirections<Sc, Source> directions(scene_, light_, source_, findings_, level_, samples_);
+    detail::LightDirections<Sc, Source> directions(scene_, light_, source_, findings_, level_, samples_,
+                                                    ray_samples_);
     if (light_.is_delta()) {
       if (!light_.is_infinite()) directions.of_point_light(reach);
     } else {
       const std::size_t tested = std::min<std::size_t>(3, receivers_.size());
       for (std::size_t i = 0; i < tested; ++i) check_directions_from(receivers_[i * receivers_.size() / tested], directions);
+      findings_.look_at(group_, {});
+      if (!light_.is_infinite()) directions.judge_receivers();
       if (!light_.is_infinite()) directions.at_points_of_emission();
     }
     if (light_.is_infinite()) check_disk();
@@ -230,19 +234,20 @@ class LightCheck {
   std::span<const Point> receivers_;
   Source& source_;
   double level_;
-  std::size_t samples_, group_;
+  std::size_t samples_, ray_samples_, group_;
   Findings findings_;
 };
 
 /// Checks one light of a scene. `receivers`: points that the light may reach. All statistical tests together raise a
-/// false alarm with a probability of at most `level`. `group`: of the findings.
+/// false alarm with a probability of at most `level`. `samples`: of each test; `ray_samples`: of those that trace rays. `group`: of
+/// the findings.
 template <Scene Sc, UniformSource Source>
 [[nodiscard]] Findings check_light(const Sc& scene, const typename Sc::Light& light,
                                    std::span<const SurfacePoint<ScalarOf<typename Sc::Spectrum>>> receivers,
                                    Source& source, double level = 1e-6, std::size_t samples = 8192,
-                                   std::size_t group = 0) {
-  // At most 7 tests.
-  return LightCheck<Sc, Source>(scene, light, receivers, source, level / 7.0, samples, group).run();
+                                   std::size_t ray_samples = 8192, std::size_t group = 0) {
+  // At most 10 tests.
+  return LightCheck<Sc, Source>(scene, light, receivers, source, level / 10.0, samples, ray_samples, group).run();
 }
 
 }  // namespace gmis

@@ -174,15 +174,15 @@ class SceneChecker {
     }
     const std::size_t count = std::min(choice_.lights().size(), settings_.most_lights);
     if (count == 0 || receivers.empty()) return;
-    // Eight lights get all samples; more of them share these.
-    const std::size_t samples = std::clamp<std::size_t>(8 * settings_.samples / count, 1024, settings_.samples);
+    // Eight lights get all samples that trace rays; more of them share these.
+    const std::size_t ray_samples = std::clamp<std::size_t>(8 * settings_.samples / count, 1024, settings_.samples);
     detail::EffectsCheck<Sc> effects(scene_, source_, findings_);
     for (std::size_t i = 0; i < count; ++i) {
       const Light& light = *choice_.lights()[i];
       effects.check(light, receivers.front(), Choice::first_group + i);
       findings_.add(check_light(scene_, light, std::span<const Point>(receivers), source_,
-                                settings_.level / (4.0 * static_cast<double>(count)), samples,
-                                Choice::first_group + i));
+                                settings_.level / (4.0 * static_cast<double>(count)), settings_.samples,
+                                ray_samples, Choice::first_group + i));
     }
   }
 

@@ -136,18 +136,26 @@ class SurfaceCheck {
     const double forward = number(sample.pdf.forward), stated = number(f.pdf.forward);
     compare(Convention::bsdf_two_densities, forward, stated, 0.02);
     compare(Convention::bsdf_two_reverse_densities, number(sample.pdf.reverse), number(f.pdf.reverse), 0.02);
-    check_world_space(bsdf, sample, stated);
+    check_world_space(bsdf, sample, f);
     check_optional_members(bsdf, sample, f);
     const double cosine = std::abs(glm::dot(normal_, V(sample.to_next)));
     if (stated > 0.0) compare_channels(Convention::bsdf_weight, sample.weight, f.value, cosine / stated, 0.02);
   }
-  /// A direction that fits the stated density only as coordinates in the frame of the surface.
-  void check_world_space(const B& bsdf, const ScatterSample<S>& sample, double stated) {
-    const double forward = number(sample.pdf.forward);
-    const Vec3<T> turned = Frame<T>::around(point_.shading_normal).to_world(sample.to_next);
-    const double turned_density = number(bsdf.evaluate(to_prev_, turned, mode_).pdf.forward);
-    const bool is_local = forward > 0.0 && !detail::nearly(forward, stated, 0.02) &&
-                          detail::nearly(forward, turned_density, 0.002);
+  /// A direction that fits density or weight only as coordinates in the frame of the surface.
+  void check_world_space(const B& bsdf, const ScatterSample<S>& sample, const BsdfValue<S>& f) {
+    const V next(sample.to_next);
+    const double forward = number(sample.pdf.forward), stated = number(f.pdf.forward);
+    const double cosine = std::abs(glm::dot(normal_, next));
+    const double weight = static_cast<double>(max_channel(sample.weight)) * forward,
+                 value = static_cast<double>(max_channel(f.value));
+    bool is_local = false;
+    if (forward > 0.0 && !detail::nearly(forward, stated, 0.02)) {
+      const Vec3<T> turned = Frame<T>::around(point_.shading_normal).to_world(sample.to_next);
+      is_local = detail::nearly(forward, number(bsdf.evaluate(to_prev_, turned, mode_).pdf.forward), 0.002);
+    } else if (weight > 0.0 && !detail::nearly(weight, value * cosine, 0.02)) {
+      for (int axis = 0; axis < 3; ++axis)
+        is_local = is_local || detail::nearly(weight, value * std::abs(next[axis]), 0.002);
+    }
     findings_.count(Convention::bsdf_world, !is_local);
   }
   void check_optional_members(const B& bsdf, const ScatterSample<S>& sample, const BsdfValue<S>& f) {

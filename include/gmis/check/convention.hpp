@@ -20,10 +20,10 @@ enum class Convention : std::uint8_t {
   camera_two_densities,
   camera_two_weights,
   camera_density,
-  hit_on_ray,
-  hit_range,
   hit_normal_unit,
   hit_normal_hemisphere,
+  hit_on_ray,
+  hit_range,
   hit_normal_turned,
   hit_normal_slant,
   hit_same_surface,
@@ -38,7 +38,6 @@ enum class Convention : std::uint8_t {
   receiver_reach,
   light_infinite_list,
   light_not_hit,
-  light_delta_densities,
   next_event_direction,
   next_event_two_densities,
   next_event_distribution,
@@ -47,6 +46,7 @@ enum class Convention : std::uint8_t {
   emission_origin_distribution,
   emission_direction_distribution,
   emission_disk,
+  light_delta_densities,
   next_event_emission_density,
   emitted_radiance,
   next_event_weight,
@@ -56,15 +56,15 @@ enum class Convention : std::uint8_t {
   bsdf_world,
   bsdf_value,
   bsdf_through,
-  bsdf_delta,
   bsdf_eta,
   bsdf_two_densities,
+  bsdf_delta,
   bsdf_two_reverse_densities,
-  bsdf_forward,
-  bsdf_compact,
+  bsdf_distribution,
   bsdf_cosine,
   bsdf_weight,
-  bsdf_distribution,
+  bsdf_forward,
+  bsdf_compact,
   bsdf_mean_weight,
   bsdf_reverse,
   bsdf_reciprocity,
@@ -90,10 +90,10 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "Camera: project and sample_ray must state the same weight for the same ray",
       "Camera: the density must be that of the rays of one pixel (not of the whole picture), per steradian: 1 / "
       "(area of the pixel on the plane at distance 1 · cos³); per area for parallel rays",
-      "Scene::intersect: the position of a hit must lie on the ray, in front of its origin",
-      "Scene::intersect must report no hit beyond Ray::t_max",
       "SurfacePoint: both normals of a hit must have unit length",
       "SurfacePoint: the shading normal must lie in the hemisphere of the geometric normal",
+      "Scene::intersect: the position of a hit must lie on the ray, in front of its origin",
+      "Scene::intersect must report no hit beyond Ray::t_max",
       "SurfacePoint::geometric_normal must not be turned towards the ray: the side from which a ray comes must not "
       "change it",
       "SurfacePoint::geometric_normal must be perpendicular to the surface, in world space",
@@ -117,7 +117,6 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "scattered there",
       "Scene::infinite_lights must list every infinite light that is no delta light",
       "A ray towards a point of a light that is no delta light must hit it, with Hit::light pointing to that light",
-      "A delta light must state the density 1 for what it fixes: next_event_density, and EmissionDensity::origin",
       "NextEventSample::to_light must be the unit vector from the receiver to the light (not from the light)",
       "Light: sample_next_event and next_event_density must state the same density",
       "Light::next_event_density must be the density with which sample_next_event makes the point, per area (for an "
@@ -131,6 +130,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "the probability of choosing the light are not part of it",
       "EmissionDensity::first of an infinite light must be 1 / the area of the disk that sample_emission starts "
       "from, and that disk must cover the scene",
+      "A delta light must state the density 1 for what it fixes: next_event_density, and EmissionDensity::origin",
       "NextEventSample::density must be the density of emission that Light::emitted states for the light's "
       "direction towards the receiver",
       "Light::emitted must state the radiance that sample_next_event and sample_emission weigh with: both weights "
@@ -143,30 +143,30 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "A delta light must send the same light in sample_emission and in sample_next_event: intensity / first and "
       "intensity / distance² (for a directional light irradiance / first and irradiance)",
       "Bsdf::sample: to_next must have unit length, in world space",
-      "Bsdf: directions are in world space: sample gives to_next in the frame of the surface",
+      "Bsdf: to_prev and to_next are in world space: what sample states fits a to_next in the frame of the surface",
       "Bsdf: values, densities and weights must be finite and not negative",
       "Bsdf::sample: every direction goes through the surface: to_prev and to_next both point away from it",
-      "Bsdf: is_purely_delta must be true exactly where evaluate is 0 everywhere and sample makes delta directions "
-      "only",
       "ScatterSample::eta must be the index of refraction on the side of to_next over that on the side of to_prev: "
       "sin of to_prev = eta · sin of to_next",
       "ScatterSample::pdf.forward must be the density that Bsdf::evaluate states for the same directions, with the "
       "probability of choosing the lobe; a delta lobe must set is_delta",
+      "Bsdf: is_purely_delta must be true exactly where evaluate is 0 everywhere and sample makes delta directions "
+      "only",
       "ScatterSample::pdf.reverse must be the reverse density that Bsdf::evaluate states for the same directions",
-      "Bsdf: evaluate_forward and sample_forward must state the values and forward densities of evaluate and sample",
-      "Bsdf: B(compact(), point) must be the same BSDF again",
+      "Bsdf: pdf.forward must be the density per steradian with which sample makes to_next (forward and reverse "
+      "swapped, not normalised, or without a factor of a change of variables: 4 (h · to_next), eta²)",
       "Bsdf::evaluate must not include the cosine: f(a, b) of the two modes, or f(a, b) and f(b, a), differ by the "
       "ratio of the cosines",
       "ScatterSample::weight must be f · |cos| / pdf.forward, with f of Bsdf::evaluate, which does not include the "
       "cosine",
-      "Bsdf: pdf.forward must be the density per steradian with which sample makes to_next (forward and reverse "
-      "swapped, not normalised, or without a factor of a change of variables: 4 (h · to_next), eta²)",
+      "Bsdf: evaluate_forward and sample_forward must state the values and forward densities of evaluate and sample",
+      "Bsdf: B(compact(), point) must be the same BSDF again",
       "Bsdf::sample must be able to make every direction that scatters light: its mean weight must equal the "
       "integral of f · |cos|",
       "Bsdf: pdf.reverse must be the density of the way back: pdf.forward for swapped directions and the other mode",
       "Bsdf: f(a, b) for importance must equal f(b, a) for radiance (a cosine in f, or a mode mistaken)",
-      "Bsdf: for importance no more than all light may be scattered: the mean weight of sample is above 1 (factors "
-      "of refraction belong to radiance)",
+      "Bsdf: for importance no more than all light may be scattered: the mean weight of sample is above 1 (a factor "
+      "π in f; factors of refraction belong to radiance)",
       "A delta lobe must be adjoint: weight · pdf.forward for radiance, times eta², must equal the same product for "
       "importance on the way back (the factor 1 / eta² belongs to radiance)",
       "A delta lobe: pdf.reverse must be the selection probability of the same lobe on the way back",

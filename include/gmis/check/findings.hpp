@@ -173,12 +173,12 @@ class Findings {
     return convention == Convention::hit_normal_slant ? 0.25 : 0.05;
   }
 
-  /// A fault of one small object shares a group with all surfaces like it. Its cases lie together: around eight points at
-  /// least, seven of the eight nearest are bad, too. Rounding leaves sound points in between.
+  /// A fault of one small object shares a group with all surfaces like it. Its cases lie together: of the six sites nearest to
+  /// one, itself included, at least five are bad, for at least four of them. Rounding leaves sound sites in between.
   [[nodiscard]] bool is_broken_in_one_place(Convention convention) const {
     const std::vector<Site>& sites = sites_[static_cast<std::size_t>(convention)];
-    constexpr std::size_t near = 8;
-    if (convention == Convention::hit_normal_slant || sites.size() < 2 * near) return false;
+    constexpr std::size_t near = 6, most_bad = 5, least = 4;
+    if (convention == Convention::hit_normal_slant || sites.size() < 4 * near) return false;
     std::size_t clustered = 0;
     std::vector<std::pair<double, bool>> others(sites.size());
     for (const Site& site : sites) {
@@ -188,8 +188,8 @@ class Findings {
         others[i] = {glm::dot(offset, offset), sites[i].is_bad()};
       }
       std::nth_element(others.begin(), others.begin() + near - 1, others.end());
-      clustered += std::count_if(others.begin(), others.begin() + near, [](const auto& o) { return o.second; }) >= 7;
-      if (clustered >= near) return true;
+      const auto bad = std::count_if(others.begin(), others.begin() + near, [](const auto& o) { return o.second; });
+      if (static_cast<std::size_t>(bad) >= most_bad && ++clustered >= least) return true;
     }
     return false;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "gmis/check/density_test.hpp"
@@ -25,10 +26,16 @@ class LightDirections {
   using Point = SurfacePoint<T>;
   using V = Vec3<double>;
 
-  /// `level`: chance of a false alarm of each test.
+  /// `level`: chance of a false alarm of each test. `samples`: of each test; `ray_samples`: of those that trace rays.
   LightDirections(const Sc& scene, const Light& light, Source& source, Findings& findings, double level,
-                  std::size_t samples)
-      : scene_(scene), light_(light), source_(source), findings_(findings), level_(level), samples_(samples) {}
+                  std::size_t samples, std::size_t ray_samples)
+      : scene_(scene),
+        light_(light),
+        source_(source),
+        findings_(findings),
+        level_(level),
+        samples_(samples),
+        ray_samples_(ray_samples) {}
 
   /// The directions of an infinite light, by next event from `from` and by emission.
   void of_infinite_light(const Point& from) {
@@ -102,10 +109,9 @@ class LightDirections {
                     directions.share());
   }
 
-  /// The points of an area light, by next event and by emission, as directions from `from` in a cone around the light.
+  /// The points of an area light, by next event and by emission, as directions from `from`.
   void from_receiver(const Point& from) {
-    const std::optional<Cone> cone = cone_around(from);
-    if (!cone) return;
+    const double radius = radius_around();
     const auto next_event = [&]() -> std::optional<Point> {
       const auto sample = light_.sample_next_event(from, two());
       if (!sample) return std::nullopt;
@@ -116,32 +122,24 @@ class LightDirections {
       if (!start) return std::nullopt;
       return start->origin;
     };
-    test_points(Convention::next_event_distribution, from, *cone, next_event, [&](const Point& point, const V& to) {
+    const auto next_event_density = [&](const Point& point, const V& to) {
       return number(light_.next_event_density(point, Vec3<T>(-to), from));
-    });
-    test_points(Convention::emission_origin_distribution, from, *cone, emission, [&](const Point& point, const V& to) {
+    };
+    const auto emission_density = [&](const Point& point, const V& to) {
       return number(light_.emitted(point, Vec3<T>(-to)).density.origin);
-    });
+    };
+    test_points(Convention::next_event_distribution, from, radius, next_event, next_event_density, next_events_);
+    test_points(Convention::emission_origin_distribution, from, radius, emission, emission_density, emissions_);
+  }
+  /// Verdicts on all draws of `from_receiver` together.
+  void judge_receivers() {
+    judge(Convention::next_event_distribution, next_events_);
+    judge(Convention::emission_origin_distribution, emissions_);
   }
 
  private:
   static constexpr double rounding_of_directions = 200.0 * static_cast<double>(std::numeric_limits<T>::epsilon());
   static constexpr V axis{0.36, 0.48, 0.8};  // any
-
-  /// All directions from a receiver in which the light may be.
-  struct Cone {
-    Frame<double> frame;  ///< around its axis
-    double cosine;        ///< of half its angle; −1 for all directions
-    double radius;        ///< of a ball around the light
-    [[nodiscard]] double density() const { return 1.0 / (2.0 * pi<double> * (1.0 - cosine)); }
-    /// Functions of a direction for `DensityTest`: all, and three slopes across the cone.
-    [[nodiscard]] DensityTest::Factors factors(const V& direction) const {
-      const double sine = cosine > -1.0 ? std::sqrt(1.0 - cosine * cosine) : 1.0;
-      const double x = glm::dot(direction, frame.tangent) / sine, y = glm::dot(direction, frame.bitangent) / sine;
-      return {1.0, std::clamp((1.0 + x) / 2.0, 0.0, 1.0), std::clamp((1.0 + y) / 2.0, 0.0, 1.0),
-              std::clamp(1.0 - x * x - y * y, 0.0, 1.0)};
-    }
-  };
 
   [[nodiscard]] Vec2<T> two() {
     const T u = uniform<T>(source_);
@@ -172,28 +170,21 @@ class LightDirections {
       const V any = known.draw(source_);
       result.add_known(density(any), known.density(any), known.factors(any, axis));
     }
-    findings_.judge(convention, result.passes(level_), result.integral(), result.share());
+    judge(convention, result);
   }
 
-  [[nodiscard]] std::optional<Cone> cone_around(const Point& from) {
+  /// Of a ball around the light.
+  [[nodiscard]] double radius_around() {
     V low(0), high(0);
     bool is_empty = true;
-    for (int i = 0; i < 256; ++i) {
-      const auto start = light_.sample_emission(two(), two());
-      const auto sample = light_.sample_next_event(from, two());
-      for (const Point* point : {start ? &start->origin : nullptr, sample ? &sample->origin : nullptr}) {
-        if (point == nullptr) continue;
-        const V position(point->position);
+    for (int i = 0; i < 256; ++i)
+      if (const auto start = light_.sample_emission(two(), two())) {
+        const V position(start->origin.position);
         low = is_empty ? position : glm::min(low, position);
         high = is_empty ? position : glm::max(high, position);
         is_empty = false;
       }
-    }
-    const V towards = (low + high) / 2.0 - V(from.position);
-    const double radius = 0.55 * glm::length(high - low), away = glm::length(towards);
-    if (is_empty || !(away > 0.0)) return std::nullopt;
-    const double cosine = away > radius ? std::sqrt(1.0 - (radius / away) * (radius / away)) : -1.0;
-    return Cone{Frame<double>::around(towards / away), cosine, radius};
+    return 0.55 * glm::length(high - low);
   }
   /// Every density is that of the first point of this light that the direction meets; nothing when it meets something else, or
   /// a point that does not shine this way.
@@ -207,38 +198,47 @@ class LightDirections {
     const V offset = V(point.position) - V(from.position);
     return glm::dot(offset, offset) / std::max(1e-6, std::abs(glm::dot(V(point.geometric_normal), direction)));
   }
-  /// A sampler of points against its density per area.
+  /// The direction from `from` to a point that a sampler made, and what a ray finds there; nothing where the ray finds another point.
+  [[nodiscard]] std::optional<std::pair<V, Point>> seen_from(const Point& from, const Point& point,
+                                                             double radius) const {
+    const V offset = V(point.position) - V(from.position);
+    const double distance = glm::length(offset);
+    if (!(distance > 0.0)) return std::nullopt;
+    const V direction = offset / distance;
+    const auto seen = first_point(from, direction);
+    // Small beside the light, too: seen from far away, the back of a ball is near its front.
+    const double tolerance = std::min(0.01 * distance, std::max(0.02 * radius, 1e-5 * distance));
+    if (!seen || glm::length(V(seen->position) - V(point.position)) > tolerance) return std::nullopt;
+    return std::pair{direction, *seen};
+  }
+  /// A sampler of points against its density per area; the draws are added to `all`.
   template <class Sample, class Density>
-  void test_points(Convention convention, const Point& from, const Cone& cone, const Sample& sample,
-                   const Density& density) {
-    DensityTest result;
-    const auto add_sample = [&](const Point& point) {
-      const V offset = V(point.position) - V(from.position);
-      const double distance = glm::length(offset);
-      if (!(distance > 0.0)) return result.add_failure();
-      const V direction = offset / distance;
-      const auto seen = first_point(from, direction);
-      // Small beside the light, too: seen from far away, the back of a ball is near its front.
-      const double tolerance = std::min(0.01 * distance, std::max(0.02 * cone.radius, 1e-5 * distance));
-      if (!seen || glm::length(V(seen->position) - V(point.position)) > tolerance ||
-          glm::dot(direction, cone.frame.normal) < cone.cosine)
-        return result.add_failure();
-      result.add_sample(true, density(*seen, direction) * to_solid_angle(from, *seen, direction), cone.density(),
-                        cone.factors(direction));
-    };
-    for (std::size_t i = 0; i < samples_; ++i) {
+  void test_points(Convention convention, const Point& from, double radius, const Sample& sample,
+                   const Density& density, DensityTest& all) {
+    std::vector<V> pilot;
+    for (int i = 0; i < 400; ++i)
       if (const auto point = sample())
-        add_sample(*point);
+        if (const auto seen = seen_from(from, *point, radius)) pilot.push_back(seen->first);
+    const CapMixture known(pilot, rounding_of_directions, source_);
+    DensityTest result;
+    for (std::size_t i = 0; i < ray_samples_; ++i) {
+      const auto point = sample();
+      const auto seen = point ? seen_from(from, *point, radius) : std::nullopt;
+      if (seen)
+        result.add_sample(true, density(seen->second, seen->first) * to_solid_angle(from, seen->second, seen->first),
+                          known.density(seen->first), known.factors(seen->first, axis));
       else
         result.add_failure();
-      const double u = uniform<double>(source_);
-      const V local = square_to_cone(Vec2<double>(u, uniform<double>(source_)), 1.0 - cone.cosine);
-      const V any = glm::normalize(cone.frame.to_world(local));
-      const auto seen = first_point(from, any);
-      result.add_known(seen ? density(*seen, any) * to_solid_angle(from, *seen, any) : 0.0, cone.density(),
-                       cone.factors(any));
+      const V any = known.draw(source_);
+      const auto met = first_point(from, any);
+      result.add_known(met ? density(*met, any) * to_solid_angle(from, *met, any) : 0.0, known.density(any),
+                       known.factors(any, axis));
     }
-    findings_.judge(convention, result.passes(level_), result.integral(), result.share());
+    judge(convention, result);
+    all.add(result);
+  }
+  void judge(Convention convention, const DensityTest& test) {
+    findings_.judge(convention, test.passes(level_), test.integral(), test.share());
   }
 
   const Sc& scene_;
@@ -246,7 +246,8 @@ class LightDirections {
   Source& source_;
   Findings& findings_;
   double level_;
-  std::size_t samples_;
+  std::size_t samples_, ray_samples_;
+  DensityTest next_events_, emissions_;
 };
 
 }  // namespace gmis::detail

@@ -104,11 +104,12 @@ class SurfacePoints {
     if (const auto start = light.sample_emission(origin, two()))
       follow(start->origin, start->direction, TransportMode::importance);
   }
-  /// Looks for what is rare: by rays from any surface in any direction, and by rays from any surface to the known points of the
-  /// groups that have too few.
+  /// Looks for what is rare: by rays from any surface in any direction, of which those are kept that end where few hits are, and by
+  /// rays from any surface to the known points of the groups that have too few.
   void seek_rare(std::size_t rays) {
     measure();
     if (hits_.empty()) return;
+    for (const CheckedHit<Sc>& hit : hits_) ++cells_[cell_of(hit.hit.point)];
     for (std::size_t i = 0; i < rays; ++i) {
       const CheckedHit<Sc> from = any();
       const Vec3<double> normal(from.hit.point.geometric_normal);
@@ -162,12 +163,20 @@ class SurfacePoints {
     auto hit = scene_.intersect(ray);
     if (!hit) return hit;
     const std::size_t group = group_of(*hit, direction);
-    const bool is_kept = keeps_all || (counts_[group] < points_ && (!wanted || *wanted == group));
-    if (!is_kept) return hit;
+    const bool is_rare = counts_[group] < points_ || (!wanted && cells_[cell_of(hit->point)] < 2);
+    if (!keeps_all && (!is_rare || (wanted && *wanted != group))) return hit;
+    if (!keeps_all) ++cells_[cell_of(hit->point)];
     ++counts_[group];
     const double distance = glm::length(Vec3<double>(hit->point.position) - Vec3<double>(ray.origin));
     hits_.push_back({ray, from, *hit, distance, group});
     return hit;
+  }
+  /// A cube of space, a tenth of the median distance wide.
+  [[nodiscard]] std::array<long, 3> cell_of(const Point& point) const {
+    const auto place = [&](T x) {
+      return static_cast<long>(std::clamp(std::floor(static_cast<double>(x) / (0.1 * distance_)), -1e9, 1e9));
+    };
+    return {place(point.position.x), place(point.position.y), place(point.position.z)};
   }
   template <class H>
   [[nodiscard]] std::size_t group_of(const H& hit, const Vec3<T>& direction) {
@@ -206,6 +215,7 @@ class SurfacePoints {
   Philox& source_;
   std::vector<CheckedHit<Sc>> hits_;
   std::map<std::uint64_t, std::size_t> groups_;
+  std::map<std::array<long, 3>, std::size_t> cells_;  ///< hits in each
   std::array<std::size_t, most_groups> counts_{};
   double distance_ = 1.0;
 };
