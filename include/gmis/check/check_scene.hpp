@@ -27,7 +27,7 @@ struct SceneCheckSettings {
   std::uint64_t seed = 0;         ///< of the random numbers
   std::size_t walks = 512;        ///< subpaths from the camera, and as many from the lights
   int depth = 4;                  ///< edges of a subpath
-  std::size_t rays = 4096;        ///< from surfaces in any direction, to find what is rare
+  std::size_t rays = 4096;        ///< from surfaces in any direction, and as many to places with few hits
   std::size_t points = 64;        ///< of each group of surfaces, at which pairs of directions are tried
   std::size_t surfaces = 8;       ///< of each group, at which many directions are drawn
   std::size_t samples = 8192;     ///< of each statistical test
@@ -117,16 +117,18 @@ class SceneChecker {
       groups += points_.of_group(group, 1).size();
     const double level =
         settings_.level / (4.0 * static_cast<double>(std::max<std::size_t>(1, groups) * (settings_.surfaces + 2)));
+    // A few pairs everywhere, since a small object may look like a large one; more in each group.
+    for (std::size_t i = 0; i < points_.hits().size(); ++i) check_surface(points_.hits()[i], 1);
     for (std::size_t group = 0; group < groups; ++group) {
-      for (const std::size_t i : points_.of_group(group, settings_.points)) {
-        const auto& at = points_.hits()[i];
-        const Vec3<T> to_prev = -at.ray.direction;
-        findings_.look_at(group, {V(at.hit.point.position), V(to_prev)});
-        const auto bsdf_for = [&](const Vec3<T>& to) { return bsdf_at(at, to); };
-        SurfaceCheck<decltype(bsdf_for), T, Philox>(bsdf_for, at.hit.point, to_prev, source_, findings_).run(pairs);
-      }
+      for (const std::size_t i : points_.of_group(group, settings_.points)) check_surface(points_.hits()[i], pairs);
       draw_directions(group, level);
     }
+  }
+  void check_surface(const detail::CheckedHit<Sc>& at, int pairs) {
+    const Vec3<T> to_prev = -at.ray.direction;
+    findings_.look_at(at.group, {V(at.hit.point.position), V(to_prev)});
+    const auto bsdf_for = [&](const Vec3<T>& to) { return bsdf_at(at, to); };
+    SurfaceCheck<decltype(bsdf_for), T, Philox>(bsdf_for, at.hit.point, to_prev, source_, findings_).run(pairs);
   }
   /// As the engine does: the BSDF of a ray that arrives from `to`. Nothing where no ray finds the same point.
   [[nodiscard]] std::optional<Bsdf> bsdf_at(const detail::CheckedHit<Sc>& at, const Vec3<T>& to) const {

@@ -52,7 +52,7 @@ class SurfaceCheck {
       }
     }
     findings_.look_along(V(0));
-    findings_.count(Convention::bsdf_albedo, albedo == 0.0 || succeeded_ > 0, albedo, 0.0);
+    if (pairs >= 8) findings_.count(Convention::bsdf_albedo, albedo == 0.0 || succeeded_ > 0, albedo, 0.0);
     if (smooth_ >= 8 && !is_refracting_) findings_.count(Convention::bsdf_through, through_ < smooth_);
   }
 
@@ -185,12 +185,12 @@ class SurfaceCheck {
     // A cosine left in f shows as a ratio of cosines: between the two directions, or between the modes where `evaluate` swaps its
     // arguments for one of them.
     const double cos_prev = std::abs(glm::dot(normal_, prev_)), cos_next = std::abs(glm::dot(normal_, V(sample.to_next)));
-    if (detail::nearly(cos_prev, cos_next, 0.1)) return;
+    if (detail::nearly(cos_prev, cos_next, 0.03)) return;
     const BsdfValue<S> there = bsdf_of_mode(other_mode(), sample.to_next);
     const auto differ_by_cosines = [&](const S& a, const S& b) {
       const double x = static_cast<double>(max_channel(a)), y = static_cast<double>(max_channel(b));
       return x > 0.0 && y > 0.0 &&
-             (detail::nearly(x * cos_prev, y * cos_next, 0.01) || detail::nearly(x * cos_next, y * cos_prev, 0.01));
+             (detail::nearly(x * cos_prev, y * cos_next, 0.005) || detail::nearly(x * cos_next, y * cos_prev, 0.005));
     };
     const bool has_cosine = differ_by_cosines(f.value, swapped.value) || differ_by_cosines(f.value, there.value);
     findings_.count(Convention::bsdf_cosine, !has_cosine, static_cast<double>(max_channel(f.value)),

@@ -157,7 +157,7 @@ class Findings {
   struct Site {
     Vec3<double> at;
     std::size_t tried = 0, broken = 0;
-    [[nodiscard]] bool is_bad() const noexcept { return 2 * broken > tried; }
+    [[nodiscard]] bool is_bad() const noexcept { return 2 * broken >= tried; }
   };
 
   /// Rounding spoils single cases: at edges and at silhouettes.
@@ -178,7 +178,7 @@ class Findings {
   [[nodiscard]] bool is_broken_in_one_place(Convention convention) const {
     const std::vector<Site>& sites = sites_[static_cast<std::size_t>(convention)];
     constexpr std::size_t near = 6, most_bad = 5, least = 4;
-    if (convention == Convention::hit_normal_slant || sites.size() < 4 * near) return false;
+    if (sites.size() < 4 * near) return false;
     std::size_t clustered = 0;
     std::vector<std::pair<double, bool>> others(sites.size());
     for (const Site& site : sites) {

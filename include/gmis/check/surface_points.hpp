@@ -104,20 +104,24 @@ class SurfacePoints {
     if (const auto start = light.sample_emission(origin, two()))
       follow(start->origin, start->direction, TransportMode::importance);
   }
-  /// Looks for what is rare: by rays from any surface in any direction, of which those are kept that end where few hits are, and by
-  /// rays from any surface to the known points of the groups that have too few.
+  /// Looks for what is rare by rays from any surface: in any direction, of which those are kept that end where few hits are; to places
+  /// with few hits, which may be small objects; to groups that have too few points. About `rays` of the first two kinds each.
   void seek_rare(std::size_t rays) {
     measure();
     if (hits_.empty()) return;
-    for (const CheckedHit<Sc>& hit : hits_) ++cells_[cell_of(hit.hit.point)];
+    cells_.clear();
+    for (std::size_t i = 0; i < hits_.size(); ++i) cells_[cell_of(hits_[i].hit.point, hits_[i].group)].push_back(i);
     for (std::size_t i = 0; i < rays; ++i) {
       const CheckedHit<Sc> from = any();
       const Vec3<double> normal(from.hit.point.geometric_normal);
       const double came_from = glm::dot(Vec3<double>(from.ray.direction), normal) < 0.0 ? 1.0 : -1.0;
       const double side = uniform<double>(source_) < 0.8 ? came_from : -came_from;
       const Vec3<double> local = square_to_cosine_hemisphere(Vec2<double>(two()));
-      shoot(from.hit.point, Vec3<T>(side * Frame<double>::around(normal).to_world(local)), std::nullopt);
+      shoot(from.hit.point, Vec3<T>(side * Frame<double>::around(normal).to_world(local)), [&](std::size_t group, const Point& at) {
+        return counts_[group] < points_ || cells_[cell_of(at, group)].size() < 2;
+      });
     }
+    seek_places(rays);
     for (std::size_t group = 0; group < most_groups; ++group)
       if (counts_[group] > 0) seek_group(group);
   }
@@ -147,7 +151,7 @@ class SurfacePoints {
   /// Follows a subpath and keeps its vertices.
   void follow(Point from, Vec3<T> direction, TransportMode mode) {
     for (int depth = 0; depth < depth_; ++depth) {
-      const auto hit = shoot(from, direction, std::nullopt, true);
+      const auto hit = shoot(from, direction, [](std::size_t, const Point&) { return true; });
       if (!hit) return;
       const T u = uniform<T>(source_);
       const auto sample = hit->bsdf.sample(-direction, u, two(), mode);
@@ -156,27 +160,32 @@ class SurfacePoints {
       direction = sample->to_next;
     }
   }
-  /// Keeps the hit of a ray: every one, or one of a group that has too few, of the wanted group alone if there is one.
-  auto shoot(const Point& from, const Vec3<T>& direction, std::optional<std::size_t> wanted, bool keeps_all = false)
+  /// The hit of a ray, kept where `is_wanted(group, point)`.
+  template <class IsWanted>
+  auto shoot(const Point& from, const Vec3<T>& direction, const IsWanted& is_wanted)
       -> decltype(std::declval<const Sc&>().intersect(std::declval<Ray<T>>())) {
     const Ray<T> ray = leave(from, direction);
     auto hit = scene_.intersect(ray);
     if (!hit) return hit;
     const std::size_t group = group_of(*hit, direction);
-    const bool is_rare = counts_[group] < points_ || (!wanted && cells_[cell_of(hit->point)] < 2);
-    if (!keeps_all && (!is_rare || (wanted && *wanted != group))) return hit;
-    if (!keeps_all) ++cells_[cell_of(hit->point)];
+    if (!is_wanted(group, hit->point)) return hit;
     ++counts_[group];
+    cells_[cell_of(hit->point, group)].push_back(hits_.size());
     const double distance = glm::length(Vec3<double>(hit->point.position) - Vec3<double>(ray.origin));
     hits_.push_back({ray, from, *hit, distance, group});
     return hit;
   }
-  /// A cube of space, a tenth of the median distance wide.
-  [[nodiscard]] std::array<long, 3> cell_of(const Point& point) const {
+  using Cell = std::array<long, 5>;
+  /// Where and how a surface lies: a cube of space, a tenth of the median distance wide, the axis nearest to the normal, the group.
+  [[nodiscard]] Cell cell_of(const Point& point, std::size_t group) const {
     const auto place = [&](T x) {
       return static_cast<long>(std::clamp(std::floor(static_cast<double>(x) / (0.1 * distance_)), -1e9, 1e9));
     };
-    return {place(point.position.x), place(point.position.y), place(point.position.z)};
+    const Vec3<T>& n = point.geometric_normal;
+    const Vec3<T> size = glm::abs(n);
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    return {place(point.position.x), place(point.position.y), place(point.position.z), 2 * axis + (n[axis] > T(0) ? 1 : 0),
+            static_cast<long>(group)};
   }
   template <class H>
   [[nodiscard]] std::size_t group_of(const H& hit, const Vec3<T>& direction) {
@@ -184,19 +193,44 @@ class SurfacePoints {
     const auto [place, is_new] = groups_.try_emplace(key, std::min(groups_.size(), most_groups - 1));
     return place->second;
   }
-  /// Rays from any surface to points beside the known ones of this group.
+  /// A ray from any surface to a point beside that of a hit.
+  template <class IsWanted>
+  void aim(std::size_t target, double spread, const IsWanted& is_wanted) {
+    const Vec3<double> beside = spread * uniform<double>(source_) * square_to_sphere(Vec2<double>(two()));
+    const Vec3<double> aimed_at = Vec3<double>(hits_[target].hit.point.position) + beside;
+    const Vec3<double> normal(hits_[target].hit.point.geometric_normal);
+    const double side = glm::dot(Vec3<double>(hits_[target].ray.direction), normal);
+    // From a surface that lies on the side from which the hit was found.
+    Point from = any().hit.point;
+    Vec3<double> offset = aimed_at - Vec3<double>(from.position);
+    for (int i = 0; i < 8 && glm::dot(offset, normal) * side <= 0.0; ++i) {
+      from = any().hit.point;
+      offset = aimed_at - Vec3<double>(from.position);
+    }
+    if (glm::length(offset) > 1e-3 * distance_) shoot(from, Vec3<T>(glm::normalize(offset)), is_wanted);
+  }
+  /// Rays to places with few hits.
+  void seek_places(std::size_t rays) {
+    constexpr std::size_t enough = 7, rounds = 4;
+    for (std::size_t round = 0; round < rounds; ++round) {
+      std::vector<std::size_t> targets;
+      for (const auto& [cell, known] : cells_)
+        for (std::size_t i = known.size(); i < enough; ++i) targets.push_back(known[i % known.size()]);
+      for (std::size_t i = 0; i < targets.size(); ++i)
+        std::swap(targets[i], targets[i + uniform_index(source_, static_cast<std::uint32_t>(targets.size() - i))]);
+      targets.resize(std::min(targets.size(), rays / rounds));
+      for (const std::size_t target : targets)
+        aim(target, 0.01 * distance_,
+            [&](std::size_t group, const Point& at) { return cells_[cell_of(at, group)].size() < 2 * enough; });
+    }
+  }
+  /// Rays to points beside the known ones of this group.
   void seek_group(std::size_t group) {
-    const std::size_t attempts = 12 * points_;
-    for (std::size_t i = 0; i < attempts && counts_[group] < points_; ++i) {
+    for (std::size_t i = 0; i < 12 * points_ && counts_[group] < points_; ++i) {
       const std::vector<std::size_t> known = of_group(group, points_);
-      const CheckedHit<Sc>& target =
-          hits_[known[uniform_index(source_, static_cast<std::uint32_t>(known.size()))]];
-      const Point from = any().hit.point;
-      const double spread = std::min(0.02 * distance_, 0.2 * target.distance) * uniform<double>(source_);
-      const Vec3<double> aim =
-          Vec3<double>(target.hit.point.position) + spread * square_to_sphere(Vec2<double>(two()));
-      const Vec3<double> offset = aim - Vec3<double>(from.position);
-      if (glm::length(offset) > 1e-3 * distance_) shoot(from, Vec3<T>(glm::normalize(offset)), group);
+      const std::size_t target = known[uniform_index(source_, static_cast<std::uint32_t>(known.size()))];
+      aim(target, std::min(0.02 * distance_, 0.2 * hits_[target].distance),
+          [&](std::size_t other, const Point&) { return other == group; });
     }
   }
   void measure() {
@@ -215,7 +249,7 @@ class SurfacePoints {
   Philox& source_;
   std::vector<CheckedHit<Sc>> hits_;
   std::map<std::uint64_t, std::size_t> groups_;
-  std::map<std::array<long, 3>, std::size_t> cells_;  ///< hits in each
+  std::map<Cell, std::vector<std::size_t>> cells_;  ///< numbers of the hits in each
   std::array<std::size_t, most_groups> counts_{};
   double distance_ = 1.0;
 };
