@@ -46,8 +46,8 @@ class Sky {
     Point start{};
     start.position = center_ + frame.to_world({place.x, place.y, -radius_});
     const auto [origin, first] = density();
-    return gmis::EmissionSample<Spectrum>{start, direction, emitted({}, direction).radiance / (origin * first),
-                                          {origin, first}};
+    return gmis::EmissionSample<Spectrum>{
+        start, direction, emitted({}, direction).radiance / (origin * first), {origin, first}};
   }
 
  private:

@@ -37,7 +37,8 @@ struct RoughMirror {
   [[nodiscard]] std::optional<ScatterSample<double>> sample(const V& to_prev, double, const Vec2<double>& uv,
                                                             TransportMode mode) const {
     const double tan = alpha * std::sqrt(uv.x / (1 - uv.x)), cosine = 1 / std::sqrt(1 + tan * tan);
-    const V half(cosine * tan * std::cos(2 * pi<double> * uv.y), cosine * tan * std::sin(2 * pi<double> * uv.y), cosine);
+    const V half(cosine * tan * std::cos(2 * pi<double> * uv.y), cosine * tan * std::sin(2 * pi<double> * uv.y),
+                 cosine);
     const V to_next = reflect_about(to_prev, half);
     const auto f = evaluate(to_prev, to_next, mode);
     if (!(f.pdf.forward.value > 0)) return std::nullopt;
@@ -123,7 +124,8 @@ TEST_CASE("a fault in one group or in one place is not lost among many cases") {
   }
   REQUIRE(in_a_group.broken().size() == 1);
   CHECK(in_a_group.text().find("[10 of 10040 cases]\n") != std::string::npos);
-  CHECK(in_a_group.text().find("for example at (0, 1, 0), to_prev (0, 0, 1), to_next (0, 1, 0): 0.5 in place of 0.25\n") !=
+  CHECK(in_a_group.text().find(
+            "for example at (0, 1, 0), to_prev (0, 0, 1), to_next (0, 1, 0): 0.5 in place of 0.25\n") !=
         std::string::npos);
   // Twelve broken cases of a group of 5,000: side by side they are a small object, all over the place they are rounding.
   Findings together = findings, scattered = findings;

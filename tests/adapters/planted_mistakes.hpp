@@ -54,7 +54,7 @@ template <class T>
 [[nodiscard]] inline gmis::SceneCheckSettings check_settings() {
   gmis::SceneCheckSettings result;
   result.seed = gmis_test::seed(77);
-    return result;
+  return result;
 }
 
 struct Planted {

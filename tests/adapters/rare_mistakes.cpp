@@ -15,7 +15,9 @@ using namespace gmis_test;
 namespace {
 
 /// A point of the built-in scene as its hits state it: relative to the camera.
-[[nodiscard]] glm::dvec3 from_eye(const glm::dvec3& eye, const glm::dvec3& point) { return point - eye; }
+[[nodiscard]] glm::dvec3 from_eye(const glm::dvec3& eye, const glm::dvec3& point) {
+  return point - eye;
+}
 
 [[nodiscard]] gmis::SceneCheckSettings settings(std::uint64_t number) {
   gmis::SceneCheckSettings result;
@@ -32,7 +34,8 @@ std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
   const auto in_red_ball = in_ball(glm::dvec3(-1.1, 0.5, 0.6), 0.5);
   const auto in_glass = in_ball(glm::dvec3(0.3, 0.8, 0), 0.8);
   return {
-      M{"one ball turns its normal to the ray", {Convention::hit_normal_turned},
+      M{"one ball turns its normal to the ray",
+        {Convention::hit_normal_turned},
         [=](A& a) {
           a.hit = [=](const auto& ray, auto& point, std::size_t&) {
             if (!in_red_ball(point) || glm::dot(ray.direction, point.geometric_normal) < 0) return;
@@ -40,19 +43,22 @@ std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
             point.shading_normal = -point.shading_normal;
           };
         }},
-      M{"glass states 1 for the way back", {Convention::bsdf_delta_reverse},
+      M{"glass states 1 for the way back",
+        {Convention::bsdf_delta_reverse},
         [=](A& a) {
           a.sample = [=](const auto& point, const auto&, auto, auto& s) {
             if (in_glass(point)) s.pdf.reverse.value = 1;
           };
         }},
-      M{"glass leaves the factor of refraction out", {Convention::bsdf_delta_adjoint, Convention::bsdf_reciprocity},
+      M{"glass leaves the factor of refraction out",
+        {Convention::bsdf_delta_adjoint, Convention::bsdf_reciprocity},
         [=](A& a) {
           a.sample = [=](const auto& point, const auto&, auto mode, auto& s) {
             if (in_glass(point) && mode == gmis::TransportMode::radiance) s.weight *= s.eta * s.eta;
           };
         }},
-      M{"one lamp states a uniform density of its directions", {Convention::emission_direction_distribution},
+      M{"one lamp states a uniform density of its directions",
+        {Convention::emission_direction_distribution},
         [=](A& a) {
           const double uniform = 1 / (2 * gmis::pi<double>);
           a.emitted = [=](std::size_t light, const auto&, const auto&, auto& e) {
@@ -67,13 +73,15 @@ std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
             s.density.first = uniform;
           };
         }},
-      M{"blue is twice as bright in f of one ball", {Convention::bsdf_weight},
+      M{"blue is twice as bright in f of one ball",
+        {Convention::bsdf_weight},
         [=](A& a) {
           a.evaluate = [=](const auto& point, const auto&, const auto&, auto, auto& f) {
             if (in_red_ball(point)) f.value.z *= 2;
           };
         }},
-      M{"shadow rays pass through one ball", {Convention::visible_false},
+      M{"shadow rays pass through one ball",
+        {Convention::visible_false},
         [=](A& a) {
           a.visible = [=](const adapter::Scene& inner, gmis::Ray<double> ray, bool& is_visible) {
             if (is_visible) return;
@@ -85,7 +93,8 @@ std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
             is_visible = true;
           };
         }},
-      M{"the density of the way back is that of the way there", {Convention::bsdf_reverse},
+      M{"the density of the way back is that of the way there",
+        {Convention::bsdf_reverse},
         [=](A& a) {
           a.evaluate = [=](const auto& point, const auto&, const auto&, auto, auto& f) {
             if (in_red_ball(point)) f.pdf.reverse = f.pdf.forward;
@@ -94,16 +103,17 @@ std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
             if (in_red_ball(point)) s.pdf.reverse = s.pdf.forward;
           };
         }},
-      M{"the density of the camera has a cosine too few", {Convention::camera_density},
+      M{"the density of the camera has a cosine too few",
+        {Convention::camera_density},
         [=](A& a) {
           a.camera_ray = [](auto& s) { s.density *= s.direction.z; };
           a.projection = [](auto& p) { p.density *= -p.to_camera.z; };
         }},
-      M{"lamps are drawn alike and state shares of their power", {Convention::light_frequency},
-        [=](A& a) {
-          a.probability = [](std::size_t light, double& p) { p *= light == 0 ? 1.5 : 0.5; };
-        }},
-      M{"a next event of one lamp has too much green", {Convention::next_event_weight},
+      M{"lamps are drawn alike and state shares of their power",
+        {Convention::light_frequency},
+        [=](A& a) { a.probability = [](std::size_t light, double& p) { p *= light == 0 ? 1.5 : 0.5; }; }},
+      M{"a next event of one lamp has too much green",
+        {Convention::next_event_weight},
         [=](A& a) {
           a.next_event = [](std::size_t light, const auto&, auto& s) {
             if (light == 1) s.weight.y *= 1.2;
@@ -120,9 +130,10 @@ using Town = many_lights::Scene<true>;
 std::vector<RareMistake<Town>> mistakes_of_town() {
   using M = RareMistake<Town>;
   using A = Alterations<Town>;
-  const auto in_spot = in_ball(glm::dvec3(0, 7, 0), 0.5);
+  const auto in_lamp = in_ball(glm::dvec3(2.5, 35, 1.2), 0.2);
   return {
-      M{"one lamp of 24 states the area of another radius", {Convention::next_event_distribution},
+      M{"one lamp of 24 states the area of another radius",
+        {Convention::next_event_distribution},
         [=](A& a) {
           constexpr float wrong = 0.6F;
           a.next_event = [=](std::size_t light, const auto&, auto& s) {
@@ -138,7 +149,8 @@ std::vector<RareMistake<Town>> mistakes_of_town() {
             if (light == 7) s.density.origin *= wrong, s.weight /= wrong;
           };
         }},
-      M{"next_event_density of one lamp is per steradian", {Convention::next_event_two_densities},
+      M{"next_event_density of one lamp is per steradian",
+        {Convention::next_event_two_densities},
         [=](A& a) {
           a.next_event_density = [](std::size_t light, const auto& origin, const auto& direction, const auto& from,
                                     float& density) {
@@ -146,19 +158,22 @@ std::vector<RareMistake<Town>> mistakes_of_town() {
             if (light == 3) density *= glm::dot(offset, offset) / glm::dot(origin.geometric_normal, direction);
           };
         }},
-      M{"one lamp states half its probability", {Convention::light_frequency},
+      M{"one lamp states half its probability",
+        {Convention::light_frequency},
         [=](A& a) {
           a.probability = [](std::size_t light, float& p) {
             if (light == 11) p *= 0.5F;
           };
         }},
-      M{"one lamp states another probability for a receiver", {Convention::receiver_choice},
+      M{"one lamp states another probability for a receiver",
+        {Convention::receiver_choice},
         [=](A& a) {
           a.receiver_probability = [](std::size_t light, float& p) {
             if (light == 5) p *= 0.7F;
           };
         }},
-      M{"one lamp sends light uniformly and states the cosine", {Convention::emission_direction_distribution},
+      M{"one lamp sends light uniformly and states the cosine",
+        {Convention::emission_direction_distribution},
         [=](A& a) {
           a.emission = [](std::size_t light, auto& s) {
             if (light != 9) return;
@@ -172,30 +187,35 @@ std::vector<RareMistake<Town>> mistakes_of_town() {
             s.density.first = first;
           };
         }},
-      M{"rays that hit one lamp find another", {Convention::light_not_hit},
+      M{"rays that hit one lamp find another",
+        {Convention::light_not_hit},
         [=](A& a) {
           a.hit = [](const auto&, auto&, std::size_t& light) {
             if (light == 20) light = 21;
           };
         }},
-      M{"emission of one lamp lacks red", {Convention::emission_weight},
+      M{"emission of one lamp lacks red",
+        {Convention::emission_weight},
         [=](A& a) {
           a.emission = [](std::size_t light, auto& s) {
             if (light == 2) s.weight.x *= 0.5F;
           };
         }},
-      M{"the shading normal is reversed in one spot", {Convention::hit_normal_hemisphere},
+      M{"the shading normal of one lamp is reversed",
+        {Convention::hit_normal_hemisphere},
         [=](A& a) {
           a.hit = [=](const auto&, auto& point, std::size_t&) {
-            if (in_spot(point)) point.shading_normal = -point.shading_normal;
+            if (in_lamp(point)) point.shading_normal = -point.shading_normal;
           };
         }},
-      M{"f lacks the factor 1/pi", {Convention::bsdf_energy, Convention::bsdf_albedo_share},
+      M{"f lacks the factor 1/pi",
+        {Convention::bsdf_energy, Convention::bsdf_albedo_share},
         [=](A& a) {
           a.evaluate = [](const auto&, const auto&, const auto&, auto, auto& f) { f.value *= gmis::pi<float>; };
           a.sample = [](const auto&, const auto&, auto, auto& s) { s.weight *= gmis::pi<float>; };
         }},
-      M{"visible leaves no room at the far end", {Convention::visible_true},
+      M{"visible leaves no room at the far end",
+        {Convention::visible_true},
         [=](A& a) {
           a.visible = [](const Town& inner, gmis::Ray<float> ray, bool& is_visible) {
             ray.t_max *= 1.001F;
@@ -223,8 +243,7 @@ OwnScene own_scene() {
   builder.add_sphere({-0.7, 0, 0}, 1, velvet);
   builder.add_sphere({1.3, -0.3, 0.3}, 0.7, metal);
   builder.add_sphere({0.8, -0.9, -1.5}, 0.1, metal);
-  for (int i = 0; i < 6; ++i)
-    builder.add_sphere({-2.5 + i, 3, -1}, 0.2, black, AreaEmission{{12, 12, 12}});
+  for (int i = 0; i < 6; ++i) builder.add_sphere({-2.5 + i, 3, -1}, 0.2, black, AreaEmission{{12, 12, 12}});
   builder.add_environment({0.4, 0.5, 0.6});
   builder.set_camera(look_at({0, 0.7, -6}, {0, -0.2, 0}, {0, 1, 0}, 40, {32, 24}));
   return builder.build();
@@ -244,39 +263,43 @@ void scale_value(A& a, Where where, Factor factor) {
 std::vector<RareMistake<OwnScene>> mistakes_of_own_materials() {
   using M = RareMistake<OwnScene>;
   using A = Alterations<OwnScene>;
-  using gmis::TransportMode;
   using glm::vec3;
+  using gmis::TransportMode;
   const auto in_metal = in_ball(from_eye({0, 0.7, -6}, {1.3, -0.3, 0.3}), 0.7);
   const auto in_small = in_ball(from_eye({0, 0.7, -6}, {0.8, -0.9, -1.5}), 0.1);
   const auto in_cloth = in_ball(from_eye({0, 0.7, -6}, {-0.7, 0, 0}), 1);
-  const auto constant = [](float factor) {
-    return [factor](const auto&, const vec3&, const vec3&) { return factor; };
-  };
+  const auto constant = [](float factor) { return [factor](const auto&, const vec3&, const vec3&) { return factor; }; };
   return {
-      M{"metal: the density of half vectors", {Convention::bsdf_distribution},
+      M{"metal: the density of half vectors",
+        {Convention::bsdf_distribution},
         [=](A& a) {
           scale_density(a, in_metal, [](const auto&, const vec3& to_prev, const vec3& to_next) {
             const float length = glm::length(to_prev + to_next);
             return length > 1e-3F ? 4 * glm::dot(glm::normalize(to_prev + to_next), to_next) : 1.0F;
           });
         }},
-      M{"metal: 0.43 of the density", {Convention::bsdf_distribution},
+      M{"metal: 0.43 of the density",
+        {Convention::bsdf_distribution},
         [=](A& a) { scale_density(a, in_metal, constant(0.43F)); }},
-      M{"metal: 2.7 times the density", {Convention::bsdf_distribution},
+      M{"metal: 2.7 times the density",
+        {Convention::bsdf_distribution},
         [=](A& a) { scale_density(a, in_metal, constant(2.7F)); }},
-      M{"a small metal ball: the cosine is left in f, roles swapped by mode", {Convention::bsdf_cosine},
+      M{"a small metal ball: the cosine is left in f, roles swapped by mode",
+        {Convention::bsdf_cosine},
         [=](A& a) {
           scale_value(a, in_small, [](const auto& point, const vec3& prev, const vec3& next, TransportMode mode) {
             return std::abs(glm::dot(point.shading_normal, mode == TransportMode::radiance ? next : prev));
           });
         }},
-      M{"metal: samples weigh 0.8", {Convention::bsdf_weight},
+      M{"metal: samples weigh 0.8",
+        {Convention::bsdf_weight},
         [=](A& a) {
           a.sample = [=](const auto& point, const auto&, auto, auto& s) {
             if (in_metal(point)) s.weight *= 0.8F;
           };
         }},
-      M{"metal: the density of the way back is that of the way there", {Convention::bsdf_reverse},
+      M{"metal: the density of the way back is that of the way there",
+        {Convention::bsdf_reverse},
         [=](A& a) {
           a.evaluate = [=](const auto& point, const auto&, const auto&, auto, auto& f) {
             if (in_metal(point)) f.pdf.reverse = f.pdf.forward;
@@ -285,20 +308,23 @@ std::vector<RareMistake<OwnScene>> mistakes_of_own_materials() {
             if (in_metal(point)) s.pdf.reverse = s.pdf.forward;
           };
         }},
-      M{"cloth: less green for importance", {Convention::bsdf_reciprocity},
+      M{"cloth: less green for importance",
+        {Convention::bsdf_reciprocity},
         [=](A& a) {
           scale_value(a, in_cloth, [](const auto&, const vec3&, const vec3&, TransportMode mode) {
             return vec3(1, mode == TransportMode::importance ? 0.9F : 1.0F, 1);
           });
         }},
-      M{"cloth: the lobes are chosen with other probabilities than stated", {Convention::bsdf_distribution},
+      M{"cloth: the lobes are chosen with other probabilities than stated",
+        {Convention::bsdf_distribution},
         [=](A& a) {
           scale_density(a, in_cloth, [](const auto& point, const vec3&, const vec3& to_next) {
             const float cosine = std::abs(glm::dot(point.shading_normal, to_next));
             return 0.5F / (0.8F * cosine + 0.1F);
           });
         }},
-      M{"the sky: the disk is larger than stated", {Convention::emission_disk},
+      M{"the sky: the disk is larger than stated",
+        {Convention::emission_disk},
         [=](A& a) {
           constexpr float wrong = 1.2F;
           const auto is_sky = [](const auto& origin) { return glm::length(origin.geometric_normal) < 0.5F; };
@@ -312,7 +338,8 @@ std::vector<RareMistake<OwnScene>> mistakes_of_own_materials() {
             if (is_sky(s.origin)) s.density.first *= wrong, s.weight /= wrong;
           };
         }},
-      M{"emitted of one lamp of six has too much blue", {Convention::emitted_radiance},
+      M{"emitted of one lamp of six has too much blue",
+        {Convention::emitted_radiance},
         [=](A& a) {
           a.emitted = [](std::size_t light, const auto&, const auto&, auto& e) {
             if (light == 3) e.radiance.z *= 1.3F;
@@ -345,7 +372,8 @@ std::vector<RareMistake<BuiltIn>> mistakes_of_built_in_scene() {
   const auto in_small = in_ball(from_eye({0, 1.5, -7}, {-1.5, -0.9, -2.5}), 0.1);
   const auto in_small_glass = in_ball(from_eye({0, 1.5, -7}, {1.5, -0.9, -2.5}), 0.1);
   return {
-      M{"frosted glass: the density of refraction lacks eta squared", {Convention::bsdf_distribution},
+      M{"frosted glass: the density of refraction lacks eta squared",
+        {Convention::bsdf_distribution},
         [=](A& a) {
           scale_density(a, in_frosted, [](const auto& point, const vec3& to_prev, const vec3& to_next) {
             const float prev = glm::dot(point.shading_normal, to_prev), next = glm::dot(point.shading_normal, to_next);
@@ -353,25 +381,29 @@ std::vector<RareMistake<BuiltIn>> mistakes_of_built_in_scene() {
             return next > 0 ? 1.4F * 1.4F : 1 / (1.4F * 1.4F);
           });
         }},
-      M{"metal: evaluate states a tenth more density than sample", {Convention::bsdf_two_densities},
+      M{"metal: evaluate states a tenth more density than sample",
+        {Convention::bsdf_two_densities},
         [=](A& a) {
           a.evaluate = [=](const auto& point, const auto&, const auto&, auto, auto& f) {
             if (in_metal(point)) f.pdf.forward.value *= 1.1F;
           };
         }},
-      M{"metal: too much blue in f", {Convention::bsdf_weight},
+      M{"metal: too much blue in f",
+        {Convention::bsdf_weight},
         [=](A& a) {
           a.evaluate = [=](const auto& point, const auto&, const auto&, auto, auto& f) {
             if (in_metal(point)) f.value.z *= 1.5F;
           };
         }},
-      M{"a coated ball: a fifth of its albedo", {Convention::bsdf_albedo_share},
+      M{"a coated ball: a fifth of its albedo",
+        {Convention::bsdf_albedo_share},
         [=](A& a) {
           a.albedo = [=](const auto& point, vec3& albedo) {
             if (in_coated(point)) albedo *= 0.2F;
           };
         }},
-      M{"a small ball: its normals lean over", {Convention::hit_normal_slant},
+      M{"a small ball: its normals lean over",
+        {Convention::hit_normal_slant},
         [=](A& a) {
           a.hit = [=](const auto&, auto& point, std::size_t&) {
             if (!in_small(point)) return;
@@ -379,20 +411,23 @@ std::vector<RareMistake<BuiltIn>> mistakes_of_built_in_scene() {
             point.geometric_normal = point.shading_normal = glm::normalize(frame.normal + 0.6F * frame.tangent);
           };
         }},
-      M{"a small ball like the floor: weights without the cosine", {Convention::bsdf_weight},
+      M{"a small ball like the floor: weights without the cosine",
+        {Convention::bsdf_weight},
         [=](A& a) {
           a.sample = [=](const auto& point, const auto&, auto, auto& s) {
             if (in_small(point)) s.weight /= std::abs(glm::dot(point.shading_normal, s.to_next));
           };
         }},
-      M{"the point light: red falls off with the distance alone", {Convention::emission_intensity},
+      M{"the point light: red falls off with the distance alone",
+        {Convention::emission_intensity},
         [=](A& a) {
           a.next_event = [](std::size_t, const auto& from, auto& s) {
             const vec3 light(from_eye({0, 1.5, -7}, {3, 3, -3}));
             if (glm::length(s.origin.position - light) < 1e-4F) s.weight.x *= glm::length(from.position - light);
           };
         }},
-      M{"the sky: half the density of next events", {Convention::next_event_distribution},
+      M{"the sky: half the density of next events",
+        {Convention::next_event_distribution},
         [=](A& a) {
           a.next_event = [](std::size_t, const auto&, auto& s) {
             if (glm::length(s.origin.geometric_normal) < 0.5F && s.density.origin != 1.0F)
@@ -402,13 +437,15 @@ std::vector<RareMistake<BuiltIn>> mistakes_of_built_in_scene() {
             if (glm::length(origin.geometric_normal) < 0.5F && density != 1.0F) density *= 0.5F;
           };
         }},
-      M{"a small glass ball: eta is inverted", {Convention::bsdf_eta},
+      M{"a small glass ball: eta is inverted",
+        {Convention::bsdf_eta},
         [=](A& a) {
           a.sample = [=](const auto& point, const auto&, auto, auto& s) {
             if (in_small_glass(point)) s.eta = 1 / s.eta;
           };
         }},
-      M{"the mirror does not flag its delta lobe", {Convention::bsdf_two_densities, Convention::bsdf_delta},
+      M{"the mirror does not flag its delta lobe",
+        {Convention::bsdf_two_densities, Convention::bsdf_delta},
         [=](A& a) {
           a.sample = [=](const auto& point, const auto&, auto, auto& s) {
             if (in_mirror(point)) s.is_delta = false;

@@ -55,9 +55,8 @@ template <gmis::Scene Inner>
 /// True for points of a ball, a little beyond its surface included.
 template <class V>
 [[nodiscard]] auto in_ball(const V& center, double radius) {
-  return [=](const auto& point) {
-    return glm::length(glm::dvec3(point.position) - glm::dvec3(center)) < 1.02 * radius;
-  };
+  return
+      [=](const auto& point) { return glm::length(glm::dvec3(point.position) - glm::dvec3(center)) < 1.02 * radius; };
 }
 
 /// Multiplies the stated forward density of a surface, in `evaluate` and in `sample`, whose weight stays f |cos| / density, by

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/density_tests.hpp"
 #include "gmis/core/random.hpp"
-#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/transport/guiding/direction_guide.hpp"
 #include "support/catch.hpp"

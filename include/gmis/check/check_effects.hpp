@@ -26,16 +26,14 @@ class EffectsCheck {
     if (at.hit.light != nullptr && !is_black(at.hit.light->emitted(point, -at.ray.direction).radiance))
       findings_.count(Convention::effects, effects_.area_lights);
     const T u = uniform<T>(source_), v = uniform<T>(source_);
-    const auto drawn =
-        at.hit.bsdf.sample(-at.ray.direction, u, {v, uniform<T>(source_)}, TransportMode::radiance);
+    const auto drawn = at.hit.bsdf.sample(-at.ray.direction, u, {v, uniform<T>(source_)}, TransportMode::radiance);
     if (!drawn || is_black(drawn->weight)) return;
     const bool is_through =
         glm::dot(point.shading_normal, drawn->to_next) * glm::dot(point.shading_normal, -at.ray.direction) < T(0);
     if (!drawn->is_delta)
       findings_.count(Convention::effects, effects_.has_scattering());
     else
-      findings_.count(Convention::effects,
-                      is_through ? effects_.specular_transmission : effects_.specular_reflection);
+      findings_.count(Convention::effects, is_through ? effects_.specular_transmission : effects_.specular_reflection);
   }
   /// `group`: of the findings.
   void check(const typename Sc::Light& light, const SurfacePoint<T>& receiver, std::size_t group) {

@@ -31,12 +31,10 @@ class HitCheck {
     const double rounding = 64.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) *
                             (glm::length(position) + glm::length(V(at.ray.origin)));
     const double beside = glm::length(along - glm::dot(along, direction) * direction);
-    findings_.count(Convention::hit_on_ray, glm::dot(along, direction) > -rounding &&
-                                                beside <= 1e-3 * at.distance + rounding,
-                    beside, 0.0);
+    findings_.count(Convention::hit_on_ray,
+                    glm::dot(along, direction) > -rounding && beside <= 1e-3 * at.distance + rounding, beside, 0.0);
     const bool is_unit = nearly(glm::length(normal), 1.0, 1e-3);
-    findings_.count(Convention::hit_normal_unit,
-                    is_unit && nearly(glm::length(V(point.shading_normal)), 1.0, 1e-3),
+    findings_.count(Convention::hit_normal_unit, is_unit && nearly(glm::length(V(point.shading_normal)), 1.0, 1e-3),
                     glm::length(is_unit ? V(point.shading_normal) : normal), 1.0);
     findings_.count(Convention::hit_normal_hemisphere, glm::dot(normal, V(point.shading_normal)) > 0.0);
     if (at.distance < 1e-2 * distance_) return;

@@ -47,13 +47,13 @@ class LightCheck {
     if (light_.is_delta())
       for (int i = 0; i < cases / 2; ++i) check_delta_intensity(reach);
     findings_.look_at(group_, {});
-    detail::LightDirections<Sc, Source> directions(scene_, light_, source_, findings_, level_, samples_,
-                                                    ray_samples_);
+    detail::LightDirections<Sc, Source> directions(scene_, light_, source_, findings_, level_, samples_, ray_samples_);
     if (light_.is_delta()) {
       if (!light_.is_infinite()) directions.of_point_light(reach);
     } else {
       const std::size_t tested = std::min<std::size_t>(3, receivers_.size());
-      for (std::size_t i = 0; i < tested; ++i) check_directions_from(receivers_[i * receivers_.size() / tested], directions);
+      for (std::size_t i = 0; i < tested; ++i)
+        check_directions_from(receivers_[i * receivers_.size() / tested], directions);
       findings_.look_at(group_, {});
       if (!light_.is_infinite()) directions.judge_receivers();
       if (!light_.is_infinite()) directions.at_points_of_emission();
@@ -118,7 +118,8 @@ class LightCheck {
     if (cos_light < 0.05) return;  // ruled by the rounding of the direction
     compare(Convention::next_event_emission_density, sample->density, emitted.density);
     const double geometry = light_.is_infinite() ? 1.0 : cos_light / (distance * distance);
-    if (density > 0.0) compare_channels(Convention::next_event_weight, sample->weight, emitted.radiance, geometry / density);
+    if (density > 0.0)
+      compare_channels(Convention::next_event_weight, sample->weight, emitted.radiance, geometry / density);
     if (light_.is_infinite() || !scene_.visible(segment(from, sample->origin, sample->to_light))) return;
     const auto hit = scene_.intersect(leave(from, sample->to_light));
     findings_.count(Convention::light_not_hit,
@@ -160,7 +161,8 @@ class LightCheck {
                     sample && glm::dot(V(sample->to_light), V(start->direction)) < -0.99);
     if (!sample) return;
     const double spread = light_.is_infinite() ? 1.0 : distance * distance;
-    compare_channels(Convention::emission_intensity, sample->weight, start->weight, number(start->density.first) / spread);
+    compare_channels(Convention::emission_intensity, sample->weight, start->weight,
+                     number(start->density.first) / spread);
     compare(Convention::next_event_emission_density, number(sample->density.first), number(start->density.first), 0.02);
   }
 

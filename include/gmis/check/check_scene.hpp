@@ -32,8 +32,8 @@ struct SceneCheckSettings {
   std::size_t surfaces = 8;       ///< of each group, at which many directions are drawn
   std::size_t samples = 8192;     ///< of each statistical test
   std::size_t most_lights = 256;  ///< lights that are looked at, the most likely ones
-  std::size_t receivers = 16;     ///< surface points at which lights are chosen, by a scene that chooses for the receiver
-  double level = 1e-6;            ///< chance that a sound scene is called broken, of all statistical tests together
+  std::size_t receivers = 16;  ///< surface points at which lights are chosen, by a scene that chooses for the receiver
+  double level = 1e-6;         ///< chance that a sound scene is called broken, of all statistical tests together
 };
 
 /// Samples a scene of one's own and names the conventions that it breaks. It finds mistakes that compile, such as a
@@ -183,8 +183,8 @@ class SceneChecker {
       const Light& light = *choice_.lights()[i];
       effects.check(light, receivers.front(), Choice::first_group + i);
       findings_.add(check_light(scene_, light, std::span<const Point>(receivers), source_,
-                                settings_.level / (4.0 * static_cast<double>(count)), settings_.samples,
-                                ray_samples, Choice::first_group + i));
+                                settings_.level / (4.0 * static_cast<double>(count)), settings_.samples, ray_samples,
+                                Choice::first_group + i));
     }
   }
 

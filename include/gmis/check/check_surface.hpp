@@ -97,8 +97,8 @@ class SurfaceCheck {
     const double forward = number(sample.pdf.forward), reverse = number(sample.pdf.reverse);
     const double cosine = std::abs(glm::dot(normal_, next)), eta = static_cast<double>(sample.eta);
     findings_.count(Convention::bsdf_unit, detail::nearly(glm::length(next), 1.0, 1e-3), glm::length(next), 1.0);
-    findings_.count(Convention::bsdf_value, is_sound(sample.weight) && forward >= 0.0 && reverse >= 0.0 &&
-                                                std::isfinite(forward + reverse));
+    findings_.count(Convention::bsdf_value,
+                    is_sound(sample.weight) && forward >= 0.0 && reverse >= 0.0 && std::isfinite(forward + reverse));
     is_refracting_ = is_refracting_ || eta != 1.0;
     // One delta lobe cannot scatter more than all light.
     if (mode_ == TransportMode::importance && sample.is_delta && eta != 1.0) {
@@ -184,7 +184,8 @@ class SurfaceCheck {
     if (sample.eta != T(1)) return;
     // A cosine left in f shows as a ratio of cosines: between the two directions, or between the modes where `evaluate` swaps its
     // arguments for one of them.
-    const double cos_prev = std::abs(glm::dot(normal_, prev_)), cos_next = std::abs(glm::dot(normal_, V(sample.to_next)));
+    const double cos_prev = std::abs(glm::dot(normal_, prev_)),
+                 cos_next = std::abs(glm::dot(normal_, V(sample.to_next)));
     if (detail::nearly(cos_prev, cos_next, 0.03)) return;
     const BsdfValue<S> there = bsdf_of_mode(other_mode(), sample.to_next);
     const auto differ_by_cosines = [&](const S& a, const S& b) {
@@ -211,8 +212,8 @@ class SurfaceCheck {
       compare(Convention::bsdf_eta, eta * static_cast<double>(returned->eta), 1.0, 0.01);
       // R(a → b) η² of one mode equals R(b → a) of the other, R being weight · pdf, η of the way a → b for both.
       if (back_forward > 0.0)
-        compare_channels(Convention::bsdf_delta_adjoint, sample.weight, returned->weight, back_forward / (forward * eta * eta),
-                0.03);
+        compare_channels(Convention::bsdf_delta_adjoint, sample.weight, returned->weight,
+                         back_forward / (forward * eta * eta), 0.03);
       else
         findings_.count(Convention::bsdf_delta_adjoint, false, back_forward, number(sample.pdf.reverse));
       return;

@@ -136,9 +136,7 @@ class DensityTest {
   /// Share of the draws that count.
   [[nodiscard]] double share() const noexcept { return means_[0].inside.mean(); }
   /// Estimate of the integral of the stated density; nearer to `share()` than it is where the two differ much.
-  [[nodiscard]] double integral() const noexcept {
-    return share() + means_[0].samples.mean() + means_[0].known.mean();
-  }
+  [[nodiscard]] double integral() const noexcept { return share() + means_[0].samples.mean() + means_[0].known.mean(); }
 
  private:
   struct Means {

@@ -2,9 +2,9 @@
 
 #include <string>
 
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
-#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/transport/effects/path_class.hpp"
 
 namespace gmis {

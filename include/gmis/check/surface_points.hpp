@@ -117,9 +117,10 @@ class SurfacePoints {
       const double came_from = glm::dot(Vec3<double>(from.ray.direction), normal) < 0.0 ? 1.0 : -1.0;
       const double side = uniform<double>(source_) < 0.8 ? came_from : -came_from;
       const Vec3<double> local = square_to_cosine_hemisphere(Vec2<double>(two()));
-      shoot(from.hit.point, Vec3<T>(side * Frame<double>::around(normal).to_world(local)), [&](std::size_t group, const Point& at) {
-        return counts_[group] < points_ || cells_[cell_of(at, group)].size() < 2;
-      });
+      shoot(from.hit.point, Vec3<T>(side * Frame<double>::around(normal).to_world(local)),
+            [&](std::size_t group, const Point& at) {
+              return counts_[group] < points_ || cells_[cell_of(at, group)].size() < 2;
+            });
     }
     seek_places(rays);
     for (std::size_t group = 0; group < most_groups; ++group)
@@ -184,8 +185,8 @@ class SurfacePoints {
     const Vec3<T>& n = point.geometric_normal;
     const Vec3<T> size = glm::abs(n);
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    return {place(point.position.x), place(point.position.y), place(point.position.z), 2 * axis + (n[axis] > T(0) ? 1 : 0),
-            static_cast<long>(group)};
+    return {place(point.position.x), place(point.position.y), place(point.position.z),
+            2 * axis + (n[axis] > T(0) ? 1 : 0), static_cast<long>(group)};
   }
   template <class H>
   [[nodiscard]] std::size_t group_of(const H& hit, const Vec3<T>& direction) {

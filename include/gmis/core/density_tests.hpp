@@ -27,8 +27,8 @@ namespace gmis {
 struct CheckSettings {
   std::size_t samples = 100'000;  ///< draws
   std::size_t bins = 400;         ///< on the sphere: columns are twice the rows
-  double smallest_expected = 5;  ///< bins that expect fewer samples are pooled
-  double precision = 1e-7;       ///< absolute, of the integral over one bin
+  double smallest_expected = 5;   ///< bins that expect fewer samples are pooled
+  double precision = 1e-7;        ///< absolute, of the integral over one bin
 };
 
 /// The result of comparing samples with a density.
@@ -228,7 +228,8 @@ template <class P, UniformSource Source>
 namespace detail {
 /// ∫ f |cos| over all directions, without delta lobes, of the largest channel: quadrature over cells of the sphere.
 template <Bsdf B, class V>
-[[nodiscard]] double smooth_share(const B& bsdf, const V& normal, const V& to_prev, TransportMode mode, double precision) {
+[[nodiscard]] double smooth_share(const B& bsdf, const V& normal, const V& to_prev, TransportMode mode,
+                                  double precision) {
   using S = typename B::Spectrum;
   const Frame<double> frame = Frame<double>::around(Vec3<double>(normal));
   double share = 0;

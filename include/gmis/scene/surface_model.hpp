@@ -2,9 +2,9 @@
 
 #include <concepts>
 
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
-#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/scene/surface_coordinates.hpp"
 
 namespace gmis::scene {
