@@ -7,8 +7,8 @@
 #include "gmis/scene.hpp"
 #include "many_lights/adapter.hpp"
 
-// Forty mistakes in four renderers, ten in each; most of them in a rough metal, a small object, one wavelength, or one light among
-// many.
+// Forty mistakes in four renderers, ten in each; most of them in a rough metal, a small object, one
+// wavelength, or one light among many.
 
 using namespace gmis_test;
 
@@ -25,7 +25,7 @@ namespace {
   return result;
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // A renderer of another style: double precision, virtual materials.
 
 std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
@@ -122,7 +122,7 @@ std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
   };
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // A town at night: 24 lamps, single precision.
 
 using Town = many_lights::Scene<true>;
@@ -225,7 +225,7 @@ std::vector<RareMistake<Town>> mistakes_of_town() {
   };
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // Materials of one's own: cloth, a rough metal, a small ball of it, six lamps, a sky.
 
 using OwnScene = gmis::scene::BvhScene<float, gmis::scene::EitherBsdf<gmis::scene::SurfaceBsdf<float>, own::ClothBsdf>>;
@@ -348,7 +348,7 @@ std::vector<RareMistake<OwnScene>> mistakes_of_own_materials() {
   };
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // The built-in scene, with two small balls more.
 
 using BuiltIn = gmis::scene::BvhScene<float>;
