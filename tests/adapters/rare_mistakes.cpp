@@ -454,24 +454,20 @@ std::vector<RareMistake<BuiltIn>> mistakes_of_built_in_scene() {
   };
 }
 
-void check_named(const Named& named) {
-  CHECK(named.right_cause_first >= 9);
-  CHECK(named.missed == 0);
-}
-
 }  // namespace
 
-TEST_CASE("mistakes in what is rare are named: a renderer of another style") {
+TEST_CASE("mistakes in what is rare are named, the right cause first, in at least 38 of 40 cases") {
   const theirs::World world = theirs::make_world(64, 48);
-  check_named(name_mistakes(adapter::Scene(world), mistakes_of_other_style(), settings(31)));
-}
-TEST_CASE("mistakes in what is rare are named: one lamp among many") {
   const town::Town town = town::make_town(24, 64, 48);
-  check_named(name_mistakes(Town(town), mistakes_of_town(), settings(32)));
-}
-TEST_CASE("mistakes in what is rare are named: materials of one's own") {
-  check_named(name_mistakes(own_scene(), mistakes_of_own_materials(), settings(33)));
-}
-TEST_CASE("mistakes in what is rare are named: the built-in scene") {
-  check_named(name_mistakes(scene_with_small_balls(), mistakes_of_built_in_scene(), settings(34)));
+  Named all;
+  const auto add = [&all](const Named& named) {
+    all.right_cause_first += named.right_cause_first;
+    all.missed += named.missed;
+  };
+  add(name_mistakes(adapter::Scene(world), mistakes_of_other_style(), settings(31)));
+  add(name_mistakes(Town(town), mistakes_of_town(), settings(32)));
+  add(name_mistakes(own_scene(), mistakes_of_own_materials(), settings(33)));
+  add(name_mistakes(scene_with_small_balls(), mistakes_of_built_in_scene(), settings(34)));
+  CHECK(all.right_cause_first >= 38);
+  CHECK(all.missed == 0);
 }
