@@ -16,7 +16,7 @@
 #include "gmis/core/math.hpp"
 
 /// \file
-/// The report of `check_scene`, `check_camera`, `check_light` and `check_surface`.
+/// The report of `check_scene`, `check_camera`, `check_light` and `SurfaceCheck`.
 
 namespace gmis {
 
