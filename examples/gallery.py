@@ -55,7 +55,8 @@ def render(program, folder, name, options, budget, width):
     text = (SCENES / f"{name}.pbrt").read_text()
     film_width, film_height = film_size(text)
     size = f"{width}x{round(width * film_height / film_width)}"
-    arguments = [name, "--size", size, *budget, *options]
+    exposure = [] if "--exposure" in options else ["--exposure", "0"]
+    arguments = [name, "--size", size, *budget, *exposure, *options]
     files = ["--out", str(folder / f"{name}.png"), "--out", str(folder / f"{name}.exr"), "--stats", str(folder / f"{name}.json")]
     print("gmis-render", *arguments, file=sys.stderr, flush=True)
     subprocess.run([program, *arguments, *files, "--quiet"], check=True)

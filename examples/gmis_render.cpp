@@ -205,8 +205,8 @@ std::vector<std::pair<std::string, std::string>> notes_of(const Options& options
   return notes;
 }
 
-int print_check(const std::filesystem::path& file, bool is_quiet) {
-  const Diagnostics diagnostics = check_scene_file(file);
+int print_check(const std::filesystem::path& file, const LoadOptions& load, bool is_quiet) {
+  const Diagnostics diagnostics = check_scene_file(file, load);
   if (!is_quiet)
     for (const Diagnostic& diagnostic : diagnostics.all()) std::printf("%s\n", diagnostic.to_string().c_str());
   const std::size_t errors = diagnostics.error_count();
@@ -225,10 +225,11 @@ int run(Options options) {
       std::printf("%-10s  %s\n", name.c_str(), line_of_scene(name).c_str());
     return done;
   }
-  if (options.check) return print_check(find_scene(options.scene), options.quiet);
+  if (options.check) return print_check(find_scene(options.scene), options.load, options.quiet);
   if (!options.replay) check_outputs(options);
   LoadedScene loaded = load_scene(find_scene(options.scene), options.size,
-                                  options.lenient ? Strictness::lenient : Strictness::strict, options.lights);
+                                  options.lenient ? Strictness::lenient : Strictness::strict, options.lights,
+                                  options.load);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
@@ -278,7 +279,9 @@ int run(Options options) {
       });
     };
   ImageExtras extras;
-  extras.exposure = static_cast<float>(std::exp2(options.exposure));
+  const auto expose = [&](const Image& image) {
+    extras.exposure = static_cast<float>(std::exp2(options.exposure.value_or(automatic_exposure(image))));
+  };
   extras.tone = options.tone;
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
@@ -297,6 +300,7 @@ int run(Options options) {
       if (passed.count() < options.write_every) return;
       last_written = std::chrono::steady_clock::now();
     }
+    expose(image);
     WriteFailures on_the_way;  // what counts is the last picture
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output, extras); });
   };
@@ -330,7 +334,9 @@ int run(Options options) {
     facts.error =
         gmis::image_error(std::span<const float>(result.image.rgb), std::span<const float>(reference->rgb), 3);
 
+  expose(result.image);
   extras.notes = notes_of(options, result, facts.plan);
+  extras.notes.emplace_back("gmis:exposure", std::to_string(std::log2(extras.exposure)));
   if (options.layers) extras.layers = first_hit_layers(scene, request.crop, executor);
   for (ImageLayer& layer : layers_of(result, options)) extras.layers.push_back(std::move(layer));
   std::vector<std::filesystem::path> written;
@@ -341,6 +347,9 @@ int run(Options options) {
   if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });
   if (!options.statistics_file.empty()) failures.attempt([&] { write_statistics(result, facts); });
   if (!options.quiet) print_summary(result, request, plan, written, facts.error);
+  const auto is_png = [](const std::filesystem::path& file) { return file.extension() == ".png"; };
+  if (!options.quiet && !options.exposure && std::any_of(written.begin(), written.end(), is_png))
+    std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n", static_cast<double>(std::log2(extras.exposure)));
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

@@ -10,6 +10,7 @@ add_library(gmis_render_engines OBJECT
   support/build_scene.cpp
   support/engines/both_sides.cpp
   support/engines/camera_side.cpp
+  support/engines/engines.cpp
   support/engines/pilot.cpp
   support/engines/split_trees.cpp
   support/executor.cpp

@@ -4,7 +4,6 @@
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 find_package(OpenEXR CONFIG QUIET)
 find_package(PNG QUIET)
-find_package(assimp CONFIG QUIET)
 find_package(TBB CONFIG QUIET)
 find_package(ZLIB QUIET)
 find_path(GMIS_STB_FOLDER stb/stb_image.h)
@@ -19,12 +18,19 @@ else()
   find_package(CLI11 CONFIG QUIET)
   find_package(nlohmann_json CONFIG QUIET)
 endif()
-find_path(GMIS_TINYGLTF_FOLDER tiny_gltf.h)
-if(GMIS_TINYGLTF_FOLDER AND TARGET nlohmann_json::nlohmann_json AND NOT TARGET gmis_tinygltf)
-  # As a header: packages differ in how the library was compiled.
-  add_library(gmis_tinygltf INTERFACE)
-  target_include_directories(gmis_tinygltf SYSTEM INTERFACE ${GMIS_TINYGLTF_FOLDER})
-  target_link_libraries(gmis_tinygltf INTERFACE nlohmann_json::nlohmann_json)
+find_path(GMIS_DRACO_FOLDER draco/compression/decode.h)
+find_library(GMIS_DRACO_LIBRARY draco)
+if(GMIS_DRACO_FOLDER AND GMIS_DRACO_LIBRARY AND NOT TARGET gmis_draco)
+  add_library(gmis_draco INTERFACE)
+  target_include_directories(gmis_draco SYSTEM INTERFACE ${GMIS_DRACO_FOLDER})
+  target_link_libraries(gmis_draco INTERFACE ${GMIS_DRACO_LIBRARY})
+endif()
+find_path(GMIS_MESHOPT_FOLDER meshoptimizer.h)
+find_library(GMIS_MESHOPT_LIBRARY meshoptimizer)
+if(GMIS_MESHOPT_FOLDER AND GMIS_MESHOPT_LIBRARY AND NOT TARGET gmis_meshopt)
+  add_library(gmis_meshopt INTERFACE)
+  target_include_directories(gmis_meshopt SYSTEM INTERFACE ${GMIS_MESHOPT_FOLDER})
+  target_link_libraries(gmis_meshopt INTERFACE ${GMIS_MESHOPT_LIBRARY})
 endif()
 unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
 
@@ -56,6 +62,7 @@ add_library(gmis_scene_reader STATIC
   ${support}/image/pfm.cpp
   ${support}/image/png.cpp
   ${support}/image/texture_image.cpp
+  ${support}/pbrt/color_spaces.cpp
   ${support}/pbrt/directives.cpp
   ${support}/pbrt/lexer.cpp
   ${support}/pbrt/lights.cpp
@@ -68,10 +75,12 @@ add_library(gmis_scene_reader STATIC
   ${support}/pbrt/spectra.cpp
   ${support}/pbrt/textures.cpp
   ${support}/pbrt/transform.cpp
-  ${support}/ply_layout.cpp
+  ${support}/load_budget.cpp
   ${support}/ply_mesh.cpp
+  ${support}/read_file.cpp
   ${support}/read_scene.cpp
   ${support}/scene_description.cpp
+  ${support}/sky.cpp
   ${support}/whole_file.cpp)
 target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(gmis_scene_reader PUBLIC gmis::gmis PRIVATE gmis_warnings)
@@ -83,11 +92,13 @@ target_precompile_headers(gmis_scene_reader PRIVATE
   <glm/common.hpp> <glm/geometric.hpp> <glm/mat3x3.hpp> <glm/mat4x4.hpp> <glm/matrix.hpp> <glm/vec2.hpp> <glm/vec3.hpp>)
 gmis_optional_part(OpenEXR::OpenEXR GMIS_HAS_OPENEXR "gmis-render reads and writes no .exr")
 gmis_optional_part(PNG::PNG GMIS_HAS_PNG "gmis-render writes no .png")
-gmis_optional_part(assimp::assimp GMIS_HAS_ASSIMP "gmis-render reads no plymesh")
 gmis_optional_part(gmis_stb GMIS_HAS_STB "gmis-render reads no textures from .png, .tga and .jpg")
-gmis_optional_part(gmis_tinygltf GMIS_HAS_TINYGLTF "gmis-render reads no glTF")
-if(TARGET gmis_tinygltf)
-  target_sources(gmis_scene_reader PRIVATE ${support}/gltf/materials.cpp ${support}/gltf/model.cpp)
+gmis_optional_part(nlohmann_json::nlohmann_json GMIS_HAS_JSON "gmis-render reads no glTF")
+gmis_optional_part(gmis_draco GMIS_HAS_DRACO "gmis-render reads no glTF that Draco packs")
+gmis_optional_part(gmis_meshopt GMIS_HAS_MESHOPT "gmis-render reads no glTF that meshoptimizer packs")
+if(TARGET nlohmann_json::nlohmann_json)
+  target_sources(gmis_scene_reader PRIVATE ${support}/gltf/document.cpp ${support}/gltf/materials.cpp
+                                           ${support}/gltf/nodes.cpp ${support}/gltf/primitive.cpp)
 endif()
 gmis_optional_part(ZLIB::ZLIB GMIS_HAS_ZLIB "gmis-render reads no plymesh from .ply.gz")
 gmis_optional_part(TBB::tbb GMIS_HAS_TBB "gmis-render runs on one thread")

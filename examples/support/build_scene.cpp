@@ -38,9 +38,11 @@ struct MakeMaterial {
   Material operator()(const ConductorDescription& m) const {
     return scene::make_conductor(m.eta, m.k, m.alpha, m.masking);
   }
-  Material operator()(const DielectricDescription& m) const { return scene::make_dielectric(m.eta, m.alpha); }
+  Material operator()(const DielectricDescription& m) const {
+    return scene::make_dielectric(m.eta, m.alpha, scene::Masking::height_correlated, m.tint);
+  }
   Material operator()(const CoatedDiffuseDescription& m) const {
-    return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha);
+    return scene::make_coated_diffuse(m.reflectance, m.eta, m.alpha, m.specular);
   }
   Material operator()(const DiffuseTransmissionDescription& m) const {
     return scene::make_diffuse_transmission(m.reflectance, m.transmittance);
@@ -128,7 +130,8 @@ void add_shape(Builder& builder, const ShapeDescription& shape, std::size_t mate
     builder.add_sphere(sphere->center, sphere->radius, material, emission, sphere->normal_points_inward, sphere->axes);
   } else {
     const auto& mesh = std::get<MeshDescription>(shape.geometry);
-    builder.add_mesh({mesh.positions, mesh.triangles, mesh.normals, mesh.uv}, material, emission);
+    builder.add_mesh({mesh.positions, mesh.triangles, mesh.normals, mesh.uv}, material, emission,
+                     shape.emission ? shape.emission->texture : nullptr);
   }
 }
 

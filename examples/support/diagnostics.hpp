@@ -17,7 +17,12 @@ struct SourcePosition {
   std::shared_ptr<const std::string> file;
   int line = 0;
 
-  [[nodiscard]] std::string to_string() const { return (file ? *file : "?") + ":" + std::to_string(line); }
+  /// Line 0 is a file without lines.
+  [[nodiscard]] std::string to_string() const {
+    std::string text = file ? *file : "?";
+    if (line > 0) text.append(1, ':').append(std::to_string(line));
+    return text;
+  }
 };
 
 /// Something is wrong with what the user gave us. `what()` is one line: where, what, and what to change.

@@ -10,14 +10,15 @@
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/scene/light_selection.hpp"
-#include "gmis/transport/effects/path_class.hpp"
-#include "gmis/transport/settings.hpp"
+#include "gmis/transport/state/path_class.hpp"
+#include "gmis/transport/state/settings.hpp"
 #include "support/image/image.hpp"
+#include "support/load_options.hpp"
 
 namespace gmis::tools {
 
 enum class IntegratorChoice { pt, lt, bpt, ppm, bpm, vcm, gmis, automatic };
-enum class SplitChoice { none, paper, budgeted, adaptive, local };
+enum class SplitChoice { none, paper, budgeted, local };
 
 /// A merging radius as --radius has it.
 struct RadiusChoice {
@@ -36,13 +37,13 @@ struct PathChoice {
 /// What the command line of gmis-render asks for.
 struct Options {
   std::string scene;
+  LoadOptions load;
   bool list_scenes = false;
   IntegratorChoice integrator = IntegratorChoice::automatic;
   SplitChoice split = SplitChoice::local;
   Scheme scheme = Scheme::N3;
   Sampler sampler = Sampler::sobol;
   Emission emission = Emission::power;                             ///< of light subpaths
-  VertexCounts vertex_counts = VertexCounts::uniform;              ///< numbers of samples at camera vertices
   PixelCounts pixel_counts = PixelCounts::uniform;                 ///< numbers of camera subpaths
   scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events
   std::optional<std::array<int, 2>> size;
@@ -50,8 +51,8 @@ struct Options {
   std::optional<RadiusChoice> radius;  ///< unset: 0.4 pixel widths, more where merging has a local count
   double alpha = 2.0 / 3.0;
   std::optional<double> light_paths;  ///< 1 where nothing chooses
-  std::optional<int> connections;     ///< as `SampleCounts` has it; unset: a pilot chooses
-  int camera_split = 1;               ///< children of the first non-specular camera vertex
+  std::optional<int> connections;     ///< light vertices drawn per camera vertex; unset: a pilot chooses
+  bool connects_paired_tree = false;  ///< all vertices of one light tree, in place of drawn ones
   std::uint64_t seed = 0;
   int threads = 0;  ///< 0: all cores
   std::optional<std::uint32_t> iterations;
@@ -67,7 +68,7 @@ struct Options {
   bool class_images = false;                 ///< --aov classes
   bool layers = false;                       ///< --aov layers
   bool technique_layers = false;             ///< --aov techniques
-  double exposure = 0;                       ///< of .png, in powers of two
+  std::optional<double> exposure;            ///< of .png, in powers of two; nothing: by the picture
   ToneCurve tone = ToneCurve::clamp;         ///< of .png
   std::string command_line;
   bool halves = false;

@@ -1,166 +1,357 @@
 #include "support/ply_mesh.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <memory>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "support/ply_layout.hpp"
-
-#if GMIS_HAS_ZLIB
-#include <zlib.h>
-#endif
-#if GMIS_HAS_ASSIMP
-#include <assimp/mesh.h>
-#include <assimp/scene.h>
-
-#include <assimp/Importer.hpp>
-#endif
+#include "support/read_file.hpp"
 
 namespace gmis::tools {
 
-#if GMIS_HAS_ASSIMP
-
-bool can_read_ply() {
-  return true;
-}
-
 namespace {
 
-/// False when a face refers to a vertex that there is none of.
-bool append(const aiMesh& from, MeshDescription& to) {
-  const int first = static_cast<int>(to.positions.size());
-  for (unsigned i = 0; i < from.mNumVertices; ++i) {
-    const aiVector3D& p = from.mVertices[i];
-    to.positions.emplace_back(p.x, p.y, p.z);
-    if (from.HasTextureCoords(0)) to.uv.emplace_back(from.mTextureCoords[0][i].x, from.mTextureCoords[0][i].y);
-    if (from.HasNormals()) to.normals.emplace_back(from.mNormals[i].x, from.mNormals[i].y, from.mNormals[i].z);
-  }
-  for (unsigned i = 0; i < from.mNumFaces; ++i) {
-    const aiFace& face = from.mFaces[i];
-    const auto corner = [&](unsigned k) { return first + static_cast<int>(face.mIndices[k]); };
-    const bool is_sound = std::all_of(face.mIndices, face.mIndices + face.mNumIndices,
-                                      [&](unsigned index) { return index < from.mNumVertices; });
-    if (!is_sound) return false;
-    // A fan; points and lines have no area and give nothing.
-    for (unsigned k = 2; k < face.mNumIndices; ++k) to.triangles.push_back({corner(0), corner(k - 1), corner(k)});
-  }
-  return true;
+/// Thrown by what finds the file broken; `parse_ply` says which file.
+struct Broken {
+  std::string reason = " is no PLY file, or is not whole";
+};
+
+enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
+
+std::optional<Type> type_of(const std::string& name) {
+  constexpr std::pair<std::string_view, Type> types[] = {
+      {"char", Type::i8},    {"uchar", Type::u8},   {"short", Type::i16},   {"ushort", Type::u16},
+      {"int", Type::i32},    {"uint", Type::u32},   {"float", Type::f32},   {"double", Type::f64},
+      {"int8", Type::i8},    {"uint8", Type::u8},   {"int16", Type::i16},   {"uint16", Type::u16},
+      {"int32", Type::i32},  {"uint32", Type::u32}, {"float32", Type::f32}, {"float64", Type::f64}};
+  for (const auto& [known, type] : types)
+    if (name == known) return type;
+  return {};
 }
 
-}  // namespace
+std::size_t size_of(Type type) {
+  constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<std::size_t>(type)];
+}
 
-namespace {
+struct Property {
+  std::string name;
+  Type type = Type::f32;            ///< of the value, or of each entry of a list
+  std::optional<Type> length_type;  ///< of a list
+};
 
-/// `name` is what messages call the file.
-MeshDescription read_plain_ply(const std::filesystem::path& file, const std::filesystem::path& name,
-                               const SourcePosition& where) {
-  if (!is_whole_ply(file))
-    throw InputError(where, "the mesh " + file_in_quotes(name.string()) + " is no PLY file, or is not whole");
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (scene == nullptr)
-    throw InputError(where,
-                     "the mesh " + file_in_quotes(name.string()) + " cannot be read: " + importer.GetErrorString());
+struct Element {
+  std::string name;
+  std::uintmax_t count = 0;
+  std::vector<Property> properties;
+};
+
+enum class Encoding { text, little_endian, big_endian };
+
+struct Header {
+  std::optional<Encoding> encoding;
+  std::vector<Element> elements;
+};
+
+bool has(const auto& named, const std::string& name) {
+  return std::any_of(named.begin(), named.end(), [&](const auto& one) { return one.name == name; });
+}
+
+/// Takes lines off the front of the bytes. They end as the first one does, by \n, \r\n or \r: what comes after the header may
+/// begin with any byte.
+class Lines {
+ public:
+  explicit Lines(std::string_view& rest) : rest_(rest) {
+    const std::size_t first = rest.find_first_of("\r\n");
+    if (first == std::string_view::npos) throw Broken{};
+    end_ = rest.substr(first, rest[first] == '\r' && first + 1 < rest.size() && rest[first + 1] == '\n' ? 2 : 1);
+  }
+  [[nodiscard]] std::string next() {
+    const std::size_t length = rest_.find(end_);
+    if (length == std::string_view::npos) throw Broken{};
+    const std::string line(rest_.substr(0, length));
+    rest_.remove_prefix(length + end_.size());
+    return line;
+  }
+
+ private:
+  std::string_view& rest_;
+  std::string_view end_;
+};
+
+/// `TYPE NAME` or `list TYPE TYPE NAME`.
+Property property_of(std::istringstream& words) {
+  Property property;
+  std::string type, rest;
+  words >> type;
+  if (type == "list") {
+    words >> type;
+    property.length_type = type_of(type);
+    if (!property.length_type || *property.length_type >= Type::f32) throw Broken{};
+    words >> type;
+  }
+  const auto known = type_of(type);
+  if (!known || !(words >> property.name) || words >> rest) throw Broken{};
+  property.type = *known;
+  return property;
+}
+
+Encoding encoding_of(std::istringstream& words) {
+  std::string name;
+  words >> name;
+  if (name == "ascii") return Encoding::text;
+  if (name == "binary_little_endian") return Encoding::little_endian;
+  if (name == "binary_big_endian") return Encoding::big_endian;
+  throw Broken{};
+}
+
+/// Takes the header off the bytes.
+Header header_of(std::string_view& rest) {
+  constexpr int most_lines = 1000;
+  Header header;
+  Lines lines(rest);
+  if (!lines.next().starts_with("ply")) throw Broken{};
+  for (int i = 0; i < most_lines; ++i) {
+    std::istringstream words(lines.next());
+    std::string first;
+    words >> first;
+    if (first == "end_header") {
+      if (!header.encoding) throw Broken{};
+      return header;
+    }
+    if (first == "format") {
+      if (header.encoding) throw Broken{};
+      header.encoding = encoding_of(words);
+    } else if (first == "element") {
+      Element element;
+      if (!(words >> element.name >> element.count) || has(header.elements, element.name)) throw Broken{};
+      header.elements.push_back(std::move(element));
+    } else if (first == "property") {
+      Property property = property_of(words);
+      if (header.elements.empty() || has(header.elements.back().properties, property.name)) throw Broken{};
+      header.elements.back().properties.push_back(std::move(property));
+    } else if (!first.empty() && first != "comment" && first != "obj_info") {
+      throw Broken{};
+    }
+  }
+  throw Broken{};
+}
+
+/// Takes numbers off the front of binary data.
+class BinaryNumbers {
+ public:
+  BinaryNumbers(std::string_view rest, bool is_big_endian) : rest_(rest), is_big_endian_(is_big_endian) {}
+  void begin_row() {}
+  void end_row() {}
+  [[nodiscard]] std::size_t bytes_left() const { return rest_.size(); }
+  [[nodiscard]] std::size_t most_numbers_left(Type type) const { return rest_.size() / size_of(type); }
+  double next(Type type) {
+    switch (type) {
+      case Type::i8:
+        return static_cast<std::int8_t>(raw<std::uint8_t>());
+      case Type::u8:
+        return raw<std::uint8_t>();
+      case Type::i16:
+        return static_cast<std::int16_t>(raw<std::uint16_t>());
+      case Type::u16:
+        return raw<std::uint16_t>();
+      case Type::i32:
+        return static_cast<std::int32_t>(raw<std::uint32_t>());
+      case Type::u32:
+        return raw<std::uint32_t>();
+      case Type::f32:
+        return static_cast<double>(std::bit_cast<float>(raw<std::uint32_t>()));
+      case Type::f64:
+        return std::bit_cast<double>(raw<std::uint64_t>());
+    }
+    throw Broken{};
+  }
+
+ private:
+  template <class Word>
+  Word raw() {
+    if (rest_.size() < sizeof(Word)) throw Broken{};
+    Word word = 0;
+    for (std::size_t i = 0; i < sizeof(Word); ++i) {
+      const auto byte = static_cast<unsigned char>(rest_[is_big_endian_ ? i : sizeof(Word) - 1 - i]);
+      word = static_cast<Word>(static_cast<std::uint64_t>(word) << 8U | byte);
+    }
+    rest_.remove_prefix(sizeof(Word));
+    return word;
+  }
+  std::string_view rest_;
+  bool is_big_endian_;
+};
+
+/// Takes numbers off the front of text, whose rows are lines.
+class TextNumbers {
+ public:
+  explicit TextNumbers(std::string_view rest) : rest_(rest) {}
+  void begin_row() {
+    do {
+      if (rest_.empty()) throw Broken{};
+      const std::size_t length = std::min(rest_.find('\n'), rest_.size());
+      line_ = rest_.substr(0, length);
+      rest_.remove_prefix(std::min(length + 1, rest_.size()));
+      skip_blanks();
+    } while (line_.empty());
+  }
+  void end_row() {
+    skip_blanks();
+    if (!line_.empty()) throw Broken{};
+  }
+  [[nodiscard]] std::size_t bytes_left() const { return rest_.size(); }
+  [[nodiscard]] std::size_t most_numbers_left(Type) const { return line_.size(); }
+  double next(Type) {
+    skip_blanks();
+    const std::size_t length = std::min(line_.find_first_of(" \t\r"), line_.size());
+    std::string_view word = line_.substr(0, length);
+    line_.remove_prefix(length);
+    if (word.starts_with('+')) word.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (word.empty() || end != word.data() + word.size()) throw Broken{};
+    if (error == std::errc{}) return value;
+    if (word.find("e-") == std::string_view::npos && word.find("E-") == std::string_view::npos) throw Broken{};
+    return 0;  // too small for a double
+  }
+
+ private:
+  void skip_blanks() {
+    line_.remove_prefix(std::min(line_.find_first_not_of(" \t\r"), line_.size()));
+  }
+  std::string_view rest_, line_;
+};
+
+/// What a property of a vertex is.
+enum class Role { x, y, z, nx, ny, nz, u, v, none };
+
+Role role_of(const std::string& name) {
+  constexpr std::pair<std::string_view, Role> roles[] = {
+      {"x", Role::x},   {"y", Role::y}, {"z", Role::z}, {"nx", Role::nx}, {"ny", Role::ny}, {"nz", Role::nz},
+      {"u", Role::u},   {"v", Role::v}, {"s", Role::u}, {"t", Role::v},   {"texture_u", Role::u},
+      {"texture_v", Role::v}, {"texture_s", Role::u}, {"texture_t", Role::v}};
+  for (const auto& [known, role] : roles)
+    if (name == known) return role;
+  return Role::none;
+}
+
+/// The entries of a list, which takes them from `numbers`.
+template <class Numbers>
+void read_list(const Property& property, Numbers& numbers, std::vector<double>& entries) {
+  const double length = numbers.next(*property.length_type);
+  if (!(length >= 0) || length != std::floor(length) || length > static_cast<double>(numbers.most_numbers_left(property.type)))
+    throw Broken{};
+  entries.clear();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(length); ++i) entries.push_back(numbers.next(property.type));
+}
+
+template <class Numbers>
+void read_vertices(const Element& element, Numbers& numbers, MeshDescription& mesh) {
+  std::vector<Role> roles;
+  for (const Property& property : element.properties)
+    roles.push_back(property.length_type ? Role::none : role_of(property.name));
+  const auto has_role = [&](Role role) { return std::find(roles.begin(), roles.end(), role) != roles.end(); };
+  const bool has_normals = has_role(Role::nx) && has_role(Role::ny) && has_role(Role::nz);
+  const bool has_uv = has_role(Role::u) && has_role(Role::v);
+  std::vector<double> list;
+  for (std::uintmax_t i = 0; i < element.count; ++i) {
+    std::array<double, 9> values{};
+    numbers.begin_row();
+    for (std::size_t p = 0; p < roles.size(); ++p) {
+      if (element.properties[p].length_type)
+        read_list(element.properties[p], numbers, list);
+      else
+        values[static_cast<std::size_t>(roles[p])] = numbers.next(element.properties[p].type);
+    }
+    numbers.end_row();
+    mesh.positions.emplace_back(values[0], values[1], values[2]);
+    if (has_normals) mesh.normals.emplace_back(values[3], values[4], values[5]);
+    if (has_uv) mesh.uv.emplace_back(values[6], values[7]);
+  }
+}
+
+template <class Numbers>
+void read_faces(const Element& element, Numbers& numbers, std::vector<std::array<double, 3>>& faces) {
+  std::vector<double> list;
+  for (std::uintmax_t i = 0; i < element.count; ++i) {
+    numbers.begin_row();
+    for (const Property& property : element.properties) {
+      if (!property.length_type) {
+        (void)numbers.next(property.type);
+        continue;
+      }
+      read_list(property, numbers, list);
+      if (property.name != "vertex_indices" && property.name != "vertex_index") continue;
+      for (std::size_t k = 2; k < list.size(); ++k) faces.push_back({list[0], list[k - 1], list[k]});
+    }
+    numbers.end_row();
+  }
+}
+
+template <class Numbers>
+MeshDescription mesh_of(const Header& header, Numbers numbers, const std::string& name, LoadBudget& budget,
+                        const SourcePosition& where) {
   MeshDescription mesh;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i)
-    if (!append(*scene->mMeshes[i], mesh))
-      throw InputError(where,
-                       "a face of the mesh " + file_in_quotes(name.string()) + " refers to a vertex that is not there");
-  if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
-  if (mesh.uv.size() != mesh.positions.size()) mesh.uv.clear();
-  const bool is_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Point& p) {
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-  });
-  if (!is_finite)
-    throw InputError(where, "the mesh " + file_in_quotes(name.string()) + " has a coordinate that is no number");
-  if (mesh.triangles.empty())
-    throw InputError(where, "the mesh " + file_in_quotes(name.string()) + " holds no triangle");
+  std::vector<std::array<double, 3>> faces;
+  for (const Element& element : header.elements) {
+    const bool is_vertex = element.name == "vertex", is_empty = element.properties.empty();
+    if (element.count > numbers.bytes_left() && !is_empty) throw Broken{};
+    if (is_empty) continue;
+    budget.take(element.count, is_vertex ? 64 : 36, name, where);
+    if (is_vertex)
+      read_vertices(element, numbers, mesh);
+    else
+      read_faces(element, numbers, faces);
+  }
+  mesh.triangles.reserve(faces.size());
+  for (const auto& face : faces) {
+    std::array<int, 3> corners{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!(face[k] >= 0 && face[k] < static_cast<double>(mesh.positions.size()) && face[k] == std::floor(face[k])))
+        throw Broken{" has a face that refers to a vertex that is not there"};
+      corners[k] = static_cast<int>(face[k]);
+    }
+    mesh.triangles.push_back(corners);
+  }
   return mesh;
 }
 
-#if GMIS_HAS_ZLIB
-
-/// The unpacked bytes of a file, in a file of this process that goes away with this.
-class Unpacked {
- public:
-  Unpacked(const std::filesystem::path& file, const SourcePosition& where) {
-    const auto fail = [&](const char* what) {
-      return InputError(where, "the mesh " + file_in_quotes(file.string()) + what);
-    };
-    std::string name = (std::filesystem::temp_directory_path() / "gmis-XXXXXX.ply").string();
-    const int descriptor = mkstemps(name.data(), 4);
-    if (descriptor < 0) throw fail(" cannot be unpacked: there is no folder for temporary files");
-    file_.path = name;
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(fdopen(descriptor, "wb"), std::fclose);
-    const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
-    if (!out || !in) throw fail(" cannot be unpacked");
-    std::vector<char> buffer(1 << 20);
-    constexpr std::uintmax_t most = std::uintmax_t{1} << 36;
-    std::uintmax_t total = 0;
-    while (true) {
-      const int count = gzread(in.get(), buffer.data(), static_cast<unsigned>(buffer.size()));
-      if (count < 0) throw fail(" cannot be unpacked: it is no whole gzip file");
-      if (count == 0) break;
-      total += static_cast<std::uintmax_t>(count);
-      if (total > most ||
-          std::fwrite(buffer.data(), 1, static_cast<std::size_t>(count), out.get()) != static_cast<std::size_t>(count))
-        throw fail(" cannot be unpacked: there is no room for it");
-    }
-    int code = Z_OK;
-    (void)gzerror(in.get(), &code);
-    if (code != Z_OK) throw fail(" cannot be unpacked: it is no whole gzip file");
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return file_.path; }
-
- private:
-  struct Temporary {
-    std::filesystem::path path;
-    Temporary() = default;
-    Temporary(const Temporary&) = delete;
-    Temporary& operator=(const Temporary&) = delete;
-    ~Temporary() {
-      std::error_code ignored;
-      std::filesystem::remove(path, ignored);
-    }
-  } file_;
-};
-
-#endif
-
 }  // namespace
 
-MeshDescription read_ply(const std::filesystem::path& file, const SourcePosition& where) {
-  if (!std::filesystem::is_regular_file(file))
-    throw InputError(where, "the mesh " + file_in_quotes(file.string()) +
-                                (std::filesystem::exists(file) ? " is no regular file" : " is missing") +
-                                ": check its name");
-  if (file.extension() == ".gz") {
-#if GMIS_HAS_ZLIB
-    const Unpacked unpacked(file, where);
-    return read_plain_ply(unpacked.path(), file, where);
-#else
-    throw InputError(where, "the mesh " + file_in_quotes(file.string()) +
-                                " cannot be read: this program was built without the library zlib, which unpacks it");
-#endif
+MeshDescription parse_ply(std::string_view bytes, const std::string& name, LoadBudget& budget,
+                          const SourcePosition& where) {
+  try {
+    std::string_view rest = bytes;
+    const Header header = header_of(rest);
+    MeshDescription mesh = *header.encoding == Encoding::text
+                               ? mesh_of(header, TextNumbers(rest), name, budget, where)
+                               : mesh_of(header, BinaryNumbers(rest, *header.encoding == Encoding::big_endian), name,
+                                         budget, where);
+    const bool is_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Point& p) {
+      return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+    });
+    if (!is_finite) throw Broken{" has a coordinate that is no number"};
+    if (mesh.triangles.empty()) throw Broken{" holds no triangle"};
+    return mesh;
+  } catch (const Broken& broken) {
+    throw InputError(where, name + broken.reason);
   }
-  return read_plain_ply(file, file, where);
 }
 
-#else
-
-bool can_read_ply() {
-  return false;
+MeshDescription read_ply(const std::filesystem::path& file, LoadBudget& budget, const SourcePosition& where) {
+  const std::string name = "the mesh " + file_in_quotes(file.string());
+  std::string bytes = read_file(file, "the mesh", budget, where);
+  if (file.extension() == ".gz") bytes = unpacked_gzip(bytes, name, budget, where);
+  return parse_ply(bytes, name, budget, where);
 }
-
-MeshDescription read_ply(const std::filesystem::path& file, const SourcePosition& where) {
-  throw InputError(where, "the mesh " + file_in_quotes(file.string()) +
-                              " cannot be read: this program was built without the library assimp, which reads PLY");
-}
-
-#endif
 
 }  // namespace gmis::tools

@@ -1,14 +1,22 @@
 #include "support/read_scene.hpp"
 
+#include <algorithm>
+#include <cctype>
+
 #include "support/gltf/reader.hpp"
 #include "support/pbrt/reader.hpp"
+#include "support/sky.hpp"
 
 namespace gmis::tools {
 
-SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics) {
-  const std::filesystem::path ending = file.extension();
-  return ending == ".gltf" || ending == ".glb" ? read_gltf_scene(file, diagnostics)
-                                               : read_pbrt_scene(file, diagnostics);
+SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics, const LoadOptions& options) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  SceneDescription scene = ending == ".gltf" || ending == ".glb" ? read_gltf_scene(file, diagnostics, options)
+                                                                 : read_pbrt_scene(file, diagnostics, options);
+  if (!options.sky.empty()) replace_sky(scene, options.sky);
+  return scene;
 }
 
 }  // namespace gmis::tools

@@ -2,11 +2,13 @@
 
 #include <filesystem>
 
+#include "support/load_options.hpp"
 #include "support/scene_description.hpp"
 
 namespace gmis::tools {
 
 /// Reads a scene by the ending of its name: .gltf and .glb, else pbrt's text.
-[[nodiscard]] SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics);
+[[nodiscard]] SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
+                                             const LoadOptions& options = {});
 
 }  // namespace gmis::tools

@@ -48,12 +48,14 @@ struct ConductorDescription {
 struct DielectricDescription {
   double eta = 1.5;
   double alpha = 0;
+  Rgb tint{1};  ///< factor of refracted light
 };
 /// A diffuse base under a dielectric coat; `alpha` 0 is a smooth coat.
 struct CoatedDiffuseDescription {
   Rgb reflectance{0.5};
   double alpha = 0;
   double eta = 1.5;
+  Rgb specular{1};  ///< factor of what the coat reflects
 };
 
 /// A thin sheet that scatters to both sides.
@@ -108,6 +110,7 @@ struct SphereDescription {
 struct EmissionDescription {
   Rgb radiance{1};
   bool is_two_sided = false;
+  TextureHandle texture{};  ///< factor of the radiance over a mesh; null where it is the same everywhere
 };
 
 /// What media absorb on both sides of a dielectric, per scene unit: behind the geometric normal and before it.

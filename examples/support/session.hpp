@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/effects/plan.hpp"
+#include "gmis/transport/plan/plan.hpp"
 #include "support/render.hpp"
 #include "support/statistics.hpp"
 
@@ -27,10 +27,11 @@ struct LoadedScene {
 /// `size` replaces that of the film.
 [[nodiscard]] LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::array<int, 2>> size,
                                      Strictness strictness = Strictness::strict,
-                                     scene::LightSelection lights = scene::LightSelection::by_power);
+                                     scene::LightSelection lights = scene::LightSelection::by_power,
+                                     const LoadOptions& options = {});
 
 /// Reads the scene and builds nothing: all that there is to say of it, errors included.
-[[nodiscard]] Diagnostics check_scene_file(const std::filesystem::path& file);
+[[nodiscard]] Diagnostics check_scene_file(const std::filesystem::path& file, const LoadOptions& options = {});
 
 /// What the options mean for this scene. Throws `InputError` when the crop lies outside the picture.
 [[nodiscard]] RenderRequest request_of(const Options& options, const BuiltScene& scene);

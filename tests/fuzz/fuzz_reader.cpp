@@ -1,8 +1,4 @@
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 
@@ -40,19 +36,6 @@ void check_scene(const SceneDescription& scene) {
   }
 }
 
-/// A file of this process's own, gone at its end.
-struct ScratchFile {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("gmis_fuzz_" + std::to_string(getpid()) + ".ply");
-  ScratchFile() = default;
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-  ~ScratchFile() {
-    std::error_code error;
-    std::filesystem::remove(path, error);
-  }
-};
-
 void check_message(const InputError& error) {
   const std::string_view message = error.what();
   fuzz::require(!message.empty(), "an error says something");
@@ -65,10 +48,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   Diagnostics diagnostics;
   try {
-    if (text.starts_with("ply") && can_read_ply()) {
-      static const ScratchFile file;
-      std::ofstream(file.path, std::ios::binary) << text;
-      check_mesh(read_ply(file.path, {}));
+    if (text.starts_with("ply")) {
+      LoadBudget budget(std::uintmax_t{64} << 20);
+      check_mesh(parse_ply(text, "the mesh", budget, {}));
     } else {
       // No folder of that name: what a scene includes is not found.
       check_scene(read_pbrt_text(text, "input", "no-such-folder", diagnostics));

@@ -32,12 +32,14 @@ const std::string clear =
 /// Each is read with a triangle behind it.
 const std::vector<std::string> unsupported{
     "Camera \"realistic\"\nWorldBegin\n",
-    "Film \"rgb\" \"string sensor\" \"canon_eos_100d\"\nWorldBegin\n",
-    "Film \"rgb\" \"float whitebalance\" 5000\nWorldBegin\n",
     "Film \"hologram\"\nWorldBegin\n",
-    "ColorSpace \"rec2020\"\nWorldBegin\n",
+    "ColorSpace \"rec709\"\nWorldBegin\n",
     "Option \"bool forcediffuse\" true\nWorldBegin\n",
-    "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All\nWorldBegin\n",
+    "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All Camera \"perspective\"\nWorldBegin\n",
+    "ActiveTransform StartTime Translate 1 0 0 ActiveTransform All Camera \"perspective\"\nWorldBegin\n",
+    "WorldBegin\nActiveTransform StartTime Rotate 5 0 0 1\n",
+    "WorldBegin\nActiveTransform EndTime Transform [ 1 0 0 0  0 1 0 0  0 0 1 0  0 0 2 1 ]\n",
+    "WorldBegin\nActiveTransform StartTime Identity Scale 2 2 2 ActiveTransform All LightSource \"point\"\n",
     "WorldBegin\nMediumInterface \"fog\" \"\"\n",
     "WorldBegin\nMediumInterface \"fog\"\n",
     "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nWorldBegin\nMediumInterface \"fog\" \"\"\n",
@@ -122,6 +124,77 @@ TEST_CASE("Input that cannot change the picture is read in silence or with a not
   CHECK(result.error.empty());
   CHECK(result.count("warning: ") == result.count("no light"));
   CHECK(result.scene.shapes.size() == 1);  // the boundaries of media are not seen
+}
+
+TEST_CASE("The same transform at the start and at the end is no motion") {
+  const Read result = read(
+      "WorldBegin\nActiveTransform StartTime Translate 0 0 4 ActiveTransform EndTime Translate 0 0 4 ActiveTransform All\n"
+      "AttributeBegin ActiveTransform EndTime Translate 1 0 0 AttributeEnd\n" +
+          triangle,
+      Strictness::strict);
+  CHECK(result.error.empty());
+  REQUIRE(result.scene.shapes.size() == 1);
+  CHECK(std::get<MeshDescription>(result.scene.shapes[0].geometry).positions.at(0) == Point(0, 0, 4));
+}
+
+TEST_CASE("Textures and mixtures that name themselves are not defined above") {
+  for (const auto strictness : {Strictness::strict, Strictness::check}) {
+    for (const char* text :
+         {"Texture \"a\" \"spectrum\" \"scale\" \"texture tex\" \"a\"\n",
+          "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [ \"m\" \"m\" ]\n"}) {
+      const Read result = read("WorldBegin\n" + std::string(text) + triangle, strictness);
+      CAPTURE(text, result.error);
+      CHECK((result.says("not defined above") || result.error.find("not defined above") != std::string::npos));
+    }
+    // One that is there before may be replaced by what is made of it.
+    CHECK(read("WorldBegin\nTexture \"a\" \"spectrum\" \"constant\"\nTexture \"a\" \"spectrum\" \"scale\" \"texture tex\" \"a\"\n" +
+                   triangle,
+               strictness)
+              .diagnostics.error_count() == 0);
+  }
+}
+
+TEST_CASE("A transform that flattens space makes flat meshes, and spheres vanish, as in pbrt") {
+  const Read result = read(
+      "WorldBegin\nMaterial \"diffuse\"\nAttributeBegin ConcatTransform [ 1 0 0 0  0 1 0 0  0 0 0 0  0 0 3 1 ]\n"
+      "Shape \"trianglemesh\" \"point3 P\" [ 0 0 5  1 0 6  0 1 7 ] \"normal N\" [ 0 0 1  0 1 0  1 0 0 ]\n"
+      "Shape \"sphere\"\nAttributeEnd\nScale 0 1 1\n" +
+          triangle,
+      Strictness::strict);
+  CAPTURE(result.error);
+  REQUIRE(result.scene.shapes.size() == 2);
+  const auto& flat = std::get<MeshDescription>(result.scene.shapes[0].geometry);
+  CHECK(flat.positions == std::vector<Point>{{0, 0, 3}, {1, 0, 3}, {0, 1, 3}});
+  CHECK(flat.normals.empty());
+}
+
+TEST_CASE("Colour spaces keep white, and white balance makes white of its illuminant") {
+  const auto light = [](const std::string& before, const std::string& color) {
+    const Read result =
+        read(before + "\nWorldBegin\nLightSource \"point\" \"rgb I\" [ " + color + " ]\n" + triangle, Strictness::strict);
+    CAPTURE(result.error);
+    REQUIRE(result.scene.lights.size() == 1);
+    return std::get<PointLightDescription>(result.scene.lights[0].kind).intensity;
+  };
+  const auto near = [](const Rgb& a, const Rgb& b, double margin) { return glm::length(a - b) < margin; };
+  for (const char* space : {"srgb", "dci-p3", "rec2020", "aces2065-1"})
+    CHECK(near(light(std::string("ColorSpace \"") + space + "\"", "2 2 2"), Rgb(2), 1e-9));
+  // ITU-R BT.2087: linear BT.709 from BT.2020.
+  CHECK(near(light("ColorSpace \"rec2020\"", "0.3 0.5 0.4"),
+             Rgb(1.6605 * .3 - .5876 * .5 - .0728 * .4, -.1246 * .3 + 1.1329 * .5 - .0083 * .4, -.0182 * .3 - .1006 * .5 + 1.1187 * .4), 1e-3));
+  CHECK(near(light("Film \"rgb\" \"float whitebalance\" 6504", "1 1 1"), Rgb(1), 5e-3));
+  const Rgb warm = light("Film \"rgb\" \"float whitebalance\" 5000", "1 1 1");  // daylight looks blue to it
+  CHECK(warm.z > 1.1);
+  CHECK(warm.x < 0.95);
+  CHECK(read("Film \"rgb\" \"string sensor\" \"canon_eos_100d\" \"float iso\" 200\nWorldBegin\n" + triangle, Strictness::strict)
+            .says("is taken for"));
+}
+
+TEST_CASE("Scenes of older versions are named as such") {
+  CHECK(read("LookAt 0 0 1 0 0 0 0 1 0\nWorldBegin\nMaterial \"matte\" \"rgb Kd\" [ 1 0 0 ]\n" + triangle, Strictness::strict)
+            .error.find("pbrt-v3") != std::string::npos);
+  CHECK(read("SurfaceIntegrator \"path\"\nWorldBegin\n" + triangle, Strictness::strict).error.find("pbrt-v2") !=
+        std::string::npos);
 }
 
 TEST_CASE("A camera a hair off orthogonal is made orthonormal, one that is far off is refused") {

@@ -55,7 +55,7 @@ TEST_CASE("metals follow Fresnel's equations with a complex index", "[fresnel]")
         CHECK(fresnel_conductor(float(cosine), float(eta), float(k)) ==
               Approx(reflectance(cosine, {eta, k})).margin(2e-5));
       }
-      CHECK(fresnel_conductor(0.0, eta, k) == Approx(1.0));
+      if (eta != 1 || k != 0) CHECK(fresnel_conductor(0.0, eta, k) == Approx(1.0));
     }
 }
 

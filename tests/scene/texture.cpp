@@ -35,6 +35,10 @@ glm::dvec3 interpolated(const TextureImage& image, double s, double t, TextureWr
       const bool is_inside = column >= 0 && column < w && row >= 0 && row < h;
       if (wrap == TextureWrap::black && !is_inside) continue;
       const auto in = [&](int i, int size) {
+        if (wrap == TextureWrap::mirror) {
+          const int place = ((i % (2 * size)) + 2 * size) % (2 * size);
+          return place < size ? place : 2 * size - 1 - place;
+        }
         return wrap == TextureWrap::repeat ? ((i % size) + size) % size : std::min(std::max(i, 0), size - 1);
       };
       sum += glm::dvec3(image.texel(in(column, w), in(row, h))) * ((1 - x) * (1 - y));
@@ -49,7 +53,7 @@ TEST_CASE("an image is interpolated between the middles of its texels, and goes 
   std::uniform_real_distribution<double> coordinate(-1.4, 2.4);
   for (const auto& [width, height] : {std::pair{1, 1}, {2, 1}, {1, 3}, {4, 3}, {5, 8}}) {
     const auto image = random_image(width, height, random);
-    for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp, TextureWrap::black}) {
+    for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp, TextureWrap::black, TextureWrap::mirror}) {
       const auto texture = Tex::image(image, {}, wrap);
       for (int i = 0; i < 200; ++i) {
         const glm::vec2 uv(static_cast<float>(coordinate(random)), static_cast<float>(coordinate(random)));
@@ -133,4 +137,25 @@ TEST_CASE("images that are none are refused") {
   CHECK_THROWS_AS(Tex::image(image), std::invalid_argument);
   image->floats = {0, 1e38F, 0};
   CHECK_THROWS_AS(Tex::image(image), std::invalid_argument);
+}
+
+TEST_CASE("a texture looked up through another one, a cut, and how often parts are looked up") {
+  auto image = std::make_shared<TextureImage>();
+  image->resolution = {2, 2};
+  image->channels = 1;
+  image->floats = {0.1F, 0.2F, 0.3F, 0.4F};
+  const auto inner = Tex::image(image, {}, TextureWrap::clamp);
+  const auto swapped = Tex::mix(Tex::constant({0.25, 0.75, 0}), Tex::constant({0.5, 0.5, 0}), Tex::image(image));
+  const auto through = Tex::through(swapped, inner);
+  for (const float u : {0.0F, 0.3F, 0.9F}) CHECK(through->at({u, u}) == inner->at(glm::vec2(swapped->at({u, u}))));
+  CHECK(through->upper() == inner->upper());
+  const auto cut = Tex::threshold(inner, 0.25);
+  for (const float u : {0.0F, 0.2F, 0.4F, 0.6F, 0.8F, 1.0F})
+    CHECK(cut->at({u, 0.5F}).x == (inner->at({u, 0.5F}).x >= 0.25F ? 1.0F : 0.0F));
+  CHECK(Tex::threshold(inner, 0.05)->is_constant());
+  CHECK(inner->size() == 1);
+  auto doubled = Tex::product(inner, inner);
+  CHECK(doubled->size() == 3);
+  for (int i = 0; i < 40; ++i) doubled = Tex::mix(doubled, doubled, inner);
+  CHECK(doubled->size() > 1e12);
 }

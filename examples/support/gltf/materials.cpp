@@ -1,12 +1,11 @@
 #include "support/gltf/materials.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <limits>
-
-#include "support/image/texture_image.hpp"
+#include <utility>
 
 namespace gmis::tools::gltf {
 namespace {
@@ -17,222 +16,436 @@ TextureHandle constant(double value) {
   return Tex::constant(glm::dvec3(value));
 }
 
-Rgb color_of(const std::vector<double>& numbers, const Rgb& otherwise) {
-  return numbers.size() >= 3 ? Rgb(numbers[0], numbers[1], numbers[2]) : otherwise;
+double smooth(double alpha) {
+  return alpha < 1e-3 ? 0.0 : alpha;
 }
 
-double number_in(const tinygltf::Value& value, const char* name, double otherwise) {
-  return value.IsObject() && value.Has(name) && value.Get(name).IsNumber() ? value.Get(name).GetNumberAsDouble()
-                                                                           : otherwise;
+/// All textures of a material.
+std::vector<const Json*> textures_in(const Json& material) {
+  std::vector<const Json*> found;
+  const auto look = [&](const Json& object, std::initializer_list<const char*> names) {
+    for (const char* name : names)
+      if (const Json& info = Document::member(object, name); info.is_object()) found.push_back(&info);
+  };
+  look(Document::member(material, "pbrMetallicRoughness"), {"baseColorTexture", "metallicRoughnessTexture"});
+  look(material, {"normalTexture", "emissiveTexture"});
+  look(Document::extension(material, "KHR_materials_pbrSpecularGlossiness"), {"diffuseTexture", "specularGlossinessTexture"});
+  look(Document::extension(material, "KHR_materials_transmission"), {"transmissionTexture"});
+  return found;
 }
 
-const tinygltf::Value* extension_of(const tinygltf::Material& material, const char* name) {
-  const auto found = material.extensions.find(name);
-  return found == material.extensions.end() ? nullptr : &found->second;
-}
-
-/// One channel of an image whose colours are linear, as grey.
-std::shared_ptr<const scene::TextureImage> channel_of(const scene::TextureImage& image, std::size_t channel) {
+/// One channel of an image whose values are linear, as grey.
+std::shared_ptr<const scene::TextureImage> channel_of(const scene::TextureImage& image, int channel) {
   auto result = std::make_shared<scene::TextureImage>();
   result->resolution = image.resolution;
   result->channels = 1;
   for (int y = 0; y < image.resolution.y; ++y)
-    for (int x = 0; x < image.resolution.x; ++x) result->floats.push_back(image.texel(x, y)[static_cast<int>(channel)]);
+    for (int x = 0; x < image.resolution.x; ++x) result->floats.push_back(image.texel(x, y)[channel]);
   return result;
+}
+
+/// Normals that are turned further from or nearer to the shading normal: x and y of 2 c − 1 times `scale`.
+std::shared_ptr<const scene::TextureImage> scaled_normals(const scene::TextureImage& image, double scale) {
+  auto result = std::make_shared<scene::TextureImage>();
+  result->resolution = image.resolution;
+  const auto s = static_cast<float>(scale);
+  for (int y = 0; y < image.resolution.y; ++y)
+    for (int x = 0; x < image.resolution.x; ++x) {
+      const glm::vec3 c = image.texel(x, y);
+      for (const float value : {(c.x - 0.5F) * s + 0.5F, (c.y - 0.5F) * s + 0.5F, c.z}) result->floats.push_back(value);
+    }
+  return result;
+}
+
+double brightness(const glm::dvec3& c) {
+  return std::sqrt(0.299 * c.x * c.x + 0.587 * c.y * c.y + 0.114 * c.z * c.z);
+}
+
+struct MetalOf {
+  glm::dvec3 base;
+  double metallic;
+};
+
+/// Metallic-roughness of a diffuse and a specular colour, as Khronos's convertPbr.js has it: the metalness m that solves
+/// 0.04 m² + (d (1 − s)/0.96 + s − 0.08) m + 0.04 − s = 0 for their brightnesses d and s.
+MetalOf metal_of(const glm::dvec3& diffuse, const glm::dvec3& specular) {
+  constexpr double plastic = 0.04, tiny = 1e-6;
+  const double rest = 1 - std::max({specular.x, specular.y, specular.z});
+  const double d = brightness(diffuse), s = brightness(specular);
+  double metallic = 0;
+  if (s >= plastic) {
+    const double b = d * rest / (1 - plastic) + s - 2 * plastic, c = plastic - s;
+    metallic = std::clamp((-b + std::sqrt(std::max(0.0, b * b - 4 * plastic * c))) / (2 * plastic), 0.0, 1.0);
+  }
+  const glm::dvec3 by_diffuse = diffuse * (rest / (1 - plastic) / std::max(1 - metallic, tiny));
+  const glm::dvec3 by_specular = (specular - plastic * (1 - metallic)) / std::max(metallic, tiny);
+  return {glm::clamp(glm::mix(by_diffuse, by_specular, metallic * metallic), glm::dvec3(0), glm::dvec3(1)), metallic};
 }
 
 }  // namespace
 
-const MadeMaterial& Materials::at(int number) {
+const Json& Materials::json_of(std::optional<std::size_t> number) const {
+  static const Json standard = Json::object();
+  return number ? document_.entry("materials", *number) : standard;
+}
+
+namespace {
+
+std::size_t set_of(const Document& document, const Json& info) {
+  const auto moved = document.index(Document::extension(info, "KHR_texture_transform"), "texCoord");
+  return moved ? *moved : document.index(info, "texCoord").value_or(0);
+}
+
+}  // namespace
+
+std::set<std::size_t> Materials::coordinate_sets(std::optional<std::size_t> number) const {
+  std::set<std::size_t> sets;
+  for (const Json* info : textures_in(json_of(number))) sets.insert(set_of(document_, *info));
+  return sets;
+}
+
+std::optional<std::size_t> Materials::normal_map_set(std::optional<std::size_t> number) const {
+  const Json& info = Document::member(json_of(number), "normalTexture");
+  return info.is_object() ? std::optional(set_of(document_, info)) : std::nullopt;
+}
+
+const MadeMaterial& Materials::at(std::optional<std::size_t> number) {
   const auto found = made_.find(number);
   if (found != made_.end()) return found->second;
-  const bool is_there = number >= 0 && static_cast<std::size_t>(number) < model_.materials.size();
-  return made_[number] = make(is_there ? model_.materials[static_cast<std::size_t>(number)] : tinygltf::Material());
+  return made_[number] = made(number, {});
 }
 
-TextureHandle Materials::texture(int index, int uv_set, const tinygltf::ExtensionMap& extensions, Use use,
-                                 std::optional<double> cutoff, double alpha_factor) {
-  if (index < 0) return nullptr;
-  if (uv_set_ >= 0 && uv_set_ != uv_set) unsupported("a material whose textures have different coordinates");
-  uv_set_ = uv_set;
-  scene::TexturePlacement placement;
-  if (const auto found = extensions.find("KHR_texture_transform"); found != extensions.end()) {
-    const auto pair = [&](const char* name, glm::dvec2 otherwise) {
-      if (!found->second.Has(name) || found->second.Get(name).ArrayLen() != 2) return otherwise;
-      const tinygltf::Value& list = found->second.Get(name);
-      return glm::dvec2(list.Get(0).GetNumberAsDouble(), list.Get(1).GetNumberAsDouble());
-    };
-    if (number_in(found->second, "rotation", 0) != 0) unsupported("a texture that is turned by KHR_texture_transform");
-    // glTF counts t from the top: t' = 1 − ((1 − t) scale + offset).
-    placement.scale = pair("scale", glm::dvec2(1));
-    const glm::dvec2 offset = pair("offset", glm::dvec2(0));
-    placement.offset = {offset.x, 1 - placement.scale.y - offset.y};
-  }
-  const auto refuse = [&](const std::string& what) { return InputError(where_, what); };
-  if (static_cast<std::size_t>(index) >= model_.textures.size()) throw refuse("a texture is not there");
-  const tinygltf::Texture& description = model_.textures[static_cast<std::size_t>(index)];
-  if (description.source < 0 || static_cast<std::size_t>(description.source) >= model_.images.size())
-    throw refuse("a texture has no image");
-  const tinygltf::Image& image = model_.images[static_cast<std::size_t>(description.source)];
-  const std::string name = !image.uri.empty() ? image.uri : image.name.empty() ? "image" : image.name;
-  if (image.image.empty() && !image.uri.empty())
-    throw refuse("the image " + in_quotes(image.uri) + " is missing: check its name");
-  scene::TextureWrap wrap = scene::TextureWrap::repeat;
-  scene::TextureFilter filter = scene::TextureFilter::bilinear;
-  if (description.sampler >= 0 && static_cast<std::size_t>(description.sampler) < model_.samplers.size()) {
-    const tinygltf::Sampler& sampler = model_.samplers[static_cast<std::size_t>(description.sampler)];
-    if (sampler.wrapS == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) wrap = scene::TextureWrap::clamp;
-    if (sampler.wrapS != sampler.wrapT || sampler.wrapS == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT)
-      unsupported("a texture that is mirrored, or wrapped in two ways");
-    if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) filter = scene::TextureFilter::nearest;
-  }
+double Materials::share(const Json& object, const char* name, double otherwise) {
+  const double value = document_.number(object, name, otherwise);
+  if (!(value >= 0 && value <= 1)) unsupported(name_ + ": " + name + " is not from 0 to 1: it is cut");
+  return std::clamp(value, 0.0, 1.0);
+}
+
+Rgb Materials::color(const Json& object, const char* name, const Rgb& otherwise, double most) {
+  const auto list = document_.numbers(object, name, {otherwise.x, otherwise.y, otherwise.z});
+  const Rgb value(list[0], list[1], list[2]);
+  for (const double c : list)
+    if (!(c >= 0 && c <= most))
+      unsupported(name_ + ": " + name + " is negative or above " + std::to_string(static_cast<long>(most)) + ": it is cut");
+  return glm::clamp(value, Rgb(0), Rgb(most));
+}
+
+std::size_t Materials::add(const decltype(MaterialDescription::kind)& kind, const MaterialTexturesDescription& varying) {
+  scene_.materials.push_back({kind, document_.where(), varying});
+  return scene_.materials.size() - 1;
+}
+
+TextureHandle Materials::tinted(const TextureHandle& image, const Rgb& factor) const {
+  if (!image) return nullptr;
+  return factor == Rgb(1) ? image : Tex::product(image, Tex::constant(factor));
+}
+
+std::shared_ptr<const scene::TextureImage> Materials::pixels(std::size_t number, Use use, double normal_scale) {
+  const auto key = std::tuple(number, use, normal_scale);
+  if (const auto found = pixels_.find(key); found != pixels_.end()) return found->second;
+  const Document::ImageFile file = document_.image(number);
   TextureEncoding encoding;
   if (use != Use::color) encoding.curve = TextureEncoding::Curve::linear;
-  auto pixels = read_texture_image(image.image.data(), image.image.size(), name, encoding,
-                                   use == Use::alpha ? TexturePart::alpha : TexturePart::color, where_);
-  if (use == Use::green) pixels = channel_of(*pixels, 1);
-  if (use == Use::blue) pixels = channel_of(*pixels, 2);
-  if (cutoff && !pixels->bytes.empty()) {
-    auto cut = std::make_shared<scene::TextureImage>(*pixels);
-    for (float& value : cut->decoded) value = static_cast<double>(value) * alpha_factor >= *cutoff ? 1.0F : 0.0F;
-    pixels = std::move(cut);
+  auto read = read_texture_image(reinterpret_cast<const unsigned char*>(file.bytes.data()), file.bytes.size(), file.name,
+                                 encoding, use == Use::alpha ? TexturePart::alpha : TexturePart::color,
+                                 document_.budget(), document_.where());
+  const std::map<Use, int> channels{{Use::red, 0}, {Use::green, 1}, {Use::blue, 2}};
+  const bool is_copied = channels.contains(use) || (use == Use::normal && normal_scale != 1);
+  if (is_copied)
+    document_.budget().take(static_cast<std::uintmax_t>(read->resolution.x) * static_cast<std::uintmax_t>(read->resolution.y),
+                            12, file.name, document_.where());
+  if (const auto channel = channels.find(use); channel != channels.end()) read = channel_of(*read, channel->second);
+  if (use == Use::normal && normal_scale != 1) read = scaled_normals(*read, normal_scale);
+  return pixels_[key] = read;
+}
+
+TextureHandle Materials::texture(const Json& info, Use use, double normal_scale) {
+  if (!info.is_object()) return nullptr;
+  const auto number = document_.index(info, "index");
+  if (!number) throw document_.error(name_ + " has a texture without an index");
+  const Json& description = document_.entry("textures", *number);
+  scene::TexturePlacement placement;
+  if (const Json& moved = Document::extension(info, "KHR_texture_transform"); moved.is_object()) {
+    const auto scale = document_.numbers(moved, "scale", {1, 1}), offset = document_.numbers(moved, "offset", {0, 0});
+    const double turn = document_.number(moved, "rotation", 0), c = std::cos(turn), n = std::sin(turn);
+    // glTF counts t from the top, t = 1 − v, and turns counter-clockwise as it is seen:
+    // s' = c sx s + n sy t + ox, t' = −n sx s + c sy t + oy.
+    placement.scale = {c * scale[0], c * scale[1]};
+    placement.cross = {-n * scale[1], n * scale[0]};
+    placement.offset = {offset[0] + n * scale[1], 1 - c * scale[1] - offset[1]};
+  }
+  std::array wrap{scene::TextureWrap::repeat, scene::TextureWrap::repeat};
+  scene::TextureFilter filter = scene::TextureFilter::bilinear;
+  if (const auto place = document_.index(description, "sampler")) {
+    const Json& sampler = document_.entry("samplers", *place);
+    constexpr double clamp = 33071, mirror = 33648, nearest = 9728;
+    const char* const names[] = {"wrapS", "wrapT"};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const double mode = document_.number(sampler, names[axis], 10497);
+      wrap[axis] = mode == clamp    ? scene::TextureWrap::clamp
+                   : mode == mirror ? scene::TextureWrap::mirror
+                                    : scene::TextureWrap::repeat;
+    }
+    if (document_.number(sampler, "magFilter", 0) == nearest) filter = scene::TextureFilter::nearest;
   }
   try {
-    return Tex::image(std::move(pixels), placement, wrap, filter);
+    const auto source = document_.index(description, "source");
+    if (!source)
+      throw document_.error(name_ + " has a texture without an image in a format that is read (.png, .jpg)");
+    const TextureHandle image = Tex::image(pixels(*source, use, normal_scale), placement, wrap, filter);
+    return layout_->over ? layout_->over(set_of(document_, info), image) : image;
   } catch (const std::invalid_argument& error) {
-    throw refuse(name + ": " + error.what());
+    throw document_.error(name_ + ": " + error.what());
+  } catch (const InputError& error) {
+    unsupported(error.message());  // ends the reading unless --lenient goes on
+    return use == Use::color ? constant(0.5) : nullptr;
   }
 }
 
-void Materials::refuse_extensions(const tinygltf::Material& material) {
-  static const std::set<std::string> understood{"KHR_materials_transmission", "KHR_materials_ior",
-                                                "KHR_materials_emissive_strength", "KHR_materials_volume"};
-  for (const auto& [name, value] : material.extensions) {
+void Materials::refuse_extensions(const Json& material) {
+  static const std::set<std::string> understood{
+      "KHR_materials_transmission", "KHR_materials_ior",      "KHR_materials_emissive_strength", "KHR_materials_volume",
+      "KHR_materials_specular",     "KHR_materials_unlit",    "KHR_materials_pbrSpecularGlossiness",
+      "KHR_materials_clearcoat",    "KHR_materials_anisotropy", "KHR_materials_variants", "KHR_materials_dispersion"};
+  const Json& all = Document::member(material, "extensions");
+  if (!all.is_object()) return;
+  for (const auto& [name, value] : all.items()) {
     if (understood.contains(name)) continue;
-    if (name == "KHR_materials_specular" && number_in(value, "specularFactor", 1) == 1 &&
-        !value.Has("specularColorFactor") && !value.Has("specularTexture") && !value.Has("specularColorTexture"))
-      continue;
-    unsupported("material " + in_quotes(material.name) + ": " + name);
+    if (name == "KHR_materials_sheen" && color(value, "sheenColorFactor", Rgb(0), 1) == Rgb(0)) continue;
+    if (name == "KHR_materials_iridescence" && document_.number(value, "iridescenceFactor", 0) == 0) continue;
+    if (name == "KHR_materials_diffuse_transmission" && document_.number(value, "diffuseTransmissionFactor", 0) == 0) continue;
+    if (name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_"))
+      unsupported(name_ + ": " + name + ", which is left out with --lenient");
+    else
+      note(name_ + ": " + name + " is ignored");
   }
+  if (Document::member(all, "KHR_materials_anisotropy").is_object())
+    diagnostics_.warning(document_.where(), name_ + ": anisotropic roughness is not supported, that across is used");
+  if (Document::member(all, "KHR_materials_dispersion").is_object())
+    note(name_ + ": glass has one index of refraction here: no dispersion");
 }
 
-std::optional<AbsorptionDescription> Materials::volume_of(const tinygltf::Material& material) {
-  const auto* extension = extension_of(material, "KHR_materials_volume");
-  if (extension == nullptr) return {};
+Materials::Layers Materials::metallic_roughness(const Json& material) {
+  const Json& model = Document::member(material, "pbrMetallicRoughness");
+  Layers layers;
+  const auto base = document_.numbers(model, "baseColorFactor", {1, 1, 1, 1});
+  for (const double c : base)
+    if (!(c >= 0 && c <= 1)) unsupported(name_ + ": baseColorFactor is not from 0 to 1: it is cut");
+  layers.base = glm::clamp(Rgb(base[0], base[1], base[2]), Rgb(0), Rgb(1));
+  layers.alpha = std::clamp(base[3], 0.0, 1.0);
+  layers.metallic = share(model, "metallicFactor", 1);
+  layers.roughness = share(model, "roughnessFactor", 1);
+  const Json& image = Document::member(model, "baseColorTexture");
+  layers.color = texture(image, Use::color);
+  const std::string mode = document_.text(material, "alphaMode", "OPAQUE");
+  if (mode != "OPAQUE") layers.opacity = texture(image, Use::alpha);
+  const Json& both = Document::member(model, "metallicRoughnessTexture");
+  layers.rough = texture(both, Use::green);
+  layers.metal = texture(both, Use::blue);
+  return layers;
+}
+
+Materials::Layers Materials::specular_glossiness(const Json& packed) {
+  Layers layers;
+  const auto diffuse = document_.numbers(packed, "diffuseFactor", {1, 1, 1, 1});
+  const Rgb diffuse_factor = glm::clamp(Rgb(diffuse[0], diffuse[1], diffuse[2]), Rgb(0), Rgb(1));
+  const Rgb specular_factor = color(packed, "specularFactor", Rgb(1), 1);
+  const double glossiness = share(packed, "glossinessFactor", 1);
+  layers.alpha = std::clamp(diffuse[3], 0.0, 1.0);
+  const Json &diffuse_info = Document::member(packed, "diffuseTexture"),
+             &specular_info = Document::member(packed, "specularGlossinessTexture");
+  const TextureHandle diffuse_image = texture(diffuse_info, Use::color);
+  layers.opacity = texture(diffuse_info, Use::alpha);
+  const TextureHandle specular_image = texture(specular_info, Use::color);
+  const TextureHandle gloss_image = texture(specular_info, Use::alpha);
+  note(name_ + ": specular-glossiness becomes the metallic-roughness that is nearest to it");
+  layers.roughness = 1 - glossiness;
+  if (gloss_image) {
+    layers.roughness = 1;
+    layers.rough = Tex::mix(constant(1), constant(0), tinted(gloss_image, Rgb(glossiness)));
+  }
+  if (!specular_image) {
+    const MetalOf whole = metal_of(diffuse_factor * (diffuse_image ? Rgb(diffuse_image->mean()) : Rgb(1)), specular_factor);
+    layers.metallic = whole.metallic;
+    layers.base = diffuse_image ? diffuse_factor : whole.base;
+    layers.color = diffuse_image;
+    return layers;
+  }
+  // Texel by texel, over the coordinates that both images have; finer than 1024 × 1024 nothing is looked at.
+  constexpr int side = 1024;
+  document_.budget().take(std::uintmax_t{side} * side, 4 * sizeof(float), name_ + ", converted,", document_.where());
+  auto base = std::make_shared<scene::TextureImage>(), metal = std::make_shared<scene::TextureImage>();
+  base->resolution = metal->resolution = {side, side};
+  metal->channels = 1;
+  const SurfaceLayout* const layout = std::exchange(layout_, nullptr);
+  static const SurfaceLayout plain;
+  layout_ = &plain;
+  const TextureHandle flat_diffuse = texture(diffuse_info, Use::color), flat_specular = texture(specular_info, Use::color);
+  layout_ = layout;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      const glm::vec2 uv((static_cast<float>(x) + 0.5F) / side, 1 - (static_cast<float>(y) + 0.5F) / side);
+      const Rgb d = diffuse_factor * (flat_diffuse ? Rgb(flat_diffuse->at(uv)) : Rgb(1));
+      const MetalOf here = metal_of(glm::clamp(d, Rgb(0), Rgb(1)), glm::clamp(specular_factor * Rgb(flat_specular->at(uv)), Rgb(0), Rgb(1)));
+      for (int c = 0; c < 3; ++c) base->floats.push_back(static_cast<float>(here.base[c]));
+      metal->floats.push_back(static_cast<float>(here.metallic));
+    }
+  const auto laid = [&](std::shared_ptr<const scene::TextureImage> image) {
+    TextureHandle made = Tex::image(std::move(image));
+    return layout_->over ? layout_->over(set_of(document_, specular_info), made) : made;
+  };
+  layers.color = laid(base);
+  layers.metal = laid(metal);
+  return layers;
+}
+
+std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
+  double ior = document_.number(Document::extension(material, "KHR_materials_ior"), "ior", 1.5);
+  if (ior == 0) {
+    unsupported(name_ + ": an ior of 0 is not supported: 1.5 is used");
+    ior = 1.5;
+  }
+  if (!(ior >= 1 && ior < 10)) throw document_.error(name_ + " has an ior that is not from 1 to 10");
+  MaterialTexturesDescription textures;
+  textures.color = tinted(layers.color, layers.base);
+  TextureHandle rough = layers.rough;
+  if (rough) {
+    rough = tinted(rough, Rgb(layers.roughness));
+    textures.roughness = Tex::product(rough, rough);  // α is its square
+  }
+  const Json& normals = Document::member(material, "normalTexture");
+  textures.normal_map = texture(normals, Use::normal, document_.number(normals, "scale", 1));
+  const double alpha = rough ? 0.5 : layers.roughness * layers.roughness;
+
+  Rgb specular(1);
+  if (const Json& extension = Document::extension(material, "KHR_materials_specular"); extension.is_object()) {
+    specular = color(extension, "specularColorFactor", Rgb(1), 1) * share(extension, "specularFactor", 1);
+    for (const char* name : {"specularTexture", "specularColorTexture"})
+      if (Document::member(extension, name).is_object())
+        unsupported(name_ + ": a texture of KHR_materials_specular: its factor is used alone");
+  }
+  const Json& coat = Document::extension(material, "KHR_materials_clearcoat");
+  const double coat_share = share(coat, "clearcoatFactor", 0);
+  const double coat_alpha = std::pow(share(coat, "clearcoatRoughnessFactor", 0), 2);
+  const auto dielectric_part = [&] {
+    const std::size_t bare = add(CoatedDiffuseDescription{layers.base, smooth(alpha), ior, specular}, textures);
+    if (!(coat_share > 0)) return bare;
+    // A coat of the same index joins the one that is there: its surface alone is left.
+    MaterialTexturesDescription under = textures;
+    under.roughness = nullptr;
+    const std::size_t coated = add(CoatedDiffuseDescription{layers.base, smooth(coat_alpha), std::max(ior, 1.5), specular}, under);
+    return coat_share == 1 ? coated : add(MixDescription{bare, coated, constant(coat_share)});
+  };
+  const auto metallic_part = [&] {
+    const Rgb r = glm::min(layers.base, Rgb(0.9999));
+    const Rgb k = 2.0 * glm::sqrt(r) / glm::sqrt(1.0 - r);
+    const std::size_t bare = add(ConductorDescription{Rgb(1), k, smooth(alpha)}, textures);
+    if (!(coat_share > 0)) return bare;
+    MaterialTexturesDescription under = textures;
+    if (textures.color || textures.roughness) {
+      unsupported(name_ + ": a clear coat over a metal with textures, which is left out with --lenient");
+      return bare;
+    }
+    const std::size_t coated = add(CoatedConductorDescription{Rgb(1), k, smooth(alpha), 1.5, smooth(coat_alpha)}, under);
+    return coat_share == 1 ? coated : add(MixDescription{bare, coated, constant(coat_share)});
+  };
+  if (coat_share > 0) note(name_ + ": a clear coat of index 1.5 joins a dielectric base, and lies over a metal");
+  note("metallic-roughness becomes a diffuse lobe under a glossy coat, a metal, or one of the two point by point");
+  if (layers.metallic == 0 || (layers.metal && layers.metal->upper().x == 0.0F)) return dielectric_part();
+  if (!layers.metal && layers.metallic == 1) return metallic_part();
+  const std::size_t first = dielectric_part(), second = metallic_part();
+  return add(MixDescription{first, second,
+                            layers.metal ? tinted(layers.metal, Rgb(layers.metallic)) : constant(layers.metallic)});
+}
+
+std::optional<AbsorptionDescription> Materials::volume_of(const Json& material) {
+  const Json& volume = Document::extension(material, "KHR_materials_volume");
   // Without a thickness the surface is a thin wall, which absorbs nothing. How thick it is says the mesh.
-  if (!(number_in(*extension, "thicknessFactor", 0) > 0)) return {};
-  const double distance = number_in(*extension, "attenuationDistance", std::numeric_limits<double>::infinity());
-  if (!(distance > 0)) throw InputError(where_, "material " + in_quotes(material.name) + " has no attenuationDistance");
-  Rgb color(1);
-  if (extension->Has("attenuationColor") && extension->Get("attenuationColor").ArrayLen() == 3)
-    for (int c = 0; c < 3; ++c) color[c] = extension->Get("attenuationColor").Get(c).GetNumberAsDouble();
+  if (!(document_.number(volume, "thicknessFactor", 0) > 0)) return {};
+  const double distance = document_.number(volume, "attenuationDistance", std::numeric_limits<double>::infinity());
+  if (!(distance > 0)) throw document_.error(name_ + " has an attenuationDistance that is not above 0");
   constexpr double blackest = 1e-12;  // black glass: as good as none gets through
-  const Rgb sigma = -glm::log(glm::clamp(color, Rgb(blackest), Rgb(1))) / distance;
+  const Rgb tint = glm::clamp(color(volume, "attenuationColor", Rgb(1), 1), Rgb(blackest), Rgb(1));
+  const Rgb sigma = -glm::log(tint) / distance;
   if (sigma == Rgb(0)) return {};
   return AbsorptionDescription{sigma, Rgb(0)};
 }
 
-MadeMaterial Materials::make(const tinygltf::Material& material) {
-  uv_set_ = -1;
+std::size_t Materials::glass_of(const Json& material, const Layers& layers, std::size_t opaque,
+                                std::optional<AbsorptionDescription>& absorption) {
+  const Json& extension = Document::extension(material, "KHR_materials_transmission");
+  const double transmission = share(extension, "transmissionFactor", 0);
+  if (!(transmission > 0)) return opaque;
+  const TextureHandle where = texture(Document::member(extension, "transmissionTexture"), Use::red);
+  const double ior = document_.number(Document::extension(material, "KHR_materials_ior"), "ior", 1.5);
+  MaterialTexturesDescription clear;
+  clear.color = tinted(layers.color, layers.base);
+  if (layers.rough) {
+    const TextureHandle rough = tinted(layers.rough, Rgb(layers.roughness));
+    clear.roughness = Tex::product(rough, rough);
+  }
+  const Json& normals = Document::member(material, "normalTexture");
+  clear.normal_map = texture(normals, Use::normal, document_.number(normals, "scale", 1));
+  const double alpha = layers.rough ? 0.5 : layers.roughness * layers.roughness;
+  // Where the index hardly bends light, roughness changes nothing, and there is no lobe for a texture of it.
+  if (alpha * std::abs(ior - 1) < 1e-4) clear.roughness = nullptr;
+  const std::size_t glass = add(DielectricDescription{ior == 0 ? 1.5 : ior, smooth(alpha), layers.base}, clear);
+  absorption = volume_of(material);
+  if (transmission == 1 && !where) return glass;
+  if (absorption) {
+    unsupported(name_ + ": a volume behind a surface that transmits in part: it is clear with --lenient");
+    absorption.reset();
+  }
+  return add(MixDescription{opaque, glass, where ? tinted(where, Rgb(transmission)) : constant(transmission)});
+}
+
+std::optional<EmissionDescription> Materials::emission_of(const Json& material) {
+  constexpr double brightest = 1e20;
+  const double strength =
+      document_.number(Document::extension(material, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
+  if (!(strength >= 0 && strength <= brightest)) throw document_.error(name_ + " has an emissiveStrength that is negative or above 1e20");
+  const Rgb radiance = color(material, "emissiveFactor", Rgb(0), brightest) * strength;
+  if (!(std::max({radiance.x, radiance.y, radiance.z}) <= brightest)) throw document_.error(name_ + " emits more than 1e20");
+  if (radiance == Rgb(0)) return {};
+  const Json& sided = Document::member(material, "doubleSided");
+  EmissionDescription emission{radiance, sided.is_boolean() && sided.get<bool>(), nullptr};
+  emission.texture = texture(Document::member(material, "emissiveTexture"), Use::color);
+  if (emission.texture && emission.texture->upper() == glm::vec3(0)) return {};
+  return emission;
+}
+
+TextureHandle Materials::opacity_of(const Json& material, const Layers& layers) {
+  const std::string mode = document_.text(material, "alphaMode", "OPAQUE");
+  if (mode == "OPAQUE") return nullptr;
+  TextureHandle opacity = layers.opacity ? tinted(layers.opacity, Rgb(layers.alpha)) : constant(layers.alpha);
+  if (layout_->vertex_alpha) opacity = Tex::product(opacity, layout_->vertex_alpha);
+  if (mode == "MASK") opacity = Tex::threshold(opacity, document_.number(material, "alphaCutoff", 0.5));
+  return opacity->lower().x < 1.0F ? opacity : nullptr;
+}
+
+MadeMaterial Materials::made(std::optional<std::size_t> number, const SurfaceLayout& layout) {
+  const Json& material = json_of(number);
+  layout_ = &layout;
+  name_ = number ? document_.named("material", material, *number) : "the default material";
   refuse_extensions(material);
-  const auto& model = material.pbrMetallicRoughness;
-  const Rgb base = glm::clamp(color_of(model.baseColorFactor, Rgb(1)), Rgb(0), Rgb(1));
-  const double metallic = std::clamp(model.metallicFactor, 0.0, 1.0);
-  const double roughness = std::clamp(model.roughnessFactor, 0.0, 1.0);
-  double ior = 1.5, transmission = 0;
-  if (const auto* extension = extension_of(material, "KHR_materials_ior")) ior = number_in(*extension, "ior", 1.5);
-  if (const auto* extension = extension_of(material, "KHR_materials_transmission")) {
-    transmission = std::clamp(number_in(*extension, "transmissionFactor", 0), 0.0, 1.0);
-    if (extension->Has("transmissionTexture")) unsupported("a texture of transmission");
-  }
-  if (!(ior >= 1 && ior < 10)) throw InputError(where_, "material " + in_quotes(material.name) + " has an ior below 1");
+  const Json& old_model = Document::extension(material, "KHR_materials_pbrSpecularGlossiness");
+  Layers layers = old_model.is_object() ? specular_glossiness(old_model) : metallic_roughness(material);
+  if (layout.vertex_color) layers.color = layers.color ? Tex::product(layers.color, layout.vertex_color) : layout.vertex_color;
 
-  MaterialTexturesDescription textures;
-  const auto& base_image = model.baseColorTexture;
-  const auto& layers = model.metallicRoughnessTexture;
-  if (const auto image = texture(base_image.index, base_image.texCoord, base_image.extensions, Use::color))
-    textures.color = base == Rgb(1) ? image : Tex::product(image, Tex::constant(base));
-  TextureHandle rough = texture(layers.index, layers.texCoord, layers.extensions, Use::green);
-  TextureHandle metal = texture(layers.index, layers.texCoord, layers.extensions, Use::blue);
-  if (rough) {
-    rough = Tex::product(rough, constant(roughness));
-    textures.roughness = Tex::product(rough, rough);  // α is its square
-  }
-  const auto& normals = material.normalTexture;
-  textures.normal_map = texture(normals.index, normals.texCoord, normals.extensions, Use::normal);
-  if (textures.normal_map && normals.scale != 1) unsupported("a normal map with a scale other than 1");
-  const double alpha = rough ? 0.5 : roughness * roughness;
-
-  const auto add = [&](const auto& kind, const MaterialTexturesDescription& varying) {
-    scene_.materials.push_back({kind, where_, varying});
-    return scene_.materials.size() - 1;
-  };
-  const auto mixed = [&](std::size_t first, std::size_t second, const TextureHandle& amount) {
-    return add(MixDescription{first, second, amount}, {});
-  };
-  const auto smooth = [](double a) { return a < 1e-3 ? 0.0 : a; };
-  const auto dielectric_part = [&] { return add(CoatedDiffuseDescription{base, smooth(alpha), ior}, textures); };
-  const auto metallic_part = [&] {
-    const Rgb r = glm::min(base, Rgb(0.9999));
-    return add(ConductorDescription{Rgb(1), 2.0 * glm::sqrt(r) / glm::sqrt(1.0 - r), smooth(alpha)}, textures);
-  };
   MadeMaterial result;
-  if (metallic == 0 || (metal && metal->upper().x == 0.0F))
-    result.number = dielectric_part();
-  else if (!metal && metallic == 1)
-    result.number = metallic_part();
-  else
-    result.number =
-        mixed(dielectric_part(), metallic_part(), metal ? Tex::product(metal, constant(metallic)) : constant(metallic));
-  diagnostics_.note(
-      where_,
-      "metallic-roughness becomes a diffuse lobe under a glossy coat, a metal, or one of the two point by "
-      "point");
-  if (transmission > 0) {
-    if (base != Rgb(1) || textures.color) unsupported("material " + in_quotes(material.name) + ": coloured glass");
-    MaterialTexturesDescription clear = textures;
-    clear.color = nullptr;
-    const std::size_t glass = add(DielectricDescription{ior, smooth(alpha)}, clear);
-    result.number = transmission == 1 ? glass : mixed(result.number, glass, constant(transmission));
-    result.absorption = volume_of(material);
-    if (result.absorption && transmission != 1) {
-      unsupported("material " + in_quotes(material.name) + ": a volume behind a surface that transmits in part");
-      result.absorption.reset();
-    }
+  result.opacity = opacity_of(material, layers);
+  if (Document::extension(material, "KHR_materials_unlit").is_object()) {
+    result.number = add(DiffuseDescription{Rgb(0)});
+    if (layers.base != Rgb(0)) result.emission = EmissionDescription{layers.base, true, layers.color};
+    note(name_ + ": an unlit surface emits its colour, and lights what is around it");
+    return result;
   }
-
-  double strength = 1;
-  if (const auto* extension = extension_of(material, "KHR_materials_emissive_strength"))
-    strength = number_in(*extension, "emissiveStrength", 1);
-  Rgb emission = glm::max(color_of(material.emissiveFactor, Rgb(0)) * strength, Rgb(0));
-  const auto& glow = material.emissiveTexture;
-  if (const auto image = texture(glow.index, glow.texCoord, glow.extensions, Use::color); image && emission != Rgb(0)) {
-    if (!image->is_constant() && image->lower() != image->upper())
-      unsupported("material " + in_quotes(material.name) + ": a texture of emission; its mean is used");
-    emission *= image->mean();
+  result.number = glass_of(material, layers, surface_of(material, layers), result.absorption);
+  result.emission = emission_of(material);
+  if (result.opacity && result.absorption) {
+    unsupported(name_ + ": a volume with alpha: it has no holes with --lenient");
+    result.opacity = nullptr;
   }
-  if (emission != Rgb(0)) result.emission = EmissionDescription{emission, material.doubleSided};
-
-  const double base_alpha = model.baseColorFactor.size() == 4 ? model.baseColorFactor[3] : 1;
-  if (material.alphaMode != "OPAQUE" && !material.alphaMode.empty()) {
-    const bool is_mask = material.alphaMode == "MASK";
-    TextureHandle image = texture(base_image.index, base_image.texCoord, base_image.extensions, Use::alpha,
-                                  is_mask ? std::optional(material.alphaCutoff) : std::nullopt, base_alpha);
-    if (!image)
-      image = constant(!is_mask ? base_alpha : base_alpha >= material.alphaCutoff ? 1 : 0);
-    else if (!is_mask)
-      image = Tex::product(image, constant(base_alpha));
-    if (image->lower().x < 1.0F) result.opacity = image;
-    if (result.opacity && result.absorption) {
-      unsupported("material " + in_quotes(material.name) + ": a volume with alpha");
-      result.opacity = nullptr;
-    }
-    if (result.opacity && result.emission) {
-      unsupported("material " + in_quotes(material.name) + ": a light with alpha");
-      result.opacity = nullptr;
-    }
-  }
-  result.uv_set = std::max(uv_set_, 0);
   return result;
 }
 

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 
-#include "support/gltf/model.hpp"
+#include "support/gltf/document.hpp"
+#include "support/image/texture_image.hpp"
 #include "support/scene_description.hpp"
 
 namespace gmis::tools::gltf {
@@ -15,36 +19,66 @@ struct MadeMaterial {
   std::optional<EmissionDescription> emission;
   TextureHandle opacity;
   std::optional<AbsorptionDescription> absorption;
-  int uv_set = 0;  ///< of all its textures
 };
 
-/// Adds the materials of a model to a scene, each when it is first used.
+/// How textures and colours lie on one part of a mesh.
+struct SurfaceLayout {
+  /// A texture over this set of coordinates, as a function of those that the part has; null: of that set itself.
+  std::function<TextureHandle(std::size_t set, TextureHandle)> over;
+  TextureHandle vertex_color, vertex_alpha;  ///< null where vertices have none
+};
+
+/// Makes the materials of a file.
 class Materials {
  public:
-  Materials(const tinygltf::Model& model, SceneDescription& scene, const SourcePosition& where,
-            Diagnostics& diagnostics)
-      : model_(model), scene_(scene), where_(where), diagnostics_(diagnostics) {}
+  Materials(const Document& document, SceneDescription& scene, Diagnostics& diagnostics)
+      : document_(document), scene_(scene), diagnostics_(diagnostics) {}
 
-  /// `number` −1 is the default material.
-  [[nodiscard]] const MadeMaterial& at(int number);
+  /// The sets of coordinates that the textures of a material are over; no number is the default material.
+  [[nodiscard]] std::set<std::size_t> coordinate_sets(std::optional<std::size_t> number) const;
+  /// The set that its normal map is over.
+  [[nodiscard]] std::optional<std::size_t> normal_map_set(std::optional<std::size_t> number) const;
+  /// With the coordinates of a mesh as they are; made once.
+  [[nodiscard]] const MadeMaterial& at(std::optional<std::size_t> number);
+  [[nodiscard]] MadeMaterial made(std::optional<std::size_t> number, const SurfaceLayout& layout);
 
  private:
-  [[nodiscard]] MadeMaterial make(const tinygltf::Material& material);
-  void refuse_extensions(const tinygltf::Material& material);
+  /// Metallic-roughness: factors, and textures of which each may be null.
+  struct Layers {
+    Rgb base{1};
+    double alpha = 1, metallic = 1, roughness = 1;
+    TextureHandle color, opacity, metal, rough;
+  };
+  enum class Use { color, red, green, blue, alpha, normal };
+  [[nodiscard]] const Json& json_of(std::optional<std::size_t> number) const;
+  [[nodiscard]] Layers metallic_roughness(const Json& material);
+  [[nodiscard]] Layers specular_glossiness(const Json& packed);
+  [[nodiscard]] std::size_t surface_of(const Json& material, const Layers& layers);
+  [[nodiscard]] std::size_t glass_of(const Json& material, const Layers& layers, std::size_t opaque,
+                                     std::optional<AbsorptionDescription>& absorption);
   /// KHR_materials_volume: σ = −ln(attenuation colour) / attenuation distance.
-  [[nodiscard]] std::optional<AbsorptionDescription> volume_of(const tinygltf::Material& material);
-  enum class Use { color, green, blue, alpha, normal };
-  /// Null for a texture that is not there.
-  [[nodiscard]] TextureHandle texture(int index, int uv_set, const tinygltf::ExtensionMap& extensions, Use use,
-                                      std::optional<double> cutoff = {}, double alpha_factor = 1);
-  void unsupported(const std::string& message) { diagnostics_.unsupported(where_, message); }
+  [[nodiscard]] std::optional<AbsorptionDescription> volume_of(const Json& material);
+  [[nodiscard]] std::optional<EmissionDescription> emission_of(const Json& material);
+  [[nodiscard]] TextureHandle opacity_of(const Json& material, const Layers& layers);
+  void refuse_extensions(const Json& material);
+  /// A texture as an object like `baseColorTexture` names it; null where there is none, or its image is missing (a grey for
+  /// a colour).
+  [[nodiscard]] TextureHandle texture(const Json& info, Use use, double normal_scale = 1);
+  [[nodiscard]] std::shared_ptr<const scene::TextureImage> pixels(std::size_t image, Use use, double normal_scale);
+  [[nodiscard]] TextureHandle tinted(const TextureHandle& image, const Rgb& factor) const;
+  [[nodiscard]] double share(const Json& object, const char* name, double otherwise);
+  [[nodiscard]] Rgb color(const Json& object, const char* name, const Rgb& otherwise, double most);
+  std::size_t add(const decltype(MaterialDescription::kind)& kind, const MaterialTexturesDescription& varying = {});
+  void unsupported(const std::string& message) { diagnostics_.unsupported(document_.where(), message); }
+  void note(const std::string& message) { diagnostics_.note(document_.where(), message); }
 
-  const tinygltf::Model& model_;
+  const Document& document_;
   SceneDescription& scene_;
-  SourcePosition where_;
   Diagnostics& diagnostics_;
-  std::map<int, MadeMaterial> made_;
-  int uv_set_ = -1;
+  std::map<std::optional<std::size_t>, MadeMaterial> made_;
+  std::map<std::tuple<std::size_t, Use, double>, std::shared_ptr<const scene::TextureImage>> pixels_;
+  const SurfaceLayout* layout_ = nullptr;  ///< of the material that is being made
+  std::string name_;                       ///< what messages call it
 };
 
 }  // namespace gmis::tools::gltf

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "support/load_options.hpp"
 #include "support/scene_description.hpp"
 
 /// \file
@@ -14,6 +15,11 @@ namespace gmis::tools {
 
 /// Reads a .gltf or .glb file. What changes the picture and is not understood goes to `diagnostics`, like notes of what
 /// stands in for what. Throws `InputError` for a file that is none, or when this build cannot read glTF.
-[[nodiscard]] SceneDescription read_gltf_scene(const std::filesystem::path& file, Diagnostics& diagnostics);
+[[nodiscard]] SceneDescription read_gltf_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
+                                               const LoadOptions& options = {});
+
+/// The same from the bytes of such a file; other files are looked for beside `file`.
+[[nodiscard]] SceneDescription read_gltf_bytes(std::string bytes, const std::filesystem::path& file,
+                                               Diagnostics& diagnostics, const LoadOptions& options = {});
 
 }  // namespace gmis::tools

@@ -57,11 +57,17 @@ void write_exr(const Image& image, const std::filesystem::path& file, const Imag
   }
 }
 
-Image read_exr(const std::filesystem::path& file) {
+Image read_exr(const std::filesystem::path& file, LoadBudget* budget) {
   try {
     Imf::InputFile input(file.string().c_str());
     const Imath::Box2i window = input.header().dataWindow();
-    Image image(window.max.x - window.min.x + 1, window.max.y - window.min.y + 1);
+    const double width = static_cast<double>(window.max.x) - window.min.x + 1;
+    const double height = static_cast<double>(window.max.y) - window.min.y + 1;
+    constexpr double largest = 32768;
+    if (!(width >= 1 && width <= largest && height >= 1 && height <= largest))
+      throw InputError(file.string() + ": this OpenEXR file has sides that are not from 1 to 32768 pixels");
+    count_pixels(budget, file, static_cast<int>(width), static_cast<int>(height));
+    Image image(static_cast<int>(width), static_cast<int>(height));
     const bool is_grey = input.header().channels().findChannel("R") == nullptr;
     const char* const grey = "Y";
     Imf::FrameBuffer frame;
@@ -77,6 +83,8 @@ Image read_exr(const std::filesystem::path& file) {
     if (is_grey)
       for (std::size_t i = 0; i < image.rgb.size(); i += 3) image.rgb[i + 1] = image.rgb[i + 2] = image.rgb[i];
     return image;
+  } catch (const InputError&) {
+    throw;
   } catch (const std::exception&) {
     throw InputError(file.string() + ": this is no OpenEXR file that can be read");
   }
@@ -92,7 +100,7 @@ void write_exr(const Image&, const std::filesystem::path& file, const ImageExtra
   throw InputError(file.string() + ": this program was built without OpenEXR: use .pfm");
 }
 
-Image read_exr(const std::filesystem::path& file) {
+Image read_exr(const std::filesystem::path& file, LoadBudget*) {
   throw InputError(file.string() + ": this program was built without OpenEXR: use .pfm");
 }
 

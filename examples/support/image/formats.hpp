@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "support/image/image.hpp"
+#include "support/load_budget.hpp"
 
 /// \file
 /// One pair of functions per format; `write_image` and `read_image` choose among them. They throw `InputError` or,
@@ -10,15 +11,22 @@
 
 namespace gmis::tools {
 
+/// Counts the pixels of an image that is about to be read.
+inline void count_pixels(LoadBudget* budget, const std::filesystem::path& file, int width, int height) {
+  if (budget == nullptr) return;
+  budget->take(static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(height), 3 * sizeof(float),
+               "the image " + file_in_quotes(file.string()), {});
+}
+
 /// Float RGB, little-endian, rows from the bottom.
 void write_pfm(const Image& image, const std::filesystem::path& file);
 /// Colour or grey, either byte order.
-[[nodiscard]] Image read_pfm(const std::filesystem::path& file);
+[[nodiscard]] Image read_pfm(const std::filesystem::path& file, LoadBudget* budget = nullptr);
 
 /// Float RGB, ZIP-compressed; a layer has its name and a dot before the letters of its channels, notes are attributes.
 [[nodiscard]] bool has_exr();
 void write_exr(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
-[[nodiscard]] Image read_exr(const std::filesystem::path& file);
+[[nodiscard]] Image read_exr(const std::filesystem::path& file, LoadBudget* budget = nullptr);
 
 /// 8 bits a channel: each value times `exposure`, brought to [0, 1] by `tone`, with the sRGB curve.
 [[nodiscard]] bool has_png();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <cmath>
 
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
@@ -46,6 +47,20 @@ double mean_of(const Image& image) {
   return image.rgb.empty() ? 0 : sum / static_cast<double>(image.rgb.size());
 }
 
+double automatic_exposure(const Image& image) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
+    const double luminance = 0.2126 * static_cast<double>(image.rgb[i]) + 0.7152 * static_cast<double>(image.rgb[i + 1]) +
+                             0.0722 * static_cast<double>(image.rgb[i + 2]);
+    if (!(luminance > 1e-12 && luminance < 1e30)) continue;
+    sum += std::log2(luminance);
+    ++count;
+  }
+  constexpr double key = -2;  // log2 0.25
+  return count == 0 ? 0 : std::clamp(key - sum / static_cast<double>(count), -10.0, 10.0);
+}
+
 std::string image_hash(const Image& image) {
   std::uint64_t hash = 0xCBF29CE484222325U;
   const auto mix = [&](std::uint32_t word) {
@@ -80,7 +95,7 @@ void write_image(const Image& image, const std::filesystem::path& file, const Im
   });
 }
 
-Image read_image(const std::filesystem::path& file) {
+Image read_image(const std::filesystem::path& file, LoadBudget* budget) {
   // A pipe or a device might never end.
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
@@ -89,9 +104,9 @@ Image read_image(const std::filesystem::path& file) {
     throw InputError(file.string() + ": this image is missing: check its name");
   switch (format_of(file, true)) {
     case Format::exr:
-      return read_exr(file);
+      return read_exr(file, budget);
     case Format::pfm:
-      return read_pfm(file);
+      return read_pfm(file, budget);
     case Format::png:
       break;
   }

@@ -9,6 +9,8 @@
 
 namespace gmis::tools {
 
+class LoadBudget;
+
 /// Linear RGB, three floats per pixel, rows from the top.
 struct Image {
   int width = 0;
@@ -28,6 +30,10 @@ struct Image {
 
 /// Of all pixels and channels.
 [[nodiscard]] double mean_of(const Image& image);
+
+/// The exposure, in powers of two from −10 to 10, that brings the log-average of the luminance of all pixels that are not
+/// black to 0.25 (Reinhard et al. 2002, eq. 1); 0 for a black picture.
+[[nodiscard]] double automatic_exposure(const Image& image);
 
 /// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
 [[nodiscard]] std::string image_hash(const Image& image);
@@ -57,7 +63,8 @@ struct ImageExtras {
 /// when the file cannot be read or is no regular file, and `OutputError` when it cannot be written. A file that is
 /// there already stays as it is until the new one is whole.
 void write_image(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
-[[nodiscard]] Image read_image(const std::filesystem::path& file);
+/// With a `budget`, the pixels are counted before there is memory for them.
+[[nodiscard]] Image read_image(const std::filesystem::path& file, LoadBudget* budget = nullptr);
 /// Throws what `write_image` would throw because of the ending: to be called before the work.
 void require_writable_format(const std::filesystem::path& file);
 

@@ -33,7 +33,7 @@ void write_pfm(const Image& image, const std::filesystem::path& file) {
   if (!stream) throw OutputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
 }
 
-Image read_pfm(const std::filesystem::path& file) {
+Image read_pfm(const std::filesystem::path& file, LoadBudget* budget) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file.string() + ": this file cannot be read: check its name");
   std::string kind;
@@ -51,6 +51,7 @@ Image read_pfm(const std::filesystem::path& file) {
   if (!error &&
       size < channels * sizeof(float) * static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(height))
     throw InputError(file.string() + ": this PFM file ends too early");
+  count_pixels(budget, file, width, height);
   Image image(width, height);
   const bool must_swap = (scale < 0) != native_is_little;
   const std::size_t row_size = channels * static_cast<std::size_t>(width);

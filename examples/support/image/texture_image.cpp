@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <vector>
 
 #include "support/image/image.hpp"
+#include "support/read_file.hpp"
 
 #if GMIS_HAS_STB
 #define STB_IMAGE_IMPLEMENTATION
@@ -87,7 +86,7 @@ std::vector<float> picked(const Value* pixels, std::size_t count, int channels, 
 }
 
 Shared decoded(const unsigned char* bytes, std::size_t count, const std::string& name, const TextureEncoding& encoding,
-               TexturePart part, const SourcePosition& where) {
+               TexturePart part, LoadBudget& budget, const SourcePosition& where) {
   const auto fail = [&]() -> InputError {
     const char* reason = stbi_failure_reason();
     return {where,
@@ -104,6 +103,11 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
   };
   const auto pixel_count = [&] { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); };
 
+  if (stbi_info_from_memory(bytes, size, &width, &height, &channels) == 0) throw fail();
+  const bool is_wide = stbi_is_hdr_from_memory(bytes, size) != 0 || stbi_is_16_bit_from_memory(bytes, size) != 0;
+  // While it is decoded: what the library has, and what is kept of it.
+  budget.take(pixel_count(), static_cast<std::uintmax_t>(channels) * (is_wide ? 8 : 2),
+              "the image " + file_in_quotes(name), where);
   if (stbi_is_hdr_from_memory(bytes, size) != 0) {
     const Pixels<float> pixels(stbi_loadf_from_memory(bytes, size, &width, &height, &channels, 0), stbi_image_free);
     if (!pixels) throw fail();
@@ -153,7 +157,7 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
 #else
 
 Shared decoded(const unsigned char*, std::size_t, const std::string& name, const TextureEncoding&, TexturePart,
-               const SourcePosition& where) {
+               LoadBudget&, const SourcePosition& where) {
   throw InputError(where, "the image " + file_in_quotes(name) +
                               " cannot be read: this program was built without the library stb, which reads PNG, TGA "
                               "and JPEG");
@@ -164,31 +168,26 @@ Shared decoded(const unsigned char*, std::size_t, const std::string& name, const
 }  // namespace
 
 Shared read_texture_image(const unsigned char* bytes, std::size_t count, const std::string& name,
-                          const TextureEncoding& encoding, TexturePart part, const SourcePosition& where) {
-  return decoded(bytes, count, name, encoding, part, where);
+                          const TextureEncoding& encoding, TexturePart part, LoadBudget& budget, const SourcePosition& where) {
+  return decoded(bytes, count, name, encoding, part, budget, where);
 }
 
 Shared read_texture_image(const std::filesystem::path& file, const TextureEncoding& encoding, TexturePart part,
-                          const SourcePosition& where) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error))
-    throw InputError(where, "the image " + file_in_quotes(file.string()) +
-                                (std::filesystem::exists(file, error) ? " is no regular file" : " is missing") +
-                                ": check its name");
+                          LoadBudget& budget, const SourcePosition& where) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (ending == ".exr" || ending == ".pfm") {
     try {
-      return from_floats(read_image(file), part);
+      budget.open_file(where);
+      return from_floats(read_image(file, &budget), part);
     } catch (const InputError& read_error) {
       throw InputError(where, read_error.what());
     }
   }
-  std::ifstream stream(file, std::ios::binary);
-  const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
+  const std::string bytes = read_file(file, "the image", budget, where);
   return decoded(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), file.string(), encoding, part,
-                 where);
+                 budget, where);
 }
 
 }  // namespace gmis::tools

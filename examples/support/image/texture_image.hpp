@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "gmis/scene/texture.hpp"
-#include "support/diagnostics.hpp"
+#include "support/load_budget.hpp"
 
 namespace gmis::tools {
 
@@ -20,14 +20,14 @@ enum class TexturePart { color, grey, alpha };
 /// whatever the encoding. Throws `InputError`, which names `where`, when the image is missing or cannot be read.
 [[nodiscard]] std::shared_ptr<const scene::TextureImage> read_texture_image(const std::filesystem::path& file,
                                                                             const TextureEncoding& encoding,
-                                                                            TexturePart part,
+                                                                            TexturePart part, LoadBudget& budget,
                                                                             const SourcePosition& where);
 
 /// The same for a file in memory, such as one inside a glTF file; `name` stands for it in messages.
 [[nodiscard]] std::shared_ptr<const scene::TextureImage> read_texture_image(const unsigned char* bytes,
                                                                             std::size_t count, const std::string& name,
                                                                             const TextureEncoding& encoding,
-                                                                            TexturePart part,
+                                                                            TexturePart part, LoadBudget& budget,
                                                                             const SourcePosition& where);
 
 }  // namespace gmis::tools

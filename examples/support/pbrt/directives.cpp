@@ -4,6 +4,7 @@
 #include <glm/matrix.hpp>
 #include <utility>
 
+#include "support/pbrt/color_spaces.hpp"
 #include "support/pbrt/parser.hpp"
 
 namespace gmis::tools::pbrt {
@@ -45,19 +46,47 @@ void Parser::ignored_with_note() {
 
 // ---- transforms ----------------------------------------------------------------------------------------------------
 
-void Parser::concat(const Transform& m) {
-  // A motion: the transforms of its end alone.
-  if (state_.is_at_end_time) {
-    if (m != Transform(1))
-      diagnostics_.unsupported(directive_.where, "motion is not supported: only transforms of the start time are used");
-    return;
+namespace {
+
+/// Affine, and of finite numbers. It may flatten space: meshes are then flat, as pbrt has them, and other shapes vanish.
+bool is_affine(const Transform& m) {
+  for (int column = 0; column < 4; ++column)
+    for (int row = 0; row < 4; ++row)
+      if (!(std::abs(m[column][row]) < 1e100)) return false;
+  return m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][3] == 1;
+}
+
+}  // namespace
+
+template <class Change>
+void Parser::change_transforms(const Change& change) {
+  for (const auto& [is_active, transform] :
+       {std::pair{state_.is_start_active, &state_.transform}, std::pair{state_.is_end_active, &state_.end_transform}}) {
+    if (!is_active) continue;
+    const Transform next = change(*transform);
+    if (!is_affine(next))
+      throw InputError(directive_.where, directive_.text +
+                                             " leaves the range of numbers, or is no affine transform: its last column "
+                                             "must be 0 0 0 1");
+    *transform = next;
   }
-  const Transform next = state_.transform * m;
-  if (!is_invertible_affine(m) || !is_invertible_affine(next))
+}
+
+void Parser::require_rest() {
+  if (state_.transform != state_.end_transform)
+    diagnostics_.unsupported(directive_.where, "motion is not supported: what ActiveTransform moves stays where it starts");
+}
+
+void Parser::concat(const Transform& m) {
+  if (!is_affine(m))
     throw InputError(directive_.where, directive_.text +
-                                           " flattens space or leaves the range of numbers: use factors "
-                                           "that are not 0 and a last column of 0 0 0 1");
-  state_.transform = next;
+                                           " leaves the range of numbers, or is no affine transform: its last column "
+                                           "must be 0 0 0 1");
+  change_transforms([&](const Transform& before) { return before * m; });
+}
+
+void Parser::identity() {
+  change_transforms([](const Transform&) { return Transform(1); });
 }
 
 void Parser::translate() {
@@ -88,8 +117,7 @@ void Parser::look_at_directive() {
 
 void Parser::transform() {
   const Transform m = matrix_of(expect_numbers(16));
-  if (!state_.is_at_end_time) state_.transform = Transform(1);
-  concat(m);
+  change_transforms([&](const Transform&) { return m; });
 }
 
 void Parser::concat_transform() {
@@ -101,7 +129,8 @@ void Parser::active_transform() {
   if (which.text != "All" && which.text != "StartTime" && which.text != "EndTime")
     throw InputError(which.where,
                      "ActiveTransform " + in_quotes(which.text) + " is not understood: use All, StartTime or EndTime");
-  state_.is_at_end_time = which.text == "EndTime";
+  state_.is_start_active = which.text != "EndTime";
+  state_.is_end_active = which.text != "StartTime";
 }
 
 void Parser::transform_times() {
@@ -180,11 +209,15 @@ void Parser::require_closed_media() {
 
 void Parser::color_space() {
   const std::string name = expect_string("the name of a colour space");
-  if (name == "srgb")
+  const auto matrix = srgb_from(name);
+  if (!matrix)
+    diagnostics_.unsupported(directive_.where, "the colour space " + in_quotes(name) +
+                                                   " is not known: use srgb, dci-p3, rec2020 or aces2065-1");
+  else if (name == "srgb")
     diagnostics_.note(directive_.where, "ColorSpace \"srgb\" is what all colours are in");
   else
-    diagnostics_.unsupported(directive_.where,
-                             "the colour space " + in_quotes(name) + " is not supported: give colours in srgb");
+    diagnostics_.note(directive_.where, "colours given as rgb are brought from " + name + " to srgb, images are not");
+  state_.to_srgb = matrix.value_or(glm::dmat3(1));
 }
 
 void Parser::option() {
@@ -196,7 +229,7 @@ void Parser::option() {
 }
 
 void Parser::coordinate_system() {
-  coordinate_systems_[expect_string("the name of a coordinate system")] = state_.transform;
+  coordinate_systems_[expect_string("the name of a coordinate system")] = {state_.transform, state_.end_transform};
 }
 
 void Parser::coord_sys_transform() {
@@ -204,7 +237,9 @@ void Parser::coord_sys_transform() {
   const auto found = coordinate_systems_.find(name);
   if (found == coordinate_systems_.end())
     throw InputError(directive_.where, "the coordinate system " + in_quotes(name) + " is not defined above this line");
-  state_.transform = found->second;
+  const auto& [start, end] = found->second;
+  if (state_.is_start_active) state_.transform = start;
+  if (state_.is_end_active) state_.end_transform = end;
 }
 
 // ---- blocks --------------------------------------------------------------------------------------------------------
@@ -232,6 +267,9 @@ void Parser::transform_end() {
   GraphicsState current = state_;
   restore("TransformEnd");
   current.transform = state_.transform;
+  current.end_transform = state_.end_transform;
+  current.is_start_active = state_.is_start_active;
+  current.is_end_active = state_.is_end_active;
   state_ = std::move(current);
 }
 
@@ -274,8 +312,9 @@ void Parser::world_begin() {
     throw InputError(directive_.where,
                      "WorldBegin stands inside a block: close that of " + saved_.back().where.to_string());
   in_world_ = true;
-  state_.transform = Transform(1);
-  coordinate_systems_["world"] = state_.transform;
+  state_.transform = state_.end_transform = Transform(1);
+  state_.is_start_active = state_.is_end_active = true;
+  coordinate_systems_["world"] = {Transform(1), Transform(1)};
 }
 
 // ---- the picture ---------------------------------------------------------------------------------------------------
@@ -296,10 +335,13 @@ void Parser::film() {
   film.where = directive_.where;
   read_crop(parameters);
   if (const auto sensor = parameters.string("sensor"); sensor && *sensor != "cie1931")
-    diagnostics_.unsupported(
-        directive_.where, "the sensor " + in_quotes(*sensor) + " is not supported: leave it out, for plain radiance");
-  if (parameters.number_or("whitebalance", 0) != 0)
-    parameters.unsupported("whitebalance", "is not supported: leave it out", diagnostics_);
+    diagnostics_.warning(directive_.where, "the sensor " + in_quotes(*sensor) +
+                                               " is taken for \"cie1931\": colours differ a little from the camera's");
+  if (const double kelvins = parameters.number_or("whitebalance", 0); kelvins != 0) {
+    if (!(kelvins >= 1000 && kelvins <= 25000)) parameters.fail("whitebalance", "must be 0, or from 1000 to 25000 kelvins");
+    white_balance_ = white_balance(kelvins);
+    diagnostics_.note(directive_.where, "whitebalance is applied to the colours of lights");
+  }
   // As pbrt has it, with a shutter that is open for a second unless Camera says otherwise.
   film_exposure_ = parameters.number_or("iso", 100) / 100 * parameters.number_or("exposuretime", 1) *
                    parameters.number_or("imagingratio", 1);
@@ -374,6 +416,7 @@ void Parser::camera() {
     parameters.fail("shutterclose", "must be above \"shutteropen\": the shutter never opens");
   if (kind != "perspective" && kind != "orthographic") parameters.ignore_all();
   parameters.warn_of_unused(diagnostics_);
+  require_rest();
   Transform camera_from_world = state_.transform;
   if (!similarity_scale(camera_from_world)) {
     const std::optional<Transform> upright = made_similarity(camera_from_world);
@@ -382,7 +425,7 @@ void Parser::camera() {
     diagnostics_.note(directive_.where, "the axes of the camera are a little off: they are made perpendicular");
   }
   camera.world_from_camera = glm::inverse(camera_from_world);
-  coordinate_systems_["camera"] = camera.world_from_camera;
+  coordinate_systems_["camera"] = {camera.world_from_camera, camera.world_from_camera};
 }
 
 // ---- surfaces and light --------------------------------------------------------------------------------------------
@@ -395,16 +438,22 @@ void Parser::texture() {
   if (type != "float" && type != "spectrum")
     throw InputError(directive_.where, "a texture is of type float or spectrum, not " + in_quotes(type));
   const bool is_color = type == "spectrum";
-  TextureHandle& texture = is_color ? textures_.colors[name] : textures_.numbers[name];
-  // So that one with an error is not reported at each use, too.
-  if (!texture) texture = scene::Texture<float>::constant(glm::dvec3(0.5));
-  const TextureHandle made = make_texture(kind, is_color, parameters, textures_.find, diagnostics_);
-  texture = made;
+  auto& textures = is_color ? textures_.colors : textures_.numbers;
+  try {
+    const TextureHandle made = make_texture(kind, is_color, parameters, files_, diagnostics_);
+    // What it is made of is looked up at every point, as often as it is named.
+    if (made->size() > 10'000) throw InputError(directive_.where, "the texture " + in_quotes(name) + " has more than 10000 parts");
+    textures[name] = made;
+  } catch (const InputError&) {
+    // So that one with an error is not reported at each use, too.
+    textures.try_emplace(name, scene::Texture<float>::constant(glm::dvec3(0.5)));
+    throw;
+  }
   parameters.warn_of_unused(diagnostics_);
 }
 
 MaterialDescription Parser::any_material(const std::string& kind, Parameters& parameters) {
-  if (kind != "mix") return make_material(kind, parameters, textures_.find, diagnostics_);
+  if (kind != "mix") return make_material(kind, parameters, files_, diagnostics_);
   MixDescription mix;
   const std::vector<std::string> names = parameters.strings("materials");
   if (names.size() != 2)
@@ -428,6 +477,7 @@ void Parser::material() {
   state_.is_interface = kind == "interface" || kind == "none" || kind.empty();
   if (state_.is_interface) return;
   scene_.materials.push_back(any_material(kind, parameters));
+  count_material();
   parameters.warn_of_unused(diagnostics_);
   state_.material = scene_.materials.size() - 1;
 }
@@ -439,14 +489,30 @@ void Parser::make_named_material() {
   if (!kind) throw InputError(directive_.where, "MakeNamedMaterial " + in_quotes(name) + ": add \"string type\"");
   if (named_materials_.contains(name))
     throw InputError(directive_.where, "the material " + in_quotes(name) + " is defined twice: rename one");
-  named_materials_[name] = 0;  // so that a material with an error is not reported at each use, too
   if (*kind == "interface" || *kind == "none" || kind->empty()) {
+    named_materials_[name] = 0;
     interfaces_.insert(name);
     return;
   }
-  scene_.materials.push_back(any_material(*kind, parameters));
+  try {
+    scene_.materials.push_back(any_material(*kind, parameters));
+    count_material();
+  } catch (const InputError&) {
+    named_materials_[name] = 0;  // so that a material with an error is not reported at each use, too
+    throw;
+  }
   parameters.warn_of_unused(diagnostics_);
   named_materials_[name] = scene_.materials.size() - 1;
+}
+
+void Parser::count_material() {
+  constexpr double most = 10'000;
+  const auto* mix = std::get_if<MixDescription>(&scene_.materials.back().kind);
+  mix_sizes_.push_back(mix == nullptr ? 1 : 1 + mix_sizes_.at(mix->first) + mix_sizes_.at(mix->second));
+  if (mix_sizes_.back() <= most) return;
+  scene_.materials.pop_back();
+  mix_sizes_.pop_back();
+  throw InputError(directive_.where, "a mixture of more than 10000 materials, those within its parts counted");
 }
 
 void Parser::named_material() {
@@ -462,7 +528,8 @@ void Parser::named_material() {
 void Parser::light_source() {
   const std::string kind = expect_string("a kind of light");
   Parameters parameters = parse_parameters(kind, "light");
-  if (auto light = make_light(kind, parameters, state_.transform, textures_.find, diagnostics_))
+  require_rest();
+  if (auto light = make_light(kind, parameters, state_.transform, files_, diagnostics_))
     scene_.lights.push_back(std::move(*light));
   parameters.warn_of_unused(diagnostics_);
 }
@@ -478,22 +545,22 @@ void Parser::shape() {
   const std::string kind = expect_string("a kind of shape");
   Parameters parameters = parse_parameters(kind, "shape");
   std::optional<ShapeDescription> made =
-      make_shape(kind, parameters, state_.reverse_orientation, textures_.find, diagnostics_);
+      make_shape(kind, parameters, state_.reverse_orientation, files_, diagnostics_);
   parameters.warn_of_unused(diagnostics_);
   if (!made || is_unseen_interface()) return;
+  require_rest();
   ShapeDescription& shape = *made;
   shape.material = state_.material;
   shape.absorption = media_of(shape);
-  if (shape.opacity && state_.area_light) {
-    diagnostics_.unsupported(shape.where, "a light with alpha is not supported: leave out one of the two");
+  if (shape.opacity && state_.area_light && std::holds_alternative<SphereDescription>(shape.geometry)) {
+    diagnostics_.unsupported(shape.where, "a sphere with alpha cannot be a light here: leave out one of the two");
     shape.opacity = nullptr;
   }
-  if (open_object_.empty()) return place_shape(std::move(shape), state_.transform);
+  if (open_object_.empty()) return place_shape(std::move(shape), state_.transform, directive_.where);
   if (state_.area_light)
     diagnostics_.warning(shape.where, "a shape inside ObjectBegin cannot be a light: it does not shine");
-  auto placed = transformed(std::move(shape), state_.transform);
-  if (!placed) throw InputError(directive_.where, "a sphere cannot be stretched: scale all axes alike");
-  objects_[open_object_].push_back(std::move(*placed));
+  if (auto placed = transformed(std::move(shape), state_.transform))
+    objects_[open_object_].push_back(std::move(*placed));
 }
 
 bool Parser::is_unseen_interface() {
@@ -507,16 +574,31 @@ bool Parser::is_unseen_interface() {
   return state_.is_interface;
 }
 
-void Parser::place_shape(ShapeDescription shape, const Transform& world_from_shape) {
+void Parser::place_shape(ShapeDescription shape, const Transform& world_from_shape, const SourcePosition& where) {
+  if (const auto* mesh = std::get_if<MeshDescription>(&shape.geometry))
+    budget_.take(mesh->triangles.size(), bytes_of_triangle, "this shape", where);
   auto placed = transformed(std::move(shape), world_from_shape);
-  if (!placed) throw InputError(directive_.where, "a sphere cannot be stretched: scale all axes alike");
-  if (!is_within_range(*placed))
-    throw InputError(directive_.where, "a coordinate is above 1e9 scene units: use larger units");
+  if (!placed) return;
+  if (!is_within_range(*placed)) throw InputError(where, "a coordinate is above 1e9 scene units: use larger units");
   if (state_.area_light && open_object_.empty()) placed->emission = emission_of(*state_.area_light, *placed);
-  constexpr std::size_t most = 200'000'000;
-  if (const auto* mesh = std::get_if<MeshDescription>(&placed->geometry)) triangle_count_ += mesh->triangles.size();
-  if (triangle_count_ > most) throw InputError(directive_.where, "the scene has more than 200 million triangles");
   scene_.shapes.push_back(std::move(*placed));
+}
+
+void Parser::copy_instances() {
+  std::uintmax_t triangles = 0;
+  for (const Instance& instance : instances_)
+    for (const ShapeDescription& shape : *instance.shapes) {
+      const auto* mesh = std::get_if<MeshDescription>(&shape.geometry);
+      triangles += mesh == nullptr ? 1 : mesh->triangles.size();
+    }
+  if (triangles == 0) return;
+  LoadBudget all = budget_;
+  all.take(triangles, bytes_of_triangle, "the " + std::to_string(triangles) + " triangles of all instances",
+           instances_.back().where);
+  state_.area_light.reset();  // what is inside of an object does not shine
+  for (const Instance& instance : instances_)
+    for (const ShapeDescription& shape : *instance.shapes)
+      place_shape(shape, instance.world_from_object, instance.where);
 }
 
 void Parser::object_begin() {
@@ -545,9 +627,9 @@ void Parser::object_instance() {
   const auto found = objects_.find(name);
   if (found == objects_.end())
     throw InputError(directive_.where, "the object " + in_quotes(name) + " is not defined above this line");
-  const std::optional<AreaLight> area_light = std::exchange(state_.area_light, std::nullopt);
-  for (const ShapeDescription& shape : found->second) place_shape(shape, state_.transform);
-  state_.area_light = area_light;
+  require_rest();
+  budget_.take(sizeof(Instance), "an instance", directive_.where);
+  instances_.push_back({&found->second, state_.transform, directive_.where});
 }
 
 }  // namespace gmis::tools::pbrt

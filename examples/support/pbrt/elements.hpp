@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "support/load_budget.hpp"
 #include "support/pbrt/parameters.hpp"
 #include "support/pbrt/transform.hpp"
 #include "support/scene_description.hpp"
@@ -14,24 +15,27 @@
 
 namespace gmis::tools::pbrt {
 
-/// The file that a name in a scene stands for.
-using FileFinder = std::function<std::filesystem::path(const std::string&)>;
+/// Where the files that a scene names are, and what reading them counts against.
+struct Files {
+  std::function<std::filesystem::path(const std::string&)> find;
+  LoadBudget* budget;
+};
 
 /// `is_color`: of type spectrum, else of type float.
 [[nodiscard]] TextureHandle make_texture(const std::string& kind, bool is_color, Parameters& parameters,
-                                         const FileFinder& find, Diagnostics& diagnostics);
+                                         const Files& files, Diagnostics& diagnostics);
 
 /// Any but a mixture.
-[[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters, const FileFinder& find,
+[[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters, const Files& files,
                                                 Diagnostics& diagnostics);
 
 /// Nothing when the light is black. Images are looked for in `folder`.
 [[nodiscard]] std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
-                                                         const Transform& world_from_light, const FileFinder& find,
+                                                         const Transform& world_from_light, const Files& files,
                                                          Diagnostics& diagnostics);
 
-/// Makes a light brighter by this factor.
-void expose(LightDescription& light, double factor);
+/// Multiplies the colour of a light by this matrix; what becomes negative is 0.
+void expose(LightDescription& light, const glm::dmat3& matrix);
 
 /// What an area light emits, before it is known how large it is.
 struct AreaLight {
@@ -45,7 +49,7 @@ struct AreaLight {
 
 /// A shape in its own space, without material and emission; nothing when it is of a kind that is not supported.
 [[nodiscard]] std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& parameters,
-                                                         bool reverse_orientation, const FileFinder& find,
+                                                         bool reverse_orientation, const Files& files,
                                                          Diagnostics& diagnostics);
 
 [[nodiscard]] double luminance(const Rgb& color);

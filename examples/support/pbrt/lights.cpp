@@ -63,7 +63,7 @@ SpotLightDescription make_spot(Parameters& parameters, const Transform& world_fr
 }
 
 /// An image of the sky, `scale` left in.
-EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light, const FileFinder& find,
+EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light, const Files& files,
                                      Diagnostics& diagnostics) {
   for (const char* name : {"L", "illuminance"})
     if (parameters.has(name)) parameters.fail(name, "cannot stand beside an image: use scale");
@@ -72,7 +72,10 @@ EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& wo
   const std::string name = parameters.string("filename").value_or("");
   Image image;
   try {
-    image = read_image(find(name));
+    const std::filesystem::path file = files.find(name);
+    files.budget->open_file(parameters.where());
+    image = read_image(file, files.budget);
+    files.budget->take(image.rgb.size(), 2 * sizeof(float), "the image " + file_in_quotes(name), parameters.where());
   } catch (const InputError& error) {
     throw InputError(parameters.where(), error.what());
   }
@@ -114,7 +117,7 @@ EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& wo
 }  // namespace
 
 std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
-                                           const Transform& world_from_light, const FileFinder& find,
+                                           const Transform& world_from_light, const Files& files,
                                            Diagnostics& diagnostics) {
   LightDescription light;
   light.where = parameters.where();
@@ -140,7 +143,16 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
     light.kind = DistantLightDescription{glm::normalize(towards), color};
   } else if (kind == "infinite") {
     if (parameters.has("filename")) {
-      EnvironmentLightDescription sky = make_sky(parameters, world_from_light, find, diagnostics);
+      EnvironmentLightDescription sky;
+      try {
+        sky = make_sky(parameters, world_from_light, files, diagnostics);
+      } catch (const InputError& error) {
+        diagnostics.unsupported(error.where().value_or(parameters.where()), error.message());
+        sky.image = {};
+        sky.image.resolution = {2, 1};
+        sky.image.mapping = scene::SkyMapping::latitude_longitude;
+        sky.image.radiance.assign(2, glm::vec3(1));  // white with --lenient
+      }
       for (const glm::vec3& pixel : sky.image.radiance) color = glm::max(color, Rgb(pixel));
       light.kind = std::move(sky);
     } else {
@@ -163,18 +175,19 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
   return light;
 }
 
-void expose(LightDescription& light, double factor) {
-  if (factor == 1) return;
+void expose(LightDescription& light, const glm::dmat3& matrix) {
+  if (matrix == glm::dmat3(1)) return;
   struct {
-    double factor;
-    void operator()(PointLightDescription& l) const { l.intensity *= factor; }
-    void operator()(SpotLightDescription& l) const { l.intensity *= factor; }
-    void operator()(DistantLightDescription& l) const { l.irradiance *= factor; }
-    void operator()(InfiniteLightDescription& l) const { l.radiance *= factor; }
+    const glm::dmat3& matrix;
+    void change(Rgb& color) const { color = glm::max(matrix * color, Rgb(0)); }
+    void operator()(PointLightDescription& l) const { change(l.intensity); }
+    void operator()(SpotLightDescription& l) const { change(l.intensity); }
+    void operator()(DistantLightDescription& l) const { change(l.irradiance); }
+    void operator()(InfiniteLightDescription& l) const { change(l.radiance); }
     void operator()(EnvironmentLightDescription& l) const {
-      for (glm::vec3& pixel : l.image.radiance) pixel *= static_cast<float>(factor);
+      for (glm::vec3& pixel : l.image.radiance) pixel = glm::max(glm::mat3(matrix) * pixel, glm::vec3(0));
     }
-  } brighten{factor};
+  } brighten{matrix};
   std::visit(brighten, light.kind);
 }
 

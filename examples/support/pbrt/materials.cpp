@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <set>
 
 #include "support/image/texture_image.hpp"
 #include "support/pbrt/elements.hpp"
@@ -152,7 +153,7 @@ PhongDescription make_phong(Parameters& parameters, Diagnostics& diagnostics, Ma
 
 }  // namespace
 
-MaterialDescription make_material(const std::string& kind, Parameters& parameters, const FileFinder& find,
+MaterialDescription make_material(const std::string& kind, Parameters& parameters, const Files& files,
                                   Diagnostics& diagnostics) {
   MaterialDescription result;
   result.where = parameters.where();
@@ -163,7 +164,7 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
     TextureEncoding encoding;
     encoding.curve = TextureEncoding::Curve::linear;
     textures.normal_map = scene::Texture<float>::image(
-        read_texture_image(find(*file), encoding, TexturePart::color, parameters.where("normalmap")));
+        read_texture_image(files.find(*file), encoding, TexturePart::color, *files.budget, parameters.where("normalmap")));
   }
   if (kind == "diffuse") {
     result.kind = DiffuseDescription{reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics, textures.color)};
@@ -203,6 +204,11 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
                      "a smooth coat");
     result.kind = coated;
   } else {
+    static const std::set<std::string> of_version_3{"matte",     "plastic", "glass",       "metal",  "uber",
+                                                    "substrate", "disney",  "translucent", "fourier", "kdsubsurface"};
+    if (of_version_3.contains(kind))
+      throw InputError(parameters.where(), "the material " + in_quotes(kind) +
+                                               " is of pbrt-v3: bring the scene to v4 by pbrt --upgrade");
     diagnostics.unsupported(parameters.where(),
                             "the material " + in_quotes(kind) +
                                 " is not understood: use diffuse, conductor, dielectric, coateddiffuse, "

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <limits>
 
 #include "support/pbrt/spectra.hpp"
@@ -214,7 +215,11 @@ std::optional<Rgb> Parameters::color(const std::string& name) {
     return blackbody(kelvins) * (parameter->numbers.size() == 2 ? parameter->numbers[1] : 1.0);
   }
   require_count(*parameter, 3);
-  return Rgb(parameter->numbers[0], parameter->numbers[1], parameter->numbers[2]);
+  const Rgb given(parameter->numbers[0], parameter->numbers[1], parameter->numbers[2]);
+  if (to_srgb_ == glm::dmat3(1)) return given;
+  // Only a colour outside of sRGB has a negative part; one that is given negative stays an error.
+  const Rgb value = to_srgb_ * given;
+  return glm::min(given.x, glm::min(given.y, given.z)) < 0 ? value : glm::max(value, Rgb(0));
 }
 
 Rgb Parameters::spectrum(const Parameter& parameter) const {

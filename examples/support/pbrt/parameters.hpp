@@ -28,6 +28,7 @@ struct Parameter {
 struct Textures {
   std::map<std::string, TextureHandle> numbers, colors;
   std::function<std::filesystem::path(const std::string&)> find;
+  glm::dmat3 to_srgb{1};  ///< of colours given as rgb, where ColorSpace names another space
 };
 
 /// The parameters of one directive, with typed access. A getter marks its parameter as understood, and throws
@@ -42,6 +43,7 @@ class Parameters {
         where_(std::move(where)),
         parameters_(std::move(parameters)),
         textures_(&textures),
+        to_srgb_(textures.to_srgb),
         diagnostics_(&diagnostics) {}
 
   [[nodiscard]] const SourcePosition& where() const { return where_; }
@@ -98,6 +100,7 @@ class Parameters {
   SourcePosition where_;
   std::vector<Parameter> parameters_;
   const Textures* textures_;
+  glm::dmat3 to_srgb_;
   Diagnostics* diagnostics_;
 };
 

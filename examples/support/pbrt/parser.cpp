@@ -1,17 +1,22 @@
 #include "support/pbrt/parser.hpp"
 
+#include "support/read_file.hpp"
+
 #include <algorithm>
 #include <cctype>
+#include <glm/common.hpp>
 #include <fstream>
 #include <iterator>
 #include <utility>
 
 namespace gmis::tools::pbrt {
 
-Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics)
-    : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics) {
+Parser::Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics, LoadBudget& budget)
+    : folder_(std::move(folder)), scene_(scene), diagnostics_(diagnostics), budget_(budget) {
   scene_.materials.push_back({DiffuseDescription{}, {}, {}});  // for shapes before the first Material
-  textures_.find = [this](const std::string& file) { return find(file); };
+  files_ = {[this](const std::string& file) { return find(file); }, &budget_};
+  textures_.find = files_.find;
+  mix_sizes_.push_back(1);
 }
 
 const std::map<std::string, Parser::Directive>& Parser::directives() {
@@ -62,19 +67,14 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
 }
 
 void Parser::parse_file(const std::filesystem::path& file) {
-  std::error_code error;
-  const bool is_special = std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error);
-  std::ifstream stream;
-  if (!is_special) stream.open(file, std::ios::binary);  // a pipe or a device might never end
-  if (!stream.is_open()) {
-    const std::string reason = is_special                             ? " is no regular file: name a scene"
-                               : std::filesystem::exists(file, error) ? " cannot be read: check its rights"
-                                                                      : " is missing: check its name";
-    if (lexer_ == nullptr) throw InputError(file.string() + ": this file" + reason);
-    throw InputError(directive_.where, "the file " + file_in_quotes(file.string()) + reason);
+  if (lexer_ == nullptr) {
+    const std::string text = read_file(file, "the file", budget_, SourcePosition{});
+    add_file(scene_, file);
+    return parse_text(text, file.string());
   }
+  std::string text = read_file(file, "the file", budget_, directive_.where);
   add_file(scene_, file);
-  parse_text({std::istreambuf_iterator<char>(stream), {}}, file.string());
+  parse_text(std::move(text), file.string());
 }
 
 void Parser::parse_text(std::string text, const std::string& name) {
@@ -110,6 +110,9 @@ void Parser::parse_nested(Lexer& lexer) {
 void Parser::require_scene(const Lexer& lexer) {
   const std::string_view word = lexer.first_word();
   if (lexer.is_at_end() || directives().contains(std::string(word))) return;
+  static const std::set<std::string_view> older{"Renderer", "SurfaceIntegrator", "VolumeIntegrator", "SearchPath"};
+  if (older.contains(word))
+    throw InputError(lexer.here(), "this is a scene of pbrt-v2 or older: bring it to v3, and that to v4 by pbrt --upgrade");
   throw InputError(lexer.here(),
                    "this is no pbrt-v4 scene: it does not begin with a directive like Film or WorldBegin");
 }
@@ -210,6 +213,7 @@ Parameters Parser::parse_parameters(const std::string& kind, const char* default
       parameters.back().is_used = true;  // it may be meant for another kind
     }
   }
+  textures_.to_srgb = state_.to_srgb;
   return {named_directive(kind), directive_.where, std::move(parameters), textures_, diagnostics_};
 }
 
@@ -288,11 +292,12 @@ void Parser::finish(const std::string& name) {
     throw InputError(where(saved_.back().where), "this is never closed: add " + saved_.back().closed_by);
   if (!open_object_.empty()) throw InputError(open_object_where_, "this is never closed: add ObjectEnd");
   if (!in_world_) throw InputError(name + ":1: there is no WorldBegin: is this a whole pbrt-v4 scene?");
+  copy_instances();
   require_closed_media();
-  const double exposure = film_exposure_ * camera_exposure_;
+  const glm::dmat3 exposure = white_balance_ * (film_exposure_ * camera_exposure_);
   for (LightDescription& light : scene_.lights) expose(light, exposure);
   for (ShapeDescription& one : scene_.shapes)
-    if (one.emission) one.emission->radiance *= exposure;
+    if (one.emission) one.emission->radiance = glm::max(exposure * one.emission->radiance, Rgb(0));
   if (scene_.shapes.empty()) throw InputError(name + ":1: the scene holds no shape: add one after WorldBegin");
   const bool has_light = !scene_.lights.empty() || std::any_of(scene_.shapes.begin(), scene_.shapes.end(),
                                                                [](const auto& s) { return s.emission.has_value(); });

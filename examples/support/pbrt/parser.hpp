@@ -13,7 +13,7 @@ namespace gmis::tools::pbrt {
 /// Walks through the directives of a scene and fills in a `SceneDescription`.
 class Parser {
  public:
-  Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics);
+  Parser(std::filesystem::path folder, SceneDescription& scene, Diagnostics& diagnostics, LoadBudget& budget);
 
   /// Reads all of `text`, with the files it includes.
   void parse_text(std::string text, const std::string& name);
@@ -29,8 +29,10 @@ class Parser {
   };
   struct GraphicsState {
     Transform transform{1};
+    Transform end_transform{1};  ///< the same at the end of a motion
+    bool is_start_active = true, is_end_active = true;  ///< which of the two directives change
     bool reverse_orientation = false;
-    bool is_at_end_time = false;  ///< ActiveTransform EndTime: transforms are those of the end of a motion
+    glm::dmat3 to_srgb{1};  ///< of ColorSpace
     std::size_t material = 0;
     bool is_interface = false;  ///< the material is the boundary of a medium alone, and cannot be seen
     Medium inside, outside;     ///< of the shapes that follow
@@ -69,6 +71,11 @@ class Parser {
 
   // State.
   void concat(const Transform& m);
+  /// Applies `change` to the transforms that ActiveTransform chooses. Throws where space leaves the range of numbers.
+  template <class Change>
+  void change_transforms(const Change& change);
+  /// Reports a shape, a light or a camera that moves.
+  void require_rest();
   void save(const std::string& closed_by);
   void restore(const std::string& closed_by);
   /// The current material is one that light passes through unchanged: the boundary of a medium.
@@ -76,7 +83,9 @@ class Parser {
   /// The media that MediumInterface names, where they matter to this shape.
   [[nodiscard]] std::optional<AbsorptionDescription> media_of(const ShapeDescription& shape);
   void require_closed_media();
-  void place_shape(ShapeDescription shape, const Transform& world_from_shape);
+  void place_shape(ShapeDescription shape, const Transform& world_from_shape, const SourcePosition& where);
+  void copy_instances();
+  void count_material();
 
   [[nodiscard]] MaterialDescription any_material(const std::string& kind, Parameters& parameters);
 
@@ -93,7 +102,7 @@ class Parser {
   void coordinate_system();
   void coord_sys_transform();
   void film();
-  void identity() { state_.transform = Transform(1); }
+  void identity();
   void import();
   void include();
   void light_source();
@@ -124,6 +133,7 @@ class Parser {
   std::filesystem::path folder_;
   SceneDescription& scene_;
   Diagnostics& diagnostics_;
+  LoadBudget& budget_;
   Lexer* lexer_ = nullptr;
   int include_depth_ = 0;
   Token directive_;
@@ -131,17 +141,26 @@ class Parser {
   GraphicsState state_;
   std::vector<Saved> saved_;
   Textures textures_;
-  std::map<std::string, Transform> coordinate_systems_;
+  Files files_;
+  std::map<std::string, std::array<Transform, 2>> coordinate_systems_;  ///< at the start and at the end
   std::map<std::string, std::size_t> named_materials_;
   std::set<std::string> interfaces_;                 ///< named materials that cannot be seen
   std::map<std::string, std::optional<Rgb>> media_;  ///< what they absorb; nothing where a medium does more than that
   std::set<std::string> enclosed_media_;             ///< inside of a dielectric
   std::map<std::string, SourcePosition> outside_media_;  ///< outside of some shape
   std::map<std::string, std::vector<ShapeDescription>> objects_;
+  /// An ObjectInstance. They are copied at the end, when it is known that there is room for all of them.
+  struct Instance {
+    const std::vector<ShapeDescription>* shapes;
+    Transform world_from_object;
+    SourcePosition where;
+  };
+  std::vector<Instance> instances_;
+  std::vector<double> mix_sizes_;  ///< by number of the material: how many there are in its tree of mixtures
   std::string open_object_;
   SourcePosition open_object_where_;
-  std::size_t triangle_count_ = 0;
   double film_exposure_ = 1, camera_exposure_ = 1;  ///< factors on all light
+  glm::dmat3 white_balance_{1};                     ///< of the film, on the colours of all light
 };
 
 }  // namespace gmis::tools::pbrt

@@ -4,18 +4,22 @@
 
 namespace gmis::tools {
 
-SceneDescription read_pbrt_scene(const std::filesystem::path& file, Diagnostics& diagnostics) {
+SceneDescription read_pbrt_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
+                                             const LoadOptions& options) {
   SceneDescription scene;
-  pbrt::Parser parser(file.parent_path(), scene, diagnostics);
+  LoadBudget budget(options.max_memory.value_or(LoadBudget::default_limit()));
+  pbrt::Parser parser(file.parent_path(), scene, diagnostics, budget);
   parser.parse_file(file);
   parser.finish(file.string());
   return scene;
 }
 
 SceneDescription read_pbrt_text(const std::string& text, const std::string& name, const std::filesystem::path& folder,
-                                Diagnostics& diagnostics) {
+                                Diagnostics& diagnostics,
+                                             const LoadOptions& options) {
   SceneDescription scene;
-  pbrt::Parser parser(folder, scene, diagnostics);
+  LoadBudget budget(options.max_memory.value_or(LoadBudget::default_limit()));
+  pbrt::Parser parser(folder, scene, diagnostics, budget);
   parser.parse_text(text, name);
   parser.finish(name);
   return scene;

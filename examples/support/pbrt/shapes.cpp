@@ -152,7 +152,7 @@ void check_normals(MeshDescription& mesh, const Parameters& parameters, Diagnost
 }  // namespace
 
 std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& parameters, bool reverse_orientation,
-                                           const FileFinder& find, Diagnostics& diagnostics) {
+                                           const Files& files, Diagnostics& diagnostics) {
   ShapeDescription shape;
   shape.where = parameters.where();
   if (const auto alpha = parameters.number_texture("alpha");
@@ -178,8 +178,13 @@ std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& 
       parameters.unsupported("displacement", "is not supported: the mesh stays as it is without it", diagnostics);
       parameters.ignore({"displacement", "displacement.edgelength", "displacement.uvscale"});
     }
-    shape.geometry = read_ply(find(*file), parameters.where());
     parameters.ignore({"edgelength"});
+    try {
+      shape.geometry = read_ply(files.find(*file), *files.budget, parameters.where());
+    } catch (const InputError& error) {
+      diagnostics.unsupported(parameters.where(), error.message());  // the mesh is left out with --lenient
+      return {};
+    }
   } else {
     diagnostics.unsupported(parameters.where(),
                             "the shape " + in_quotes(kind) +

@@ -37,7 +37,7 @@ TextureEncoding encoding_of(Parameters& parameters) {
   return encoding;
 }
 
-TextureHandle image_texture(Parameters& parameters, bool is_color, const FileFinder& find, Diagnostics& diagnostics) {
+TextureHandle image_texture(Parameters& parameters, bool is_color, const Files& files, Diagnostics& diagnostics) {
   const std::optional<std::string> name = parameters.string("filename");
   if (!name) throw InputError(parameters.where(), parameters.directive() + ": add \"string filename\"");
   static const std::map<std::string, scene::TextureWrap> wraps{{"repeat", scene::TextureWrap::repeat},
@@ -56,20 +56,24 @@ TextureHandle image_texture(Parameters& parameters, bool is_color, const FileFin
   const scene::TexturePlacement placement = placement_of(parameters, diagnostics);
   const double scale = parameters.number_or("scale", 1);
   const bool is_inverted = parameters.boolean_or("invert", false);
-  const auto image = read_texture_image(find(*name), encoding_of(parameters),
-                                        is_color ? TexturePart::color : TexturePart::grey, parameters.where());
   TextureHandle result;
   try {
+    const auto image = read_texture_image(files.find(*name), encoding_of(parameters),
+                                          is_color ? TexturePart::color : TexturePart::grey, *files.budget,
+                                          parameters.where());
     result = Tex::image(image, placement, wrap->second, filter->second, is_inverted);
   } catch (const std::invalid_argument& error) {
     throw InputError(parameters.where(), in_quotes(*name) + ": " + error.what());
+  } catch (const InputError& error) {
+    diagnostics.unsupported(parameters.where(), error.message());  // ends the reading unless --lenient goes on
+    result = Tex::constant(glm::dvec3(0.5));
   }
   return scale == 1 ? result : Tex::product(result, Tex::constant(glm::dvec3(scale)));
 }
 
 }  // namespace
 
-TextureHandle make_texture(const std::string& kind, bool is_color, Parameters& parameters, const FileFinder& find,
+TextureHandle make_texture(const std::string& kind, bool is_color, Parameters& parameters, const Files& files,
                            Diagnostics& diagnostics) {
   const auto part = [&](const char* name, double otherwise) {
     const std::optional<TextureHandle> given =
@@ -80,7 +84,7 @@ TextureHandle make_texture(const std::string& kind, bool is_color, Parameters& p
     return parameters.number_texture(name).value_or(Tex::constant(glm::dvec3(otherwise)));
   };
   if (kind == "constant") return part("value", 1);
-  if (kind == "imagemap") return image_texture(parameters, is_color, find, diagnostics);
+  if (kind == "imagemap") return image_texture(parameters, is_color, files, diagnostics);
   if (kind == "scale") return Tex::product(part("tex", 1), number("scale", 1));
   if (kind == "mix") return Tex::mix(part("tex1", 0), part("tex2", 1), number("amount", 0.5));
   if (kind == "checkerboard") {

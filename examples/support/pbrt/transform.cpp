@@ -129,7 +129,9 @@ ShapeDescription stretchable(ShapeDescription shape) {
 }  // namespace
 
 std::optional<ShapeDescription> transformed(ShapeDescription shape, const Transform& m) {
+  const bool is_flat = !is_invertible_affine(m);
   if (auto* sphere = std::get_if<SphereDescription>(&shape.geometry)) {
+    if (is_flat) return {};
     const std::optional<double> scale = similarity_scale(m);
     if (!scale) return transformed(stretchable(shape), m);
     sphere->center = transform_point(m, sphere->center);
@@ -141,6 +143,7 @@ std::optional<ShapeDescription> transformed(ShapeDescription shape, const Transf
   for (Point& p : mesh.positions) p = transform_point(m, p);
   if (swaps_handedness(m))
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  if (is_flat) mesh.normals.clear();
   if (!mesh.normals.empty()) {
     const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(m)));
     for (glm::dvec3& n : mesh.normals) n = glm::normalize(normal_matrix * n);

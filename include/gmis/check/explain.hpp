@@ -5,7 +5,7 @@
 #include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
-#include "gmis/transport/effects/path_class.hpp"
+#include "gmis/transport/state/path_class.hpp"
 
 namespace gmis {
 

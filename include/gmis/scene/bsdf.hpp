@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/scene/material.hpp"
 #include "gmis/scene/material_effects.hpp"
@@ -247,7 +248,7 @@ class SurfaceBsdf {
   /// Calls `use` with the BSDF of the plain material that a material with textures is at this point.
   /// Out of line: what is rare must not cost registers where it does not happen.
   template <class Use>
-  [[nodiscard, gnu::noinline, gnu::cold]] auto at_point(Use use) const noexcept {
+  [[nodiscard]] GMIS_RARE auto at_point(Use use) const noexcept {
     const PlainMaterial<T> plain = resolved(static_cast<const Material&>(*material_), uv_);
     SurfaceBsdf here(*this);
     here.material_ = &plain;
@@ -347,7 +348,7 @@ class SurfaceBsdf {
     };
     const T p = m.diffuse_probability;
     const auto base = lobe(m.base_alpha);
-    Value result{metal / (Spectrum(T(1)) - metal * coat.reflectance) * (transmitted(prev, next) * base[0]),
+    Value result{metal / not_trapped(metal, coat.reflectance) * (transmitted(prev, next) * base[0]),
                  {{p * base[1]}, {p * base[2]}}};
     if (m.kind == Kind::smooth_coated_conductor) return result;
     const auto top = lobe(m.alpha);
@@ -361,7 +362,11 @@ class SurfaceBsdf {
     const auto coat = fresnel_dielectric(cosine, material_->eta);
     const Spectrum metal = fresnel_conductor(coat.cos_transmitted, material_->metal_eta, material_->metal_k);
     const T through = T(1) - coat.reflectance;
-    return Spectrum(coat.reflectance) + metal * (through * through) / (Spectrum(T(1)) - metal * coat.reflectance);
+    return Spectrum(coat.reflectance) + metal * (through * through) / not_trapped(metal, coat.reflectance);
+  }
+  /// 1 − the share that is reflected by metal and coat in turn; above 0, where both reflect all there is.
+  [[nodiscard]] static Spectrum not_trapped(const Spectrum& metal, T coat) noexcept {
+    return glm::max(Spectrum(T(1)) - metal * coat, Spectrum(std::numeric_limits<T>::min()));
   }
 
   /// Diffuse transmission.
@@ -438,7 +443,7 @@ class SurfaceBsdf {
         glm::normalize(shading_normal_ * (cos_prev > T(0) ? normal_part : -normal_part) - to_prev * (T(1) / eta));
     if (!is_usable_side(to_next, -cos_prev)) return std::nullopt;
     // Radiance is squeezed into a smaller solid angle where the index is higher.
-    const Spectrum weight(mode == TransportMode::radiance ? T(1) / (eta * eta) : T(1));
+    const Spectrum weight = material_->specular * (mode == TransportMode::radiance ? T(1) / (eta * eta) : T(1));
     const T chance = T(1) - fresnel.reflectance;
     return Sample{to_next, weight, {{chance}, {chance}}, true, eta};
   }
@@ -463,7 +468,7 @@ class SurfaceBsdf {
     const auto lobe = facets.transmission(to_prev, to_next, std::abs(prev), std::abs(next));
     const T share = T(1) - lobe.reflectance;
     const T value = mode == TransportMode::radiance ? lobe.value / (facets.eta * facets.eta) : lobe.value;
-    return {Spectrum(share * value), {{share * lobe.forward}, {share * lobe.reverse}}};
+    return {material_->specular * (share * value), {{share * lobe.forward}, {share * lobe.reverse}}};
   }
 
   /// Where a facet sends what comes along `to_prev`; nothing when that is the wrong side of the surface, or there is no

@@ -27,23 +27,25 @@ template <std::floating_point T>
 }
 
 /// Reflectance of a conductor of index eta + i k for unpolarised light from vacuum, with `cos_incident` ≥ 0; exact
-/// Fresnel equations.
+/// Fresnel equations. From 0 to 1 whatever is rounded: both polarisations are quotients of sums of squares,
+/// |r_s|² = |c − w|² / |c + w|² and |r_p|² = |r_s|² |c w − s²|² / |c w + s²|², with c and s the cosine and sine of the angle
+/// and w² = (eta + i k)² − s². With eta = 1 and k = 0 nothing is reflected at any angle.
 template <std::floating_point T>
 [[nodiscard]] inline T fresnel_conductor(T cos_incident, T eta, T k) noexcept {
-  const T cos_i = std::clamp(cos_incident, T(0), T(1));
-  const T cos2 = cos_i * cos_i;
-  const T sin2 = T(1) - cos2;
-  const T eta2 = eta * eta, k2 = k * k;
-  const T t0 = eta2 - k2 - sin2;
-  const T a2_plus_b2 = std::sqrt(t0 * t0 + T(4) * eta2 * k2);
-  const T a = sqrt_or_zero((a2_plus_b2 + t0) / T(2));
-  const T t1 = a2_plus_b2 + cos2;
-  const T t2 = T(2) * cos_i * a;
-  if (!(t1 + t2 > T(0))) return T(1);  // edge-on
-  const T perpendicular = (t1 - t2) / (t1 + t2);
-  const T t3 = cos2 * a2_plus_b2 + sin2 * sin2;
-  const T t4 = t2 * sin2;
-  const T parallel = t3 + t4 > T(0) ? perpendicular * (t3 - t4) / (t3 + t4) : T(1);
+  const T c = std::clamp(cos_incident, T(0), T(1));
+  const T s2 = T(1) - c * c;
+  const T real = (eta - T(1)) * (eta + T(1)) - k * k + c * c;  // of w², and its imaginary part
+  const T imaginary = T(2) * eta * k;
+  // The larger part of w comes from a sum, the smaller from their product: no digits are lost.
+  const T modulus = std::max(std::sqrt(real * real + imaginary * imaginary), std::abs(real));  // squares may vanish
+  const T larger = std::sqrt((modulus + std::abs(real)) / T(2));
+  if (!(larger > T(0))) return eta == T(1) && k == T(0) ? T(0) : T(1);  // edge-on
+  const T smaller = imaginary / (T(2) * larger);
+  const T a = real >= T(0) ? larger : smaller, b = real >= T(0) ? smaller : larger;
+  const T b2 = b * b;
+  const T perpendicular = (square(c - a) + b2) / (square(c + a) + b2);
+  const T through = square(c * b);
+  const T parallel = perpendicular * ((square(c * a - s2) + through) / (square(c * a + s2) + through));
   return (parallel + perpendicular) / T(2);
 }
 

@@ -6,6 +6,7 @@
 #include "gmis/core/guided_light.hpp"
 #include "gmis/core/warp.hpp"
 #include "gmis/scene/edge_margin.hpp"
+#include "gmis/scene/emission_pattern.hpp"
 #include "gmis/scene/environment_map.hpp"
 #include "gmis/scene/light_bounds.hpp"
 #include "gmis/scene/spot_cone.hpp"
@@ -14,7 +15,8 @@ namespace gmis::scene {
 
 /// A light source, made by one of the functions below. Models `gmis::Light`. Colours are linear RGB.
 ///
-/// An area light emits constant radiance on the side of its geometric normal, or on both sides. The light subpaths of
+/// An area light emits on the side of its geometric normal, or on both sides: constant radiance, or that of a pattern over
+/// a triangle. Points are drawn uniformly by area either way. The light subpaths of
 /// an infinite light start on a disk as wide as the bounding ball of the scene, which `enclose` sets.
 template <std::floating_point T = float>
 class Light {
@@ -23,10 +25,12 @@ class Light {
   using Point = SurfacePoint<T>;
 
   /// A triangle of a mesh. `radiance` is per steradian and projected area; `normal` has unit length. Sample points keep
-  /// a distance from the `sharp` edges (edge_margin.hpp).
+  /// a distance from the `sharp` edges (edge_margin.hpp). With a `pattern`, which must outlive the light, `radiance` is its
+  /// mean (which decides the power), and `uv` are the coordinates of the corners.
   [[nodiscard]] static Light triangle(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c, const Vec3<T>& normal,
-                                      T position_error, const Spectrum& radiance, bool two_sided,
-                                      SharpEdges sharp = 0) noexcept {
+                                      T position_error, const Spectrum& radiance, bool two_sided, SharpEdges sharp = 0,
+                                      const EmissionPattern<T>* pattern = nullptr,
+                                      const TriangleCoordinates<T>& uv = {}) noexcept {
     Light light(Kind::triangle, radiance);
     light.origin_ = a;
     light.edge_b_ = b - a;
@@ -41,6 +45,9 @@ class Light {
     light.origin_ = a * (margins.x + rest) + b * margins.y + c * margins.z;
     light.edge_b_ = light.edge_b_ * rest;
     light.edge_c_ = light.edge_c_ * rest;
+    light.pattern_ = pattern;
+    light.uv_ = {uv[0] * (margins.x + rest) + uv[1] * margins.y + uv[2] * margins.z, (uv[1] - uv[0]) * rest,
+                 (uv[2] - uv[0]) * rest};
     return light;
   }
   /// A sphere. `radiance` is per steradian and projected area. Without `two_sided` it emits on the side of its normal.
@@ -280,7 +287,7 @@ class Light {
       case Kind::sphere: {
         const T cosine = glm::dot(origin.geometric_normal, direction);
         if (!emits_at(cosine)) return {};
-        return {emission_, area_density(cosine)};
+        return {radiance_at(origin.position), area_density(cosine)};
       }
       case Kind::environment:
         return {emission_, {uniform_sphere, inverse_area_}};
@@ -346,7 +353,8 @@ class Light {
     const Vec3<T> to_light = offset * (T(1) / std::sqrt(distance_squared));
     const T cosine = -glm::dot(origin.geometric_normal, to_light);
     if (!emits_at(cosine)) return std::nullopt;
-    return NextEventSample<Spectrum>{origin, to_light, emission_ * (std::abs(cosine) / (distance_squared * density)),
+    return NextEventSample<Spectrum>{origin, to_light,
+                                     radiance_at(origin.position) * (std::abs(cosine) / (distance_squared * density)),
                                      density, area_density(cosine)};
   }
 
@@ -399,7 +407,8 @@ class Light {
   }
   [[nodiscard]] EmissionSample<Spectrum> area_emission(const Point& origin, const Vec3<T>& direction,
                                                        T cosine) const noexcept {
-    return {origin, direction, emission_ * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_),
+    return {origin, direction,
+            radiance_at(origin.position) * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_),
             area_density(cosine)};
   }
   /// The start on the disk of the line through `on_line`; nothing when the line passes the bounding ball.
@@ -420,6 +429,17 @@ class Light {
     return EmissionSample<Spectrum>{
         start, direction, light * (T(1) / (density * inverse_area_)), {density, inverse_area_}};
   }
+  /// Of an area light.
+  [[nodiscard]] Spectrum radiance_at(const Vec3<T>& position) const noexcept {
+    if (pattern_ == nullptr) [[likely]]
+      return emission_;
+    const Vec2<T> b = barycentric(position);
+    SurfaceCoordinates<T> at;
+    at.uv = uv_[0] + uv_[1] * b.x + uv_[2] * b.y;
+    at.position = position;
+    at.set_cell(position_error_);
+    return pattern_->at(at);
+  }
   /// Barycentric coordinates (of the second and third corner) of a point of the triangle that points are drawn from.
   [[nodiscard]] Vec2<T> barycentric(const Vec3<T>& position) const noexcept {
     const Vec3<T> offset = position - origin_, normal = glm::cross(edge_b_, edge_c_);
@@ -437,7 +457,7 @@ class Light {
 
   Kind kind_;
   bool is_two_sided_ = false;
-  Spectrum emission_;  ///< radiance, intensity or irradiance
+  Spectrum emission_;  ///< radiance (of a pattern: about its mean), intensity or irradiance
   Vec3<T> origin_{};   ///< first corner, centre, position, or centre of the bounding ball
   Vec3<T> normal_{};   ///< normal of a triangle, or direction towards a directional light
   Vec3<T> edge_b_{}, edge_c_{};
@@ -448,6 +468,8 @@ class Light {
   T selection_probability_ = 0;
   SpotCone<T> cone_{};
   const EnvironmentMap<T>* map_ = nullptr;
+  const EmissionPattern<T>* pattern_ = nullptr;
+  TriangleCoordinates<T> uv_{};  ///< of a pattern: at `origin_`, and their change along the two edges
 };
 
 static_assert(gmis::GuidableLight<Light<float>>);

@@ -52,7 +52,8 @@ struct PlainMaterial {
   T eta = 1;         ///< of a dielectric or a coat, inside over outside
   Rgb diffuse{0};    ///< f of the diffuse lobe, reflectance / π; under a coat without the two transmittances
   Rgb specular{0};   ///< Phong: specular reflectance; mirror: reflectance; coat: scale of its Fresnel reflectance;
-                     ///< diffuse transmission: f of the transmitting lobe, transmittance / π
+                     ///< diffuse transmission: f of the transmitting lobe, transmittance / π; dielectric: factor of
+                     ///< refracted light
   Rgb metal_eta{1};  ///< index of a conductor …
   Rgb metal_k{0};    ///< … and its extinction
   Rgb albedo{0};     ///< about the share of light scattered on
@@ -135,6 +136,7 @@ template <std::floating_point T = float>
                                                 Masking masking = Masking::height_correlated) {
   detail::checked(eta, "a metal's eta must be finite and not negative");
   detail::checked(k, "a metal's k must be finite and not negative");
+  if (!(max_channel(eta) <= 1e6 && max_channel(k) <= 1e6)) reject_argument("a metal's eta and k must be at most 1e6");
   if (!(alpha >= 0 && alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
   Material<T> result;
   result.kind = alpha < smallest_alpha ? Material<T>::Kind::smooth_conductor : Material<T>::Kind::conductor;
@@ -158,12 +160,15 @@ template <std::floating_point T = float>
 
 /// An interface; `eta` is the index behind the geometric normal over that before it. `alpha` is that of GGX: a smooth
 /// interface is what comes of an alpha below `smallest_alpha`, and of an index so near 1 that light is bent by less than
-/// directions can tell (alpha · |eta − 1| below 1e-4; with eta = 1 roughness changes nothing).
+/// directions can tell (alpha · |eta − 1| below 1e-4; with eta = 1 roughness changes nothing). `tint`, from 0 to 1, is a
+/// factor of refracted light: that of glass whose colour is in its surface.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_dielectric(double eta, double alpha = 0,
-                                                 Masking masking = Masking::height_correlated) {
+                                                 Masking masking = Masking::height_correlated,
+                                                 const glm::dvec3& tint = glm::dvec3(1)) {
   if (!(eta > 0 && eta < 100)) reject_argument("an index of refraction must be above 0 and below 100");
   if (!(alpha >= 0 && alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
+  if (max_channel(detail::checked(tint, "a tint must be from 0 to 1")) > 1) reject_argument("a tint must be from 0 to 1");
   const bool is_rough = alpha >= smallest_alpha && alpha * std::abs(eta - 1) >= 1e-4;
   Material<T> result;
   result.kind = is_rough ? Material<T>::Kind::rough_dielectric : Material<T>::Kind::dielectric;
@@ -173,6 +178,7 @@ template <std::floating_point T = float>
   // The share of the reflecting lobe where each lobe is drawn from on its own: its mean reflectance from outside, but
   // enough for the light that total reflection holds back within.
   result.reflection_probability = static_cast<T>(std::clamp(fresnel_diffuse_reflectance(eta), 0.1, 0.9));
+  result.specular = Vec3<T>(tint);
   result.albedo = Vec3<T>(1);
   return result;
 }
@@ -183,13 +189,14 @@ template <std::floating_point T = float>
 /// F̄ the diffuse reflectance of the coat from within.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_coated_diffuse(const glm::dvec3& reflectance, double eta, double alpha,
-                                                     double specular_scale = 1,
+                                                     const glm::dvec3& specular_scale,
                                                      Masking masking = Masking::height_correlated) {
   Material<T> result = make_diffuse<T>(reflectance);
   if (!(eta >= 1 && eta < 100)) reject_argument("a coat's index of refraction must be from 1 to 100");
   if (!(alpha >= 0 && alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
-  if (!(specular_scale >= 0 && specular_scale <= 1)) reject_argument("a coat's specular scale must be from 0 to 1");
-  if (eta == 1 || specular_scale == 0) return result;
+  detail::checked(specular_scale, "a coat's specular scale must be from 0 to 1");
+  if (!(max_channel(specular_scale) <= 1)) reject_argument("a coat's specular scale must be from 0 to 1");
+  if (eta == 1 || max_channel(specular_scale) == 0) return result;
   const double from_outside = fresnel_diffuse_reflectance(eta);
   const double from_inside = 1 - (1 - from_outside) / (eta * eta);
   const glm::dvec3 base = reflectance / (eta * eta * (1.0 - reflectance * from_inside));
@@ -197,18 +204,26 @@ template <std::floating_point T = float>
   result.eta = static_cast<T>(eta);
   result.alpha = static_cast<T>(alpha);
   result.masking = masking;
-  result.specular = Vec3<T>(static_cast<T>(specular_scale));
+  result.specular = Vec3<T>(specular_scale);
   result.coat_reflectance = static_cast<T>(from_outside);
   result.diffuse = Vec3<T>(base / pi<double>);
   // Albedo under diffuse light: of the base (1 − F)² base, of the coat its mean Fresnel reflectance.
   const glm::dvec3 diffuse_albedo = base * (1 - from_outside) * (1 - from_outside);
-  const double glossy_albedo = specular_scale * from_outside;
+  const double glossy_albedo = max_channel(specular_scale) * from_outside;
   // Towards the horizon every coat reflects all there is, however little it reflects on the whole: it gets a share that
   // keeps weights below 10.
   result.diffuse_probability =
       static_cast<T>(std::min(max_channel(diffuse_albedo) / (max_channel(diffuse_albedo) + glossy_albedo), 0.9));
   result.albedo = Vec3<T>(glm::min(diffuse_albedo + glossy_albedo, glm::dvec3(1)));
   return result;
+}
+
+/// The same with a grey scale.
+template <std::floating_point T = float>
+[[nodiscard]] inline Material<T> make_coated_diffuse(const glm::dvec3& reflectance, double eta, double alpha,
+                                                     double specular_scale = 1,
+                                                     Masking masking = Masking::height_correlated) {
+  return make_coated_diffuse<T>(reflectance, eta, alpha, glm::dvec3(specular_scale), masking);
 }
 
 /// A thin sheet: f = reflectance / π between directions on one side, transmittance / π between the two sides.

@@ -58,40 +58,38 @@ class SceneBuilder {
     return materials_.size() - 1;
   }
 
-  /// Adds triangles of one material, with an emission if they are a light.
-  void add_mesh(const MeshShape& mesh, std::size_t material, const std::optional<AreaEmission>& emission = {}) {
+  /// Adds triangles of one material, with an emission if they are a light. With an `emission_texture` the radiance is its
+  /// value times that of `emission`; each triangle on which it is not black everywhere is a light.
+  void add_mesh(const MeshShape& mesh, std::size_t material, const std::optional<AreaEmission>& emission = {},
+                const typename Texture<T>::Handle& emission_texture = {}) {
     check_surface(material, emission);
-    for (const glm::dvec3& position : mesh.positions) check_place(position);
-    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
-      fail("a mesh needs as many normals as positions, or none");
-    for (const glm::dvec3& normal : mesh.normals) check_place(normal);
-    if (!mesh.uv.empty() && mesh.uv.size() != mesh.positions.size())
-      fail("a mesh needs as many coordinates (u, v) as positions, or none");
-    for (const glm::dvec2& uv : mesh.uv) check_place(glm::dvec3(uv, 0));
-    const bool needs_uv = varies(materials_[material]);
+    check_mesh(mesh);
+    Surface surface{material, emission, no_pattern};
+    if (emission && (emission_texture || cuts(materials_[material])))
+      surface.pattern = add_pattern(*emission, emission_texture, materials_[material]);
+    const bool needs_uv = varies(materials_[material]) || surface.pattern != no_pattern;
     for (const auto& triangle : mesh.triangles) {
       Triangle added;
       added.surface = surfaces_.size();
       for (std::size_t corner = 0; corner < 3; ++corner) {
-        const int index = triangle[corner];
-        if (index < 0 || static_cast<std::size_t>(index) >= mesh.positions.size())
-          fail("a triangle refers to corner " + std::to_string(index) + " of a mesh with " +
-               std::to_string(mesh.positions.size()) + " positions");
-        added.corners[corner] = mesh.positions[static_cast<std::size_t>(index)];
-        if (!mesh.normals.empty()) added.normals[corner] = mesh.normals[static_cast<std::size_t>(index)];
+        const auto index = static_cast<std::size_t>(triangle[corner]);
+        added.corners[corner] = mesh.positions[index];
+        if (!mesh.normals.empty()) added.normals[corner] = mesh.normals[index];
       }
       added.has_normals = !mesh.normals.empty();
+      TriangleCoordinates<T> uv{Vec2<T>(0, 0), Vec2<T>(1, 0), Vec2<T>(1, 1)};
+      if (!mesh.uv.empty())
+        for (std::size_t corner = 0; corner < 3; ++corner)
+          uv[corner] = Vec2<T>(mesh.uv[static_cast<std::size_t>(triangle[corner])]);
       if (needs_uv) {
         added.coordinates = static_cast<std::uint32_t>(coordinates_.size());
-        TriangleCoordinates<T> uv{Vec2<T>(0, 0), Vec2<T>(1, 0), Vec2<T>(1, 1)};
-        if (!mesh.uv.empty())
-          for (std::size_t corner = 0; corner < 3; ++corner)
-            uv[corner] = Vec2<T>(mesh.uv[static_cast<std::size_t>(triangle[corner])]);
         coordinates_.push_back(uv);
       }
+      added.emits = emission && !is_black(emission->radiance) &&
+                    (surface.pattern == no_pattern || !is_black(patterns_[surface.pattern].upper_on(uv)));
       triangles_.push_back(added);
     }
-    surfaces_.push_back({material, emission});
+    surfaces_.push_back(surface);
   }
 
   /// `axes`, of unit length and perpendicular, are those of the coordinates (u, v), see `sphere_coordinates`.
@@ -99,10 +97,11 @@ class SceneBuilder {
                   const std::optional<AreaEmission>& emission = {}, bool normal_points_inward = false,
                   const glm::dmat3& axes = glm::dmat3(1)) {
     check_surface(material, emission);
+    if (emission && cuts(materials_[material])) fail("a sphere with an opacity cannot be a light");
     check_place(center);
     if (!(radius > 0 && radius < largest_coordinate)) fail("a sphere's radius must be positive and finite");
     spheres_.push_back({center, radius, normal_points_inward, surfaces_.size(), axes});
-    surfaces_.push_back({material, emission});
+    surfaces_.push_back({material, emission, no_pattern});
   }
 
   /// `intensity` in power per steradian.
@@ -167,75 +166,22 @@ class SceneBuilder {
     Scene scene(Camera<T>(*camera_, origin));
     scene.materials_ = materials_;
     scene.environment_maps_ = environment_maps_;
+    scene.emission_patterns_ = patterns_;
 
-    // Shapes in the scene's own space; what has no area there is left out.
-    std::vector<TriangleCorners<T>> corners;
-    KeptTriangles kept;
-    std::size_t whole_triangles = 0;
-    const auto cutter = LargeTriangleCutter::for_precision<T>(farthest_corner(origin));
-    for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      TriangleCorners<T> moved;
-      for (std::size_t corner = 0; corner < 3; ++corner)
-        moved[corner] = moved_to(origin, triangles_[i].corners[corner]);
-      const glm::dvec3 normal = area_normal(moved);
-      if (!(static_cast<T>(glm::length(normal)) >= std::numeric_limits<T>::min())) continue;
-      ++whole_triangles;
-      const std::array<glm::dvec3, 3> exact{triangles_[i].corners[0] - origin, triangles_[i].corners[1] - origin,
-                                            triangles_[i].corners[2] - origin};
-      const std::size_t first_piece = kept.pieces.size();
-      if (!emits(triangles_[i].surface))  // a light stays one
-        cutter.for_each_piece(exact, [&](const TrianglePiece& piece) {
-          kept.pieces.push_back({static_cast<std::uint32_t>(i), glm::normalize(normal), piece});
-        });
-      if (kept.pieces.size() - first_piece < 2) {
-        kept.pieces.resize(first_piece);
-        corners.push_back(moved);
-        kept.numbers.push_back(static_cast<std::uint32_t>(i));
-        continue;
-      }
-      for (std::size_t p = first_piece; p < kept.pieces.size(); ++p) {
-        const auto& ends = kept.pieces[p].shape.corners;
-        corners.push_back({Vec3<T>(ends[0]), Vec3<T>(ends[1]), Vec3<T>(ends[2])});
-        kept.numbers.push_back(static_cast<std::uint32_t>(triangles_.size() + p));
-      }
-    }
-    std::vector<SphereShape<T>> balls;
-    for (const Sphere& sphere : spheres_)
-      balls.push_back({moved_to(origin, sphere.center), static_cast<T>(sphere.radius)});
-
-    Box<double> box;
-    for (const auto& triangle : corners)
-      for (const auto& corner : triangle) box.add(glm::dvec3(corner));
-    for (const auto& ball : balls) {
-      box.add(glm::dvec3(ball.center) - static_cast<double>(ball.radius));
-      box.add(glm::dvec3(ball.center) + static_cast<double>(ball.radius));
-    }
-    const glm::dvec3 center = box.is_empty() ? glm::dvec3(0) : (box.lower + box.upper) * 0.5;
-    double radius = 0;
-    for (const auto& triangle : corners)
-      for (const auto& corner : triangle) radius = std::max(radius, glm::length(glm::dvec3(corner) - center));
-    for (const auto& ball : balls)
-      radius = std::max(radius, glm::length(glm::dvec3(ball.center) - center) + static_cast<double>(ball.radius));
-    constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
-    radius = radius > 0 ? radius * (1 + 64 * unit) + 8 * unit * glm::length(center) : 1.0;
-
-    std::vector<T> errors;
-    for (std::size_t i = 0; i < corners.size(); ++i)
-      errors.push_back(position_error(corners[i], normal_of(kept, i, corners[i])));
-    const std::vector<SharpEdges> sharp = find_sharp_edges<T>(corners, errors);
-
+    const MovedShapes shapes = moved_shapes(origin);
+    const auto& [corners, kept, balls, sharp, box, center, radius] = shapes;
     BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build(executor);
     scene.bvh_ = std::move(built.bvh);
-    add_lights(scene, corners, sharp, kept, balls, origin, Vec3<T>(center), static_cast<T>(radius));
-    fill_slots(scene, built, corners, sharp, kept, balls);
+    add_lights(scene, shapes, origin);
+    fill_slots(scene, built, shapes);
     scene.effects_ = derived_effects(scene, kept);
     scene.absorbing_boxes_ = absorbing_boxes(corners, kept, balls);
     scene.has_absorption_ = !scene.absorbing_boxes_.empty();
 
     SceneStatistics& statistics = scene.statistics_;
-    statistics.triangle_count = whole_triangles;
+    statistics.triangle_count = kept.whole_count;
     statistics.sphere_count = balls.size();
-    statistics.degenerate_triangle_count = triangles_.size() - whole_triangles;
+    statistics.degenerate_triangle_count = triangles_.size() - kept.whole_count;
     statistics.light_count = scene.lights_.size();
     statistics.bvh_bytes = scene.bvh_.byte_count();
     statistics.half_diagonal = box.is_empty() ? 0 : glm::length(box.upper - box.lower) * 0.5;
@@ -248,12 +194,15 @@ class SceneBuilder {
   struct Surface {
     std::size_t material;
     std::optional<AreaEmission> emission;
+    std::size_t pattern;  ///< in `patterns_`
   };
+  static constexpr std::size_t no_pattern = std::numeric_limits<std::size_t>::max();
   static constexpr std::uint32_t no_coordinates = std::numeric_limits<std::uint32_t>::max();
   struct Triangle {
     std::array<glm::dvec3, 3> corners{};
     std::array<glm::dvec3, 3> normals{};
     bool has_normals = false;
+    bool emits = false;
     std::uint32_t coordinates = no_coordinates;  ///< in `coordinates_`
     std::size_t surface = 0;
   };
@@ -267,6 +216,7 @@ class SceneBuilder {
     };
     std::vector<std::uint32_t> numbers;
     std::vector<Piece> pieces;
+    std::size_t whole_count = 0;  ///< triangles that have an area
   };
   struct Sphere {
     glm::dvec3 center;
@@ -274,6 +224,16 @@ class SceneBuilder {
     bool normal_points_inward;
     std::size_t surface;
     glm::dmat3 axes;
+  };
+  /// Shapes in the scene's own space, and the box and the ball around them.
+  struct MovedShapes {
+    std::vector<TriangleCorners<T>> corners;
+    KeptTriangles kept;
+    std::vector<SphereShape<T>> balls;
+    std::vector<SharpEdges> sharp;
+    Box<double> box;
+    glm::dvec3 center{0};
+    double radius = 1;
   };
   struct PointLight {
     glm::dvec3 position, intensity;
@@ -309,7 +269,38 @@ class SceneBuilder {
   void check_surface(std::size_t material, const std::optional<AreaEmission>& emission) const {
     if (material >= materials_.size()) fail("a shape refers to a material that was not added");
     if (emission) check_color(emission->radiance);
-    if (emission && cuts(materials_[material])) fail("a surface with an opacity cannot be a light");
+  }
+  static void check_mesh(const MeshShape& mesh) {
+    for (const glm::dvec3& position : mesh.positions) check_place(position);
+    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
+      fail("a mesh needs as many normals as positions, or none");
+    for (const glm::dvec3& normal : mesh.normals) check_place(normal);
+    if (!mesh.uv.empty() && mesh.uv.size() != mesh.positions.size())
+      fail("a mesh needs as many coordinates (u, v) as positions, or none");
+    for (const glm::dvec2& uv : mesh.uv) check_place(glm::dvec3(uv, 0));
+    for (const auto& triangle : mesh.triangles)
+      for (const int index : triangle)
+        if (index < 0 || static_cast<std::size_t>(index) >= mesh.positions.size())
+          fail("a triangle refers to corner " + std::to_string(index) + " of a mesh with " +
+               std::to_string(mesh.positions.size()) + " positions");
+  }
+  /// The radiance of a light that varies or has holes.
+  std::size_t add_pattern(const AreaEmission& emission, const typename Texture<T>::Handle& texture,
+                          const Material& material) {
+    EmissionPattern<T> pattern;
+    pattern.radiance = Texture<T>::constant(emission.radiance);
+    if (texture) {
+      if (min_channel(texture->lower()) < T(0)) fail("the radiance of a light must not be negative");
+      pattern.radiance = Texture<T>::product(pattern.radiance, texture);
+    }
+    if (cuts(material)) {
+      if constexpr (requires { material.textures->opacity; })
+        pattern.opacity = material.textures->opacity;
+      else
+        fail("a surface with an opacity of your own cannot be a light");
+    }
+    patterns_.push_back(std::move(pattern));
+    return patterns_.size() - 1;
   }
   [[nodiscard]] static bool varies(const Material& material) {
     if constexpr (VaryingSurfaceModel<Bsdf_, T>) return material.is_varying;
@@ -319,9 +310,71 @@ class SceneBuilder {
     if constexpr (VaryingSurfaceModel<Bsdf_, T>) return has_opacity(material);
     return false;
   }
-  [[nodiscard]] bool emits(std::size_t surface) const {
-    const auto& emission = surfaces_[surface].emission;
+  [[nodiscard]] bool emits(const Sphere& sphere) const {
+    const auto& emission = surfaces_[sphere.surface].emission;
     return emission && !is_black(emission->radiance);
+  }
+
+  /// Moves the shapes into the scene's own space. Triangles that have no area there are left out, large ones are cut.
+  [[nodiscard]] MovedShapes moved_shapes(const glm::dvec3& origin) const {
+    MovedShapes shapes;
+    const auto cutter = LargeTriangleCutter::for_precision<T>(farthest_corner(origin));
+    for (std::size_t i = 0; i < triangles_.size(); ++i) add_moved(i, origin, cutter, shapes);
+    for (const Sphere& sphere : spheres_)
+      shapes.balls.push_back({moved_to(origin, sphere.center), static_cast<T>(sphere.radius)});
+    enclose(shapes);
+    std::vector<T> errors;
+    for (std::size_t i = 0; i < shapes.corners.size(); ++i)
+      errors.push_back(position_error(shapes.corners[i], normal_of(shapes.kept, i, shapes.corners[i])));
+    shapes.sharp = find_sharp_edges<T>(shapes.corners, errors);
+    return shapes;
+  }
+  /// Adds the triangle with this number, whole or in pieces, unless it has no area.
+  void add_moved(std::size_t i, const glm::dvec3& origin, const LargeTriangleCutter& cutter,
+                 MovedShapes& shapes) const {
+    KeptTriangles& kept = shapes.kept;
+    TriangleCorners<T> moved;
+    for (std::size_t corner = 0; corner < 3; ++corner) moved[corner] = moved_to(origin, triangles_[i].corners[corner]);
+    const glm::dvec3 normal = area_normal(moved);
+    if (!(static_cast<T>(glm::length(normal)) >= std::numeric_limits<T>::min())) return;
+    ++kept.whole_count;
+    const std::array<glm::dvec3, 3> exact{triangles_[i].corners[0] - origin, triangles_[i].corners[1] - origin,
+                                          triangles_[i].corners[2] - origin};
+    const std::size_t first_piece = kept.pieces.size();
+    if (!triangles_[i].emits)  // a light stays one
+      cutter.for_each_piece(exact, [&](const TrianglePiece& piece) {
+        kept.pieces.push_back({static_cast<std::uint32_t>(i), glm::normalize(normal), piece});
+      });
+    if (kept.pieces.size() - first_piece < 2) {
+      kept.pieces.resize(first_piece);
+      shapes.corners.push_back(moved);
+      kept.numbers.push_back(static_cast<std::uint32_t>(i));
+      return;
+    }
+    for (std::size_t p = first_piece; p < kept.pieces.size(); ++p) {
+      const auto& ends = kept.pieces[p].shape.corners;
+      shapes.corners.push_back({Vec3<T>(ends[0]), Vec3<T>(ends[1]), Vec3<T>(ends[2])});
+      kept.numbers.push_back(static_cast<std::uint32_t>(triangles_.size() + p));
+    }
+  }
+  /// Sets the box and the ball around all shapes.
+  static void enclose(MovedShapes& shapes) {
+    for (const auto& triangle : shapes.corners)
+      for (const auto& corner : triangle) shapes.box.add(glm::dvec3(corner));
+    for (const auto& ball : shapes.balls) {
+      shapes.box.add(glm::dvec3(ball.center) - static_cast<double>(ball.radius));
+      shapes.box.add(glm::dvec3(ball.center) + static_cast<double>(ball.radius));
+    }
+    if (!shapes.box.is_empty()) shapes.center = (shapes.box.lower + shapes.box.upper) * 0.5;
+    double radius = 0;
+    for (const auto& triangle : shapes.corners)
+      for (const auto& corner : triangle)
+        radius = std::max(radius, glm::length(glm::dvec3(corner) - shapes.center));
+    for (const auto& ball : shapes.balls)
+      radius = std::max(radius,
+                        glm::length(glm::dvec3(ball.center) - shapes.center) + static_cast<double>(ball.radius));
+    constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
+    if (radius > 0) shapes.radius = radius * (1 + 64 * unit) + 8 * unit * glm::length(shapes.center);
   }
 
   /// The largest distance of a triangle's corner from `origin`.
@@ -429,21 +482,13 @@ class SceneBuilder {
   }
 
   /// One light per emitting primitive, then the others.
-  void add_lights(Scene& scene, const std::vector<TriangleCorners<T>>& corners, const std::vector<SharpEdges>& sharp,
-                  const KeptTriangles& kept, const std::vector<SphereShape<T>>& balls, const glm::dvec3& origin,
-                  const Vec3<T>& center, T radius) const {
+  void add_lights(Scene& scene, const MovedShapes& shapes, const glm::dvec3& origin) const {
     std::vector<Light<T>>& lights = scene.lights_;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const std::size_t surface = source_of(kept, i).surface;
-      if (!emits(surface)) continue;
-      const AreaEmission& emission = *surfaces_[surface].emission;
-      const glm::dvec3 normal = normal_of(kept, i, corners[i]);
-      lights.push_back(Light<T>::triangle(corners[i][0], corners[i][1], corners[i][2], Vec3<T>(normal),
-                                          position_error(corners[i], normal), Vec3<T>(emission.radiance),
-                                          emission.is_two_sided, sharp[i]));
-    }
+    for (std::size_t i = 0; i < shapes.corners.size(); ++i)
+      if (source_of(shapes.kept, i).emits) lights.push_back(light_of(scene, shapes, i));
+    const auto& balls = shapes.balls;
     for (std::size_t i = 0; i < balls.size(); ++i) {
-      if (!emits(spheres_[i].surface)) continue;
+      if (!emits(spheres_[i])) continue;
       const AreaEmission& emission = *surfaces_[spheres_[i].surface].emission;
       lights.push_back(Light<T>::sphere(balls[i].center, balls[i].radius, spheres_[i].normal_points_inward,
                                         position_error(balls[i]), Vec3<T>(emission.radiance), emission.is_two_sided));
@@ -455,13 +500,34 @@ class SceneBuilder {
                                       SpotCone<T>(Vec3<T>(glm::normalize(light.direction)), light.inner, light.outer),
                                       Vec3<T>(light.intensity)));
     for (Light<T> light : infinite_lights_) {
-      light.enclose(center, radius);
+      light.enclose(Vec3<T>(shapes.center), static_cast<T>(shapes.radius));
       lights.push_back(light);
     }
 
     std::vector<double> powers;
     for (const Light<T>& light : lights) powers.push_back(light.power());
     keep_local_lights(lights, powers);
+    choose_lights_by(scene, powers);
+  }
+  /// The light that a triangle is.
+  [[nodiscard]] Light<T> light_of(const Scene& scene, const MovedShapes& shapes, std::size_t i) const {
+    const Triangle& triangle = source_of(shapes.kept, i);
+    const Surface& surface = surfaces_[triangle.surface];
+    const TriangleCorners<T>& corners = shapes.corners[i];
+    const glm::dvec3 normal = normal_of(shapes.kept, i, corners);
+    Vec3<T> radiance(surface.emission->radiance);
+    const EmissionPattern<T>* pattern = nullptr;
+    TriangleCoordinates<T> uv{};
+    if (surface.pattern != no_pattern) {
+      pattern = &scene.emission_patterns_[surface.pattern];
+      uv = coordinates_[triangle.coordinates];
+      radiance = pattern->mean_on(uv);
+    }
+    return Light<T>::triangle(corners[0], corners[1], corners[2], Vec3<T>(normal), position_error(corners, normal),
+                              radiance, surface.emission->is_two_sided, shapes.sharp[i], pattern, uv);
+  }
+  void choose_lights_by(Scene& scene, const std::vector<double>& powers) const {
+    std::vector<Light<T>>& lights = scene.lights_;
     scene.light_choice_ = AliasTable<T>(powers);
     const std::vector<double> chances = scene.light_choice_.realised_probabilities();
     for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -489,56 +555,29 @@ class SceneBuilder {
       if (lights[i].is_infinite()) powers[i] *= scale;
   }
 
-  void fill_slots(Scene& scene, const BuiltBvh<T>& built, const std::vector<TriangleCorners<T>>& corners,
-                  const std::vector<SharpEdges>& sharp, const KeptTriangles& kept,
-                  const std::vector<SphereShape<T>>& balls) const {
+  void fill_slots(Scene& scene, const BuiltBvh<T>& built, const MovedShapes& shapes) const {
+    const auto& corners = shapes.corners;
+    const auto& kept = shapes.kept;
+    const auto& balls = shapes.balls;
     // Lights were added in the order of the shapes.
     std::uint32_t next_light = 0;
     std::vector<std::uint32_t> light_of_triangle(corners.size(), no_light), light_of_sphere(balls.size(), no_light);
     for (std::size_t i = 0; i < corners.size(); ++i)
-      if (emits(source_of(kept, i).surface)) light_of_triangle[i] = next_light++;
+      if (source_of(kept, i).emits) light_of_triangle[i] = next_light++;
     for (std::size_t i = 0; i < balls.size(); ++i)
-      if (emits(spheres_[i].surface)) light_of_sphere[i] = next_light++;
+      if (emits(spheres_[i])) light_of_sphere[i] = next_light++;
     const auto light_at = [&](std::uint32_t number) { return number == no_light ? nullptr : &scene.lights_[number]; };
 
     scene.triangles_.resize(built.triangle_in_slot.size());
     scene.sharp_edges_.resize(built.triangle_in_slot.size());
-    const bool has_varying = std::any_of(materials_.begin(), materials_.end(), varies);
+    const bool has_varying = std::any_of(materials_.begin(), materials_.end(), varies) || !patterns_.empty();
     if (has_varying) scene.coordinates_.resize(built.triangle_in_slot.size());
     if (has_varying) scene.sphere_axes_.resize(built.sphere_in_slot.size());
     scene.has_cut_surfaces_ = std::any_of(surfaces_.begin(), surfaces_.end(),
                                           [&](const Surface& surface) { return cuts(materials_[surface.material]); });
-    for (std::size_t slot = 0; slot < built.triangle_in_slot.size(); ++slot) {
-      const std::uint32_t i = built.triangle_in_slot[slot];
-      if (i == BuiltBvh<T>::empty_slot) continue;
-      const Triangle& source = source_of(kept, i);
-      const glm::dvec3 normal = normal_of(kept, i, corners[i]);
-      auto& triangle = scene.triangles_[slot];
-      const T error = position_error(corners[i], normal);
-      triangle = {Vec3<T>(normal),
-                  error,
-                  &scene.materials_[surfaces_[source.surface].material],
-                  light_at(light_of_triangle[i]),
-                  Scene::Triangle::flat,
-                  largest_edge_margin(corners[i], sharp[i], error)};
-      scene.sharp_edges_[slot] = sharp[i];
-      const glm::dmat3 weights = weights_of(kept, i);
-      if (source.coordinates != no_coordinates) {
-        const TriangleCoordinates<T>& whole = coordinates_[source.coordinates];
-        for (int corner = 0; corner < 3; ++corner)
-          scene.coordinates_[slot][static_cast<std::size_t>(corner)] = Vec2<T>(interpolated(whole, weights[corner]));
-      }
-      if (!source.has_normals) continue;
-      triangle.vertex_normals = static_cast<std::uint32_t>(scene.vertex_normals_.size());
-      std::array<glm::dvec3, 3> normals = source.normals;
-      for (glm::dvec3& n : normals) {
-        const double length = glm::length(n);
-        n = length > 0 ? n / length : normal;
-      }
-      for (int corner = 0; corner < 3; ++corner)
-        scene.vertex_normals_.push_back(Vec3<T>(normals[0] * weights[corner][0] + normals[1] * weights[corner][1] +
-                                                normals[2] * weights[corner][2]));
-    }
+    for (std::size_t slot = 0; slot < built.triangle_in_slot.size(); ++slot)
+      if (const std::uint32_t i = built.triangle_in_slot[slot]; i != BuiltBvh<T>::empty_slot)
+        fill_triangle(scene, slot, shapes, i, light_at(light_of_triangle[i]));
     scene.spheres_.resize(built.sphere_in_slot.size());
     for (std::size_t slot = 0; slot < built.sphere_in_slot.size(); ++slot) {
       const std::uint32_t i = built.sphere_in_slot[slot];
@@ -555,10 +594,44 @@ class SceneBuilder {
     }
   }
 
+  /// Fills in triangle `i`, which the tree has in this slot.
+  void fill_triangle(Scene& scene, std::size_t slot, const MovedShapes& shapes, std::size_t i,
+                     const Light<T>* light) const {
+    const Triangle& source = source_of(shapes.kept, i);
+    const TriangleCorners<T>& corners = shapes.corners[i];
+    const glm::dvec3 normal = normal_of(shapes.kept, i, corners);
+    auto& triangle = scene.triangles_[slot];
+    const T error = position_error(corners, normal);
+    triangle = {Vec3<T>(normal),
+                error,
+                &scene.materials_[surfaces_[source.surface].material],
+                light,
+                Scene::Triangle::flat,
+                largest_edge_margin(corners, shapes.sharp[i], error)};
+    scene.sharp_edges_[slot] = shapes.sharp[i];
+    const glm::dmat3 weights = weights_of(shapes.kept, i);
+    if (source.coordinates != no_coordinates) {
+      const TriangleCoordinates<T>& whole = coordinates_[source.coordinates];
+      for (int corner = 0; corner < 3; ++corner)
+        scene.coordinates_[slot][static_cast<std::size_t>(corner)] = Vec2<T>(interpolated(whole, weights[corner]));
+    }
+    if (!source.has_normals) return;
+    triangle.vertex_normals = static_cast<std::uint32_t>(scene.vertex_normals_.size());
+    std::array<glm::dvec3, 3> normals = source.normals;
+    for (glm::dvec3& n : normals) {
+      const double length = glm::length(n);
+      n = length > 0 ? n / length : normal;
+    }
+    for (int corner = 0; corner < 3; ++corner)
+      scene.vertex_normals_.push_back(Vec3<T>(normals[0] * weights[corner][0] + normals[1] * weights[corner][1] +
+                                              normals[2] * weights[corner][2]));
+  }
+
   std::vector<Material> materials_;
   std::vector<Surface> surfaces_;
   std::vector<Triangle> triangles_;
   std::vector<TriangleCoordinates<T>> coordinates_;
+  std::vector<EmissionPattern<T>> patterns_;
   std::vector<Sphere> spheres_;
   std::vector<PointLight> point_lights_;
   std::vector<SpotLight> spot_lights_;

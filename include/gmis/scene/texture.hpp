@@ -38,14 +38,15 @@ struct TextureImage {
 };
 
 /// The value of an image beyond its border.
-enum class TextureWrap : std::uint8_t { repeat, clamp, black };
+enum class TextureWrap : std::uint8_t { repeat, clamp, black, mirror };
 /// Between texels: interpolated, or the nearest one.
 enum class TextureFilter : std::uint8_t { bilinear, nearest };
 
-/// (s, t) = (u, v) · scale + offset.
+/// (s, t) = (u, v) · scale + (v, u) · cross + offset.
 struct TexturePlacement {
   glm::dvec2 scale{1};   ///< factor of (u, v)
   glm::dvec2 offset{0};  ///< added to the product
+  glm::dvec2 cross{0};   ///< factor of (v, u): not 0 where the image is turned
 };
 
 /// A tree of images, checkerboards, constants and their combinations. Grey values are in all three channels.
@@ -68,6 +69,12 @@ class Texture {
   [[nodiscard]] static Handle image(std::shared_ptr<const TextureImage> image, const TexturePlacement& placement = {},
                                     TextureWrap wrap = TextureWrap::repeat,
                                     TextureFilter filter = TextureFilter::bilinear, bool is_inverted = false) {
+    return Texture::image(std::move(image), placement, {wrap, wrap}, filter, is_inverted);
+  }
+  /// The same with a wrap of its own for s and for t.
+  [[nodiscard]] static Handle image(std::shared_ptr<const TextureImage> image, const TexturePlacement& placement,
+                                    const std::array<TextureWrap, 2>& wrap, TextureFilter filter,
+                                    bool is_inverted = false) {
     const glm::ivec2 size = image->resolution;
     if (size.x < 1 || size.y < 1 || size.x > largest_side || size.y > largest_side)
       reject_argument("the image of a texture needs sides of 1 to 32768 pixels");
@@ -89,7 +96,8 @@ class Texture {
         upper = glm::max(upper, value);
         sum += glm::dvec3(value);
       }
-    if (wrap == TextureWrap::black) lower = glm::min(lower, glm::vec3(0)), upper = glm::max(upper, glm::vec3(0));
+    if (wrap[0] == TextureWrap::black || wrap[1] == TextureWrap::black)
+      lower = glm::min(lower, glm::vec3(0)), upper = glm::max(upper, glm::vec3(0));
     const auto turned = [&](const Vec3<T>& v) { return is_inverted ? glm::max(Vec3<T>(1) - v, Vec3<T>(0)) : v; };
     result.lower_ = turned(Vec3<T>(is_inverted ? upper : lower));
     result.upper_ = turned(Vec3<T>(is_inverted ? lower : upper));
@@ -134,6 +142,29 @@ class Texture {
     return result.shared();
   }
 
+  /// `inner` at the coordinates that are the first two channels of `coordinates`.
+  [[nodiscard]] static Handle through(Handle coordinates, Handle inner) {
+    if (inner->is_constant()) return inner;
+    Texture result(Kind::through);
+    result.lower_ = inner->lower_;
+    result.upper_ = inner->upper_;
+    result.mean_ = inner->mean_;
+    result.parts_ = {std::move(coordinates), std::move(inner), nullptr};
+    return result.shared();
+  }
+
+  /// 1 where the first channel is `cutoff` or more, else 0.
+  [[nodiscard]] static Handle threshold(Handle part, double cutoff) {
+    Texture result(Kind::threshold);
+    result.lower_ = Vec3<T>(static_cast<double>(part->lower_.x) >= cutoff ? T(1) : T(0));
+    result.upper_ = Vec3<T>(static_cast<double>(part->upper_.x) >= cutoff ? T(1) : T(0));
+    if (result.lower_ == result.upper_) return constant(glm::dvec3(result.lower_));
+    result.mean_ = glm::dvec3(part->mean_.x >= cutoff ? 1.0 : 0.0);
+    result.cutoff_ = static_cast<T>(cutoff);
+    result.parts_ = {std::move(part), nullptr, nullptr};
+    return result.shared();
+  }
+
   /// The value at these coordinates.
   [[nodiscard]] Vec3<T> at(const Vec2<T>& uv) const noexcept {
     switch (kind_) {
@@ -152,10 +183,32 @@ class Texture {
         const T amount = std::clamp(parts_[2]->at(uv).x, T(0), T(1));
         return parts_[0]->at(uv) * (T(1) - amount) + parts_[1]->at(uv) * amount;
       }
+      case Kind::threshold:
+        return Vec3<T>(parts_[0]->at(uv).x >= cutoff_ ? T(1) : T(0));
+      case Kind::through:
+        return parts_[1]->at(Vec2<T>(parts_[0]->at(uv)));
     }
     return lower_;
   }
 
+  /// A bound on all values, channel by channel, where u and v are between those of two corners. Only an image is looked at
+  /// texel by texel, up to 65536 of them; other textures have `upper()`, products and mixtures what follows from their parts.
+  [[nodiscard]] Vec3<T> upper_between(const Vec2<T>& low, const Vec2<T>& high) const noexcept {
+    switch (kind_) {
+      case Kind::image:
+        return image_upper_between(low, high);
+      case Kind::product:
+        if (!(min_channel(parts_[0]->lower_) >= T(0) && min_channel(parts_[1]->lower_) >= T(0))) return upper_;
+        return parts_[0]->upper_between(low, high) * parts_[1]->upper_between(low, high);
+      case Kind::mix:
+        return glm::max(parts_[0]->upper_between(low, high), parts_[1]->upper_between(low, high));
+      default:
+        return upper_;
+    }
+  }
+
+  /// How many textures its tree has; one that is in it several times counts as often, for so often it is looked up.
+  [[nodiscard]] double size() const noexcept { return size_; }
   /// One value everywhere.
   [[nodiscard]] bool is_constant() const noexcept { return kind_ == Kind::constant; }
   /// Bounds of every channel over all (u, v); they may be wider than need be.
@@ -166,17 +219,23 @@ class Texture {
   [[nodiscard]] const glm::dvec3& mean() const noexcept { return mean_; }
 
  private:
-  enum class Kind : std::uint8_t { constant, image, checkerboard, product, mix };
+  enum class Kind : std::uint8_t { constant, image, checkerboard, product, mix, through, threshold };
   static constexpr int largest_side = 32768;
 
   explicit Texture(Kind kind) : kind_(kind) {}
-  [[nodiscard]] Handle shared() { return std::make_shared<const Texture>(std::move(*this)); }
+  [[nodiscard]] Handle shared() {
+    for (const Handle& part : parts_) size_ += part ? part->size_ : 0;
+    return std::make_shared<const Texture>(std::move(*this));
+  }
 
   void place(const TexturePlacement& placement) {
     scale_ = Vec2<T>(placement.scale);
     offset_ = Vec2<T>(placement.offset);
+    cross_ = Vec2<T>(placement.cross);
   }
-  [[nodiscard]] Vec2<T> placed(const Vec2<T>& uv) const noexcept { return uv * scale_ + offset_; }
+  [[nodiscard]] Vec2<T> placed(const Vec2<T>& uv) const noexcept {
+    return uv * scale_ + Vec2<T>(uv.y, uv.x) * cross_ + offset_;
+  }
   /// `x` modulo `period`, in [0, period).
   [[nodiscard]] static T wrapped(T x, T period) noexcept {
     const T rest = x - period * std::floor(x / period);
@@ -186,8 +245,8 @@ class Texture {
   [[nodiscard]] Vec3<T> image_at(const Vec2<T>& st) const noexcept {
     const glm::ivec2 size = image_->resolution;
     // In texels from the upper left; whole numbers are the middles of texels.
-    const T x = texels_from_edge(st.x, size.x);
-    const T y = texels_from_edge(T(1) - st.y, size.y);
+    const T x = texels_from_edge(st.x, size.x, wrap_[0]);
+    const T y = texels_from_edge(T(1) - st.y, size.y, wrap_[1]);
     Vec3<T> value;
     if (filter_ == TextureFilter::nearest) {
       value = texel(static_cast<int>(std::floor(x + T(0.5))), static_cast<int>(std::floor(y + T(0.5))));
@@ -203,30 +262,68 @@ class Texture {
     return is_inverted_ ? glm::max(Vec3<T>(1) - value, Vec3<T>(0)) : value;
   }
   /// Near enough to the image for an int; a coordinate that is no number is 0.
-  [[nodiscard]] T texels_from_edge(T s, int size) const noexcept {
-    const T inside = wrap_ == TextureWrap::repeat ? wrapped(s, T(1)) : std::clamp(s, T(-2), T(3));
+  [[nodiscard]] static T texels_from_edge(T s, int size, TextureWrap wrap) noexcept {
+    T inside = std::clamp(s, T(-2), T(3));
+    if (wrap == TextureWrap::repeat) inside = wrapped(s, T(1));
+    if (wrap == TextureWrap::mirror) inside = T(1) - std::abs(T(1) - wrapped(s, T(2)));
     return (inside == inside ? inside : T(0)) * static_cast<T>(size) - T(0.5);
   }
-  /// Beyond the image by what `wrap_` says.
-  [[nodiscard]] Vec3<T> texel(int column, int row) const noexcept {
-    const glm::ivec2 size = image_->resolution;
-    if (wrap_ == TextureWrap::repeat) {
-      column = column < 0 ? column + size.x : column >= size.x ? column - size.x : column;
-      row = row < 0 ? row + size.y : row >= size.y ? row - size.y : row;
-    } else if (wrap_ == TextureWrap::black && (column < 0 || row < 0 || column >= size.x || row >= size.y)) {
-      return Vec3<T>(0);
-    } else {
-      column = std::clamp(column, 0, size.x - 1);
-      row = std::clamp(row, 0, size.y - 1);
+  /// The number of the texel that stands for one beyond the image; −1 for none.
+  [[nodiscard]] static int texel_number(int i, int size, TextureWrap wrap) noexcept {
+    if (i >= 0 && i < size) return i;
+    switch (wrap) {
+      case TextureWrap::repeat:
+        return i < 0 ? i + size : i - size;
+      case TextureWrap::black:
+        return -1;
+      default:
+        return std::clamp(i, 0, size - 1);
     }
-    return Vec3<T>(image_->texel(column, row));
+  }
+  [[nodiscard]] Vec3<T> texel(int column, int row) const noexcept {
+    const int x = texel_number(column, image_->resolution.x, wrap_[0]);
+    const int y = texel_number(row, image_->resolution.y, wrap_[1]);
+    return x < 0 || y < 0 ? Vec3<T>(0) : Vec3<T>(image_->texel(x, y));
+  }
+  [[nodiscard]] Vec3<T> image_upper_between(const Vec2<T>& low, const Vec2<T>& high) const noexcept {
+    constexpr int most = 1 << 16;
+    const glm::ivec2 size = image_->resolution;
+    Vec2<T> first(std::numeric_limits<T>::max()), last(-std::numeric_limits<T>::max());
+    for (const Vec2<T>& corner : {low, Vec2<T>(low.x, high.y), Vec2<T>(high.x, low.y), high}) {
+      const Vec2<T> st = placed(corner);
+      const Vec2<T> texels(st.x * static_cast<T>(size.x), (T(1) - st.y) * static_cast<T>(size.y));
+      first = glm::min(first, texels);
+      last = glm::max(last, texels);
+    }
+    first = glm::floor(first - T(2));
+    last = glm::ceil(last + T(2));
+    const Vec2<T> extent = last - first;
+    if (is_inverted_ || !(extent.x <= T(most) && extent.y <= T(most) && (extent.x + 1) * (extent.y + 1) <= T(most)) ||
+        !(max_channel(Vec3<T>(glm::abs(first), T(0))) < T(1 << 20)))
+      return upper_;
+    // Whole periods are taken off beforehand: what is beyond the image then is at most one of them away.
+    const auto number = [](int i, int count, TextureWrap wrap) {
+      if (wrap == TextureWrap::repeat) return ((i % count) + count) % count;
+      if (wrap != TextureWrap::mirror) return texel_number(i, count, wrap);
+      const int place = ((i % (2 * count)) + 2 * count) % (2 * count);
+      return place < count ? place : 2 * count - 1 - place;
+    };
+    Vec3<T> upper(T(0));
+    for (int row = static_cast<int>(first.y); row <= static_cast<int>(last.y); ++row)
+      for (int column = static_cast<int>(first.x); column <= static_cast<int>(last.x); ++column) {
+        const int x = number(column, size.x, wrap_[0]), y = number(row, size.y, wrap_[1]);
+        if (x >= 0 && y >= 0) upper = glm::max(upper, Vec3<T>(image_->texel(x, y)));
+      }
+    return upper;
   }
 
   Kind kind_;
-  TextureWrap wrap_ = TextureWrap::repeat;
+  double size_ = 1;
+  T cutoff_ = 0;
+  std::array<TextureWrap, 2> wrap_{};  ///< of s and of t
   TextureFilter filter_ = TextureFilter::bilinear;
   bool is_inverted_ = false;
-  Vec2<T> scale_{1}, offset_{0};
+  Vec2<T> scale_{1}, offset_{0}, cross_{0};
   Vec3<T> lower_{0}, upper_{0};
   glm::dvec3 mean_{0};
   std::shared_ptr<const TextureImage> image_;

@@ -22,7 +22,8 @@ namespace gmis::scene {
 template <std::floating_point T>
 struct MaterialTextures {
   using Handle = typename Texture<T>::Handle;
-  Handle color;              ///< reflectance, cut to [0, 1]: of the diffuse lobe, a mirror, or a metal seen head on
+  Handle color;              ///< reflectance, cut to [0, 1]: of the diffuse lobe, a mirror, or a metal seen head on; the
+                             ///< tint of a dielectric
   Handle transmittance;      ///< of diffuse transmission
   Handle roughness;          ///< its first channel, cut to [0, 1]
   bool is_remapped = false;  ///< α = √roughness instead of α = roughness
@@ -42,7 +43,8 @@ template <std::floating_point T>
     return std::find(kinds.begin(), kinds.end(), material.kind) != kinds.end();
   };
   if (textures.color && !is_one_of({Kind::diffuse, Kind::phong, Kind::coated, Kind::smooth_coated, Kind::mirror,
-                                    Kind::conductor, Kind::smooth_conductor, Kind::diffuse_transmission}))
+                                    Kind::conductor, Kind::smooth_conductor, Kind::diffuse_transmission,
+                                    Kind::dielectric, Kind::rough_dielectric}))
     reject_argument("a material of this kind has no colour for a texture to replace");
   if (textures.transmittance && material.kind != Kind::diffuse_transmission)
     reject_argument("only diffuse transmission has a transmittance for a texture to replace");
@@ -171,7 +173,7 @@ template <std::floating_point T>
       const T inside = T(1) - (T(1) - here.coat_reflectance) / eta2;
       const Vec3<T> base = color / (eta2 * (Vec3<T>(1) - color * inside));
       const Vec3<T> diffuse = base * square(T(1) - here.coat_reflectance);
-      const T glossy = here.specular.x * here.coat_reflectance;
+      const T glossy = max_channel(here.specular) * here.coat_reflectance;
       here.diffuse = base / pi<T>;
       here.albedo = glm::min(diffuse + glossy, Vec3<T>(1));
       here.diffuse_probability = share(max_channel(diffuse), glossy);
@@ -180,6 +182,10 @@ template <std::floating_point T>
     case Kind::mirror:
       if (!textures.color) break;
       here.specular = here.albedo = color;
+      break;
+    case Kind::dielectric:
+    case Kind::rough_dielectric:
+      if (textures.color) here.specular = color;
       break;
     case Kind::conductor:
     case Kind::smooth_conductor: {

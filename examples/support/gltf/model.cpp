@@ -1,2 +1,0 @@
-#define TINYGLTF_IMPLEMENTATION
-#include "support/gltf/model.hpp"

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+"""Checks every scene below a folder, and renders a small picture of each that is understood.
+
+A line for each file, counts by folder and by reason at the end, and a page with the pictures: FOLDER of --out, index.html.
+
+Usage: wild.py PROGRAM FOLDER [--out OUT] [--lenient] [--pictures N] [--size WxH] [--iterations N] [--seconds LIMIT]
+[--jobs N] [--max-memory BYTES]; --pictures 0 checks alone.
+"""
+
+import argparse
+import collections
+import concurrent.futures
+import html
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+ENDINGS = {".pbrt", ".gltf", ".glb"}
+# What a file lacks is not what the program lacks: a scene without triangles, a part of a scene, a file that is not there.
+NO_SCENE = re.compile(r"holds no triangle|points and lines alone|no WorldBegin|must stand after WorldBegin|holds no shape")
+INCOMPLETE = re.compile(r"is missing: check its name")
+
+
+class Outcome:
+    def __init__(self, file):
+        self.file = file
+        self.verdict = "understood"  # refused, no scene, incomplete; and for pictures: failed, blank
+        self.reasons = []
+        self.seconds = 0.0
+        self.picture = None
+
+
+def scenes_below(folder):
+    found = [file for file in folder.rglob("*") if file.suffix.lower() in ENDINGS and file.is_file()]
+    # A part that another file includes is no scene of its own.
+    return sorted(file for file in found if file.suffix.lower() != ".pbrt" or b"WorldBegin" in file.read_bytes())
+
+
+def run(arguments, limit):
+    start = time.monotonic()
+    try:
+        done = subprocess.run(arguments, capture_output=True, timeout=limit, text=True, errors="replace")
+        return done.returncode, done.stdout, done.stderr, time.monotonic() - start
+    except subprocess.TimeoutExpired:
+        return None, "", "", time.monotonic() - start
+
+
+def reasons_of(output, error):
+    lines = [line.split("error: ", 1)[1] for line in output.splitlines() if "error: " in line]
+    return lines or [error.strip().splitlines()[-1] if error.strip() else "no reason"]
+
+
+def check(options, file):
+    outcome = Outcome(file)
+    memory = ["--max-memory", options.max_memory] if options.max_memory else []
+    code, output, error, outcome.seconds = run([options.program, "--check", *memory, str(file)], options.seconds)
+    if code is None:
+        outcome.verdict, outcome.reasons = "failed", [f"took more than {options.seconds} seconds"]
+    elif code < 0 or code == 1:
+        outcome.verdict, outcome.reasons = "failed", [f"exit code {code}: {error.strip()[-200:]}"]
+    elif code != 0:
+        outcome.reasons = reasons_of(output, error)
+        outcome.verdict = "refused"
+        if all(NO_SCENE.search(reason) for reason in outcome.reasons):
+            outcome.verdict = "no scene"
+        elif all(INCOMPLETE.search(reason) or NO_SCENE.search(reason) for reason in outcome.reasons):
+            outcome.verdict = "incomplete"
+    return outcome
+
+
+def is_blank(pixels):
+    """All pixels of a .pfm are the same, or nearly so."""
+    values = sorted(pixels)
+    return values[-1] - values[0] <= 0.02 * max(abs(values[-1]), 1e-6)
+
+
+def floats_of(file):
+    import array
+
+    data = file.read_bytes()
+    header = data.split(b"\n", 3)
+    values = array.array("f")
+    values.frombytes(header[3][: len(header[3]) // 4 * 4])
+    return values
+
+
+def render(options, number, outcome):
+    picture = options.out / f"{number:04d}.png"
+    values = options.out / f"{number:04d}.pfm"
+    arguments = [options.program, str(outcome.file), "--size", options.size, "--iterations", str(options.iterations), "--quiet"]
+    arguments += ["--lenient"] if options.lenient else []
+    arguments += ["--max-memory", options.max_memory] if options.max_memory else []
+    code, _, error, outcome.seconds = run([*arguments, "--out", str(picture), "--out", str(values)], options.seconds)
+    if code == 0:
+        outcome.picture = picture.name
+        if is_blank(floats_of(values)):
+            outcome.verdict, outcome.reasons = "blank", ["the picture is of one colour"]
+    else:
+        outcome.verdict = "failed"
+        outcome.reasons = [error.strip()[-300:] or f"took more than {options.seconds} seconds"]
+    values.unlink(missing_ok=True)
+
+
+def without_names(reason):
+    return re.sub(r'"[^"]*"|[^\s"]*/[^\s"]*|\d+', "*", reason)
+
+
+def write_page(options, outcomes):
+    cells = []
+    for outcome in outcomes:
+        name = html.escape(str(outcome.file.relative_to(options.folder)))
+        image = f'<img src="{outcome.picture}" loading="lazy">' if outcome.picture else ""
+        reason = html.escape("; ".join(outcome.reasons[:3]))
+        cells.append(f"<figure>{image}<figcaption><b>{outcome.verdict}</b> {name}<br><small>{reason}</small></figcaption></figure>")
+    style = "body{font:14px sans-serif}figure{display:inline-block;width:200px;vertical-align:top;margin:6px;word-wrap:break-word}img{width:200px}"
+    (options.out / "index.html").write_text(
+        f"<!doctype html><meta charset=utf-8><title>{html.escape(str(options.folder))}</title><style>{style}</style>" + "\n".join(cells))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("program")
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/wild"))
+    parser.add_argument("--lenient", action="store_true", help="render also what is understood in part")
+    parser.add_argument("--pictures", type=int, default=-1, help="at most so many; all if it is not given")
+    parser.add_argument("--size", default="128x128")
+    parser.add_argument("--iterations", type=int, default=8)
+    parser.add_argument("--seconds", type=float, default=120, help="most time for one file")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--max-memory", default="")
+    options = parser.parse_args()
+    if not options.folder.is_dir():
+        sys.exit(f"wild.py: {options.folder} is no folder")
+    options.out.mkdir(parents=True, exist_ok=True)
+
+    files = scenes_below(options.folder)
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        outcomes = list(pool.map(lambda file: check(options, file), files))
+    wanted = [o for o in outcomes if o.verdict == "understood" or (options.lenient and o.verdict in ("refused", "incomplete"))]
+    if options.pictures >= 0:
+        wanted = wanted[: options.pictures]
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:  # the program uses all cores itself
+        list(pool.map(lambda numbered: render(options, *numbered), enumerate(wanted)))
+
+    for outcome in outcomes:
+        print(f"{outcome.verdict:10}  {outcome.seconds:6.1f} s  {outcome.file.relative_to(options.folder)}  {'; '.join(outcome.reasons[:2])}")
+    print()
+    by_folder = collections.defaultdict(collections.Counter)
+    for outcome in outcomes:
+        kind = "pbrt" if outcome.file.suffix.lower() == ".pbrt" else "glTF"
+        parts = outcome.file.relative_to(options.folder).parts
+        by_folder[(kind, parts[0] if len(parts) > 1 else ".")][outcome.verdict] += 1
+        by_folder[(kind, "all")][outcome.verdict] += 1
+    print("| kind | folder | understood | refused | failed | blank | incomplete | no scene | share |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    for (kind, folder), counts in sorted(by_folder.items()):
+        whole = counts["understood"] + counts["refused"] + counts["failed"] + counts["blank"]
+        share = f"{100 * counts['understood'] / whole:.0f} %" if whole else "–"
+        cells = [counts[name] for name in ("understood", "refused", "failed", "blank", "incomplete", "no scene")]
+        print(f"| {kind} | {folder} | {' | '.join(map(str, cells))} | {share} |")
+    print()
+    reasons = collections.Counter(reason for o in outcomes if o.verdict != "understood" for reason in set(map(without_names, o.reasons)))
+    for reason, count in reasons.most_common(40):
+        print(f"{count:5}  {reason[:160]}")
+    write_page(options, outcomes)
+    print(f"\nThe pictures: {options.out}/index.html")
+    return 1 if any(o.verdict in ("failed", "blank") for o in outcomes) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

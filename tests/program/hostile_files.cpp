@@ -1,0 +1,176 @@
+#include <sys/stat.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+
+#include "program/read_scene.hpp"
+#include "program/scratch_folder.hpp"
+#include "support/catch.hpp"
+#include "support/gltf/reader.hpp"
+#include "support/pbrt/reader.hpp"
+#include "support/read_scene.hpp"
+
+// Files that are made to take all time or all memory, or to look at what is not theirs: each is refused in one line that names
+// the reason.
+
+using namespace gmis::tools;
+using gmis_test::ScratchFolder;
+
+namespace {
+
+void write(const ScratchFolder& folder, const std::string& name, const std::string& text) {
+  std::ofstream(folder.path / name, std::ios::binary) << text;
+}
+
+/// The error that ends the reading; empty when all is read.
+std::string error_of(const std::filesystem::path& file, const LoadOptions& options = {}) {
+  Diagnostics diagnostics;
+  try {
+    (void)read_scene(file, diagnostics, options);
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+std::string pbrt_error(const std::string& text, const LoadOptions& options = {}) {
+  Diagnostics diagnostics;
+  try {
+    (void)read_pbrt_text(text, "t.pbrt", ".", diagnostics, options);
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+const std::string triangle =
+    "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]\n";
+
+/// A file of glTF with these members beside its version.
+std::string gltf(const std::string& members) {
+  return "{\"asset\":{\"version\":\"2.0\"}" + (members.empty() ? "" : "," + members) + "}";
+}
+
+const LoadOptions small_memory{std::uintmax_t{64} << 20, {}, {}};
+
+}  // namespace
+
+using Catch::Contains;
+
+TEST_CASE("JSON that is nested deep is refused before it is parsed") {
+  const ScratchFolder folder;
+  std::string deep = "\"extras\":";
+  for (int i = 0; i < 50'000; ++i) deep += "[";
+  for (int i = 0; i < 50'000; ++i) deep += "]";
+  write(folder, "a.gltf", gltf(deep));
+  CHECK_THAT(error_of(folder.path / "a.gltf"), Contains("nested more than 256 deep"));
+  write(folder, "b.gltf", gltf("\"extras\":\"" + std::string(50'000, '[') + "\\\"[\""));
+  CHECK_THAT(error_of(folder.path / "b.gltf"), Contains("no triangle"));
+}
+
+TEST_CASE("Pipes, files outside of the folder and of the network are not opened") {
+  const ScratchFolder folder;
+  REQUIRE(mkfifo((folder.path / "pipe.bin").c_str(), 0600) == 0);
+  const auto of_buffer = [&](const std::string& uri) {
+    write(folder, "a.gltf",
+          gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+               "\"POSITION\":0}}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],"
+               "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\"uri\":\"" +
+               uri + "\"}]"));
+    return error_of(folder.path / "a.gltf");
+  };
+  CHECK_THAT(of_buffer("pipe.bin"), Contains("no regular file"));
+  for (const char* uri : {"../../etc/passwd", "/etc/passwd", "%2e%2e/secret.bin", "sub/../../secret.bin", "..", "file:///etc/passwd"}) {
+    CAPTURE(uri);
+    const std::string error = of_buffer(uri);
+    CHECK((error.find("not inside of the folder") != std::string::npos || error.find("network") != std::string::npos));
+    CHECK(error.find("bytes") == std::string::npos);
+  }
+  CHECK_THAT(of_buffer("nowhere.bin"), Contains("is missing"));
+  CHECK_THAT(of_buffer("data:application/octet-stream;base64,AAAA"), Contains("goes beyond the end"));
+  CHECK_THAT(of_buffer("data:application/octet-stream;base64,A?"), Contains("not base64"));
+  write(folder, "sub.bin", std::string(36, '\0'));
+  std::filesystem::create_directory(folder.path / "sub");
+  CHECK_THAT(of_buffer("sub/../sub.bin"), !Contains("folder"));
+}
+
+TEST_CASE("Files that include each other again and again end by their number") {
+  const ScratchFolder folder;
+  for (int i = 0; i < 30; ++i) {
+    const std::string next = "Include \"" + std::to_string(i + 1) + ".pbrt\"\n";
+    write(folder, std::to_string(i) + ".pbrt", (i == 0 ? "WorldBegin\n" : "") + next + next);
+  }
+  write(folder, "30.pbrt", "Translate 0 0 0\n");
+  CHECK_THAT(error_of(folder.path / "0.pbrt"), Contains("opens more than 20000 files"));
+}
+
+TEST_CASE("Mixtures that double and textures that double end by their size") {
+  std::string mixes = "WorldBegin MakeNamedMaterial \"m0\" \"string type\" \"diffuse\"\n";
+  std::string textures = "WorldBegin Texture \"t0\" \"spectrum\" \"checkerboard\"\n";
+  for (int i = 1; i <= 40; ++i) {
+    const std::string n = std::to_string(i), before = std::to_string(i - 1);
+    mixes += "MakeNamedMaterial \"m" + n + "\" \"string type\" \"mix\" \"string materials\" [ \"m" + before + "\" \"m" + before + "\" ]\n";
+    textures += "Texture \"t" + n + "\" \"spectrum\" \"mix\" \"texture tex1\" \"t" + before + "\" \"texture tex2\" \"t" + before + "\"\n";
+  }
+  CHECK_THAT(pbrt_error(mixes + triangle), Contains("a mixture of more than 10000 materials"));
+  CHECK_THAT(pbrt_error(textures + triangle), Contains("has more than 10000 parts"));
+}
+
+TEST_CASE("Nodes are trees") {
+  const ScratchFolder folder;
+  std::string nodes;
+  for (int i = 0; i < 41; ++i)
+    nodes += "{\"children\":[" + std::to_string(i + 1) + "," + std::to_string(i + 1) + "]},";
+  write(folder, "a.gltf", gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" + nodes + "{}]"));
+  CHECK_THAT(error_of(folder.path / "a.gltf"), Contains("two parents"));
+  write(folder, "b.gltf", gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"children\":[1]},{\"children\":[0]}]"));
+  CHECK_THAT(error_of(folder.path / "b.gltf"), Contains("its own ancestor"));
+  std::string chain;
+  for (int i = 0; i < 100'000; ++i) chain += "{\"children\":[" + std::to_string(i + 1) + "]},";
+  write(folder, "c.gltf", gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" + chain + "{}]"));
+  CHECK_THAT(error_of(folder.path / "c.gltf"), Contains("no triangle"));
+}
+
+TEST_CASE("Instances are counted before they are copied") {
+  std::string text = "WorldBegin ObjectBegin \"many\"\n";
+  for (int i = 0; i < 1000; ++i) text += triangle;
+  text += "ObjectEnd\n";
+  for (int i = 0; i < 20'000; ++i) text += "ObjectInstance \"many\"\n";
+  CHECK_THAT(pbrt_error(text, small_memory), Contains("the 20000000 triangles of all instances"));
+  CHECK_THAT(pbrt_error(text, small_memory), Contains("--max-memory"));
+}
+
+TEST_CASE("What a file says to be large is counted before there is memory for it") {
+  const ScratchFolder folder;
+  const auto error = [&](const std::string& members) {
+    write(folder, "a.gltf", gltf(members));
+    return error_of(folder.path / "a.gltf", small_memory);
+  };
+  const std::string mesh =
+      "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],";
+  // An accessor without data is of zeros.
+  CHECK_THAT(error(mesh + "\"accessors\":[{\"componentType\":5126,\"count\":4000000000,\"type\":\"VEC3\"}]"),
+             Contains("accessor 0 would take"));
+  CHECK_THAT(error(mesh + "\"accessors\":[{\"componentType\":5126,\"count\":1e14,\"type\":\"VEC3\"}]"),
+             Contains("accessor 0 would take"));
+  CHECK_THAT(error(mesh + "\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":4e9,"
+                          "\"indices\":{\"bufferView\":0,\"componentType\":5125},\"values\":{\"bufferView\":0}}}]"),
+             Contains("accessor 0 would take"));
+  write(folder, "a.pfm", "PF\n30000 30000\n-1\n");
+  CHECK_FALSE(error_of(folder.path / "a.pfm").empty());
+}
+
+TEST_CASE("An image that unpacks to more than there is room for is refused by its header") {
+  const ScratchFolder folder;
+  // The header of a PNG of 8000 × 8000 pixels, 8 bits, RGBA.
+  std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x1f\x40\0\0\x1f\x40\x08\x06\0\0\0", 29);
+  png += std::string(64, '\0');
+  write(folder, "bomb.png", png);
+  const std::string text = "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"" +
+                           (folder / "bomb.png") + "\"\n" + triangle;
+  CHECK_THAT(pbrt_error(text, small_memory), Contains("bomb.png"));
+  CHECK_THAT(pbrt_error(text, small_memory), Contains("--max-memory"));
+}
