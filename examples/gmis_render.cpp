@@ -86,7 +86,8 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
-/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how lights are chosen.
+/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how
+/// lights are chosen.
 void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Options& options) {
   request.scene_name = loaded.built->summary() + ", half diagonal " + std::to_string(loaded.built->half_diagonal());
   for (const std::filesystem::path& file : loaded.files) {
@@ -97,7 +98,8 @@ void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Opt
   request.scene_properties.emplace_back("the choice of lights", name_of(options.lights));
 }
 
-/// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
+/// What could not be written. Nothing that fails keeps what has been computed from being written
+/// elsewhere.
 class WriteFailures {
  public:
   void add(const std::string& message) {
@@ -120,7 +122,8 @@ class WriteFailures {
   std::string first_;
 };
 
-/// About how many pieces of work an iteration has: rows of pixels and, where light is traced, chunks of 256 light trees.
+/// About how many pieces of work an iteration has: rows of pixels and, where light is traced,
+/// chunks of 256 light trees.
 std::size_t pieces_of_iteration(const RenderRequest& request, const BuiltScene& scene) {
   const glm::ivec2 size = scene.scene().camera().resolution();
   const gmis::PixelBounds crop = gmis::crop_of(request, size);
@@ -227,9 +230,9 @@ int run(Options options) {
   }
   if (options.check) return print_check(find_scene(options.scene), options.load, options.quiet);
   if (!options.replay) check_outputs(options);
-  LoadedScene loaded = load_scene(find_scene(options.scene), options.size,
-                                  options.lenient ? Strictness::lenient : Strictness::strict, options.lights,
-                                  options.load);
+  LoadedScene loaded =
+      load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict,
+                 options.lights, options.load);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
@@ -349,7 +352,8 @@ int run(Options options) {
   if (!options.quiet) print_summary(result, request, plan, written, facts.error);
   const auto is_png = [](const std::filesystem::path& file) { return file.extension() == ".png"; };
   if (!options.quiet && !options.exposure && std::any_of(written.begin(), written.end(), is_png))
-    std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n", static_cast<double>(std::log2(extras.exposure)));
+    std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n",
+                static_cast<double>(std::log2(extras.exposure)));
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

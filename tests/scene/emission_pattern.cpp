@@ -31,7 +31,8 @@ std::shared_ptr<TextureImage> spotted(unsigned seed) {
   return image;
 }
 
-/// A square of two triangles in the plane z = 0, its coordinates those of the image, seen from above.
+/// A square of two triangles in the plane z = 0, its coordinates those of the image, seen from
+/// above.
 BvhScene<float> square_light(const Tex::Handle& radiance, const Material<float>& material,
                              const glm::dvec3& factor = glm::dvec3(1)) {
   SceneBuilder<float> builder;
@@ -65,7 +66,8 @@ TEST_CASE("a light shows the image that it has, times its radiance") {
       brightest = glm::max(brightest, wanted);
       const auto hit = scene.intersect(down_at(-1 + 2 * (x + 0.4) / side, 1 - 2 * (y + 0.6) / side));
       REQUIRE(hit);
-      const auto found = hit->light == nullptr ? gmis::Vec3<float>(0) : hit->light->emitted(hit->point, {0, 0, 1}).radiance;
+      const auto found =
+          hit->light == nullptr ? gmis::Vec3<float>(0) : hit->light->emitted(hit->point, {0, 0, 1}).radiance;
       CHECK(glm::length(glm::dvec3(found) - wanted) <= 1e-4 * (1 + glm::length(wanted)));
     }
   CHECK(brightest.x > 0);
@@ -74,12 +76,13 @@ TEST_CASE("a light shows the image that it has, times its radiance") {
 TEST_CASE("next events and light subpaths carry the mean of the image", "[statistics]") {
   const auto seed = gmis_test::seed(362);
   const auto image = spotted(static_cast<unsigned>(seed));
-  const auto scene = square_light(Tex::image(image, {}, TextureWrap::clamp, TextureFilter::nearest),
-                                  make_diffuse({0.5, 0.5, 0.5}));
+  const auto scene =
+      square_light(Tex::image(image, {}, TextureWrap::clamp, TextureFilter::nearest), make_diffuse({0.5, 0.5, 0.5}));
   glm::dvec3 mean(0);
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) mean += glm::dvec3(image->texel(x, y)) / double(side * side);
-  // Irradiance-like sum far away on the axis, by the midpoint rule over texels; and flux = π · area · mean.
+  // Irradiance-like sum far away on the axis, by the midpoint rule over texels; and flux = π · area
+  // · mean.
   const gmis::SurfacePoint<float> from{{0, 0, 20}, {0, 0, -1}, {0, 0, -1}, 0};  // 25 before the light
   std::mt19937_64 random(static_cast<std::mt19937_64::result_type>(seed));
   std::uniform_real_distribution<float> uniform(0, 1);

@@ -169,7 +169,8 @@ TEST_CASE("a sheet scatters its reflectance to one side and its transmittance to
     REQUIRE(sample);
     to_side[glm::dot(axis, sample->to_next) > 0 ? 0 : 1] += sample->weight / double(count);
   }
-  // A lobe's weight is a constant, so only how often it is chosen is by chance: six standard deviations.
+  // A lobe's weight is a constant, so only how often it is chosen is by chance: six standard
+  // deviations.
   const double p = 0.6 / 1.1;
   const double sigma = std::sqrt(p * (1 - p) / count);
   for (int c = 0; c < 3; ++c) {
@@ -462,7 +463,8 @@ TEST_CASE("a surface with an opacity is there in that share of its points, the s
   CHECK(is_share(none, 0.49));
   CHECK(is_share(first, 0.3));
   CHECK(blocked == 0);
-  // Rounding moves a point across the border of a cell of 1024 errors, if at all; opacity differs then by chance.
+  // Rounding moves a point across the border of a cell of 1024 errors, if at all; opacity differs
+  // then by chance.
   CHECK(differs < count / 200);
 }
 
@@ -496,6 +498,7 @@ TEST_CASE("a light cannot be cut, and textures need what they replace") {
   textures.opacity = Texture<float>::constant(glm::dvec3(0.5));
   const auto cut = builder.add_material(with_textures(make_diffuse<float>({1, 1, 1}), textures));
   CHECK_THROWS_AS(builder.add_sphere({0, 0, 0}, 1, cut, AreaEmission{}), std::invalid_argument);
-  CHECK_THROWS_AS(with_textures(make_coated_conductor<double>({1, 1, 1}, {1, 1, 1}, 0.1, 1.5, 0.1), colored<double>()), std::invalid_argument);
+  CHECK_THROWS_AS(with_textures(make_coated_conductor<double>({1, 1, 1}, {1, 1, 1}, 0.1, 1.5, 0.1), colored<double>()),
+                  std::invalid_argument);
   CHECK_THROWS_AS(with_textures(make_diffuse<double>({1, 1, 1}), roughened<double>(true)), std::invalid_argument);
 }

@@ -66,7 +66,8 @@ Shared from_floats(const Image& image, TexturePart part) {
 template <class Value>
 using Pixels = std::unique_ptr<Value, void (*)(void*)>;
 
-/// The channels of `part`, of pixels with `channels` of these values; `linear` makes a number of one.
+/// The channels of `part`, of pixels with `channels` of these values; `linear` makes a number of
+/// one.
 template <class Value, class Linear>
 std::vector<float> picked(const Value* pixels, std::size_t count, int channels, TexturePart part,
                           const Linear& linear) {
@@ -168,7 +169,8 @@ Shared decoded(const unsigned char*, std::size_t, const std::string& name, const
 }  // namespace
 
 Shared read_texture_image(const unsigned char* bytes, std::size_t count, const std::string& name,
-                          const TextureEncoding& encoding, TexturePart part, LoadBudget& budget, const SourcePosition& where) {
+                          const TextureEncoding& encoding, TexturePart part, LoadBudget& budget,
+                          const SourcePosition& where) {
   return decoded(bytes, count, name, encoding, part, budget, where);
 }
 

@@ -16,7 +16,8 @@ constexpr double farthest = 1e9;
 Transform matrix_of(const std::vector<double>& numbers) {
   Transform m(1);
   for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = numbers[static_cast<std::size_t>(i)];
-  // Written with few digits the last column may be a hair off; a common factor is divided out, as pbrt does.
+  // Written with few digits the last column may be a hair off; a common factor is divided out, as
+  // pbrt does.
   const double w = m[3][3];
   if (w == 0 || !(std::abs(m[0][3]) + std::abs(m[1][3]) + std::abs(m[2][3]) <= 1e-9 * std::abs(w))) return m;
   m /= w;
@@ -44,11 +45,12 @@ void Parser::ignored_with_note() {
   diagnostics_.note(directive_.where, named_directive(kind) + " is ignored");
 }
 
-// ---- transforms ----------------------------------------------------------------------------------------------------
+// ---- transforms ---------------------------------------------------------------------------------
 
 namespace {
 
-/// Affine, and of finite numbers. It may flatten space: meshes are then flat, as pbrt has them, and other shapes vanish.
+/// Affine, and of finite numbers. It may flatten space: meshes are then flat, as pbrt has them, and
+/// other shapes vanish.
 bool is_affine(const Transform& m) {
   for (int column = 0; column < 4; ++column)
     for (int row = 0; row < 4; ++row)
@@ -74,7 +76,8 @@ void Parser::change_transforms(const Change& change) {
 
 void Parser::require_rest() {
   if (state_.transform != state_.end_transform)
-    diagnostics_.unsupported(directive_.where, "motion is not supported: what ActiveTransform moves stays where it starts");
+    diagnostics_.unsupported(directive_.where,
+                             "motion is not supported: what ActiveTransform moves stays where it starts");
 }
 
 void Parser::concat(const Transform& m) {
@@ -137,7 +140,7 @@ void Parser::transform_times() {
   (void)expect_numbers(2);  // without a motion there is nothing that they change
 }
 
-// ---- media -----------------------------------------------------------------------------------------------------------
+// ---- media --------------------------------------------------------------------------------------
 
 void Parser::make_named_medium() {
   const std::string name = expect_string("the name of a medium");
@@ -205,7 +208,7 @@ void Parser::require_closed_media() {
           where, "the medium " + in_quotes(name) + " is not supported without an end: put it inside of a dielectric");
 }
 
-// ---- settings that only sometimes change the picture -------------------------------------------------------------------
+// ---- settings that only sometimes change the picture --------------------------------------------
 
 void Parser::color_space() {
   const std::string name = expect_string("the name of a colour space");
@@ -242,7 +245,7 @@ void Parser::coord_sys_transform() {
   if (state_.is_end_active) state_.end_transform = end;
 }
 
-// ---- blocks --------------------------------------------------------------------------------------------------------
+// ---- blocks -------------------------------------------------------------------------------------
 
 void Parser::save(const std::string& closed_by) {
   constexpr std::size_t deepest = 10000;
@@ -317,7 +320,7 @@ void Parser::world_begin() {
   coordinate_systems_["world"] = {Transform(1), Transform(1)};
 }
 
-// ---- the picture ---------------------------------------------------------------------------------------------------
+// ---- the picture --------------------------------------------------------------------------------
 
 void Parser::film() {
   const std::string kind = expect_string("a kind of film");
@@ -338,7 +341,8 @@ void Parser::film() {
     diagnostics_.warning(directive_.where, "the sensor " + in_quotes(*sensor) +
                                                " is taken for \"cie1931\": colours differ a little from the camera's");
   if (const double kelvins = parameters.number_or("whitebalance", 0); kelvins != 0) {
-    if (!(kelvins >= 1000 && kelvins <= 25000)) parameters.fail("whitebalance", "must be 0, or from 1000 to 25000 kelvins");
+    if (!(kelvins >= 1000 && kelvins <= 25000))
+      parameters.fail("whitebalance", "must be 0, or from 1000 to 25000 kelvins");
     white_balance_ = white_balance(kelvins);
     diagnostics_.note(directive_.where, "whitebalance is applied to the colours of lights");
   }
@@ -428,7 +432,7 @@ void Parser::camera() {
   coordinate_systems_["camera"] = {camera.world_from_camera, camera.world_from_camera};
 }
 
-// ---- surfaces and light --------------------------------------------------------------------------------------------
+// ---- surfaces and light -------------------------------------------------------------------------
 
 void Parser::texture() {
   const std::string name = expect_string("the name of a texture");
@@ -442,7 +446,8 @@ void Parser::texture() {
   try {
     const TextureHandle made = make_texture(kind, is_color, parameters, files_, diagnostics_);
     // What it is made of is looked up at every point, as often as it is named.
-    if (made->size() > 10'000) throw InputError(directive_.where, "the texture " + in_quotes(name) + " has more than 10000 parts");
+    if (made->size() > 10'000)
+      throw InputError(directive_.where, "the texture " + in_quotes(name) + " has more than 10000 parts");
     textures[name] = made;
   } catch (const InputError&) {
     // So that one with an error is not reported at each use, too.
@@ -544,8 +549,7 @@ void Parser::area_light_source() {
 void Parser::shape() {
   const std::string kind = expect_string("a kind of shape");
   Parameters parameters = parse_parameters(kind, "shape");
-  std::optional<ShapeDescription> made =
-      make_shape(kind, parameters, state_.reverse_orientation, files_, diagnostics_);
+  std::optional<ShapeDescription> made = make_shape(kind, parameters, state_.reverse_orientation, files_, diagnostics_);
   parameters.warn_of_unused(diagnostics_);
   if (!made || is_unseen_interface()) return;
   require_rest();
