@@ -197,8 +197,12 @@ void check_agreement(int half) {
 
 }  // namespace
 
-TEST_CASE("all integrators agree: the first half of the scenes") { check_agreement(0); }
-TEST_CASE("all integrators agree: the second half of the scenes") { check_agreement(1); }
+TEST_CASE("all integrators agree: the first half of the scenes") {
+  check_agreement(0);
+}
+TEST_CASE("all integrators agree: the second half of the scenes") {
+  check_agreement(1);
+}
 
 namespace {
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that each layer of include/gmis includes only layers below it, and that folders form no cycle: layers.py
-INCLUDE-FOLDER.
+"""Checks that each layer of include/gmis includes only layers below it, and that folders form no
+cycle: layers.py INCLUDE-FOLDER.
 
 Prints every include that its layer may not have, every arrow between rooms that points up, and one
 cycle between the folders of a layer.
@@ -20,6 +20,7 @@ LAYERS = {
     "render": ["core", "result", "transport"],
     "check": ["core", "mis", "transport"],
     "testing": ["core", "mis"],
+    "benchmark": ["core", "mis"],
 }
 # The folders of a layer from the bottom, where their order is fixed: each includes those before it
 # only. Headers directly in the layer's folder are the room ".", but for ROOM.hpp, which belongs to
