@@ -8,11 +8,13 @@
 #include "adapter.hpp"
 
 /// \file
-/// More of an adapter: a sky, a light type that is a lamp or the sky, a leaf that is opaque in places only.
+/// More of an adapter: a sky, a light type that is a lamp or the sky, a leaf that is opaque in
+/// places only.
 
 namespace adapter {
 
-/// A sky: light from infinitely far, from all directions above the horizon. It is brighter overhead.
+/// A sky: light from infinitely far, from all directions above the horizon. It is brighter
+/// overhead.
 class Sky {
  public:
   using Spectrum = adapter::Spectrum;
@@ -21,7 +23,8 @@ class Sky {
       : overhead_(overhead), center_(center), radius_(radius) {}
   [[nodiscard]] bool is_delta() const { return false; }  // rays that leave the scene meet it
   [[nodiscard]] bool is_infinite() const { return true; }
-  /// `direction` is the one in which light travels, into the scene: the sky lies towards −direction.
+  /// `direction` is the one in which light travels, into the scene: the sky lies towards
+  /// −direction.
   [[nodiscard]] gmis::Emitted<Spectrum> emitted(const Point&, const dvec3& direction) const {
     const double height = -direction.y;
     if (height <= 0) return {};
@@ -51,7 +54,8 @@ class Sky {
   }
 
  private:
-  /// `origin`: of the direction, per steradian, uniform above the horizon. `first`: of the point on the disk, per area.
+  /// `origin`: of the direction, per steradian, uniform above the horizon. `first`: of the point on
+  /// the disk, per area.
   [[nodiscard]] gmis::EmissionDensity<double> density() const {
     return {1 / (2 * theirs::pi), 1 / (theirs::pi * radius_ * radius_)};
   }
@@ -89,8 +93,8 @@ class LampOrSky {
   std::variant<Light, Sky> which_;
 };
 
-/// Alpha: opaque in a share of small cells of the surface. The cell of a point decides, so that rays of both kinds of subpath and
-/// shadow rays agree about it.
+/// Alpha: opaque in a share of small cells of the surface. The cell of a point decides, so that
+/// rays of both kinds of subpath and shadow rays agree about it.
 struct Leaf {
   const theirs::Material* material = nullptr;  ///< of the shapes that have holes; none by default
   double alpha = 1;                            ///< share of the surface that is opaque

@@ -215,6 +215,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--write-every", options.write_every,
                  "Keep picture and checkpoint on disk current: write them after so many seconds again (30)")
       ->type_name("SECONDS");
+  app.add_option("--tev", options.tev_address,
+                 "Show the picture in the viewer tev as it grows; a viewer that is not there is a warning")
+      ->type_name("HOST:PORT");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)")->type_name("FILE");
   app.add_flag("--check", options.check, "List all in the scene that is not supported, and render nothing");
   app.add_option("--sky", options.load.sky,

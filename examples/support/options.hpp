@@ -78,6 +78,7 @@ struct Options {
   std::filesystem::path checkpoint_file;
   std::vector<std::filesystem::path> resume_files;  ///< one: go on from it; several: join their runs
   double write_every = 30;  ///< seconds between pictures and checkpoints on disk while the run goes on
+  std::string tev_address;  ///< HOST:PORT of the viewer tev; empty: none
   std::filesystem::path reference_file;
   bool check = false;    ///< read the scene, and say all that is not supported
   bool lenient = false;  ///< input that is not supported is a warning

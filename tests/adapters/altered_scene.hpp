@@ -9,11 +9,13 @@
 #include "gmis/core/light_choice.hpp"
 
 /// \file
-/// A scene behind a decorator whose members pass their results through functions of a test, which plant a mistake in some of them.
+/// A scene behind a decorator whose members pass their results through functions of a test, which
+/// plant a mistake in some of them.
 
 namespace gmis_test {
 
-/// What a mistake changes; a function that is not set changes nothing. Lights are named by their number.
+/// What a mistake changes; a function that is not set changes nothing. Lights are named by their
+/// number.
 template <gmis::Scene Inner>
 struct Alterations {
   using S = typename Inner::Spectrum;

@@ -66,7 +66,8 @@ TEST_CASE("every convention has a sentence of its own") {
 }
 
 TEST_CASE("a BSDF that is made for one to_prev is checked with the to_prev of each ray") {
-  // Cosine-weighted reflection around the normal on the side of `to_prev`, which the BSDF has stored.
+  // Cosine-weighted reflection around the normal on the side of `to_prev`, which the BSDF has
+  // stored.
   struct OneSided {
     using Spectrum = float;
     gmis::Vec3<float> normal;

@@ -1,4 +1,5 @@
-// The statistics of the adapter checks, against quadrature and against samplers whose density is known.
+// The statistics of the adapter checks, against quadrature and against samplers whose density is
+// known.
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -14,8 +15,9 @@ using V = Vec3<double>;
 
 namespace {
 
-/// GGX half vectors of roughness alpha around z, mirrored directions for light from `to_prev`, by their definition [Walter et al.
-/// 2007, eq. 33, 35]. The stated density is `factor` times the true one.
+/// GGX half vectors of roughness alpha around z, mirrored directions for light from `to_prev`, by
+/// their definition [Walter et al. 2007, eq. 33, 35]. The stated density is `factor` times the true
+/// one.
 struct RoughMirror {
   using Spectrum = double;
   double alpha = 0.04, factor = 1;
@@ -81,7 +83,8 @@ TEST_CASE("a mixture of caps integrates to one and draws what it states") {
     draws.push_back(glm::normalize(V(local.z, local.x, local.y)));
   }
   const detail::CapMixture mixture(draws, 1e-5, source);
-  // The midpoint rule over 4 million cells: caps have sharp borders, each of which a row of cells crosses.
+  // The midpoint rule over 4 million cells: caps have sharp borders, each of which a row of cells
+  // crosses.
   constexpr int rows = 2000, columns = 2000;
   double sum = 0;
   for (int i = 0; i < rows; ++i)
@@ -127,7 +130,8 @@ TEST_CASE("a fault in one group or in one place is not lost among many cases") {
   CHECK(in_a_group.text().find(
             "for example at (0, 1, 0), to_prev (0, 0, 1), to_next (0, 1, 0): 0.5 in place of 0.25\n") !=
         std::string::npos);
-  // Twelve broken cases of a group of 5,000: side by side they are a small object, all over the place they are rounding.
+  // Twelve broken cases of a group of 5,000: side by side they are a small object, all over the
+  // place they are rounding.
   Findings together = findings, scattered = findings;
   for (int i = 0; i < 12; ++i) {
     together.look_at(1, {V(5000, 0.01 * i, 3)});

@@ -14,7 +14,8 @@ namespace gmis_test {
 
 using gmis::Convention;
 
-/// Every kind of surface and of light that the built-in scene has. `add(builder, white, glass)` adds to it.
+/// Every kind of surface and of light that the built-in scene has. `add(builder, white, glass)`
+/// adds to it.
 template <class T, class Add>
 [[nodiscard]] auto built_in_scene(const Add& add) {
   using namespace gmis::scene;

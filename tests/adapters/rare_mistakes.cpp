@@ -7,8 +7,8 @@
 #include "gmis/scene.hpp"
 #include "many_lights/adapter.hpp"
 
-// Forty mistakes in four renderers, ten in each; most of them in a rough metal, a small object, one wavelength, or one light among
-// many.
+// Forty mistakes in four renderers, ten in each; most of them in a rough metal, a small object, one
+// wavelength, or one light among many.
 
 using namespace gmis_test;
 
@@ -25,7 +25,7 @@ namespace {
   return result;
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // A renderer of another style: double precision, virtual materials.
 
 std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
@@ -122,7 +122,7 @@ std::vector<RareMistake<adapter::Scene>> mistakes_of_other_style() {
   };
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // A town at night: 24 lamps, single precision.
 
 using Town = many_lights::Scene<true>;
@@ -225,7 +225,7 @@ std::vector<RareMistake<Town>> mistakes_of_town() {
   };
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // Materials of one's own: cloth, a rough metal, a small ball of it, six lamps, a sky.
 
 using OwnScene = gmis::scene::BvhScene<float, gmis::scene::EitherBsdf<gmis::scene::SurfaceBsdf<float>, own::ClothBsdf>>;
@@ -348,7 +348,7 @@ std::vector<RareMistake<OwnScene>> mistakes_of_own_materials() {
   };
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ----------------------------------------------------------------------------------------
 // The built-in scene, with two small balls more.
 
 using BuiltIn = gmis::scene::BvhScene<float>;
@@ -454,24 +454,20 @@ std::vector<RareMistake<BuiltIn>> mistakes_of_built_in_scene() {
   };
 }
 
-void check_named(const Named& named) {
-  CHECK(named.right_cause_first >= 9);
-  CHECK(named.missed == 0);
-}
-
 }  // namespace
 
-TEST_CASE("mistakes in what is rare are named: a renderer of another style") {
+TEST_CASE("mistakes in what is rare are named, the right cause first, in at least 38 of 40 cases") {
   const theirs::World world = theirs::make_world(64, 48);
-  check_named(name_mistakes(adapter::Scene(world), mistakes_of_other_style(), settings(31)));
-}
-TEST_CASE("mistakes in what is rare are named: one lamp among many") {
   const town::Town town = town::make_town(24, 64, 48);
-  check_named(name_mistakes(Town(town), mistakes_of_town(), settings(32)));
-}
-TEST_CASE("mistakes in what is rare are named: materials of one's own") {
-  check_named(name_mistakes(own_scene(), mistakes_of_own_materials(), settings(33)));
-}
-TEST_CASE("mistakes in what is rare are named: the built-in scene") {
-  check_named(name_mistakes(scene_with_small_balls(), mistakes_of_built_in_scene(), settings(34)));
+  Named all;
+  const auto add = [&all](const Named& named) {
+    all.right_cause_first += named.right_cause_first;
+    all.missed += named.missed;
+  };
+  add(name_mistakes(adapter::Scene(world), mistakes_of_other_style(), settings(31)));
+  add(name_mistakes(Town(town), mistakes_of_town(), settings(32)));
+  add(name_mistakes(own_scene(), mistakes_of_own_materials(), settings(33)));
+  add(name_mistakes(scene_with_small_balls(), mistakes_of_built_in_scene(), settings(34)));
+  CHECK(all.right_cause_first >= 38);
+  CHECK(all.missed == 0);
 }

@@ -9,8 +9,8 @@
 #include "support/catch.hpp"
 
 /// \file
-/// Mistakes in what is rare: one surface, one wavelength, one light among many. Each is planted in a sound scene by functions that
-/// change results of its members.
+/// Mistakes in what is rare: one surface, one wavelength, one light among many. Each is planted in
+/// a sound scene by functions that change results of its members.
 
 namespace gmis_test {
 
@@ -59,8 +59,8 @@ template <class V>
       [=](const auto& point) { return glm::length(glm::dvec3(point.position) - glm::dvec3(center)) < 1.02 * radius; };
 }
 
-/// Multiplies the stated forward density of a surface, in `evaluate` and in `sample`, whose weight stays f |cos| / density, by
-/// `factor(point, to_prev, to_next)`.
+/// Multiplies the stated forward density of a surface, in `evaluate` and in `sample`, whose weight
+/// stays f |cos| / density, by `factor(point, to_prev, to_next)`.
 template <gmis::Scene Inner, class Where, class Factor>
 void scale_density(Alterations<Inner>& changes, Where where, Factor factor) {
   changes.evaluate = [=](const auto& point, const auto& to_prev, const auto& to_next, auto, auto& f) {

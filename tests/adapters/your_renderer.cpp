@@ -27,8 +27,9 @@ theirs::World meadow(int columns, int rows, double leaf_alpha, adapter::Leaf& le
   return world;
 }
 
-/// Velvet that is brighter seen along the surface than lit along it: not reciprocal. g(arriving, leaving) is the share of light from
-/// `arriving` that leaves along `leaving`, per steradian, without the cosine.
+/// Velvet that is brighter seen along the surface than lit along it: not reciprocal. g(arriving,
+/// leaving) is the share of light from `arriving` that leaves along `leaving`, per steradian,
+/// without the cosine.
 class OneWayVelvet {
  public:
   using Spectrum = glm::dvec3;
@@ -94,7 +95,8 @@ TEST_CASE("a leaf lets through what its alpha leaves") {
     const gmis::Ray<double> down{below + glm::dvec3(0, 1, 0), {0, -1, 0}, 1.0};
     if (scene.visible(down) != scene.visible(up)) FAIL_CHECK("the two sides disagree at " << below.x << ' ' << below.z);
   }
-  // Four fifths of 65,536 cells are opaque with the probability 0.6 each, and 40,000 rays fall on them: both are binomial. 1e-6.
+  // Four fifths of 65,536 cells are opaque with the probability 0.6 each, and 40,000 rays fall on
+  // them: both are binomial. 1e-6.
   const double error = std::sqrt(0.6 * 0.4 * (1.0 / rays + 1.0 / (0.8 * 65536)));
   CHECK(gmis::z_test(static_cast<double>(blocked) / rays, error, 0.6).passes(1e-6));
 }
@@ -137,7 +139,8 @@ TEST_CASE("an engine alone, and pictures of two engines kept apart") {
   for (const auto& pixel : picture) sum += pixel.x;
   CHECK(sum > 0);
 
-  // Two engines with seeds of their own are independent: their pictures differ by noise, and the mean of both is a picture, too.
+  // Two engines with seeds of their own are independent: their pictures differ by noise, and the
+  // mean of both is a picture, too.
   gmis::RenderSettings one, other;
   one.counts = gmis::integrators::pt;
   other.counts = gmis::integrators::bpt;

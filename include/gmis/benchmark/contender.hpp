@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/diagnostics.hpp"
 #include "gmis/mis/diagnostics/enumeration.hpp"
@@ -30,7 +31,7 @@ class ComparisonSource {
   explicit constexpr ComparisonSource(std::uint64_t seed) noexcept : state_(seed) {}
   [[nodiscard]] static constexpr result_type min() noexcept { return 0; }
   [[nodiscard]] static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
-  [[gnu::always_inline]] constexpr result_type operator()() noexcept {
+  GMIS_ALWAYS_INLINE constexpr result_type operator()() noexcept {
     std::uint64_t z = state_ += 0x9E3779B97F4A7C15U;
     z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
     z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
@@ -206,7 +207,7 @@ class ComparedProblem {
   using WorkspaceOf = Workspace<typename Set::Density, dynamic_capacity>;
 
   template <class F, class D>
-  [[nodiscard, gnu::always_inline]] static double quotient(const F& value, D denominator) {
+  [[nodiscard]] GMIS_ALWAYS_INLINE static double quotient(const F& value, D denominator) {
     return ratio<double>(SpectrumTraits<SummedAs<F>>::channel(static_cast<SummedAs<F>>(value), 0), denominator);
   }
 

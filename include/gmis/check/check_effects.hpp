@@ -9,7 +9,8 @@
 
 namespace gmis::detail {
 
-/// Checks that `effects()` of a scene names what its surfaces and lights show. The engine leaves out techniques by it.
+/// Checks that `effects()` of a scene names what its surfaces and lights show. The engine leaves
+/// out techniques by it.
 template <Scene Sc>
 class EffectsCheck {
  public:

@@ -12,7 +12,8 @@
 
 namespace gmis::detail {
 
-/// Checks `intersect`, `visible` and `transmittance` of a scene at hits: normals, offsets, ranges of rays.
+/// Checks `intersect`, `visible` and `transmittance` of a scene at hits: normals, offsets, ranges
+/// of rays.
 template <Scene Sc>
 class HitCheck {
  public:

@@ -15,7 +15,8 @@
 
 namespace gmis {
 
-/// Checks one light of a scene: next events, emission and what rays that hit the light find, against each other.
+/// Checks one light of a scene: next events, emission and what rays that hit the light find,
+/// against each other.
 template <Scene Sc, UniformSource Source>
 class LightCheck {
  public:
@@ -24,8 +25,8 @@ class LightCheck {
   using Light = typename Sc::Light;
   using Point = SurfacePoint<T>;
 
-  /// `receivers`: points that the light may reach, on surfaces or between them. `level`: chance of a false alarm of each
-  /// statistical test. `group`: of the findings.
+  /// `receivers`: points that the light may reach, on surfaces or between them. `level`: chance of
+  /// a false alarm of each statistical test. `group`: of the findings.
   LightCheck(const Sc& scene, const Light& light, std::span<const Point> receivers, Source& source, double level,
              std::size_t samples, std::size_t ray_samples, std::size_t group)
       : scene_(scene),
@@ -174,7 +175,8 @@ class LightCheck {
       directions.from_receiver(from);
   }
 
-  /// Where both weights disagree with `emitted` and no density is wrong, the radiance of `emitted` is.
+  /// Where both weights disagree with `emitted` and no density is wrong, the radiance of `emitted`
+  /// is.
   void judge_radiance() {
     for (const Convention density :
          {Convention::next_event_distribution, Convention::emission_origin_distribution,
@@ -184,8 +186,9 @@ class LightCheck {
                                                       !findings_.is_broken(Convention::emission_weight, group_));
   }
 
-  /// The disk of an infinite light: its area against `first`, from the spread of the starts around the line that the
-  /// disk is centred on. With a uniform density on a disk of radius R, the mean squared distance is R²/2.
+  /// The disk of an infinite light: its area against `first`, from the spread of the starts around
+  /// the line that the disk is centred on. With a uniform density on a disk of radius R, the mean
+  /// squared distance is R²/2.
   void check_disk() {
     std::vector<Start> starts;
     glm::dmat3 sum(0.0);
@@ -214,8 +217,8 @@ class LightCheck {
       const V across = offset - glm::dot(offset, start.direction) * start.direction;
       squares += glm::dot(across, across);
     }
-    // r² is uniform on [0, R²]: its standard deviation is R²/√12, so that of 2π mean(r²) / area is 0.58/√n; below 7
-    // standard deviations chance alone exceeds 1e-11 only.
+    // r² is uniform on [0, R²]: its standard deviation is R²/√12, so that of 2π mean(r²) / area is
+    // 0.58/√n; below 7 standard deviations chance alone exceeds 1e-11 only.
     const double ratio = 2.0 * pi<double> * squares / count / least->area;
     findings_.judge(Convention::emission_disk, std::abs(ratio - 1.0) < 0.02 + 7.0 * 0.58 / std::sqrt(count),
                     1.0 / least->area, 1.0 / (ratio * least->area));
@@ -240,9 +243,9 @@ class LightCheck {
   Findings findings_;
 };
 
-/// Checks one light of a scene. `receivers`: points that the light may reach. All statistical tests together raise a
-/// false alarm with a probability of at most `level`. `samples`: of each test; `ray_samples`: of those that trace rays. `group`: of
-/// the findings.
+/// Checks one light of a scene. `receivers`: points that the light may reach. All statistical tests
+/// together raise a false alarm with a probability of at most `level`. `samples`: of each test;
+/// `ray_samples`: of those that trace rays. `group`: of the findings.
 template <Scene Sc, UniformSource Source>
 [[nodiscard]] Findings check_light(const Sc& scene, const typename Sc::Light& light,
                                    std::span<const SurfacePoint<ScalarOf<typename Sc::Spectrum>>> receivers,

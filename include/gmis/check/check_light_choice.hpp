@@ -14,7 +14,8 @@
 
 namespace gmis::detail {
 
-/// The lights of a scene, and checks of how it chooses them: for emission, and for next events at a receiver.
+/// The lights of a scene, and checks of how it chooses them: for emission, and for next events at a
+/// receiver.
 template <Scene Sc>
 class LightChoiceCheck {
  public:
@@ -31,7 +32,8 @@ class LightChoiceCheck {
   /// The most likely lights first.
   [[nodiscard]] const std::vector<const Light*>& lights() const noexcept { return lights_; }
 
-  /// Chooses lights as the engine does for emission, and counts how often each is chosen. `hit`: lights that rays met.
+  /// Chooses lights as the engine does for emission, and counts how often each is chosen. `hit`:
+  /// lights that rays met.
   void choose(std::size_t count, std::span<const CheckedHit<Sc>> hits, Philox& source) {
     std::map<const Light*, std::size_t> chosen, first_draw;
     for (std::size_t i = 0; i < count; ++i) {
@@ -47,8 +49,8 @@ class LightChoiceCheck {
         first_draw.emplace(light, count + i);
     std::vector<std::pair<std::size_t, const Light*>> order;
     for (const auto& [light, times] : chosen) order.push_back({times, light});
-    // Pointers differ from run to run: an order of their own would make the checks differ, too. Lights of one count come in
-    // the order in which they were drawn.
+    // Pointers differ from run to run: an order of their own would make the checks differ, too.
+    // Lights of one count come in the order in which they were drawn.
     std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
       return a.first != b.first ? a.first > b.first : first_draw[a.second] < first_draw[b.second];
     });
@@ -66,7 +68,8 @@ class LightChoiceCheck {
     }
   }
 
-  /// The light choice of a scene that chooses for the receiver, at this receiver. `share`: of the level.
+  /// The light choice of a scene that chooses for the receiver, at this receiver. `share`: of the
+  /// level.
   void choose_at(const CheckedHit<Sc>& receiver, std::size_t count, double share,
                  Philox& source) requires SceneWithReceiverChoice<Sc> {
     const Point& from = receiver.hit.point;
@@ -99,8 +102,8 @@ class LightChoiceCheck {
     const auto place = std::find(lights_.begin(), lights_.end(), light);
     return first_group + static_cast<std::size_t>(place - lights_.begin());
   }
-  /// An event of probability `p` came `times` times in `count` draws: Bernstein's bound for a false alarm with a probability of at
-  /// most `alarm`.
+  /// An event of probability `p` came `times` times in `count` draws: Bernstein's bound for a false
+  /// alarm with a probability of at most `alarm`.
   void judge_frequency(Convention convention, std::size_t times, std::size_t count, double p, double alarm) {
     const double n = static_cast<double>(count), share = static_cast<double>(times) / n;
     const double logarithm = std::log(2.0 / alarm);

@@ -36,12 +36,14 @@ struct SceneCheckSettings {
   double level = 1e-6;         ///< chance that a sound scene is called broken, of all statistical tests together
 };
 
-/// Samples a scene of one's own and names the conventions that it breaks. It finds mistakes that compile, such as a
-/// density per area in place of one per steradian; most of them change the picture only where techniques are combined.
+/// Samples a scene of one's own and names the conventions that it breaks. It finds mistakes that
+/// compile, such as a density per area in place of one per steradian; most of them change the
+/// picture only where techniques are combined.
 ///
-/// Call it once, from a test or at the start of a program while the adapter is written; it takes a fraction of a second. What it
-/// finds is certain but for rounding and `level`. What it does not find may still be wrong: it sees only what subpaths
-/// from the camera and from the lights and rays between surfaces meet, and nothing of the renderer's own picture.
+/// Call it once, from a test or at the start of a program while the adapter is written; it takes a
+/// fraction of a second. What it finds is certain but for rounding and `level`. What it does not
+/// find may still be wrong: it sees only what subpaths from the camera and from the lights and rays
+/// between surfaces meet, and nothing of the renderer's own picture.
 template <Scene Sc>
 class SceneChecker {
  public:
@@ -130,7 +132,8 @@ class SceneChecker {
     const auto bsdf_for = [&](const Vec3<T>& to) { return bsdf_at(at, to); };
     SurfaceCheck<decltype(bsdf_for), T, Philox>(bsdf_for, at.hit.point, to_prev, source_, findings_).run(pairs);
   }
-  /// As the engine does: the BSDF of a ray that arrives from `to`. Nothing where no ray finds the same point.
+  /// As the engine does: the BSDF of a ray that arrives from `to`. Nothing where no ray finds the
+  /// same point.
   [[nodiscard]] std::optional<Bsdf> bsdf_at(const detail::CheckedHit<Sc>& at, const Vec3<T>& to) const {
     const Point& point = at.hit.point;
     const V position(point.position);

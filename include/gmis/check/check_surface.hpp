@@ -15,10 +15,12 @@
 
 namespace gmis {
 
-/// Checks the BSDF at one point of a surface in both modes of transport, pair of directions by pair of directions.
+/// Checks the BSDF at one point of a surface in both modes of transport, pair of directions by pair
+/// of directions.
 ///
-/// `BsdfFor`: makes the BSDF of that point as a ray that arrives from a direction finds it, in a `std::optional`, since the engine
-/// evaluates a BSDF only with the `to_prev` of the ray that made its hit.
+/// `BsdfFor`: makes the BSDF of that point as a ray that arrives from a direction finds it, in a
+/// `std::optional`, since the engine evaluates a BSDF only with the `to_prev` of the ray that made
+/// its hit.
 template <class BsdfFor, std::floating_point T, UniformSource Source>
 class SurfaceCheck {
  public:
@@ -109,7 +111,8 @@ class SurfaceCheck {
     findings_.count(Convention::bsdf_value, is_sound(f));
     findings_.count(Convention::bsdf_delta, !bsdf.is_purely_delta() || (sample.is_delta && is_black(f.value)));
     if (cosine < least_cosine) return;
-    // Where shading and geometric normal disagree about the side of a direction, light leaks or is lost: no check.
+    // Where shading and geometric normal disagree about the side of a direction, light leaks or is
+    // lost: no check.
     if (!(glm::dot(normal_, next) * glm::dot(geometric_, next) > 0.0 &&
           glm::dot(normal_, prev_) * glm::dot(geometric_, prev_) > 0.0))
       return;
@@ -185,8 +188,8 @@ class SurfaceCheck {
     compare(Convention::bsdf_reverse, number(f.pdf.reverse), number(swapped.pdf.forward), 0.03);
     compare_channels(Convention::bsdf_reciprocity, f.value, swapped.value, 1.0, 0.03);
     if (sample.eta != T(1)) return;
-    // A cosine left in f shows as a ratio of cosines: between the two directions, or between the modes where `evaluate` swaps its
-    // arguments for one of them.
+    // A cosine left in f shows as a ratio of cosines: between the two directions, or between the
+    // modes where `evaluate` swaps its arguments for one of them.
     const double cos_prev = std::abs(glm::dot(normal_, prev_)),
                  cos_next = std::abs(glm::dot(normal_, V(sample.to_next)));
     if (detail::nearly(cos_prev, cos_next, 0.03)) return;
@@ -214,7 +217,8 @@ class SurfaceCheck {
       compare(Convention::bsdf_delta_reverse, number(sample.pdf.reverse), back_forward, 0.02);
       const double product = eta * static_cast<double>(returned->eta);
       if (!has_snell && (eta != 1.0 || returned->eta != T(1))) compare(Convention::bsdf_eta, product, 1.0, 0.01);
-      // R(a → b) η² of one mode equals R(b → a) of the other, R being weight · pdf, η of the way a → b for both.
+      // R(a → b) η² of one mode equals R(b → a) of the other, R being weight · pdf, η of the way a
+      // → b for both.
       if (back_forward > 0.0)
         compare_channels(Convention::bsdf_delta_adjoint, sample.weight, returned->weight,
                          back_forward / (forward * eta * eta), 0.03);

@@ -19,8 +19,8 @@ inline void compare(Findings& findings, Convention convention, double found, dou
   findings.count(convention, nearly(found, wanted, tolerance), found, wanted);
 }
 
-/// Counts whether `found` equals `wanted` · `factor` in every channel, but for rounding and for a thousandth of the largest channel.
-/// The example shows a channel that differs.
+/// Counts whether `found` equals `wanted` · `factor` in every channel, but for rounding and for a
+/// thousandth of the largest channel. The example shows a channel that differs.
 template <Spectrum S>
 void compare_channels(Findings& findings, Convention convention, const S& found, const S& wanted, double factor,
                       double tolerance) {

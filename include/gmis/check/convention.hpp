@@ -6,13 +6,14 @@
 #include <string_view>
 
 /// \file
-/// The conventions between a renderer and the engine (core/concepts.hpp, core/interaction.hpp) that the checks of adapters
-/// test, in words.
+/// The conventions between a renderer and the engine (core/concepts.hpp, core/interaction.hpp) that
+/// the checks of adapters test, in words.
 
 namespace gmis {
 
-/// A convention of the interface between a renderer and the engine. `sentence_of` says it in words. The order is that of causes:
-/// what breaks one of them often breaks some of those after it, and seldom one before it.
+/// A convention of the interface between a renderer and the engine. `sentence_of` says it in words.
+/// The order is that of causes: what breaks one of them often breaks some of those after it, and
+/// seldom one before it.
 enum class Convention : std::uint8_t {
   camera_ray_unit,
   camera_pixel,

@@ -14,28 +14,31 @@
 #include "gmis/mis/moments.hpp"
 
 /// \file
-/// Does a sampler follow the density that it states? Tests whose bounds hold for every distribution.
+/// Does a sampler follow the density that it states? Tests whose bounds hold for every
+/// distribution.
 
 namespace gmis::detail {
 
-/// The distance from the mean of values in an interval of length 1 that their expectation exceeds with a probability of at most
-/// `level`, for every distribution: the empirical Bernstein bound √(2 V ln(3/level) / n) + 3 ln(3/level) / n [Audibert, Munos,
-/// Szepesvári 2009, theorem 1].
+/// The distance from the mean of values in an interval of length 1 that their expectation exceeds
+/// with a probability of at most `level`, for every distribution: the empirical Bernstein bound √(2
+/// V ln(3/level) / n) + 3 ln(3/level) / n [Audibert, Munos, Szepesvári 2009, theorem 1].
 [[nodiscard]] inline double bernstein_reach(const Moments<double>& values, double level) noexcept {
   if (values.count() < 2) return 1.0;
   const double n = static_cast<double>(values.count()), logarithm = std::log(3.0 / level);
   return std::sqrt(2.0 * values.variance() * logarithm / n) + 3.0 * logarithm / n;
 }
 
-/// A density over the sphere that is known and lies near that of a sampler: a tenth is uniform, the rest uniform over caps around
-/// directions that the sampler drew, wide enough to hold a fifth or a twentieth of its draws.
+/// A density over the sphere that is known and lies near that of a sampler: a tenth is uniform, the
+/// rest uniform over caps around directions that the sampler drew, wide enough to hold a fifth or a
+/// twentieth of its draws.
 class CapMixture {
  public:
   using V = Vec3<double>;
 
   /// Uniform over the sphere.
   CapMixture() = default;
-  /// `draws`: directions of the sampler. `least_drop`: 1 − cos of the narrowest cap whose directions have enough digits.
+  /// `draws`: directions of the sampler. `least_drop`: 1 − cos of the narrowest cap whose
+  /// directions have enough digits.
   template <UniformSource Source>
   CapMixture(std::span<const V> draws, double least_drop, Source& source) {
     if (draws.size() < 40) return;
@@ -66,8 +69,8 @@ class CapMixture {
     const Cap& cap = caps_[uniform_index(source, static_cast<std::uint32_t>(caps_.size()))];
     return glm::normalize(Frame<double>::around(cap.center).to_world(square_to_cone(Vec2<double>(u, v), cap.drop)));
   }
-  /// Four functions of a direction with values in [0, 1] by which a wrong shape shows where the integral is right: all, a side of
-  /// `axis`, and two caps that hold a fifth of the draws.
+  /// Four functions of a direction with values in [0, 1] by which a wrong shape shows where the
+  /// integral is right: all, a side of `axis`, and two caps that hold a fifth of the draws.
   [[nodiscard]] std::array<double, 4> factors(const V& direction, const V& axis) const noexcept {
     const double side = std::clamp((1.0 + glm::dot(direction, axis)) / 2.0, 0.0, 1.0);
     if (caps_.empty()) return {1.0, side, 0.0, 0.0};
@@ -90,9 +93,10 @@ class CapMixture {
 
 /// Tests whether samples follow their stated density p(x), by mixture sampling.
 ///
-/// Half of the draws come from the sampler, half from a distribution with the known density u. Where the sampler follows p, the
-/// balance heuristic gives ∫ p h = E_p[h p/(p + u)] + E_u[h p/(p + u)] for every function h, and E_p[h] is the same integral; their
-/// difference is tested. All terms are bounded, so that the test holds however narrow p is. A factor c too much in p changes the
+/// Half of the draws come from the sampler, half from a distribution with the known density u.
+/// Where the sampler follows p, the balance heuristic gives ∫ p h = E_p[h p/(p + u)] + E_u[h p/(p +
+/// u)] for every function h, and E_p[h] is the same integral; their difference is tested. All terms
+/// are bounded, so that the test holds however narrow p is. A factor c too much in p changes the
 /// difference by E_p[h (c − 1) / (c p/u + 1)]: u must be near p, or the test is blind to it.
 class DensityTest {
  public:
@@ -100,15 +104,16 @@ class DensityTest {
 
   /// A draw of the sampler that failed.
   void add_failure() noexcept { add_sample(false, 0.0, 1.0, {}); }
-  /// A draw of the sampler: whether it lies in the set where samples count, the density stated for it, the known density. `h`: any
-  /// functions of the draw with values in [0, 1].
+  /// A draw of the sampler: whether it lies in the set where samples count, the density stated for
+  /// it, the known density. `h`: any functions of the draw with values in [0, 1].
   void add_sample(bool is_inside, double density, double known, const Factors& h) noexcept {
     for (std::size_t i = 0; i < h.size(); ++i) {
       means_[i].samples.add(is_inside ? h[i] * (share_of(density, known) - 1.0) : 0.0);
       means_[i].inside.add(is_inside ? h[i] : 0.0);
     }
   }
-  /// A draw from the known distribution: the density that the sampler states there, 0 where no sample counts.
+  /// A draw from the known distribution: the density that the sampler states there, 0 where no
+  /// sample counts.
   void add_known(double density, double known, const Factors& h) noexcept {
     for (std::size_t i = 0; i < h.size(); ++i) means_[i].known.add(h[i] * share_of(density, known));
   }
@@ -135,7 +140,8 @@ class DensityTest {
   }
   /// Share of the draws that count.
   [[nodiscard]] double share() const noexcept { return means_[0].inside.mean(); }
-  /// Estimate of the integral of the stated density; nearer to `share()` than it is where the two differ much.
+  /// Estimate of the integral of the stated density; nearer to `share()` than it is where the two
+  /// differ much.
   [[nodiscard]] double integral() const noexcept { return share() + means_[0].samples.mean() + means_[0].known.mean(); }
 
  private:

@@ -9,8 +9,8 @@
 
 namespace gmis {
 
-/// The optional members of a scene and its types that are missing, and what each costs: a line for each, empty when none
-/// is missing.
+/// The optional members of a scene and its types that are missing, and what each costs: a line for
+/// each, empty when none is missing.
 template <Scene Sc>
 [[nodiscard]] std::string explain(const Sc& scene) {
   using B = typename Sc::Bsdf;

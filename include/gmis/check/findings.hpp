@@ -16,11 +16,12 @@
 #include "gmis/core/math.hpp"
 
 /// \file
-/// The report of `check_scene`, `check_camera`, `check_light` and `check_surface`.
+/// The report of `check_scene`, `check_camera`, `check_light` and `SurfaceCheck`.
 
 namespace gmis {
 
-/// One case that breaks a convention: where it was met, and the two numbers that differ. A number that does not apply is NaN.
+/// One case that breaks a convention: where it was met, and the two numbers that differ. A number
+/// that does not apply is NaN.
 struct FindingExample {
   Vec3<double> at{0};       ///< the surface point, or the receiver of a next event, in scene units
   Vec3<double> to_prev{0};  ///< unit; zero where no direction applies
@@ -63,8 +64,9 @@ struct Finding {
   }
 };
 
-/// What a check found out. Cases are counted by groups, such as the surfaces of one material or the samples of one light, so
-/// that a mistake in something rare is not lost among many cases of others.
+/// What a check found out. Cases are counted by groups, such as the surfaces of one material or the
+/// samples of one light, so that a mistake in something rare is not lost among many cases of
+/// others.
 class Findings {
  public:
   /// The cases that follow belong to this group, and were met at `place`.
@@ -116,8 +118,8 @@ class Findings {
       }
     return result;
   }
-  /// True when in some group, or in some place, more cases break the convention than rounding explains, or when a verdict says
-  /// so.
+  /// True when in some group, or in some place, more cases break the convention than rounding
+  /// explains, or when a verdict says so.
   [[nodiscard]] bool is_broken(Convention convention) const {
     for (const auto& [key, tally] : tallies_)
       if (key.first == convention && is_beyond_rounding(convention, tally)) return true;
@@ -173,8 +175,9 @@ class Findings {
     return convention == Convention::hit_normal_slant ? 0.25 : 0.05;
   }
 
-  /// A fault of one small object shares a group with all surfaces like it. Its cases lie together: of the six sites nearest to
-  /// one, itself included, at least five are bad, for at least four of them. Rounding leaves sound sites in between.
+  /// A fault of one small object shares a group with all surfaces like it. Its cases lie together:
+  /// of the six sites nearest to one, itself included, at least five are bad, for at least four of
+  /// them. Rounding leaves sound sites in between.
   [[nodiscard]] bool is_broken_in_one_place(Convention convention) const {
     const std::vector<Site>& sites = sites_[static_cast<std::size_t>(convention)];
     constexpr std::size_t near = 6, most_bad = 5, least = 4;

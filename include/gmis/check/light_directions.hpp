@@ -26,7 +26,8 @@ class LightDirections {
   using Point = SurfacePoint<T>;
   using V = Vec3<double>;
 
-  /// `level`: chance of a false alarm of each test. `samples`: of each test; `ray_samples`: of those that trace rays.
+  /// `level`: chance of a false alarm of each test. `samples`: of each test; `ray_samples`: of
+  /// those that trace rays.
   LightDirections(const Sc& scene, const Light& light, Source& source, Findings& findings, double level,
                   std::size_t samples, std::size_t ray_samples)
       : scene_(scene),
@@ -78,7 +79,8 @@ class LightDirections {
     });
   }
 
-  /// `first` of an area light: the density of directions at a point that emission has drawn, in the frame of its normal.
+  /// `first` of an area light: the density of directions at a point that emission has drawn, in the
+  /// frame of its normal.
   void at_points_of_emission() {
     std::vector<V> pilot;
     for (int i = 0; i < 400; ++i)
@@ -186,8 +188,8 @@ class LightDirections {
       }
     return 0.55 * glm::length(high - low);
   }
-  /// Every density is that of the first point of this light that the direction meets; nothing when it meets something else, or
-  /// a point that does not shine this way.
+  /// Every density is that of the first point of this light that the direction meets; nothing when
+  /// it meets something else, or a point that does not shine this way.
   [[nodiscard]] std::optional<Point> first_point(const Point& from, const V& direction) const {
     const auto hit = scene_.intersect(leave(from, Vec3<T>(direction)));
     if (!hit || hit->light != &light_) return std::nullopt;
@@ -198,7 +200,8 @@ class LightDirections {
     const V offset = V(point.position) - V(from.position);
     return glm::dot(offset, offset) / std::max(1e-6, std::abs(glm::dot(V(point.geometric_normal), direction)));
   }
-  /// The direction from `from` to a point that a sampler made, and what a ray finds there; nothing where the ray finds another point.
+  /// The direction from `from` to a point that a sampler made, and what a ray finds there; nothing
+  /// where the ray finds another point.
   [[nodiscard]] std::optional<std::pair<V, Point>> seen_from(const Point& from, const Point& point,
                                                              double radius) const {
     const V offset = V(point.position) - V(from.position);

@@ -13,8 +13,8 @@
 
 namespace gmis::detail {
 
-/// Statistics over many draws of a BSDF, at one point or at all points of a group of surfaces: the density of directions, the mean
-/// weight of samples beside ∫ f |cos| and beside the albedo.
+/// Statistics over many draws of a BSDF, at one point or at all points of a group of surfaces: the
+/// density of directions, the mean weight of samples beside ∫ f |cos| and beside the albedo.
 template <Spectrum S>
 class ScatterStatistics {
  public:
@@ -50,8 +50,8 @@ class ScatterStatistics {
     mode_ = other.mode_;
   }
 
-  /// Verdicts on the draws. `level`: bound on the probability of a false alarm of the test of the density. Weights have no bound:
-  /// ten standard errors stand for skewed distributions.
+  /// Verdicts on the draws. `level`: bound on the probability of a false alarm of the test of the
+  /// density. Weights have no bound: ten standard errors stand for skewed distributions.
   void judge(Findings& findings, double level) const {
     if (weight_[0].count() < 2) return;
     if (scattered_ > 0)

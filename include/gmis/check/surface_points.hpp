@@ -17,9 +17,10 @@
 
 namespace gmis {
 
-/// A BSDF with the optional member `check_group()`: a number that surfaces share whose BSDF runs through the same code, such as
-/// the number of a material. Adapter checks then test these surfaces by themselves. Without it surfaces are grouped by what shows:
-/// delta and narrow lobes, the albedo, whether they emit.
+/// A BSDF with the optional member `check_group()`: a number that surfaces share whose BSDF runs
+/// through the same code, such as the number of a material. Adapter checks then test these surfaces
+/// by themselves. Without it surfaces are grouped by what shows: delta and narrow lobes, the
+/// albedo, whether they emit.
 template <class B>
 concept BsdfWithCheckGroup = Bsdf<B> && requires(const B& bsdf) {
   { bsdf.check_group() } -> std::convertible_to<std::uint64_t>;
@@ -75,8 +76,9 @@ template <Bsdf B, std::floating_point T, UniformSource Source>
   }
 }
 
-/// Points on the surfaces of a scene, as subpaths from the camera and from the lights meet them, and rays between surfaces; by
-/// groups of surfaces that are alike, with at least `points` points in each group that can be found.
+/// Points on the surfaces of a scene, as subpaths from the camera and from the lights meet them,
+/// and rays between surfaces; by groups of surfaces that are alike, with at least `points` points
+/// in each group that can be found.
 template <Scene Sc>
 class SurfacePoints {
  public:
@@ -104,8 +106,9 @@ class SurfacePoints {
     if (const auto start = light.sample_emission(origin, two()))
       follow(start->origin, start->direction, TransportMode::importance);
   }
-  /// Looks for what is rare by rays from any surface: in any direction, of which those are kept that end where few hits are; to places
-  /// with few hits, which may be small objects; to groups that have too few points. About `rays` of the first two kinds each.
+  /// Looks for what is rare by rays from any surface: in any direction, of which those are kept
+  /// that end where few hits are; to places with few hits, which may be small objects; to groups
+  /// that have too few points. About `rays` of the first two kinds each.
   void seek_rare(std::size_t rays) {
     measure();
     if (hits_.empty()) return;
@@ -177,7 +180,8 @@ class SurfacePoints {
     return hit;
   }
   using Cell = std::array<long, 5>;
-  /// Where and how a surface lies: a cube of space, a tenth of the median distance wide, the axis nearest to the normal, the group.
+  /// Where and how a surface lies: a cube of space, a tenth of the median distance wide, the axis
+  /// nearest to the normal, the group.
   [[nodiscard]] Cell cell_of(const Point& point, std::size_t group) const {
     const auto place = [&](T x) {
       return static_cast<long>(std::clamp(std::floor(static_cast<double>(x) / (0.1 * distance_)), -1e9, 1e9));
