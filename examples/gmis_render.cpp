@@ -224,9 +224,9 @@ int run(Options options) {
   }
   if (options.check) return print_check(find_scene(options.scene), options.load, options.quiet);
   if (!options.replay) check_outputs(options);
-  LoadedScene loaded = load_scene(find_scene(options.scene), options.size,
-                                  options.lenient ? Strictness::lenient : Strictness::strict, options.lights,
-                                  options.load);
+  LoadedScene loaded =
+      load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict,
+                 options.lights, options.load);
   const BuiltScene& scene = *loaded.built;
   if (!options.quiet)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
@@ -332,7 +332,8 @@ int run(Options options) {
   if (!options.quiet) print_summary(result, request, plan, written, facts.error);
   const auto is_png = [](const std::filesystem::path& file) { return file.extension() == ".png"; };
   if (!options.quiet && !options.exposure && std::any_of(written.begin(), written.end(), is_png))
-    std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n", static_cast<double>(std::log2(extras.exposure)));
+    std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n",
+                static_cast<double>(std::log2(extras.exposure)));
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

@@ -28,10 +28,10 @@ enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
 
 std::optional<Type> type_of(const std::string& name) {
   constexpr std::pair<std::string_view, Type> types[] = {
-      {"char", Type::i8},    {"uchar", Type::u8},   {"short", Type::i16},   {"ushort", Type::u16},
-      {"int", Type::i32},    {"uint", Type::u32},   {"float", Type::f32},   {"double", Type::f64},
-      {"int8", Type::i8},    {"uint8", Type::u8},   {"int16", Type::i16},   {"uint16", Type::u16},
-      {"int32", Type::i32},  {"uint32", Type::u32}, {"float32", Type::f32}, {"float64", Type::f64}};
+      {"char", Type::i8},   {"uchar", Type::u8},   {"short", Type::i16},   {"ushort", Type::u16},
+      {"int", Type::i32},   {"uint", Type::u32},   {"float", Type::f32},   {"double", Type::f64},
+      {"int8", Type::i8},   {"uint8", Type::u8},   {"int16", Type::i16},   {"uint16", Type::u16},
+      {"int32", Type::i32}, {"uint32", Type::u32}, {"float32", Type::f32}, {"float64", Type::f64}};
   for (const auto& [known, type] : types)
     if (name == known) return type;
   return {};
@@ -225,9 +225,7 @@ class TextNumbers {
   }
 
  private:
-  void skip_blanks() {
-    line_.remove_prefix(std::min(line_.find_first_not_of(" \t\r"), line_.size()));
-  }
+  void skip_blanks() { line_.remove_prefix(std::min(line_.find_first_not_of(" \t\r"), line_.size())); }
   std::string_view rest_, line_;
 };
 
@@ -236,9 +234,9 @@ enum class Role { x, y, z, nx, ny, nz, u, v, none };
 
 Role role_of(const std::string& name) {
   constexpr std::pair<std::string_view, Role> roles[] = {
-      {"x", Role::x},   {"y", Role::y}, {"z", Role::z}, {"nx", Role::nx}, {"ny", Role::ny}, {"nz", Role::nz},
-      {"u", Role::u},   {"v", Role::v}, {"s", Role::u}, {"t", Role::v},   {"texture_u", Role::u},
-      {"texture_v", Role::v}, {"texture_s", Role::u}, {"texture_t", Role::v}};
+      {"x", Role::x},         {"y", Role::y},         {"z", Role::z},         {"nx", Role::nx},      {"ny", Role::ny},
+      {"nz", Role::nz},       {"u", Role::u},         {"v", Role::v},         {"s", Role::u},        {"t", Role::v},
+      {"texture_u", Role::u}, {"texture_v", Role::v}, {"texture_s", Role::u}, {"texture_t", Role::v}};
   for (const auto& [known, role] : roles)
     if (name == known) return role;
   return Role::none;
@@ -248,7 +246,8 @@ Role role_of(const std::string& name) {
 template <class Numbers>
 void read_list(const Property& property, Numbers& numbers, std::vector<double>& entries) {
   const double length = numbers.next(*property.length_type);
-  if (!(length >= 0) || length != std::floor(length) || length > static_cast<double>(numbers.most_numbers_left(property.type)))
+  if (!(length >= 0) || length != std::floor(length) ||
+      length > static_cast<double>(numbers.most_numbers_left(property.type)))
     throw Broken{};
   entries.clear();
   for (std::size_t i = 0; i < static_cast<std::size_t>(length); ++i) entries.push_back(numbers.next(property.type));
@@ -332,10 +331,10 @@ MeshDescription parse_ply(std::string_view bytes, const std::string& name, LoadB
   try {
     std::string_view rest = bytes;
     const Header header = header_of(rest);
-    MeshDescription mesh = *header.encoding == Encoding::text
-                               ? mesh_of(header, TextNumbers(rest), name, budget, where)
-                               : mesh_of(header, BinaryNumbers(rest, *header.encoding == Encoding::big_endian), name,
-                                         budget, where);
+    MeshDescription mesh =
+        *header.encoding == Encoding::text
+            ? mesh_of(header, TextNumbers(rest), name, budget, where)
+            : mesh_of(header, BinaryNumbers(rest, *header.encoding == Encoding::big_endian), name, budget, where);
     const bool is_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Point& p) {
       return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
     });

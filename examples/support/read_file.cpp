@@ -32,9 +32,7 @@ std::string read_file(const std::filesystem::path& file, const std::string& what
 
 std::string unpacked_gzip(const std::string& packed, const std::string& name, LoadBudget& budget,
                           const SourcePosition& where) {
-  const auto fail = [&] {
-    return InputError(where, name + " cannot be unpacked: it is no whole gzip file");
-  };
+  const auto fail = [&] { return InputError(where, name + " cannot be unpacked: it is no whole gzip file"); };
   if (packed.size() > std::numeric_limits<unsigned>::max()) throw fail();
   z_stream state{};
   constexpr int window = 15, gzip = 16;

@@ -9,6 +9,6 @@ namespace gmis::tools {
 
 /// Reads a scene by the ending of its name: .gltf and .glb, else pbrt's text.
 [[nodiscard]] SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
-                                             const LoadOptions& options = {});
+                                          const LoadOptions& options = {});
 
 }  // namespace gmis::tools

@@ -17,7 +17,8 @@ void check_shape(const ShapeDescription& shape, const SceneDescription& scene) {
   const auto& mesh = std::get<MeshDescription>(shape.geometry);
   for (const Point& p : mesh.positions)
     fuzz::require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z), "positions are numbers");
-  fuzz::require(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size(), "one normal per position or none");
+  fuzz::require(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size(),
+                "one normal per position or none");
   fuzz::require(mesh.uv.empty() || mesh.uv.size() == mesh.positions.size(), "one pair per position or none");
   for (const auto& triangle : mesh.triangles)
     for (const int corner : triangle)

@@ -13,12 +13,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     LoadBudget budget(std::uintmax_t{64} << 20);
     try {
       const auto image = read_texture_image(data, size, "input", {}, part, budget, {});
-      const auto texels =
-          static_cast<std::size_t>(image->resolution.x) * static_cast<std::size_t>(image->resolution.y);
+      const auto texels = static_cast<std::size_t>(image->resolution.x) * static_cast<std::size_t>(image->resolution.y);
       fuzz::require(texels > 0, "an image has pixels");
-      fuzz::require(std::max(image->bytes.size(), image->floats.size()) ==
-                        texels * static_cast<std::size_t>(image->channels),
-                    "all pixels are there");
+      fuzz::require(
+          std::max(image->bytes.size(), image->floats.size()) == texels * static_cast<std::size_t>(image->channels),
+          "all pixels are there");
     } catch (const InputError& error) {
       fuzz::require(std::string_view(error.what()).find('\n') == std::string_view::npos, "an error is one line");
     }

@@ -215,8 +215,9 @@ TEST_CASE("What glTF has and this does not is said") {
   });
   CHECK(lines.error.empty());
   CHECK(lines.says("1 parts of points or lines are left out"));
-  CHECK(read_changed([](Json& j) { j["meshes"][0]["primitives"][0]["mode"] = 0; }).error.find("points and lines alone") !=
-        std::string::npos);
+  CHECK(read_changed([](Json& j) {
+          j["meshes"][0]["primitives"][0]["mode"] = 0;
+        }).error.find("points and lines alone") != std::string::npos);
 }
 
 TEST_CASE("Files that are missing are named") {
@@ -270,7 +271,8 @@ std::string base64_of(const std::string& bytes) {
 
 /// Adds bytes as a view with a buffer of its own; its number.
 std::size_t add_view(Json& json, const std::string& bytes) {
-  json["buffers"].push_back({{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64_of(bytes)}});
+  json["buffers"].push_back(
+      {{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64_of(bytes)}});
   json["bufferViews"].push_back({{"buffer", json["buffers"].size() - 1}, {"byteLength", bytes.size()}});
   return json["bufferViews"].size() - 1;
 }
@@ -384,7 +386,8 @@ TEST_CASE("A texture is turned, scaled and moved counter-clockwise as it is seen
   const auto placed = [](const Json& transform, const Json& sampler) {
     return read_changed([&](Json& json) {
       add_image(json);
-      json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] = transform;
+      json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] =
+          transform;
       json["samplers"] = {sampler};
       json["textures"][0]["sampler"] = 0;
     });
@@ -423,15 +426,18 @@ TEST_CASE("A skin moves vertices with its joints, a morph target by its weight, 
     json["skins"] = {{{"joints", {2, 3}}}};
     json["nodes"][0]["skin"] = 0;
     json["nodes"][0]["translation"] = {7, 7, 7};  // of no effect on a skin
-    json["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", add_floats(json, {1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0}, "VEC3", 3)}}};
+    json["meshes"][0]["primitives"][0]["targets"] = {
+        {{"POSITION", add_floats(json, {1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0}, "VEC3", 3)}}};
     json["meshes"][0]["weights"] = {0.5};
-    json["animations"] = {
-        {{"channels",
-          {{{"sampler", 0}, {"target", {{"node", 2}, {"path", "translation"}}}},
-           {{"sampler", 1}, {"target", {{"node", 0}, {"path", "weights"}}}}}},
-         {"samplers",
-          {{{"input", add_floats(json, {0, 2}, "SCALAR", 1)}, {"output", add_floats(json, {0, 0, -1, 0, 4, -1}, "VEC3", 3)}},
-           {{"input", add_floats(json, {0, 2}, "SCALAR", 1)}, {"output", add_floats(json, {0, 2}, "SCALAR", 1)}, {"interpolation", "STEP"}}}}}};
+    json["animations"] = {{{"channels",
+                            {{{"sampler", 0}, {"target", {{"node", 2}, {"path", "translation"}}}},
+                             {{"sampler", 1}, {"target", {{"node", 0}, {"path", "weights"}}}}}},
+                           {"samplers",
+                            {{{"input", add_floats(json, {0, 2}, "SCALAR", 1)},
+                              {"output", add_floats(json, {0, 0, -1, 0, 4, -1}, "VEC3", 3)}},
+                             {{"input", add_floats(json, {0, 2}, "SCALAR", 1)},
+                              {"output", add_floats(json, {0, 2}, "SCALAR", 1)},
+                              {"interpolation", "STEP"}}}}}};
   };
   const Read rest = read_changed(change);
   CAPTURE(rest.error);
@@ -476,11 +482,14 @@ TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of e
       json["materials"][0] = description;
     });
   };
-  const auto kind = [](const Read& result) { return result.scene.materials.at(result.scene.shapes.at(0).material).kind; };
+  const auto kind = [](const Read& result) {
+    return result.scene.materials.at(result.scene.shapes.at(0).material).kind;
+  };
   const auto extended = [](const char* name, const Json& value) { return Json{{"extensions", {{name, value}}}}; };
   // No specular: all of it diffuse. Specular as of a metal: all of it metal.
-  const Read plastic = material(extended("KHR_materials_pbrSpecularGlossiness",
-                                         {{"diffuseFactor", {0.5, 0.25, 0, 1}}, {"specularFactor", {0.04, 0.04, 0.04}}, {"glossinessFactor", 0.5}}));
+  const Read plastic = material(extended(
+      "KHR_materials_pbrSpecularGlossiness",
+      {{"diffuseFactor", {0.5, 0.25, 0, 1}}, {"specularFactor", {0.04, 0.04, 0.04}}, {"glossinessFactor", 0.5}}));
   CAPTURE(plastic.error);
   const auto& coated = std::get<CoatedDiffuseDescription>(kind(plastic));
   CHECK(near(coated.reflectance, {0.5, 0.25, 0}));
@@ -497,11 +506,13 @@ TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of e
   REQUIRE(flat.scene.shapes.at(0).emission);
   CHECK(flat.scene.shapes[0].emission->texture);
   CHECK(std::get<DiffuseDescription>(kind(flat)).reflectance == Rgb(0));
-  const Read glass = material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.9, 0.4, 1}}, {"roughnessFactor", 0}}},
-                               {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
+  const Read glass =
+      material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.9, 0.4, 1}}, {"roughnessFactor", 0}}},
+                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
   CHECK(std::get<DielectricDescription>(kind(glass)).tint == Rgb(0.2, 0.9, 0.4));
-  const Read coat = material({{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
-                              {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.5}}}}}});
+  const Read coat = material(
+      {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
+       {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.5}}}}}});
   CHECK(std::get<CoatedDiffuseDescription>(kind(coat)).alpha == Approx(0.25));
   const Read screen = material({{"emissiveFactor", {1, 2, 0.5}}, {"emissiveTexture", {{"index", 0}}}});
   REQUIRE(screen.scene.shapes.at(0).emission);
@@ -528,7 +539,9 @@ TEST_CASE("Numbers that make no sense are named, and cut where that can be meant
           attributes(j).erase("TEXCOORD_0");
         }).find("TEXCOORD_0, which it lacks") != std::string::npos);
   CHECK(error([](Json& j) { j["asset"]["version"] = "1.0"; }).find("glTF 1.0") != std::string::npos);
-  CHECK(error([](Json& j) { j["materials"][0]["emissiveFactor"] = {1e300, 0, 0}; }).find("emissiveFactor") != std::string::npos);
+  CHECK(error([](Json& j) {
+          j["materials"][0]["emissiveFactor"] = {1e300, 0, 0};
+        }).find("emissiveFactor") != std::string::npos);
 }
 
 #if GMIS_HAS_MESHOPT
@@ -538,9 +551,14 @@ TEST_CASE("What meshoptimizer packs is unpacked") {
   std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(4, 12));
   packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), positions.data(), 4, 12));
   const auto change = [&](Json& json, std::size_t length) {
-    const std::size_t view = add_view(json, std::string(packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(length)));
+    const std::size_t view =
+        add_view(json, std::string(packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(length)));
     json["bufferViews"][view]["extensions"]["EXT_meshopt_compression"] = {
-        {"buffer", json["bufferViews"][view]["buffer"]}, {"byteLength", length}, {"byteStride", 12}, {"count", 4}, {"mode", "ATTRIBUTES"}};
+        {"buffer", json["bufferViews"][view]["buffer"]},
+        {"byteLength", length},
+        {"byteStride", 12},
+        {"count", 4},
+        {"mode", "ATTRIBUTES"}};
     json["bufferViews"][view]["byteLength"] = 48;
     json["accessors"][0]["bufferView"] = view;
   };
@@ -548,7 +566,8 @@ TEST_CASE("What meshoptimizer packs is unpacked") {
   CAPTURE(result.error);
   REQUIRE(result.scene.shapes.size() == 1);
   CHECK(near(mesh(result).positions.at(2), {1, 1, 0.5}));
-  CHECK(read_changed([&](Json& json) { change(json, packed.size() / 2); }).error.find("meshoptimizer") != std::string::npos);
+  CHECK(read_changed([&](Json& json) { change(json, packed.size() / 2); }).error.find("meshoptimizer") !=
+        std::string::npos);
 }
 
 #endif

@@ -77,13 +77,15 @@ TEST_CASE("Pipes, files outside of the folder and of the network are not opened"
   const auto of_buffer = [&](const std::string& uri) {
     write(folder, "a.gltf",
           gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
-               "\"POSITION\":0}}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],"
+               "\"POSITION\":0}}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":"
+               "\"VEC3\"}],"
                "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\"uri\":\"" +
                uri + "\"}]"));
     return error_of(folder.path / "a.gltf");
   };
   CHECK_THAT(of_buffer("pipe.bin"), Contains("no regular file"));
-  for (const char* uri : {"../../etc/passwd", "/etc/passwd", "%2e%2e/secret.bin", "sub/../../secret.bin", "..", "file:///etc/passwd"}) {
+  for (const char* uri :
+       {"../../etc/passwd", "/etc/passwd", "%2e%2e/secret.bin", "sub/../../secret.bin", "..", "file:///etc/passwd"}) {
     CAPTURE(uri);
     const std::string error = of_buffer(uri);
     CHECK((error.find("not inside of the folder") != std::string::npos || error.find("network") != std::string::npos));
@@ -112,8 +114,10 @@ TEST_CASE("Mixtures that double and textures that double end by their size") {
   std::string textures = "WorldBegin Texture \"t0\" \"spectrum\" \"checkerboard\"\n";
   for (int i = 1; i <= 40; ++i) {
     const std::string n = std::to_string(i), before = std::to_string(i - 1);
-    mixes += "MakeNamedMaterial \"m" + n + "\" \"string type\" \"mix\" \"string materials\" [ \"m" + before + "\" \"m" + before + "\" ]\n";
-    textures += "Texture \"t" + n + "\" \"spectrum\" \"mix\" \"texture tex1\" \"t" + before + "\" \"texture tex2\" \"t" + before + "\"\n";
+    mixes += "MakeNamedMaterial \"m" + n + "\" \"string type\" \"mix\" \"string materials\" [ \"m" + before + "\" \"m" +
+             before + "\" ]\n";
+    textures += "Texture \"t" + n + "\" \"spectrum\" \"mix\" \"texture tex1\" \"t" + before +
+                "\" \"texture tex2\" \"t" + before + "\"\n";
   }
   CHECK_THAT(pbrt_error(mixes + triangle), Contains("a mixture of more than 10000 materials"));
   CHECK_THAT(pbrt_error(textures + triangle), Contains("has more than 10000 parts"));
@@ -122,8 +126,7 @@ TEST_CASE("Mixtures that double and textures that double end by their size") {
 TEST_CASE("Nodes are trees") {
   const ScratchFolder folder;
   std::string nodes;
-  for (int i = 0; i < 41; ++i)
-    nodes += "{\"children\":[" + std::to_string(i + 1) + "," + std::to_string(i + 1) + "]},";
+  for (int i = 0; i < 41; ++i) nodes += "{\"children\":[" + std::to_string(i + 1) + "," + std::to_string(i + 1) + "]},";
   write(folder, "a.gltf", gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" + nodes + "{}]"));
   CHECK_THAT(error_of(folder.path / "a.gltf"), Contains("two parents"));
   write(folder, "b.gltf", gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"children\":[1]},{\"children\":[0]}]"));
@@ -150,15 +153,17 @@ TEST_CASE("What a file says to be large is counted before there is memory for it
     return error_of(folder.path / "a.gltf", small_memory);
   };
   const std::string mesh =
-      "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],";
+      "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+      "\"POSITION\":0}}]}],";
   // An accessor without data is of zeros.
   CHECK_THAT(error(mesh + "\"accessors\":[{\"componentType\":5126,\"count\":4000000000,\"type\":\"VEC3\"}]"),
              Contains("accessor 0 would take"));
   CHECK_THAT(error(mesh + "\"accessors\":[{\"componentType\":5126,\"count\":1e14,\"type\":\"VEC3\"}]"),
              Contains("accessor 0 would take"));
-  CHECK_THAT(error(mesh + "\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":4e9,"
-                          "\"indices\":{\"bufferView\":0,\"componentType\":5125},\"values\":{\"bufferView\":0}}}]"),
-             Contains("accessor 0 would take"));
+  CHECK_THAT(
+      error(mesh + "\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":4e9,"
+                   "\"indices\":{\"bufferView\":0,\"componentType\":5125},\"values\":{\"bufferView\":0}}}]"),
+      Contains("accessor 0 would take"));
   write(folder, "a.pfm", "PF\n30000 30000\n-1\n");
   CHECK_FALSE(error_of(folder.path / "a.pfm").empty());
 }

@@ -57,14 +57,14 @@ TEST_CASE("Binary meshes are read whatever their first byte, byte order and line
         const auto x = std::bit_cast<float>(bits);
         std::string content;
         for (const char* line : {"ply", is_big ? "format binary_big_endian 1.0" : "format binary_little_endian 1.0",
-                                 "comment end_header is not here", "element vertex 3", "property float x", "property float y",
-                                 "property float z", "property uchar red", "property double nx", "property double ny",
-                                 "property double nz", "property float s", "property float t", "element face 1",
-                                 "property list uchar int vertex_indices", "end_header"})
+                                 "comment end_header is not here", "element vertex 3", "property float x",
+                                 "property float y", "property float z", "property uchar red", "property double nx",
+                                 "property double ny", "property double nz", "property float s", "property float t",
+                                 "element face 1", "property list uchar int vertex_indices", "end_header"})
           content += line + end;
         for (int i = 0; i < 3; ++i) {
-          content += bytes_of(i == 0 ? x : static_cast<float>(i), is_big) + bytes_of(static_cast<float>(i * i), is_big) +
-                     bytes_of(0.5F, is_big) + 'r';
+          content += bytes_of(i == 0 ? x : static_cast<float>(i), is_big) +
+                     bytes_of(static_cast<float>(i * i), is_big) + bytes_of(0.5F, is_big) + 'r';
           for (int axis = 0; axis < 3; ++axis) content += bytes_of(axis == 2 ? 1.0 : 0.0, is_big);
           content += bytes_of(0.25F, is_big) + bytes_of(0.75F, is_big);
         }
@@ -84,10 +84,11 @@ TEST_CASE("Every type of number is read, and polygons are cut into fans") {
   std::mt19937 random(static_cast<std::mt19937::result_type>(gmis_test::seed(371)));
   for (const bool is_big : {false, true})
     for (int round = 0; round < 20; ++round) {
-      std::string content = std::string("ply\nformat binary_") + (is_big ? "big" : "little") +
-                            "_endian 1.0\nelement vertex 5\nproperty char x\nproperty ushort y\nproperty int z\n"
-                            "element face 2\nproperty list ushort short vertex_index\nelement other 1\nproperty list uint "
-                            "double weights\nend_header\n";
+      std::string content =
+          std::string("ply\nformat binary_") + (is_big ? "big" : "little") +
+          "_endian 1.0\nelement vertex 5\nproperty char x\nproperty ushort y\nproperty int z\n"
+          "element face 2\nproperty list ushort short vertex_index\nelement other 1\nproperty list uint "
+          "double weights\nend_header\n";
       std::vector<Point> wanted;
       for (int i = 0; i < 5; ++i) {
         const auto x = static_cast<std::int8_t>(random());
@@ -168,7 +169,9 @@ TEST_CASE("A PLY file cut short or with bytes changed gives an error or a mesh, 
 }
 
 TEST_CASE("PLY files whose lists or counts lie about their length are refused") {
-  const auto is_whole = [&](const std::string& content) { return error_of(content).find("not whole") == std::string::npos; };
+  const auto is_whole = [&](const std::string& content) {
+    return error_of(content).find("not whole") == std::string::npos;
+  };
   const auto text_with = [](const std::string& faces, int count) {
     return "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\n"
            "property float z\nelement face " +

@@ -128,7 +128,8 @@ TEST_CASE("Input that cannot change the picture is read in silence or with a not
 
 TEST_CASE("The same transform at the start and at the end is no motion") {
   const Read result = read(
-      "WorldBegin\nActiveTransform StartTime Translate 0 0 4 ActiveTransform EndTime Translate 0 0 4 ActiveTransform All\n"
+      "WorldBegin\nActiveTransform StartTime Translate 0 0 4 ActiveTransform EndTime Translate 0 0 4 ActiveTransform "
+      "All\n"
       "AttributeBegin ActiveTransform EndTime Translate 1 0 0 AttributeEnd\n" +
           triangle,
       Strictness::strict);
@@ -147,7 +148,8 @@ TEST_CASE("Textures and mixtures that name themselves are not defined above") {
       CHECK((result.says("not defined above") || result.error.find("not defined above") != std::string::npos));
     }
     // One that is there before may be replaced by what is made of it.
-    CHECK(read("WorldBegin\nTexture \"a\" \"spectrum\" \"constant\"\nTexture \"a\" \"spectrum\" \"scale\" \"texture tex\" \"a\"\n" +
+    CHECK(read("WorldBegin\nTexture \"a\" \"spectrum\" \"constant\"\nTexture \"a\" \"spectrum\" \"scale\" \"texture "
+               "tex\" \"a\"\n" +
                    triangle,
                strictness)
               .diagnostics.error_count() == 0);
@@ -170,8 +172,8 @@ TEST_CASE("A transform that flattens space makes flat meshes, and spheres vanish
 
 TEST_CASE("Colour spaces keep white, and white balance makes white of its illuminant") {
   const auto light = [](const std::string& before, const std::string& color) {
-    const Read result =
-        read(before + "\nWorldBegin\nLightSource \"point\" \"rgb I\" [ " + color + " ]\n" + triangle, Strictness::strict);
+    const Read result = read(before + "\nWorldBegin\nLightSource \"point\" \"rgb I\" [ " + color + " ]\n" + triangle,
+                             Strictness::strict);
     CAPTURE(result.error);
     REQUIRE(result.scene.lights.size() == 1);
     return std::get<PointLightDescription>(result.scene.lights[0].kind).intensity;
@@ -181,17 +183,21 @@ TEST_CASE("Colour spaces keep white, and white balance makes white of its illumi
     CHECK(near(light(std::string("ColorSpace \"") + space + "\"", "2 2 2"), Rgb(2), 1e-9));
   // ITU-R BT.2087: linear BT.709 from BT.2020.
   CHECK(near(light("ColorSpace \"rec2020\"", "0.3 0.5 0.4"),
-             Rgb(1.6605 * .3 - .5876 * .5 - .0728 * .4, -.1246 * .3 + 1.1329 * .5 - .0083 * .4, -.0182 * .3 - .1006 * .5 + 1.1187 * .4), 1e-3));
+             Rgb(1.6605 * .3 - .5876 * .5 - .0728 * .4, -.1246 * .3 + 1.1329 * .5 - .0083 * .4,
+                 -.0182 * .3 - .1006 * .5 + 1.1187 * .4),
+             1e-3));
   CHECK(near(light("Film \"rgb\" \"float whitebalance\" 6504", "1 1 1"), Rgb(1), 5e-3));
   const Rgb warm = light("Film \"rgb\" \"float whitebalance\" 5000", "1 1 1");  // daylight looks blue to it
   CHECK(warm.z > 1.1);
   CHECK(warm.x < 0.95);
-  CHECK(read("Film \"rgb\" \"string sensor\" \"canon_eos_100d\" \"float iso\" 200\nWorldBegin\n" + triangle, Strictness::strict)
+  CHECK(read("Film \"rgb\" \"string sensor\" \"canon_eos_100d\" \"float iso\" 200\nWorldBegin\n" + triangle,
+             Strictness::strict)
             .says("is taken for"));
 }
 
 TEST_CASE("Scenes of older versions are named as such") {
-  CHECK(read("LookAt 0 0 1 0 0 0 0 1 0\nWorldBegin\nMaterial \"matte\" \"rgb Kd\" [ 1 0 0 ]\n" + triangle, Strictness::strict)
+  CHECK(read("LookAt 0 0 1 0 0 0 0 1 0\nWorldBegin\nMaterial \"matte\" \"rgb Kd\" [ 1 0 0 ]\n" + triangle,
+             Strictness::strict)
             .error.find("pbrt-v3") != std::string::npos);
   CHECK(read("SurfaceIntegrator \"path\"\nWorldBegin\n" + triangle, Strictness::strict).error.find("pbrt-v2") !=
         std::string::npos);

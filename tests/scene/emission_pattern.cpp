@@ -65,7 +65,8 @@ TEST_CASE("a light shows the image that it has, times its radiance") {
       brightest = glm::max(brightest, wanted);
       const auto hit = scene.intersect(down_at(-1 + 2 * (x + 0.4) / side, 1 - 2 * (y + 0.6) / side));
       REQUIRE(hit);
-      const auto found = hit->light == nullptr ? gmis::Vec3<float>(0) : hit->light->emitted(hit->point, {0, 0, 1}).radiance;
+      const auto found =
+          hit->light == nullptr ? gmis::Vec3<float>(0) : hit->light->emitted(hit->point, {0, 0, 1}).radiance;
       CHECK(glm::length(glm::dvec3(found) - wanted) <= 1e-4 * (1 + glm::length(wanted)));
     }
   CHECK(brightest.x > 0);
@@ -74,8 +75,8 @@ TEST_CASE("a light shows the image that it has, times its radiance") {
 TEST_CASE("next events and light subpaths carry the mean of the image", "[statistics]") {
   const auto seed = gmis_test::seed(362);
   const auto image = spotted(static_cast<unsigned>(seed));
-  const auto scene = square_light(Tex::image(image, {}, TextureWrap::clamp, TextureFilter::nearest),
-                                  make_diffuse({0.5, 0.5, 0.5}));
+  const auto scene =
+      square_light(Tex::image(image, {}, TextureWrap::clamp, TextureFilter::nearest), make_diffuse({0.5, 0.5, 0.5}));
   glm::dvec3 mean(0);
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) mean += glm::dvec3(image->texel(x, y)) / double(side * side);

@@ -30,7 +30,8 @@ Wide dielectric(Wide cosine, Wide eta) {
   const Wide scaled = eta * eta - 1 + cosine * cosine;
   if (scaled <= 0) return 1;
   const Wide beyond = std::sqrt(scaled) / eta;
-  const Wide p = (eta * cosine - beyond) / (eta * cosine + beyond), s = (cosine - eta * beyond) / (cosine + eta * beyond);
+  const Wide p = (eta * cosine - beyond) / (eta * cosine + beyond),
+             s = (cosine - eta * beyond) / (cosine + eta * beyond);
   return (p * p + s * s) / 2;
 }
 
@@ -109,12 +110,14 @@ std::vector<Named> materials_at_their_edges() {
     }
     for (const double alpha : alphas) {
       list.push_back({"metal of a reflectance", make_conductor_of_reflectance(c, alpha)});
-      for (const double eta : {1.0, 1 + 1e-6, 1.5, 99.0}) list.push_back({"coated", make_coated_diffuse(c, eta, alpha)});
+      for (const double eta : {1.0, 1 + 1e-6, 1.5, 99.0})
+        list.push_back({"coated", make_coated_diffuse(c, eta, alpha)});
       for (const double eta : {0.0, 1.0, 1e3})
         for (const double k : {0.0, 1e-8, 1.0, 1e3}) {
           list.push_back({"metal", make_conductor(glm::dvec3(eta, 1, eta), glm::dvec3(k, 0, k), alpha)});
           for (const double coat : alphas)
-            list.push_back({"coated metal", make_coated_conductor(glm::dvec3(eta, 1, eta), glm::dvec3(k, 0, k), alpha, 1.5, coat)});
+            list.push_back({"coated metal",
+                            make_coated_conductor(glm::dvec3(eta, 1, eta), glm::dvec3(k, 0, k), alpha, 1.5, coat)});
         }
     }
   }
@@ -147,7 +150,8 @@ TEST_CASE("no lobe gives a value that is negative or no number, whatever its par
   std::vector<glm::vec3> directions;
   for (const double z : {1.0, 1 - 1e-7, 0.7, 0.01, 1e-4, 1e-7, 1e-20, -1e-20, -1e-7, -0.3, -1.0})
     for (const double turn : {0.0, 1e-4, 1.5707963, 3.1415926})
-      directions.push_back(glm::normalize(glm::vec3(glm::dvec3(std::cos(turn) * std::sqrt(1 - z * z), std::sin(turn) * std::sqrt(1 - z * z), z))));
+      directions.push_back(glm::normalize(
+          glm::vec3(glm::dvec3(std::cos(turn) * std::sqrt(1 - z * z), std::sin(turn) * std::sqrt(1 - z * z), z))));
   const glm::vec3 normal(0, 0, 1);
   for (const auto& [name, material] : materials_at_their_edges()) {
     const SurfaceBsdf<float> bsdf(material, normal, normal);

@@ -496,6 +496,7 @@ TEST_CASE("a light cannot be cut, and textures need what they replace") {
   textures.opacity = Texture<float>::constant(glm::dvec3(0.5));
   const auto cut = builder.add_material(with_textures(make_diffuse<float>({1, 1, 1}), textures));
   CHECK_THROWS_AS(builder.add_sphere({0, 0, 0}, 1, cut, AreaEmission{}), std::invalid_argument);
-  CHECK_THROWS_AS(with_textures(make_coated_conductor<double>({1, 1, 1}, {1, 1, 1}, 0.1, 1.5, 0.1), colored<double>()), std::invalid_argument);
+  CHECK_THROWS_AS(with_textures(make_coated_conductor<double>({1, 1, 1}, {1, 1, 1}, 0.1, 1.5, 0.1), colored<double>()),
+                  std::invalid_argument);
   CHECK_THROWS_AS(with_textures(make_diffuse<double>({1, 1, 1}), roughened<double>(true)), std::invalid_argument);
 }

@@ -273,8 +273,7 @@ const std::string& Document::buffer(std::size_t number) const {
   if (const auto found = buffers_.find(number); found != buffers_.end()) return found->second;
   const Json& json = entry("buffers", number);
   const std::string what = "buffer " + std::to_string(number);
-  if (const std::string uri = text(json, "uri"); !uri.empty())
-    return buffers_[number] = content(uri, what);
+  if (const std::string uri = text(json, "uri"); !uri.empty()) return buffers_[number] = content(uri, what);
   if (number != 0 || !chunk_) throw error(what + " has no data: neither a uri nor a binary part of a .glb file");
   return buffers_[number] = *chunk_;
 }
@@ -342,8 +341,8 @@ std::size_t Document::components_of(std::size_t number) const {
   throw error("accessor " + std::to_string(number) + " has a type that is not supported");
 }
 
-void Document::read_values(std::vector<double>& result, const Json& accessor, std::string_view data,
-                           std::size_t stride, std::size_t offset, std::size_t count, std::size_t components,
+void Document::read_values(std::vector<double>& result, const Json& accessor, std::string_view data, std::size_t stride,
+                           std::size_t offset, std::size_t count, std::size_t components,
                            const std::string& what) const {
   const double code = number(accessor, "componentType", 0);
   const auto type = component_of(code);
@@ -370,7 +369,8 @@ std::vector<double> Document::accessor(std::size_t number, std::size_t component
   std::vector<double> result;
   if (const auto found = index(json, "bufferView")) {
     const Json& view_json = entry("bufferViews", *found);
-    const std::size_t offset = index(json, "byteOffset").value_or(0), stride = index(view_json, "byteStride").value_or(0);
+    const std::size_t offset = index(json, "byteOffset").value_or(0),
+                      stride = index(view_json, "byteStride").value_or(0);
     read_values(result, json, view(*found), stride, offset, count, components, what);
   } else {
     result.assign(count * components, 0.0);
@@ -391,7 +391,8 @@ void Document::replace_sparse(std::vector<double>& result, const Json& accessor,
   const auto view_of = [&](const Json& json) { return view(index(json, "bufferView").value_or(nowhere)); };
   read_values(numbers, places, view_of(places), 0, index(places, "byteOffset").value_or(0), count, 1, what);
   Json of_values = accessor;
-  read_values(replaced, of_values, view_of(values), 0, index(values, "byteOffset").value_or(0), count, components, what);
+  read_values(replaced, of_values, view_of(values), 0, index(values, "byteOffset").value_or(0), count, components,
+              what);
   for (std::size_t i = 0; i < count; ++i) {
     if (!(numbers[i] >= 0 && numbers[i] * static_cast<double>(components) < static_cast<double>(result.size())))
       throw error(what + " replaces a value that is not there");

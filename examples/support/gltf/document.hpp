@@ -22,7 +22,8 @@ using Json = nlohmann::json;
 class Document {
  public:
   /// Reads the file. `used` hears of every other file that is read.
-  Document(const std::filesystem::path& file, LoadBudget& budget, std::function<void(const std::filesystem::path&)> used);
+  Document(const std::filesystem::path& file, LoadBudget& budget,
+           std::function<void(const std::filesystem::path&)> used);
   /// The same from the bytes of a file; `file` is its name.
   Document(std::string bytes, const std::filesystem::path& file, LoadBudget& budget,
            std::function<void(const std::filesystem::path&)> used);

@@ -29,7 +29,8 @@ std::vector<const Json*> textures_in(const Json& material) {
   };
   look(Document::member(material, "pbrMetallicRoughness"), {"baseColorTexture", "metallicRoughnessTexture"});
   look(material, {"normalTexture", "emissiveTexture"});
-  look(Document::extension(material, "KHR_materials_pbrSpecularGlossiness"), {"diffuseTexture", "specularGlossinessTexture"});
+  look(Document::extension(material, "KHR_materials_pbrSpecularGlossiness"),
+       {"diffuseTexture", "specularGlossinessTexture"});
   look(Document::extension(material, "KHR_materials_transmission"), {"transmissionTexture"});
   return found;
 }
@@ -126,11 +127,13 @@ Rgb Materials::color(const Json& object, const char* name, const Rgb& otherwise,
   const Rgb value(list[0], list[1], list[2]);
   for (const double c : list)
     if (!(c >= 0 && c <= most))
-      unsupported(name_ + ": " + name + " is negative or above " + std::to_string(static_cast<long>(most)) + ": it is cut");
+      unsupported(name_ + ": " + name + " is negative or above " + std::to_string(static_cast<long>(most)) +
+                  ": it is cut");
   return glm::clamp(value, Rgb(0), Rgb(most));
 }
 
-std::size_t Materials::add(const decltype(MaterialDescription::kind)& kind, const MaterialTexturesDescription& varying) {
+std::size_t Materials::add(const decltype(MaterialDescription::kind)& kind,
+                           const MaterialTexturesDescription& varying) {
   scene_.materials.push_back({kind, document_.where(), varying});
   return scene_.materials.size() - 1;
 }
@@ -146,14 +149,15 @@ std::shared_ptr<const scene::TextureImage> Materials::pixels(std::size_t number,
   const Document::ImageFile file = document_.image(number);
   TextureEncoding encoding;
   if (use != Use::color) encoding.curve = TextureEncoding::Curve::linear;
-  auto read = read_texture_image(reinterpret_cast<const unsigned char*>(file.bytes.data()), file.bytes.size(), file.name,
-                                 encoding, use == Use::alpha ? TexturePart::alpha : TexturePart::color,
+  auto read = read_texture_image(reinterpret_cast<const unsigned char*>(file.bytes.data()), file.bytes.size(),
+                                 file.name, encoding, use == Use::alpha ? TexturePart::alpha : TexturePart::color,
                                  document_.budget(), document_.where());
   const std::map<Use, int> channels{{Use::red, 0}, {Use::green, 1}, {Use::blue, 2}};
   const bool is_copied = channels.contains(use) || (use == Use::normal && normal_scale != 1);
   if (is_copied)
-    document_.budget().take(static_cast<std::uintmax_t>(read->resolution.x) * static_cast<std::uintmax_t>(read->resolution.y),
-                            12, file.name, document_.where());
+    document_.budget().take(
+        static_cast<std::uintmax_t>(read->resolution.x) * static_cast<std::uintmax_t>(read->resolution.y), 12,
+        file.name, document_.where());
   if (const auto channel = channels.find(use); channel != channels.end()) read = channel_of(*read, channel->second);
   if (use == Use::normal && normal_scale != 1) read = scaled_normals(*read, normal_scale);
   return pixels_[key] = read;
@@ -190,8 +194,7 @@ TextureHandle Materials::texture(const Json& info, Use use, double normal_scale)
   }
   try {
     const auto source = document_.index(description, "source");
-    if (!source)
-      throw document_.error(name_ + " has a texture without an image in a format that is read (.png, .jpg)");
+    if (!source) throw document_.error(name_ + " has a texture without an image in a format that is read (.png, .jpg)");
     const TextureHandle image = Tex::image(pixels(*source, use, normal_scale), placement, wrap, filter);
     return layout_->over ? layout_->over(set_of(document_, info), image) : image;
   } catch (const std::invalid_argument& error) {
@@ -203,17 +206,25 @@ TextureHandle Materials::texture(const Json& info, Use use, double normal_scale)
 }
 
 void Materials::refuse_extensions(const Json& material) {
-  static const std::set<std::string> understood{
-      "KHR_materials_transmission", "KHR_materials_ior",      "KHR_materials_emissive_strength", "KHR_materials_volume",
-      "KHR_materials_specular",     "KHR_materials_unlit",    "KHR_materials_pbrSpecularGlossiness",
-      "KHR_materials_clearcoat",    "KHR_materials_anisotropy", "KHR_materials_variants", "KHR_materials_dispersion"};
+  static const std::set<std::string> understood{"KHR_materials_transmission",
+                                                "KHR_materials_ior",
+                                                "KHR_materials_emissive_strength",
+                                                "KHR_materials_volume",
+                                                "KHR_materials_specular",
+                                                "KHR_materials_unlit",
+                                                "KHR_materials_pbrSpecularGlossiness",
+                                                "KHR_materials_clearcoat",
+                                                "KHR_materials_anisotropy",
+                                                "KHR_materials_variants",
+                                                "KHR_materials_dispersion"};
   const Json& all = Document::member(material, "extensions");
   if (!all.is_object()) return;
   for (const auto& [name, value] : all.items()) {
     if (understood.contains(name)) continue;
     if (name == "KHR_materials_sheen" && color(value, "sheenColorFactor", Rgb(0), 1) == Rgb(0)) continue;
     if (name == "KHR_materials_iridescence" && document_.number(value, "iridescenceFactor", 0) == 0) continue;
-    if (name == "KHR_materials_diffuse_transmission" && document_.number(value, "diffuseTransmissionFactor", 0) == 0) continue;
+    if (name == "KHR_materials_diffuse_transmission" && document_.number(value, "diffuseTransmissionFactor", 0) == 0)
+      continue;
     if (name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_"))
       unsupported(name_ + ": " + name + ", which is left out with --lenient");
     else
@@ -265,7 +276,8 @@ Materials::Layers Materials::specular_glossiness(const Json& packed) {
     layers.rough = Tex::mix(constant(1), constant(0), tinted(gloss_image, Rgb(glossiness)));
   }
   if (!specular_image) {
-    const MetalOf whole = metal_of(diffuse_factor * (diffuse_image ? Rgb(diffuse_image->mean()) : Rgb(1)), specular_factor);
+    const MetalOf whole =
+        metal_of(diffuse_factor * (diffuse_image ? Rgb(diffuse_image->mean()) : Rgb(1)), specular_factor);
     layers.metallic = whole.metallic;
     layers.base = diffuse_image ? diffuse_factor : whole.base;
     layers.color = diffuse_image;
@@ -280,13 +292,15 @@ Materials::Layers Materials::specular_glossiness(const Json& packed) {
   const SurfaceLayout* const layout = std::exchange(layout_, nullptr);
   static const SurfaceLayout plain;
   layout_ = &plain;
-  const TextureHandle flat_diffuse = texture(diffuse_info, Use::color), flat_specular = texture(specular_info, Use::color);
+  const TextureHandle flat_diffuse = texture(diffuse_info, Use::color),
+                      flat_specular = texture(specular_info, Use::color);
   layout_ = layout;
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) {
       const glm::vec2 uv((static_cast<float>(x) + 0.5F) / side, 1 - (static_cast<float>(y) + 0.5F) / side);
       const Rgb d = diffuse_factor * (flat_diffuse ? Rgb(flat_diffuse->at(uv)) : Rgb(1));
-      const MetalOf here = metal_of(glm::clamp(d, Rgb(0), Rgb(1)), glm::clamp(specular_factor * Rgb(flat_specular->at(uv)), Rgb(0), Rgb(1)));
+      const MetalOf here = metal_of(glm::clamp(d, Rgb(0), Rgb(1)),
+                                    glm::clamp(specular_factor * Rgb(flat_specular->at(uv)), Rgb(0), Rgb(1)));
       for (int c = 0; c < 3; ++c) base->floats.push_back(static_cast<float>(here.base[c]));
       metal->floats.push_back(static_cast<float>(here.metallic));
     }
@@ -333,7 +347,8 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
     // A coat of the same index joins the one that is there: its surface alone is left.
     MaterialTexturesDescription under = textures;
     under.roughness = nullptr;
-    const std::size_t coated = add(CoatedDiffuseDescription{layers.base, smooth(coat_alpha), std::max(ior, 1.5), specular}, under);
+    const std::size_t coated =
+        add(CoatedDiffuseDescription{layers.base, smooth(coat_alpha), std::max(ior, 1.5), specular}, under);
     return coat_share == 1 ? coated : add(MixDescription{bare, coated, constant(coat_share)});
   };
   const auto metallic_part = [&] {
@@ -346,7 +361,8 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
       unsupported(name_ + ": a clear coat over a metal with textures, which is left out with --lenient");
       return bare;
     }
-    const std::size_t coated = add(CoatedConductorDescription{Rgb(1), k, smooth(alpha), 1.5, smooth(coat_alpha)}, under);
+    const std::size_t coated =
+        add(CoatedConductorDescription{Rgb(1), k, smooth(alpha), 1.5, smooth(coat_alpha)}, under);
     return coat_share == 1 ? coated : add(MixDescription{bare, coated, constant(coat_share)});
   };
   if (coat_share > 0) note(name_ + ": a clear coat of index 1.5 joins a dielectric base, and lies over a metal");
@@ -403,9 +419,11 @@ std::optional<EmissionDescription> Materials::emission_of(const Json& material) 
   constexpr double brightest = 1e20;
   const double strength =
       document_.number(Document::extension(material, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
-  if (!(strength >= 0 && strength <= brightest)) throw document_.error(name_ + " has an emissiveStrength that is negative or above 1e20");
+  if (!(strength >= 0 && strength <= brightest))
+    throw document_.error(name_ + " has an emissiveStrength that is negative or above 1e20");
   const Rgb radiance = color(material, "emissiveFactor", Rgb(0), brightest) * strength;
-  if (!(std::max({radiance.x, radiance.y, radiance.z}) <= brightest)) throw document_.error(name_ + " emits more than 1e20");
+  if (!(std::max({radiance.x, radiance.y, radiance.z}) <= brightest))
+    throw document_.error(name_ + " emits more than 1e20");
   if (radiance == Rgb(0)) return {};
   const Json& sided = Document::member(material, "doubleSided");
   EmissionDescription emission{radiance, sided.is_boolean() && sided.get<bool>(), nullptr};
@@ -430,7 +448,8 @@ MadeMaterial Materials::made(std::optional<std::size_t> number, const SurfaceLay
   refuse_extensions(material);
   const Json& old_model = Document::extension(material, "KHR_materials_pbrSpecularGlossiness");
   Layers layers = old_model.is_object() ? specular_glossiness(old_model) : metallic_roughness(material);
-  if (layout.vertex_color) layers.color = layers.color ? Tex::product(layers.color, layout.vertex_color) : layout.vertex_color;
+  if (layout.vertex_color)
+    layers.color = layers.color ? Tex::product(layers.color, layout.vertex_color) : layout.vertex_color;
 
   MadeMaterial result;
   result.opacity = opacity_of(material, layers);

@@ -166,7 +166,8 @@ TextureHandle TriangleCharts::function(const std::vector<glm::dvec3>& values, Lo
     const glm::dvec3 by_b = values[3 * k + 1] - values[3 * k], by_c = values[3 * k + 2] - values[3 * k];
     const glm::dvec3 by_x = (by_b * along_c.y - by_c * along_b.y) / area;
     const glm::dvec3 by_y = (by_c * along_b.x - by_b * along_c.x) / area;
-    const std::size_t column = 2 * (k % static_cast<std::size_t>(side_)), row = 2 * (k / static_cast<std::size_t>(side_));
+    const std::size_t column = 2 * (k % static_cast<std::size_t>(side_)),
+                      row = 2 * (k / static_cast<std::size_t>(side_));
     for (std::size_t texel = 0; texel < 4; ++texel) {
       const glm::dvec2 at(static_cast<double>(texel % 2), static_cast<double>(texel / 2));
       const glm::dvec3 value = values[3 * k] + by_x * (at.x - places_[3 * k].x) + by_y * (at.y - places_[3 * k].y);

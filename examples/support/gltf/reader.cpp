@@ -27,28 +27,19 @@ namespace {
 
 /// Throws for a file that says that it cannot be read without what is not understood here: before anything else is read.
 void require_extensions(const Document& document, Diagnostics& diagnostics) {
-  static const std::set<std::string> understood{"KHR_lights_punctual",
-                                                "KHR_materials_transmission",
-                                                "KHR_materials_ior",
-                                                "KHR_materials_volume",
-                                                "KHR_materials_emissive_strength",
-                                                "KHR_materials_specular",
-                                                "KHR_materials_clearcoat",
-                                                "KHR_materials_unlit",
-                                                "KHR_materials_pbrSpecularGlossiness",
-                                                "KHR_materials_anisotropy",
-                                                "KHR_materials_variants",
-                                                "KHR_texture_transform",
-                                                "KHR_mesh_quantization",
-                                                "EXT_mesh_gpu_instancing",
+  static const std::set<std::string> understood {
+    "KHR_lights_punctual", "KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume",
+        "KHR_materials_emissive_strength", "KHR_materials_specular", "KHR_materials_clearcoat", "KHR_materials_unlit",
+        "KHR_materials_pbrSpecularGlossiness", "KHR_materials_anisotropy", "KHR_materials_variants",
+        "KHR_texture_transform", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
 #if GMIS_HAS_MESHOPT
-                                                "EXT_meshopt_compression",
-                                                "KHR_meshopt_compression",
+        "EXT_meshopt_compression", "KHR_meshopt_compression",
 #endif
 #if GMIS_HAS_DRACO
-                                                "KHR_draco_mesh_compression",
+        "KHR_draco_mesh_compression",
 #endif
-                                                "KHR_node_visibility"};
+        "KHR_node_visibility"
+  };
   const Json& required = Document::member(document.root(), "extensionsRequired");
   if (!required.is_array()) return;
   for (const Json& name : required)
@@ -75,15 +66,18 @@ class Reader {
   void read() {
     for (const std::size_t node : nodes_.shown()) visit(node);
     if (scene_.shapes.empty())
-      throw document_.error(skipped_ == 0 ? "the scene holds no triangle"
-                                          : "the scene holds points and lines alone, which are not rendered: no triangle");
+      throw document_.error(skipped_ == 0
+                                ? "the scene holds no triangle"
+                                : "the scene holds points and lines alone, which are not rendered: no triangle");
     if (skipped_ > 0)
       diagnostics_.warning(document_.where(), std::to_string(skipped_) + " parts of points or lines are left out");
     if (!has_camera_) place_camera();
     // Materials that shine are seen; a sky that everything else is lit by is there all the same.
     if (scene_.lights.empty()) {
       scene_.lights.push_back({studio_sky(), document_.where()});
-      diagnostics_.note(document_.where(), "the scene has no light of its own but for materials: the sky \"studio\" lights it (see --sky)");
+      diagnostics_.note(
+          document_.where(),
+          "the scene has no light of its own but for materials: the sky \"studio\" lights it (see --sky)");
     }
   }
 
@@ -94,7 +88,8 @@ class Reader {
     if (visible.is_boolean() && !visible.get<bool>()) return;
     const glm::dmat4& world_from_node = nodes_.world_from(number);
     if (const auto mesh = document_.index(node, "mesh")) add_mesh(*mesh, node, number);
-    if (const auto camera = document_.index(node, "camera"); camera && !has_camera_) add_camera(*camera, world_from_node);
+    if (const auto camera = document_.index(node, "camera"); camera && !has_camera_)
+      add_camera(*camera, world_from_node);
     const Json& light = Document::extension(node, "KHR_lights_punctual");
     if (const auto place = document_.index(light, "light")) add_light(*place, world_from_node);
   }
@@ -159,7 +154,8 @@ class Reader {
     std::vector<glm::dmat4> places;
     for (std::size_t i = 0; i < count; ++i) {
       glm::dmat4 m(1);
-      if (!r.empty()) m = glm::mat4_cast(glm::normalize(glm::dquat(r[4 * i + 3], r[4 * i], r[4 * i + 1], r[4 * i + 2])));
+      if (!r.empty())
+        m = glm::mat4_cast(glm::normalize(glm::dquat(r[4 * i + 3], r[4 * i], r[4 * i + 1], r[4 * i + 2])));
       for (std::size_t axis = 0; axis < 3 && !s.empty(); ++axis) m[static_cast<int>(axis)] *= s[3 * i + axis];
       if (!t.empty()) m[3] = glm::dvec4(t[3 * i], t[3 * i + 1], t[3 * i + 2], 1);
       places.push_back(world_from_node * m);
@@ -262,7 +258,8 @@ class Reader {
       // glTF counts from the top of an image.
       for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) uv.emplace_back(numbers[i], 1 - numbers[i + 1]);
       if (uv.size() == mesh.positions.size()) continue;
-      diagnostics_.unsupported(document_.where(), primitive.name() + " has textures over TEXCOORD_" + std::to_string(set) +
+      diagnostics_.unsupported(document_.where(), primitive.name() + " has textures over TEXCOORD_" +
+                                                      std::to_string(set) +
                                                       ", which it lacks: their corner is shown with --lenient");
       uv.assign(mesh.positions.size(), glm::dvec2(0, 1));
     }
@@ -288,7 +285,8 @@ class Reader {
       return result;
     };
     const auto tangent_set = materials_.normal_map_set(number);
-    const TriangleCharts charts(mesh.triangles.size(), tangent_set ? split(sets.at(*tangent_set)) : std::vector<glm::dvec2>());
+    const TriangleCharts charts(mesh.triangles.size(),
+                                tangent_set ? split(sets.at(*tangent_set)) : std::vector<glm::dvec2>());
     const auto function = [&](const std::vector<glm::dvec3>& values) {
       return charts.function(values, document_.budget(), document_.where());
     };
@@ -349,7 +347,8 @@ class Reader {
     double aspect = static_cast<double>(scene_.film.width) / scene_.film.height;
     if (document_.text(camera, "type") == "orthographic") {
       const Json& parallel = Document::member(camera, "orthographic");
-      const double x = std::abs(document_.number(parallel, "xmag", 0)), y = std::abs(document_.number(parallel, "ymag", 0));
+      const double x = std::abs(document_.number(parallel, "xmag", 0)),
+                   y = std::abs(document_.number(parallel, "ymag", 0));
       if (!(x > 0 && y > 0)) throw document_.error(name + " sees nothing: give it an xmag and a ymag");
       made.is_orthographic = true;
       made.screen_window = std::array{-x, x, -y, y};

@@ -51,7 +51,8 @@ double automatic_exposure(const Image& image) {
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
-    const double luminance = 0.2126 * static_cast<double>(image.rgb[i]) + 0.7152 * static_cast<double>(image.rgb[i + 1]) +
+    const double luminance = 0.2126 * static_cast<double>(image.rgb[i]) +
+                             0.7152 * static_cast<double>(image.rgb[i + 1]) +
                              0.0722 * static_cast<double>(image.rgb[i + 2]);
     if (!(luminance > 1e-12 && luminance < 1e30)) continue;
     sum += std::log2(luminance);

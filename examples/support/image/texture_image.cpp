@@ -168,7 +168,8 @@ Shared decoded(const unsigned char*, std::size_t, const std::string& name, const
 }  // namespace
 
 Shared read_texture_image(const unsigned char* bytes, std::size_t count, const std::string& name,
-                          const TextureEncoding& encoding, TexturePart part, LoadBudget& budget, const SourcePosition& where) {
+                          const TextureEncoding& encoding, TexturePart part, LoadBudget& budget,
+                          const SourcePosition& where) {
   return decoded(bytes, count, name, encoding, part, budget, where);
 }
 

@@ -74,7 +74,8 @@ void Parser::change_transforms(const Change& change) {
 
 void Parser::require_rest() {
   if (state_.transform != state_.end_transform)
-    diagnostics_.unsupported(directive_.where, "motion is not supported: what ActiveTransform moves stays where it starts");
+    diagnostics_.unsupported(directive_.where,
+                             "motion is not supported: what ActiveTransform moves stays where it starts");
 }
 
 void Parser::concat(const Transform& m) {
@@ -338,7 +339,8 @@ void Parser::film() {
     diagnostics_.warning(directive_.where, "the sensor " + in_quotes(*sensor) +
                                                " is taken for \"cie1931\": colours differ a little from the camera's");
   if (const double kelvins = parameters.number_or("whitebalance", 0); kelvins != 0) {
-    if (!(kelvins >= 1000 && kelvins <= 25000)) parameters.fail("whitebalance", "must be 0, or from 1000 to 25000 kelvins");
+    if (!(kelvins >= 1000 && kelvins <= 25000))
+      parameters.fail("whitebalance", "must be 0, or from 1000 to 25000 kelvins");
     white_balance_ = white_balance(kelvins);
     diagnostics_.note(directive_.where, "whitebalance is applied to the colours of lights");
   }
@@ -442,7 +444,8 @@ void Parser::texture() {
   try {
     const TextureHandle made = make_texture(kind, is_color, parameters, files_, diagnostics_);
     // What it is made of is looked up at every point, as often as it is named.
-    if (made->size() > 10'000) throw InputError(directive_.where, "the texture " + in_quotes(name) + " has more than 10000 parts");
+    if (made->size() > 10'000)
+      throw InputError(directive_.where, "the texture " + in_quotes(name) + " has more than 10000 parts");
     textures[name] = made;
   } catch (const InputError&) {
     // So that one with an error is not reported at each use, too.
@@ -544,8 +547,7 @@ void Parser::area_light_source() {
 void Parser::shape() {
   const std::string kind = expect_string("a kind of shape");
   Parameters parameters = parse_parameters(kind, "shape");
-  std::optional<ShapeDescription> made =
-      make_shape(kind, parameters, state_.reverse_orientation, files_, diagnostics_);
+  std::optional<ShapeDescription> made = make_shape(kind, parameters, state_.reverse_orientation, files_, diagnostics_);
   parameters.warn_of_unused(diagnostics_);
   if (!made || is_unseen_interface()) return;
   require_rest();

@@ -163,8 +163,8 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
   if (const auto file = parameters.string("normalmap")) {
     TextureEncoding encoding;
     encoding.curve = TextureEncoding::Curve::linear;
-    textures.normal_map = scene::Texture<float>::image(
-        read_texture_image(files.find(*file), encoding, TexturePart::color, *files.budget, parameters.where("normalmap")));
+    textures.normal_map = scene::Texture<float>::image(read_texture_image(
+        files.find(*file), encoding, TexturePart::color, *files.budget, parameters.where("normalmap")));
   }
   if (kind == "diffuse") {
     result.kind = DiffuseDescription{reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics, textures.color)};
@@ -204,11 +204,11 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
                      "a smooth coat");
     result.kind = coated;
   } else {
-    static const std::set<std::string> of_version_3{"matte",     "plastic", "glass",       "metal",  "uber",
+    static const std::set<std::string> of_version_3{"matte",     "plastic", "glass",       "metal",   "uber",
                                                     "substrate", "disney",  "translucent", "fourier", "kdsubsurface"};
     if (of_version_3.contains(kind))
-      throw InputError(parameters.where(), "the material " + in_quotes(kind) +
-                                               " is of pbrt-v3: bring the scene to v4 by pbrt --upgrade");
+      throw InputError(parameters.where(),
+                       "the material " + in_quotes(kind) + " is of pbrt-v3: bring the scene to v4 by pbrt --upgrade");
     diagnostics.unsupported(parameters.where(),
                             "the material " + in_quotes(kind) +
                                 " is not understood: use diffuse, conductor, dielectric, coateddiffuse, "

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <glm/common.hpp>
 #include <fstream>
+#include <glm/common.hpp>
 #include <iterator>
 #include <utility>
 
@@ -112,7 +112,8 @@ void Parser::require_scene(const Lexer& lexer) {
   if (lexer.is_at_end() || directives().contains(std::string(word))) return;
   static const std::set<std::string_view> older{"Renderer", "SurfaceIntegrator", "VolumeIntegrator", "SearchPath"};
   if (older.contains(word))
-    throw InputError(lexer.here(), "this is a scene of pbrt-v2 or older: bring it to v3, and that to v4 by pbrt --upgrade");
+    throw InputError(lexer.here(),
+                     "this is a scene of pbrt-v2 or older: bring it to v3, and that to v4 by pbrt --upgrade");
   throw InputError(lexer.here(),
                    "this is no pbrt-v4 scene: it does not begin with a directive like Film or WorldBegin");
 }

@@ -29,7 +29,7 @@ class Parser {
   };
   struct GraphicsState {
     Transform transform{1};
-    Transform end_transform{1};  ///< the same at the end of a motion
+    Transform end_transform{1};                         ///< the same at the end of a motion
     bool is_start_active = true, is_end_active = true;  ///< which of the two directives change
     bool reverse_orientation = false;
     glm::dmat3 to_srgb{1};  ///< of ColorSpace

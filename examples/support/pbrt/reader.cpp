@@ -5,7 +5,7 @@
 namespace gmis::tools {
 
 SceneDescription read_pbrt_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
-                                             const LoadOptions& options) {
+                                 const LoadOptions& options) {
   SceneDescription scene;
   LoadBudget budget(options.max_memory.value_or(LoadBudget::default_limit()));
   pbrt::Parser parser(file.parent_path(), scene, diagnostics, budget);
@@ -15,8 +15,7 @@ SceneDescription read_pbrt_scene(const std::filesystem::path& file, Diagnostics&
 }
 
 SceneDescription read_pbrt_text(const std::string& text, const std::string& name, const std::filesystem::path& folder,
-                                Diagnostics& diagnostics,
-                                             const LoadOptions& options) {
+                                Diagnostics& diagnostics, const LoadOptions& options) {
   SceneDescription scene;
   LoadBudget budget(options.max_memory.value_or(LoadBudget::default_limit()));
   pbrt::Parser parser(folder, scene, diagnostics, budget);

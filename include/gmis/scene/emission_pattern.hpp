@@ -18,9 +18,9 @@ struct EmissionPattern {
   }
   /// A bound on the radiance where u and v are between those of the three corners.
   [[nodiscard]] Vec3<T> upper_on(const TriangleCoordinates<T>& uv) const noexcept {
-    return glm::max(radiance->upper_between(glm::min(glm::min(uv[0], uv[1]), uv[2]),
-                                            glm::max(glm::max(uv[0], uv[1]), uv[2])),
-                    Vec3<T>(0));
+    return glm::max(
+        radiance->upper_between(glm::min(glm::min(uv[0], uv[1]), uv[2]), glm::max(glm::max(uv[0], uv[1]), uv[2])),
+        Vec3<T>(0));
   }
   /// About the mean over a triangle, holes left out of account: that of 64 points, and no less than 1/64 of `upper_on`. So
   /// whatever shines somewhere has a mean above 0, and a chance of being sampled.

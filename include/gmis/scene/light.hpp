@@ -407,8 +407,7 @@ class Light {
   }
   [[nodiscard]] EmissionSample<Spectrum> area_emission(const Point& origin, const Vec3<T>& direction,
                                                        T cosine) const noexcept {
-    return {origin, direction,
-            radiance_at(origin.position) * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_),
+    return {origin, direction, radiance_at(origin.position) * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_),
             area_density(cosine)};
   }
   /// The start on the disk of the line through `on_line`; nothing when the line passes the bounding ball.

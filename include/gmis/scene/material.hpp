@@ -168,7 +168,8 @@ template <std::floating_point T = float>
                                                  const glm::dvec3& tint = glm::dvec3(1)) {
   if (!(eta > 0 && eta < 100)) reject_argument("an index of refraction must be above 0 and below 100");
   if (!(alpha >= 0 && alpha <= 1)) reject_argument("GGX alpha must be from 0 to 1");
-  if (max_channel(detail::checked(tint, "a tint must be from 0 to 1")) > 1) reject_argument("a tint must be from 0 to 1");
+  if (max_channel(detail::checked(tint, "a tint must be from 0 to 1")) > 1)
+    reject_argument("a tint must be from 0 to 1");
   const bool is_rough = alpha >= smallest_alpha && alpha * std::abs(eta - 1) >= 1e-4;
   Material<T> result;
   result.kind = is_rough ? Material<T>::Kind::rough_dielectric : Material<T>::Kind::dielectric;

@@ -368,11 +368,10 @@ class SceneBuilder {
     if (!shapes.box.is_empty()) shapes.center = (shapes.box.lower + shapes.box.upper) * 0.5;
     double radius = 0;
     for (const auto& triangle : shapes.corners)
-      for (const auto& corner : triangle)
-        radius = std::max(radius, glm::length(glm::dvec3(corner) - shapes.center));
+      for (const auto& corner : triangle) radius = std::max(radius, glm::length(glm::dvec3(corner) - shapes.center));
     for (const auto& ball : shapes.balls)
-      radius = std::max(radius,
-                        glm::length(glm::dvec3(ball.center) - shapes.center) + static_cast<double>(ball.radius));
+      radius =
+          std::max(radius, glm::length(glm::dvec3(ball.center) - shapes.center) + static_cast<double>(ball.radius));
     constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
     if (radius > 0) shapes.radius = radius * (1 + 64 * unit) + 8 * unit * glm::length(shapes.center);
   }
@@ -623,8 +622,8 @@ class SceneBuilder {
       n = length > 0 ? n / length : normal;
     }
     for (int corner = 0; corner < 3; ++corner)
-      scene.vertex_normals_.push_back(Vec3<T>(normals[0] * weights[corner][0] + normals[1] * weights[corner][1] +
-                                              normals[2] * weights[corner][2]));
+      scene.vertex_normals_.push_back(
+          Vec3<T>(normals[0] * weights[corner][0] + normals[1] * weights[corner][1] + normals[2] * weights[corner][2]));
   }
 
   std::vector<Material> materials_;

@@ -22,10 +22,10 @@ namespace gmis::scene {
 template <std::floating_point T>
 struct MaterialTextures {
   using Handle = typename Texture<T>::Handle;
-  Handle color;              ///< reflectance, cut to [0, 1]: of the diffuse lobe, a mirror, or a metal seen head on; the
-                             ///< tint of a dielectric
-  Handle transmittance;      ///< of diffuse transmission
-  Handle roughness;          ///< its first channel, cut to [0, 1]
+  Handle color;          ///< reflectance, cut to [0, 1]: of the diffuse lobe, a mirror, or a metal seen head on; the
+                         ///< tint of a dielectric
+  Handle transmittance;  ///< of diffuse transmission
+  Handle roughness;      ///< its first channel, cut to [0, 1]
   bool is_remapped = false;  ///< α = √roughness instead of α = roughness
   Handle opacity;            ///< first channel: the share of the surface that is there, point by point
   Handle height;             ///< first channel: displacement along the shading normal in scene units, as a bump map
@@ -42,9 +42,9 @@ template <std::floating_point T>
   const auto is_one_of = [&](std::initializer_list<Kind> kinds) {
     return std::find(kinds.begin(), kinds.end(), material.kind) != kinds.end();
   };
-  if (textures.color && !is_one_of({Kind::diffuse, Kind::phong, Kind::coated, Kind::smooth_coated, Kind::mirror,
-                                    Kind::conductor, Kind::smooth_conductor, Kind::diffuse_transmission,
-                                    Kind::dielectric, Kind::rough_dielectric}))
+  if (textures.color &&
+      !is_one_of({Kind::diffuse, Kind::phong, Kind::coated, Kind::smooth_coated, Kind::mirror, Kind::conductor,
+                  Kind::smooth_conductor, Kind::diffuse_transmission, Kind::dielectric, Kind::rough_dielectric}))
     reject_argument("a material of this kind has no colour for a texture to replace");
   if (textures.transmittance && material.kind != Kind::diffuse_transmission)
     reject_argument("only diffuse transmission has a transmittance for a texture to replace");
