@@ -1,4 +1,5 @@
-"""Callgrind's profiles by the source that instructions come from, which line tables with inlined calls tell."""
+"""Callgrind's profiles by the source that instructions come from, which line tables with inlined
+calls tell."""
 
 import collections
 import os
@@ -8,7 +9,8 @@ import tempfile
 
 
 def frames_of(program, addresses):
-    """The source files at each address of the program, by its stack of inlined calls, innermost first."""
+    """The source files at each address of the program, by its stack of inlined calls, innermost
+    first."""
     text = "".join(f"0x{a:x}\n" for a in addresses)
     output = subprocess.run(["addr2line", "-a", "-i", "-e", program], input=text, capture_output=True, text=True, check=True).stdout
     result, address = {}, None
@@ -22,13 +24,15 @@ def frames_of(program, addresses):
 
 
 def owners_of(program, addresses, owner):
-    """What `owner` says of the innermost file at each address that it says anything of; None where it says nothing."""
+    """The answer of `owner` for the innermost file at each address that it says anything of; None where
+    it says nothing."""
     return {address: next((o for o in map(owner, frames) if o is not None), None)
             for address, frames in frames_of(program, addresses).items()}
 
 
 class Profile:
-    """Callgrind's counts: of every function its own by address, and its calls with their inclusive counts."""
+    """Callgrind's counts: of every function its own by address, and its calls with their inclusive
+    counts."""
 
     def __init__(self, path):
         self.own = collections.Counter()  # (function, address)
@@ -91,21 +95,23 @@ def counted(command):
 
 
 def counted_more(program, less, more):
-    """The same of what a run of `program` with the arguments `more` does that one with the arguments `less` does not."""
+    """Counts of a run of `program` with the arguments `more`, less those with the arguments
+    `less`."""
     pairs = zip(counted([program, *more]), counted([program, *less]))
     return [collections.Counter({key: count - fewer[key] for key, count in many.items() if count > fewer[key]}) for many, fewer in pairs]
 
 
 def shares(program, less, more, owner):
-    """The instructions of that difference by owner. Functions that nobody owns count for whoever calls them. Give the program a
-    fixed address (-no-pie): addresses are looked up as linked."""
+    """The instructions of that difference by owner. Functions that nobody owns count for whoever
+    calls them. Give the program a fixed address (-no-pie): addresses are looked up as linked."""
     own, calls = counted_more(program, less, more)
     mine = lambda function: os.path.basename(function[0]) == os.path.basename(program)
     addresses = sorted({a for f, a in own if mine(f)} | {a for f, a, _ in calls if mine(f)})
     by_address = owners_of(program, addresses, owner)
     owner_at = lambda function, address: by_address[address] if mine(function) else None
 
-    # Functions without an owner: whoever calls them, by inclusive counts; repeated, as they call each other.
+    # Functions without an owner: whoever calls them, by inclusive counts; repeated, as they call
+    # each other.
     callers = collections.defaultdict(list)
     for (function, address, called), count in calls.items():
         if called != function:

@@ -1,16 +1,15 @@
-#!/usr/bin/env python3
-"""Where the instructions of an iteration go, by part of the library: instruction_parts.py PROGRAM, called by instructions.sh.
+"""Where the instructions of an iteration go, by part of the library.
 
-PROGRAM is instructions/main.cpp compiled with -g1 -no-pie. An instruction belongs to the part whose file is innermost in its stack of
-inlined calls; GLM, the standard library and the C library belong to whoever calls them. Writes a table of instructions a pixel and
-iteration into docs/smallvcm.md, beside those kept in instruction_parts.txt.
+The program is instructions/main.cpp compiled with -g1 -no-pie. An instruction belongs to the part
+whose file is innermost in its stack of inlined calls; GLM, the standard library and the C library
+belong to whoever calls them. The table has instructions a pixel and iteration, beside those kept in
+instruction_parts.txt.
 """
 import pathlib
 import re
-import sys
 
 import callgrind
-import measuring
+from measuring import Table
 
 PROGRAM = "the program itself"
 SIZE = 64
@@ -50,19 +49,12 @@ def parts_of(program, scene, integrator):
     return by_part | {"all": sum(by_part.values())}
 
 
-def main():
-    program, = sys.argv[1:]
+def table(program):
     lines = [line.split("\t") for line in pathlib.Path("bench/instruction_parts.txt").read_text(encoding="utf-8").splitlines()]
     head = next(words[1:] for words in lines if words[0] == "# part")
     before = {words[0]: words[1:] for words in lines if not words[0].startswith("#")}
     now = [parts_of(program, *case.split()) for case in head]
-    table = "| part |" + "".join(f" {case}, before | now |" for case in head) + "\n| --- |" + " ---: | ---: |" * len(head) + "\n"
+    result = Table("part", *(f"{case}, {when}" for case in head for when in ("before", "now")), numbers_from=1)
     for part in now[0]:
-        table += f"| {part} |" + "".join(f" {old} | {column[part]:.0f} |" for old, column in zip(before[part], now)) + "\n"
-    print(table, end="")
-    measuring.write_into(pathlib.Path("docs/smallvcm.md"), "<!-- parts: written by ./run bench instructions parts -->",
-                         "<!-- end of parts -->", table)
-
-
-if __name__ == "__main__":
-    main()
+        result.add(part, *(cell for old, column in zip(before[part], now) for cell in (old, f"{column[part]:.0f}")))
+    return result

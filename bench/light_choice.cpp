@@ -7,13 +7,13 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/scene/scene_builder.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 // Lights chosen by power and for their receiver (`LightSelection`).
 //
 //   light_choice                                  variance of the picture at equal samples
-//   light_choice loop LIGHTS SELECTION COUNT      COUNT next events in a town of LIGHTS lamps, for light_choice.sh to count
+//   light_choice loop LIGHTS SELECTION COUNT      COUNT next events in a town of LIGHTS lamps, for benches/light_choice.py to count
 
 namespace {
 

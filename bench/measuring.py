@@ -1,8 +1,17 @@
-"""What the measuring scripts share: the scenes, the pictures that gmis-render writes, tables inside documents."""
+"""Shared by the benchmarks: the scenes, runs of gmis-render, its pictures, tables, documents, counts
+of instructions."""
 
 import array
+import json
 import math
+import os
+import pathlib
+import re
+import subprocess
 import sys
+import tempfile
+
+import figures
 
 OWN = ["all_glossy", "caustic_pool", "light_behind_glass", "many_lights", "mirror_hall", "mixed", "one_point_light", "open_sky",
        "slit"]
@@ -11,24 +20,62 @@ TEMPTING = ["all_narrow", "camera_in_water", "far_sun", "huge_ground", "keyhole"
 BUILT_IN = ["cornell", "paper1", "paper2", "paper3", "paper4"]
 # Name: what the renderer is told.
 FOURTEEN = {name: name for name in BUILT_IN} | {name: f"bench/scenes/{name}.pbrt" for name in OWN}
-# Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10 segments.
+# Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10
+# segments.
 FOREIGN = {name: f"tests/program/reference/{name}.pbrt" for name in ("svcm0", "svcm1", "tung1", "tung2")}
-ALL = FOURTEEN | {name: f"bench/scenes/tempting/{name}.pbrt" for name in TEMPTING}
+TWENTY_FOUR = FOURTEEN | {name: f"bench/scenes/tempting/{name}.pbrt" for name in TEMPTING}
+ALL = TWENTY_FOUR | FOREIGN
+
+
+def depth_of(scene, otherwise=None):
+    """The option for the greatest length of paths: scenes of other renderers have that of their
+    pictures."""
+    depth = 10 if scene in FOREIGN else otherwise
+    return ["--max-depth", str(depth)] if depth else []
+
+
+def build(target, folder="bench"):
+    """Builds a program of the preset `bench`, and returns its path; gmis-… are in examples/."""
+    subprocess.run(["cmake", "--preset", "bench", "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", "--preset", "bench", "--target", target], check=True, stdout=subprocess.DEVNULL)
+    folder = "examples" if target.startswith("gmis-") else folder
+    return f"build/bench/{folder}/{target}"
+
+
+def render(options, scene, *arguments, threads=1, stats=None, picture=None):
+    """Runs gmis-render: its statistics. `scene` is one of ALL, or a file. Without a place of their
+    own, picture and statistics are left in options.out."""
+    stats = stats or options.out / "stats.json"
+    picture = picture or options.out / "picture.pfm"
+    words = [word for argument in arguments for word in (argument.split() if isinstance(argument, str) else map(str, argument))]
+    subprocess.run([options.program, str(ALL.get(scene, scene)), "--threads", str(threads), "--quiet", *words, "--stats", str(stats), "--out",
+                    str(picture)], check=True, stdin=subprocess.DEVNULL)
+    return json.loads(pathlib.Path(stats).read_text(encoding="utf-8"))
+
+
+# --- Pictures -------------------------------------------------------------------------------------
 
 
 def read_pfm(file):
     """All channels of all pixels, as an array of floats."""
-    *head, rest = file.read_bytes().split(b"\n", 3)
+    *head, rest = pathlib.Path(file).read_bytes().split(b"\n", 3)
     values = array.array("f", rest)
     if (float(head[2]) < 0) != (sys.byteorder == "little"):
         values.byteswap()
     return values
 
 
+def write_pfm(file, values, size):
+    """`size`: WIDTHxHEIGHT; three channels."""
+    scale = b"-1.0" if sys.byteorder == "little" else b"1.0"
+    pathlib.Path(file).write_bytes(b"\n".join((b"PF", size.replace("x", " ").encode(), scale, array.array("f", values).tobytes())))
+
+
 def own_errors(pictures, longer=None):
-    """The error of every picture, relative as a run states it, against the mean of what the other seeds have: their pictures, or
-    `longer` ones of theirs with the same mean. The two halves a and b of the others, and (x - a) (x - b) in place of a square,
-    keep the noise of the others out; merging's bias, which all seeds have alike, is not in it either."""
+    """The error of every picture, relative as a run states it, against the mean of the other
+    seeds: of their pictures, or of `longer` runs with the same mean. The two halves a and
+    b of the others, and (x - a) (x - b) in place of a square, keep the noise of the others out;
+    merging's bias, which all seeds have alike, is not in it either."""
     longer = pictures if longer is None else longer
     count, squares = len(pictures), [0.0] * len(pictures)
     sizes = (len(longer[0::2]), len(longer[1::2]))
@@ -43,9 +90,86 @@ def own_errors(pictures, longer=None):
     return [math.sqrt(max(square, 0.0) / len(pictures[0])) for square in squares]
 
 
-def write_into(document, begin, end, table):
-    """Puts a table between two marks of a document; nothing where the marks are not there."""
-    text = document.read_text()
-    if begin in text:
-        before, rest = text.split(begin, 1)
-        document.write_text(before + begin + "\n" + table + end + rest.split(end, 1)[1])
+# --- Tables ---------------------------------------------------------------------------------------
+
+
+class Table:
+    """A table in Markdown that prints every row when it is added."""
+
+    def __init__(self, *head, numbers_from=None):
+        """Columns from `numbers_from` on are aligned to the right."""
+        left = len(head) if numbers_from is None else numbers_from
+        self.rows = []
+        self.add(*head)
+        self.put("|" + " --- |" * left + " ---: |" * (len(head) - left))
+
+    def put(self, line):
+        self.rows.append(line)
+        print(line, flush=True)
+
+    def add(self, *cells):
+        self.put("| " + " | ".join(map(str, cells)) + " |")
+
+    def note(self, *lines):
+        self.put("")
+        for line in lines:
+            self.put(line)
+
+    def __str__(self):
+        return "\n".join(self.rows) + "\n"
+
+
+def publish(options, table, document=None, name=None):
+    """Keeps a table in out/, and puts it into a document if the run was a whole one."""
+    name = name or options.name
+    (options.out / (name.replace(" ", "_") + ".md")).write_text(str(table))
+    if document and options.is_whole:
+        write_into(document, name, str(table))
+
+
+def write_into(document, name, table):
+    """Puts a table, with its stamp, between the marks of a figure in a document (figures.py)."""
+    text = pathlib.Path(document).read_text(encoding="utf-8")
+    command = next((figure.command for figure in figures.figures_in(document, text) if figure.name == name), None)
+    if not command or not figures.put(name, command, table, document):
+        print(f"bench: {document} has no place for {name}: the table is only in out/", file=sys.stderr)
+
+
+# --- Instructions and processor time --------------------------------------------------------------
+
+
+def instructions_of(command, *callgrind_options):
+    """Instructions that a command executes, counted by callgrind; with --toggle-collect= in one
+    function."""
+    said = subprocess.run(["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *callgrind_options, *map(str, command)],
+                          capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL).stderr
+    return int(re.search(r"Collected : (\d+)", said)[1])
+
+
+def instructions_between(command_of, few, many):
+    """Instructions of one round: the difference between runs of `many` and of `few`, so that what a
+    run begins with does not count."""
+    return (instructions_of(command_of(many)) - instructions_of(command_of(few))) / (many - few)
+
+
+def processor_cost(command, **popen_options):
+    """Processor seconds and megabytes of a command with all its children; exits where it fails."""
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, **popen_options)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = status
+        if status != 0:
+            said.seek(0)
+            raise SystemExit(said.read().decode(errors="replace")[-2000:] + "\nbench: failed: " + " ".join(map(str, command)))
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+
+
+def has_avx2():
+    flags = pathlib.Path("/proc/cpuinfo")
+    return not flags.exists() or " avx2 " in flags.read_text()
+
+
+def compiler_name():
+    compiler = os.environ.get("CXX", "g++")
+    version = subprocess.run([compiler, "-dumpfullversion", "-dumpversion"], capture_output=True, text=True, check=True).stdout
+    return f"{os.path.basename(compiler)} {version.strip()}"

@@ -7,7 +7,7 @@
 #include <ctime>
 #include <vector>
 
-#include "gmis/transport/engine.hpp"
+#include "gmis/transport/engine/engine.hpp"
 
 /// \file
 /// Two ways to render the same scene, one iteration after the other: variance, time and mean of each.

@@ -1,15 +1,14 @@
-"""Puts the tables of `gmis-compare`'s report.md about the paper's scenes into a document: put_paper_table.py REPORT DOCUMENT."""
+"""Puts the tables of `gmis-compare`'s report.md about the paper's scenes into a document:
+put_paper_table.py REPORT DOCUMENT."""
 
 import pathlib
 import sys
 
 from measuring import write_into
 
-BEGIN, END = "<!-- convergence: written by ./run report --paper -->", "<!-- end of convergence -->"
-
 
 def first_tables(report):
-    """Of every section its heading, its first table and the line about its reference."""
+    """For every section its heading, its first table and the line about its reference."""
     kept = []
     for section in report.split("### ")[1:]:
         name, *lines = section.splitlines()
@@ -22,4 +21,4 @@ def first_tables(report):
 
 
 report, document = map(pathlib.Path, sys.argv[1:])
-write_into(document, BEGIN, END, first_tables(report.read_text()))
+write_into(document, "convergence", first_tables(report.read_text()))

@@ -1,6 +1,7 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include <iterator>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -25,6 +27,7 @@
 #include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
 #include "support/session.hpp"
+#include "support/tev.hpp"
 #include "support/whole_file.hpp"
 
 namespace {
@@ -282,8 +285,21 @@ int run(Options options) {
   extras.tone = options.tone;
   if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
+  std::optional<TevViewer> viewer;
+  if (!options.tev_address.empty()) {
+    viewer.emplace(options.tev_address, "gmis-render");
+    if (!viewer->warning().empty()) std::fprintf(stderr, "gmis-render: warning: %s\n", viewer->warning().c_str());
+    request.seconds_between_pictures = std::min(options.write_every, 1.0);
+  }
+  auto last_written = std::chrono::steady_clock::now();
   request.on_picture = [&](const gmis::Picture& picture) {
     const Image image = image_of(picture);
+    if (viewer) {
+      viewer->show(image);
+      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - last_written;
+      if (passed.count() < options.write_every) return;
+      last_written = std::chrono::steady_clock::now();
+    }
     expose(image);
     WriteFailures on_the_way;  // what counts is the last picture
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output, extras); });
@@ -302,6 +318,7 @@ int run(Options options) {
   const RenderResult result = render(scene, request, executor);
   executor.report_to({});
   bar.finish();
+  if (viewer) viewer->show(result.image);
   if (!result.joined_seeds.empty() && request.on_log)  // runs that are joined have made their points long ago
     for (const gmis::ConvergencePoint& point : result.log) request.on_log(point);
   if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);

@@ -4,6 +4,12 @@ if(GMIS_BUILD_TESTS)
   add_test(NAME example_one_dimension COMMAND one_dimension)
 endif()
 
+add_executable(six_schemes six_schemes.cpp)
+target_link_libraries(six_schemes PRIVATE gmis::gmis gmis_warnings)
+if(GMIS_BUILD_TESTS)
+  add_test(NAME example_six_schemes COMMAND six_schemes)
+endif()
+
 find_package(Threads QUIET)
 if(Threads_FOUND)
   add_executable(estimate_in_threads estimate_in_threads.cpp)

@@ -10,6 +10,7 @@ add_library(gmis_render_engines OBJECT
   support/build_scene.cpp
   support/engines/both_sides.cpp
   support/engines/camera_side.cpp
+  support/engines/engines.cpp
   support/engines/pilot.cpp
   support/engines/split_trees.cpp
   support/executor.cpp
@@ -37,7 +38,8 @@ add_library(gmis_render_program STATIC
   support/progress_bar.cpp
   support/replay.cpp
   support/replay_text.cpp
-  support/statistics.cpp)
+  support/statistics.cpp
+  support/tev.cpp)
 target_link_libraries(gmis_render_program PUBLIC gmis_render_session PRIVATE gmis_warnings CLI11::CLI11
                                                                             nlohmann_json::nlohmann_json)
 target_compile_definitions(gmis_render_program PRIVATE GMIS_VERSION="${PROJECT_VERSION}")

@@ -22,8 +22,8 @@ gmis_add_valgrind_test(test_hostile_mis "hostile: point masses,hostile: disjoint
 gmis_add_valgrind_test(test_hostile_accumulators)
 gmis_add_valgrind_test(test_hostile_degenerate "hostile: a link*,hostile: triangles*,hostile: what is not finite*")
 gmis_add_valgrind_test(test_scene_builder "what is no scene*,an empty scene*,triangles without area*,hits carry*")
-gmis_add_valgrind_test(test_film)
-gmis_add_valgrind_test(test_grid "the grid is exact*,a grid can be built again*")
+gmis_add_valgrind_test(test_core_film)
+gmis_add_valgrind_test(test_transport_grid "the grid is exact*,a grid can be built again*")
 if(NOT GMIS_HAS_FUZZER)  # a fuzzer's program brings an allocator of its own
   set(corpus ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus)
   gmis_add_valgrind_test(fuzz_bvh ${corpus}/bvh)

@@ -3,8 +3,8 @@
 #include <string_view>
 
 #include "gmis/core/concepts.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 #if defined(GMIS_OVER_BRING_YOUR_OWN)
 #include "bring_your_own/adapter.hpp"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "bsdf.hxx"
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/effects.hpp"
-#include "gmis/core/requirements.hpp"
 #include "scene.hxx"
 
 // SmallVCM's intersection, BSDFs, lights and camera behind the concepts of gmis. The headers *.hxx are those of a checkout; their

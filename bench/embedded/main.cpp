@@ -8,8 +8,8 @@
 #include "config.hxx"  // of SmallVCM; the others of its headers follow from it in their order
 
 #include "adapter.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 // One of SmallVCM's scenes, rendered on one thread by the engine over the adapter or by SmallVCM's own integrator. Prints the mean
 // luminance of the picture (bench/embedded.py).
@@ -30,12 +30,12 @@ std::optional<Integrator> integrator_named(std::string_view name) {
   // SmallVCM connects with every vertex of one light path.
   if (name == "bpt") {
     Integrator bpt{Config::kBidirectionalPathTracing, gmis::integrators::bpt};
-    bpt.ours.connections = gmis::paired_connections;
+    bpt.ours.connects_paired_tree = true;
     return bpt;
   }
   if (name == "vcm") {
     Integrator vcm{Config::kVertexConnectionMerging, gmis::integrators::vcm};
-    vcm.ours.connections = gmis::paired_connections;
+    vcm.ours.connects_paired_tree = true;
     return vcm;
   }
   return std::nullopt;

@@ -1,5 +1,5 @@
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "hand/sums.hpp"
 
 namespace hand {

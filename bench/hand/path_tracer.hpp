@@ -8,7 +8,7 @@
 
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/scene/bvh_scene.hpp"
-#include "gmis/transport/walk/first_hit.hpp"
+#include "gmis/transport/state/first_hit.hpp"
 
 /// \file
 /// A path tracer as one writes it over the built-in scene without this library's transport: next event and emitter hits,

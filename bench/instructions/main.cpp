@@ -1,5 +1,5 @@
 // Renders iterations of one integrator, for callgrind to count: the built-in scene and the engines, no more. Counted by
-// instructions.sh --check.
+// `./run bench instructions --check`.
 //
 // Usage: instruction_counts SCENE.pbrt INTEGRATOR ITERATIONS SIZE
 
@@ -8,8 +8,8 @@
 #include <optional>
 #include <string_view>
 
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/build_scene.hpp"
 #include "support/diagnostics.hpp"
 #include "support/pbrt/reader.hpp"
@@ -39,7 +39,7 @@ std::optional<gmis::SampleCounts> counts_of(std::string_view integrator) {
                               : integrator == "bpt" ? bpt
                                                     : vcm;
   if (integrator == "bpt" || integrator == "vcm")
-    counts.connections = gmis::paired_connections;
+    counts.connects_paired_tree = true;
   else if (counts.connections != 0)
     return {};
   return counts;

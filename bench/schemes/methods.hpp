@@ -1,15 +1,15 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <nlohmann/json.hpp>
+
+#include "gmis/benchmark.hpp"
+#include "problems.hpp"
 
 namespace bench {
 
-/// Time, densities and variance of the methods beyond the six schemes, in rounds of N samples: one object a row. The
-/// variance is measured between `repetitions` estimates of 64 rounds; what a pilot of 30 rounds costs is in neither. Pairwise and
-/// heretical estimates and N3 need none. `error` is the mean squared error, which for heretical groups is mostly bias.
-[[nodiscard]] nlohmann::ordered_json measured_methods(std::size_t largest, int slices, double slice_seconds,
-                                                      std::uint64_t seed);
+/// Time, densities and error of the methods beyond the six schemes: a round is an estimate of 64 rounds of N samples, and 400 of
+/// them are measured. What a pilot of 30 rounds costs is in neither; pairwise estimates and N3 need none.
+[[nodiscard]] gmis::Comparison compare_methods(const Problem& problem, std::size_t n,
+                                               const gmis::ComparisonSettings& settings);
 
 }  // namespace bench

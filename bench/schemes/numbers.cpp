@@ -6,14 +6,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gmis/mis.hpp"
 #include "gmis/transport/weights/path_densities.hpp"
 #include "gmis/transport/weights/weight_recursion.hpp"
 #include "problems.hpp"
-#include "timing.hpp"
 #include "transport/synthetic_path.hpp"
 
 namespace bench {
@@ -37,16 +38,6 @@ class Errors {
   double largest_ = 0.0, squares_ = 0.0;
   std::uint64_t count_ = 0;
 };
-
-nlohmann::ordered_json row(const char* what, std::size_t size, const char* numbers, double nanoseconds,
-                           const Errors& errors) {
-  return {{"what", what},
-          {"size", size},
-          {"numbers", numbers},
-          {"nanoseconds", nanoseconds},
-          {"weight_error_rms", errors.rms()},
-          {"weight_error_max", errors.largest()}};
-}
 
 /// Eight proposals, scheme N3: samples in X, densities and weights in D. The error is that of 1/ψ at the sample drawn.
 template <class X, class D>
@@ -132,36 +123,45 @@ struct PathWeights {
   }
 };
 
-template <class Work>
-Timed timed(const char* name, const Work& work) {
-  return {name, [&work](long repetitions) { return work.run(repetitions); }};
+/// Times of all of them, beside each other.
+template <class... Work>
+std::vector<double> nanoseconds_of(const gmis::ComparisonSettings& settings, const Work&... works) {
+  const std::vector<gmis::Contender> contenders{
+      {"", gmis::Contender::Run([&works](std::uint64_t rounds, std::span<double>, Words&) {
+         return gmis::RoundValue{works.run(static_cast<long>(rounds)), 0.0};
+       })}...};
+  std::vector<double> result;
+  for (const auto& row : gmis::compare("", 1.0, contenders, settings).rows) result.push_back(row.nanoseconds);
+  return result;
+}
+
+NumbersRow row(std::string what, std::string numbers, double nanoseconds, const Errors& errors) {
+  return {std::move(what), std::move(numbers), nanoseconds, errors.rms(), errors.largest()};
 }
 
 }  // namespace
 
-nlohmann::ordered_json numbers_of_estimators(int slices, double slice_seconds) {
+std::vector<NumbersRow> numbers_of_estimators(const gmis::ComparisonSettings& settings) {
   const Estimator<float, float> single;
   const Estimator<float, double> mixed;
   const Estimator<double, double> full;
-  const auto times =
-      nanoseconds_of({timed("single", single), timed("mixed", mixed), timed("full", full)}, slices, slice_seconds);
-  return nlohmann::ordered_json::array(
-      {row("a round of N3, N = 8", 8, "float", times[0], single.errors()),
-       row("a round of N3, N = 8", 8, "float, weights in double", times[1], mixed.errors()),
-       row("a round of N3, N = 8", 8, "double", times[2], full.errors())});
+  const auto times = nanoseconds_of(settings, single, mixed, full);
+  const std::string what = "a round of N3, N = 8";
+  return {row(what, "float", times[0], single.errors()),
+          row(what, "float, weights in double", times[1], mixed.errors()),
+          row(what, "double", times[2], full.errors())};
 }
 
-nlohmann::ordered_json numbers_of_path_weights(int slices, double slice_seconds) {
-  auto rows = nlohmann::ordered_json::array();
+std::vector<NumbersRow> numbers_of_path_weights(const gmis::ComparisonSettings& settings) {
+  std::vector<NumbersRow> rows;
   for (const int edges : {4, 12, 64}) {
     const PathWeights<float> single(edges);
     const PathWeights<double> full(edges);
-    const auto times = nanoseconds_of({timed("single", single), timed("full", full)}, slices, slice_seconds);
-    const auto size = static_cast<std::size_t>(edges);
+    const auto times = nanoseconds_of(settings, single, full);
+    const std::string what = "weights of a path of " + std::to_string(edges) + " edges";
     // Paths are stored in float: recursion in double is "weights in double only".
-    rows.push_back(row("recursive weights of a path of edges", size, "float", times[0], single.errors()));
-    rows.push_back(
-        row("recursive weights of a path of edges", size, "float, weights in double", times[1], full.errors()));
+    rows.push_back(row(what, "float", times[0], single.errors()));
+    rows.push_back(row(what, "float, weights in double", times[1], full.errors()));
   }
   return rows;
 }

@@ -3,34 +3,18 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "gmis/benchmark.hpp"
 #include "gmis/core/random.hpp"
-#include "gmis/mis/quadrature.hpp"
+#include "gmis/mis/diagnostics/quadrature.hpp"
 
 /// The integrals of the benchmark. What the library and the loops by hand have in common is always inlined, so that
 /// their difference is the library and not what the compiler's inliner thought of the one or the other.
 namespace bench {
 
-/// SplitMix64: the cheapest source there is, so that an overhead shows.
-class Words {
- public:
-  using result_type = std::uint64_t;
-  explicit Words(std::uint64_t seed) : state_(seed) {}
-  static constexpr result_type min() { return 0; }
-  static constexpr result_type max() { return std::numeric_limits<result_type>::max(); }
-  [[gnu::always_inline]] result_type operator()() {
-    std::uint64_t z = state_ += 0x9E3779B97F4A7C15U;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
-    return z ^ (z >> 31U);
-  }
-
- private:
-  std::uint64_t state_;
-};
+using Words = gmis::ComparisonSource;
 
 /// The logistic density: exponential tails, so that every weight of a normal integrand is bounded and all variances are
 /// finite. X is the type of a sample, D that of a density.

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <gmis/core/concept_diagnostics.hpp>
 #include <gmis/core/effects.hpp>
-#include <gmis/core/requirements.hpp>
 
 #include "their_renderer.hpp"
 

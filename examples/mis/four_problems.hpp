@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
-#include "gmis/mis/quadrature.hpp"
+#include "gmis/mis/diagnostics/quadrature.hpp"
 
 /// Four integrals on which the methods of docs/mis-methods.md are compared. All densities are sampled by inversion of their
 /// distribution, so that randomised quasi-Monte Carlo can be used too.

@@ -7,18 +7,17 @@
 
 #include "four_problems.hpp"
 #include "gmis/mis.hpp"
-#include "gmis/mis/adaptive_mis.hpp"
-#include "gmis/mis/best_groups.hpp"
-#include "gmis/mis/best_plan.hpp"
-#include "gmis/mis/compensation.hpp"
-#include "gmis/mis/heretical_mixture.hpp"
-#include "gmis/mis/optimal_weights.hpp"
-#include "gmis/mis/pairwise.hpp"
-#include "gmis/mis/population.hpp"
-#include "gmis/mis/randomised_qmc.hpp"
-#include "gmis/mis/resampling.hpp"
-#include "gmis/mis/stochastic_mis.hpp"
-#include "gmis/mis/variance_aware.hpp"
+#include "gmis/mis/methods/adaptive_mis.hpp"
+#include "gmis/mis/methods/best_groups.hpp"
+#include "gmis/mis/methods/best_plan.hpp"
+#include "gmis/mis/methods/compensation.hpp"
+#include "gmis/mis/methods/optimal_weights.hpp"
+#include "gmis/mis/methods/pairwise.hpp"
+#include "gmis/mis/methods/population.hpp"
+#include "gmis/mis/methods/randomised_qmc.hpp"
+#include "gmis/mis/methods/resampling.hpp"
+#include "gmis/mis/methods/stochastic_mis.hpp"
+#include "gmis/mis/methods/variance_aware.hpp"
 
 /// Every method of docs/mis-methods.md as one call on one of the four problems, with about `budget` evaluations of f, those of
 /// a pilot included.
@@ -158,9 +157,6 @@ inline std::vector<Method> all() {
       {"chosen pairs", piloted([](const auto& p, const auto& pilot, const Counts&, auto rounds, auto& source) {
          const std::size_t size = p.f == four::highlight ? 4 : p.f == four::waves ? 3 : 2;  // pairs leave holes there
          return gmis::estimate_partial(p.f, p.proposals, gmis::best_groups(pilot, size), rounds, source);
-       })},
-      {"heretical pairs", in_rounds([](const auto& p, const Counts&, std::uint64_t rounds, auto& source) {
-         return gmis::estimate_heretical(p.f, p.proposals, 2, rounds, source);
        })},
       {"control variates",
        piloted([](const auto& p, const auto& pilot, const Counts& counts, auto rounds, auto& source) {

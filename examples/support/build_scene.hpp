@@ -5,7 +5,7 @@
 
 #include "gmis/scene/bvh_scene.hpp"
 #include "gmis/scene/light_selection.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/context/iteration_context.hpp"
 #include "support/scene_description.hpp"
 
 namespace gmis::tools {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 namespace gmis::tools {
 
@@ -45,10 +45,13 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   counts.radius_factor = is_radius_free ? integrators::vcm_local.radius_factor : 1.0;
   if (counts.traces_light()) counts.light_paths = options.light_paths.value_or(1.0);
   if (counts.connections != 0 && options.connections) counts.connections = *options.connections;
-  if (options.integrator == IntegratorChoice::gmis) counts.camera_children = options.camera_split;
+  counts.connects_paired_tree = counts.connections != 0 && options.connects_paired_tree;
   request.settings.counts = counts;
-  if (split == SplitChoice::budgeted) request.settings.light_split = LightSplit::budgeted;
-  if (split == SplitChoice::paper) request.settings.light_split = LightSplit::paper;
+  request.sampler.reset();
+  if (split == SplitChoice::budgeted || split == SplitChoice::paper)
+    request.sampler = GmisSampler{.scheme = options.scheme,
+                                  .at_end_of_budget =
+                                      split == SplitChoice::paper ? TreeBudget::cut : TreeBudget::softened};
 
   // A pilot connects with vertices from the cache and splats.
   request.candidates.clear();
@@ -57,8 +60,7 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   OpenCounts open;
   open.techniques = is_automatic;
   open.light_paths = is_local && !options.light_paths;
-  open.connections = !options.connections;
-  open.camera_children = is_automatic || split == SplitChoice::adaptive;
+  open.connections = !options.connections && !options.connects_paired_tree;
   open.radius = is_radius_free;
   if (auto candidates = candidates_for(plan, counts, open); candidates.size() > 1)
     request.candidates = std::move(candidates);

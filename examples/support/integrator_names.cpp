@@ -28,10 +28,9 @@ IntegratorChoice integrator_of(const std::string& name) {
 }
 
 SplitChoice split_of(const std::string& name) {
-  for (const SplitChoice split :
-       {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::adaptive, SplitChoice::local})
+  for (const SplitChoice split : {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::local})
     if (name == name_of(split)) return split;
-  throw InputError("--split " + in_quotes(name) + " is not known: use local, none, paper, budgeted or adaptive");
+  throw InputError("--split " + in_quotes(name) + " is not known: use local, none, paper or budgeted");
 }
 
 bool connects(IntegratorChoice integrator) {
@@ -51,7 +50,7 @@ const char* name_of(IntegratorChoice integrator) {
 }
 
 const char* name_of(SplitChoice split) {
-  constexpr const char* names[] = {"none", "paper", "budgeted", "adaptive", "local"};
+  constexpr const char* names[] = {"none", "paper", "budgeted", "local"};
   return names[static_cast<std::size_t>(split)];
 }
 

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "gmis/transport/effects/effect_switches.hpp"
+#include "gmis/transport/plan/effect_switches.hpp"
 #include "support/diagnostics.hpp"
 #include "support/instruction_set.hpp"
 #include "support/manual.hpp"
@@ -50,10 +50,9 @@ Unsigned whole_number_of(const std::string& option, std::string_view text) {
   return *value;
 }
 
-/// Nothing for `auto`.
+/// Nothing for `auto` and for `paired`.
 std::optional<int> connections_of(const std::string& text) {
-  if (text == "auto") return {};
-  if (text == "paired") return paired_connections;
+  if (text == "auto" || text == "paired") return {};
   const auto count = integer_of<int>(text);
   if (!count || *count < 1 || *count > 1000)
     throw InputError("--connections " + in_quotes(text) + " must be auto, paired or a whole number from 1 to 1000");
@@ -72,11 +71,10 @@ Emission emission_of(const std::string& name) {
   throw InputError("--emission " + in_quotes(name) + " is not known: use power or learned");
 }
 
-template <class Counts>
-Counts counts_of(const char* option, const std::string& name) {
-  if (name == "uniform") return Counts::uniform;
-  if (name == "learned") return Counts::learned;
-  throw InputError(std::string(option) + " " + in_quotes(name) + " is not known: use uniform or learned");
+PixelCounts pixel_counts_of(const std::string& name) {
+  if (name == "uniform") return PixelCounts::uniform;
+  if (name == "learned") return PixelCounts::learned;
+  throw InputError("--pixel-counts " + in_quotes(name) + " is not known: use uniform or learned");
 }
 
 Sampler sampler_of(const std::string& name) {
@@ -105,8 +103,8 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius, sampler = "sobol", lights = "power", emission = "power", counts = "uniform",
-                                        pixel_counts = "uniform";
+  std::string replay, aov, isa, radius, sampler = "sobol", lights = "power", emission = "power";
+  std::string pixel_counts = "uniform";
   std::string tone = "clamp", completion, exposure = "auto", max_memory;
   double seconds = 0, relative_error = 0;
   bool manual = false;
@@ -121,11 +119,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option(
          "--split", raw.split,
          "What gmis does beyond vcm: local (counts that depend on the surface; the default), or split subpaths: "
-         "budgeted, paper or adaptive; none: nothing")
-      ->type_name("local|budgeted|paper|adaptive|none");
-  app.add_option("--camera-split", options.camera_split,
-                 "Children of the first non-specular camera vertex, with gmis (1; adaptive: measured)")
-      ->type_name("NUMBER");
+         "budgeted or paper; none: nothing")
+      ->type_name("local|budgeted|paper|none");
   app.add_option("--connections", raw.connections,
                  "Light vertices drawn per camera vertex: a number, auto (measured) or paired (all of one tree)")
       ->type_name("auto|paired|NUMBER");
@@ -156,9 +151,6 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "Where light subpaths start: as the lights shine, by power (the default), or learned, where their light "
          "is needed, which pays when lights shine far beyond the picture")
       ->type_name("power|learned");
-  app.add_option("--counts", raw.counts,
-                 "Samples at a camera vertex: uniform (the default), or learned: more where they pay, fewer elsewhere")
-      ->type_name("uniform|learned");
   app.add_option(
          "--pixel-counts", raw.pixel_counts,
          "Camera subpaths of a pixel in an iteration: uniform (one, the default), or learned: more where they pay")
@@ -223,6 +215,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--write-every", options.write_every,
                  "Keep picture and checkpoint on disk current: write them after so many seconds again (30)")
       ->type_name("SECONDS");
+  app.add_option("--tev", options.tev_address,
+                 "Show the picture in the viewer tev as it grows; a viewer that is not there is a warning")
+      ->type_name("HOST:PORT");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)")->type_name("FILE");
   app.add_flag("--check", options.check, "List all in the scene that is not supported, and render nothing");
   app.add_option("--sky", options.load.sky,
@@ -340,15 +335,13 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   const auto given = [&](const char* option) { return app.count(option) > 0; };
 
   // What only gmis does asks for it.
-  if ((given("--split") || given("--scheme") || given("--camera-split")) && !given("--integrator"))
+  if ((given("--split") || given("--scheme")) && !given("--integrator"))
     raw.integrator = name_of(IntegratorChoice::gmis);
   options.integrator = integrator_of(raw.integrator);
   options.split = split_of(raw.split);
   if (options.integrator != IntegratorChoice::gmis) {
     if (given("--split") && options.split != SplitChoice::none)
       throw InputError("--split needs --integrator gmis: " + raw.integrator + " does not split");
-    if (given("--camera-split") && options.camera_split != 1)
-      throw InputError("--camera-split needs --integrator gmis: " + raw.integrator + " does not split");
     options.split = SplitChoice::none;
   }
   if (given("--effects")) {
@@ -370,23 +363,16 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     }
   }
   options.connections = connections_of(raw.connections);
+  options.connects_paired_tree = raw.connections == "paired";
   if (given("--connections") && !connects(options.integrator))
     throw InputError("--connections needs auto, bpt, vcm or gmis: " + raw.integrator + " makes no connections");
-  if ((given("--camera-split") || given("--scheme")) && !given("--split") && options.split == SplitChoice::local)
+  if (given("--scheme") && !given("--split") && options.split == SplitChoice::local)
     options.split = SplitChoice::budgeted;  // what only splitting does asks for it
-  if (options.camera_split < 1 || options.camera_split > 64) throw InputError("--camera-split must be from 1 to 64");
-  if (given("--camera-split") && options.camera_split != 1 && options.split != SplitChoice::paper &&
-      options.split != SplitChoice::budgeted)
-    throw InputError(
-        "--camera-split needs --split paper or budgeted: none and local do not split, and adaptive measures it");
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
   options.lights = lights_of(raw.lights);
   options.emission = emission_of(raw.emission);
-  options.vertex_counts = counts_of<VertexCounts>("--counts", raw.counts);
-  options.pixel_counts = counts_of<PixelCounts>("--pixel-counts", raw.pixel_counts);
-  if (options.vertex_counts == VertexCounts::learned && options.pixel_counts == PixelCounts::learned)
-    throw InputError("--counts learned and --pixel-counts learned do not go together: choose one of them");
+  options.pixel_counts = pixel_counts_of(raw.pixel_counts);
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);

@@ -10,15 +10,15 @@
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/mis/scheme.hpp"
 #include "gmis/scene/light_selection.hpp"
-#include "gmis/transport/effects/path_class.hpp"
-#include "gmis/transport/settings.hpp"
+#include "gmis/transport/state/path_class.hpp"
+#include "gmis/transport/state/settings.hpp"
 #include "support/image/image.hpp"
 #include "support/load_options.hpp"
 
 namespace gmis::tools {
 
 enum class IntegratorChoice { pt, lt, bpt, ppm, bpm, vcm, gmis, automatic };
-enum class SplitChoice { none, paper, budgeted, adaptive, local };
+enum class SplitChoice { none, paper, budgeted, local };
 
 /// A merging radius as --radius has it.
 struct RadiusChoice {
@@ -44,7 +44,6 @@ struct Options {
   Scheme scheme = Scheme::N3;
   Sampler sampler = Sampler::sobol;
   Emission emission = Emission::power;                             ///< of light subpaths
-  VertexCounts vertex_counts = VertexCounts::uniform;              ///< numbers of samples at camera vertices
   PixelCounts pixel_counts = PixelCounts::uniform;                 ///< numbers of camera subpaths
   scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events
   std::optional<std::array<int, 2>> size;
@@ -52,8 +51,8 @@ struct Options {
   std::optional<RadiusChoice> radius;  ///< unset: 0.4 pixel widths, more where merging has a local count
   double alpha = 2.0 / 3.0;
   std::optional<double> light_paths;  ///< 1 where nothing chooses
-  std::optional<int> connections;     ///< as `SampleCounts` has it; unset: a pilot chooses
-  int camera_split = 1;               ///< children of the first non-specular camera vertex
+  std::optional<int> connections;     ///< light vertices drawn per camera vertex; unset: a pilot chooses
+  bool connects_paired_tree = false;  ///< all vertices of one light tree, in place of drawn ones
   std::uint64_t seed = 0;
   int threads = 0;  ///< 0: all cores
   std::optional<std::uint32_t> iterations;
@@ -79,6 +78,7 @@ struct Options {
   std::filesystem::path checkpoint_file;
   std::vector<std::filesystem::path> resume_files;  ///< one: go on from it; several: join their runs
   double write_every = 30;  ///< seconds between pictures and checkpoints on disk while the run goes on
+  std::string tev_address;  ///< HOST:PORT of the viewer tev; empty: none
   std::filesystem::path reference_file;
   bool check = false;    ///< read the scene, and say all that is not supported
   bool lenient = false;  ///< input that is not supported is a warning

@@ -89,16 +89,11 @@ std::string explain_plan(const RenderRequest& request, const Plan& plan) {
 
 std::string text_of(const SampleCounts& counts) {
   std::ostringstream text;
-  const auto add_children = [&] {
-    if (counts.camera_children > 1) text << ", " << counts.camera_children << " ways on from what is seen first";
-    return text.str();
-  };
   if (!counts.traces_light()) {
-    text << "path tracing alone";
-    return add_children();
+    return "path tracing alone";
   }
   text << counts.light_paths << (counts.light_paths == 1.0 ? " light tree" : " light trees") << " a pixel, ";
-  if (counts.connections == paired_connections)
+  if (counts.connects_paired_tree)
     text << "connections with the paired tree, ";
   else if (counts.connections > 0)
     text << counts.connections << (counts.connections == 1 ? " connection" : " connections") << " a vertex, ";
@@ -109,7 +104,7 @@ std::string text_of(const SampleCounts& counts) {
   else
     text << "merging" << (counts.local_merges ? " after narrow lobes" : "");
   if (counts.merges && counts.radius_factor != 1.0) text << " within " << counts.radius_factor << " times the radius";
-  return add_children();
+  return text.str();
 }
 
 std::string explain_choice(const Choice& choice, const Counters& work) {
@@ -131,8 +126,7 @@ std::string explain_choice(const Choice& choice, const Counters& work) {
     text << "\n";
   };
   const auto is_plain = [](const Forecast& f) {
-    return f.counts.camera_children == 1 &&
-           (!f.counts.traces_light() || (f.counts.light_paths == 1.0 && f.counts.connections == 1));
+    return (!f.counts.traces_light() || (f.counts.light_paths == 1.0 && f.counts.connections == 1));
   };
   for (const Forecast& other : others)
     if (is_plain(other) && !(other.counts == chosen.counts)) line(other);

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "gmis/render/automatic_request.hpp"
-#include "gmis/result/price.hpp"
+#include "gmis/result/time_to_error.hpp"
 #include "support/render.hpp"
 
 /// \file

@@ -1,7 +1,3 @@
 #include "support/progressive_render.hpp"
 
-namespace gmis {
-
-template class Render<tools::SceneType>;
-
-}  // namespace gmis
+template class gmis::RenderRun<gmis::tools::SceneSpectrum>;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gmis/render/join_runs.hpp"
+#include "support/engines/engines.hpp"
 #include "support/progressive_render.hpp"
 
 namespace gmis::tools {
@@ -15,7 +16,7 @@ Image image_of(const Picture& picture) {
 }
 
 std::unique_ptr<SceneEngine> start(const BuiltScene& scene, const RenderRequest& request) {
-  auto engine = std::make_unique<SceneEngine>(scene.scene(), request.settings, request.candidates,
+  auto engine = std::make_unique<SceneEngine>(engines_for(scene, request), request.settings, request.candidates,
                                               request.expected_iterations, request.crop);
   engine->keep_contributions(request.techniques || request.class_pictures);
   return engine;

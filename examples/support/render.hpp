@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
+#include "gmis/transport/splitting/gmis_sampler.hpp"
 #include "support/build_scene.hpp"
 #include "support/executor.hpp"
 #include "support/image/image.hpp"
@@ -19,6 +21,7 @@ namespace gmis::tools {
 struct RenderRequest : gmis::RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
   SplitChoice split = SplitChoice::local;
+  std::optional<GmisSampler> sampler;  ///< light trees split by it; empty: they do not split
   /// Checkpoints: none for a new run, one to go on from, several of runs to be joined without rendering.
   std::vector<std::vector<std::byte>> resume;
 };

@@ -1,4 +1,4 @@
-#include "gmis/transport/output/replay.hpp"
+#include "gmis/transport/replay/replay.hpp"
 
 #include <bit>
 #include <optional>
@@ -23,8 +23,9 @@ struct Changes {
 template <class Method>
 ReplayedPath<SceneSpectrum> replay_with(const BuiltScene& scene, const RenderSettings& settings,
                                         const std::optional<PixelBounds>& crop, ThreadedExecutor& executor,
-                                        const PathName& path, const Changes& changes) {
-  Engine<SceneType, Method> engine(scene.scene(), settings, crop);
+                                        const PathName& path, const Changes& changes,
+                                        const typename Engine<SceneType, Method>::Split::Settings& split = {}) {
+  Engine<SceneType, Method> engine(scene.scene(), settings, crop, split);
   if (path.kind == PathKind::light && path.number >= engine.light_tree_count())
     throw InputError("--replay: there is no light tree " + std::to_string(path.number) + ": an iteration has " +
                      std::to_string(engine.light_tree_count()));
@@ -44,26 +45,24 @@ ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest&
   Changes changes;
   if (request.candidates.size() > 1) {
     // The pilot chooses the counts, and later iterations the disk and merging's gain, after 4, 8, 16 … of them.
-    gmis::RenderRequest same = request;
+    RenderRequest same = request;
     same.interrupt = nullptr;
-    Render<SceneType> run(scene.scene(), std::move(same));
+    ProgressiveRender run(scene, same);
     const auto counts_are_known = [&] {
       return run.engine().choice() != nullptr &&
-             (!run.engine().counts().merges || run.progress().iterations >= std::bit_floor(path.iteration - 1));
+             (!run.engine().engine().counts().merges || run.progress().iterations >= std::bit_floor(path.iteration - 1));
     };
     while (!counts_are_known() && run.advance(executor)) {
     }
-    settings.counts = run.engine().counts();
-    changes = {settings.counts.radius_factor, run.engine().merging_gain()};
+    settings.counts = run.engine().engine().counts();
+    changes = {settings.counts.radius_factor, run.engine().engine().merging_gain()};
     if (const Choice& choice = *run.engine().choice(); choice.chosen)
       settings.counts = choice.forecasts[*choice.chosen].counts;
   }
-  if (!settings.counts.traces_light()) {
-    settings.light_split = LightSplit::none;
+  if (!settings.counts.traces_light())
     return replay_with<CameraSide>(scene, settings, request.crop, executor, path, changes);
-  }
-  if (settings.light_split != LightSplit::none)
-    return replay_with<SplitTrees>(scene, settings, request.crop, executor, path, changes);
+  if (request.sampler)
+    return replay_with<SplitTrees>(scene, settings, request.crop, executor, path, changes, *request.sampler);
   return replay_with<BothSides>(scene, settings, request.crop, executor, path, changes);
 }
 

@@ -124,8 +124,7 @@ std::string replay_text(const ReplayedPath<glm::vec3>& path, const RenderRequest
   std::string text = "path        " + text_of(path.name) + ", " + where(path.name, resolution) + "\n";
   text += "seed        " + std::to_string(request.settings.seed) + "\n";
   if (path.radius > 0) text += "radius      " + number(path.radius) + "\n";
-  text += format("counts      connections %d, camera children %d, light vertices a tree ", path.counts.connections,
-                 path.counts.camera_children) +
+  text += format("counts      connections %d, light vertices a tree ", path.counts.connections) +
           (path.vertices_per_tree > 0 ? number(path.vertices_per_tree) : "not measured") + "\n";
   std::size_t next = 0, next_zero = 0, rejected = 0;
   if (path.vertices.empty()) text += "nothing starts here\n";

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "gmis/transport/output/replay.hpp"
+#include "gmis/transport/replay/replay.hpp"
 #include "support/render.hpp"
 
 /// \file

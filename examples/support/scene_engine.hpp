@@ -1,11 +1,11 @@
 #pragma once
 
-#include <cstdint>
-
-#include "gmis/transport/output/replay.hpp"
-#include "gmis/transport/render_engine.hpp"
+#include "gmis/transport/allocation/engine_maker.hpp"
+#include "gmis/transport/allocation/pilot.hpp"
+#include "gmis/transport/allocation/render_engine.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/splitting/split_trees.hpp"
 #include "support/build_scene.hpp"
-#include "support/executor.hpp"
 
 /// \file
 /// The engines for the built-in scene. Each is compiled once, in a source file of `engines/`, and not in every file that
@@ -15,21 +15,19 @@ namespace gmis::tools {
 
 using SceneType = BuiltScene::SceneType;
 using SceneSpectrum = SceneType::Spectrum;
-using SceneEngine = RenderEngine<SceneType>;
+using SceneEngine = RenderEngine<SceneSpectrum>;
 using PilotEngine = RenderPilot<SceneType>::EngineType;
 
 }  // namespace gmis::tools
 
 namespace gmis {
 
-extern template void Engine<tools::SceneType, CameraSide>::iterate(tools::ThreadedExecutor&);
-extern template void Engine<tools::SceneType, BothSides>::iterate(tools::ThreadedExecutor&);
-extern template void Engine<tools::SceneType, SplitTrees>::iterate(tools::ThreadedExecutor&);
-extern template void Engine<tools::SceneType, CameraSide>::prepare_replay(tools::ThreadedExecutor&, std::uint32_t);
-extern template void Engine<tools::SceneType, BothSides>::prepare_replay(tools::ThreadedExecutor&, std::uint32_t);
-extern template void Engine<tools::SceneType, SplitTrees>::prepare_replay(tools::ThreadedExecutor&, std::uint32_t);
-extern template ReplayedPath<tools::SceneSpectrum> replay(const Engine<tools::SceneType, BothSides>&, PathKind,
-                                                          std::uint32_t);
-extern template void tools::PilotEngine::iterate(tools::ThreadedExecutor&);
+extern template class Engine<tools::SceneType, CameraSide>;
+extern template class Engine<tools::SceneType, BothSides>;
+extern template class Engine<tools::SceneType, SplitTrees>;
+extern template class Engine<tools::SceneType, PilotMethod>;
+extern template class AnyEngine<tools::SceneSpectrum>;
+extern template class AnyPilot<tools::SceneSpectrum>;
+extern template class RenderEngine<tools::SceneSpectrum>;
 
 }  // namespace gmis

@@ -63,10 +63,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
     request.settings.radius =
         options.radius->value * (options.radius->is_in_scene_units ? 1.0 : median_pixel_width(scene.scene()));
   request.settings.alpha = options.alpha;
-  request.settings.scheme = options.scheme;
   request.settings.sampler = options.sampler;
   request.settings.emission = options.emission;
-  request.settings.vertex_counts = options.vertex_counts;
   request.settings.pixel_counts = options.pixel_counts;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
@@ -101,16 +99,15 @@ std::string plan_of(const RenderRequest& request, const SampleCounts& counts) {
     if (!plan.empty()) plan += ", ";
     plan += words_of(technique);
     if (technique != Technique::connect) continue;
-    plan += counts.connections == paired_connections ? " (paired" : " (" + std::to_string(counts.connections);
+    plan += counts.connects_paired_tree ? " (paired" : " (" + std::to_string(counts.connections);
     plan += " a vertex)";
   }
-  if (counts.camera_children == 0 && counts.has(Technique::merge)) plan += " at the first non-specular vertex";
+  if (!counts.extends_camera && counts.has(Technique::merge)) plan += " at the first non-specular vertex";
   if (counts.has(Technique::merge) && counts.local_merges) plan += " (photons that come from narrow lobes)";
   if (request.integrator == IntegratorChoice::gmis && request.split != SplitChoice::local) {
     plan += "; subpaths split: " + std::string(name_of(request.split));
-    if (request.split != SplitChoice::none) plan += " by " + std::string(gmis::name_of(request.settings.scheme));
+    if (request.sampler) plan += " by " + std::string(gmis::name_of(request.sampler->scheme));
   }
-  if (counts.camera_children > 1) plan += ", the camera's by " + std::to_string(counts.camera_children);
   return plan.empty() ? "nothing" : plan;
 }
 
@@ -129,8 +126,6 @@ std::string explain(const Options& options, const RenderRequest& request, const 
     text << "\nlights      of next events by power, distance and orientation as the receiver sees them";
   if (options.emission == Emission::learned)
     text << "\nemission    of light subpaths learned: where their light is needed";
-  if (options.vertex_counts == VertexCounts::learned)
-    text << "\ncounts      of samples at camera vertices learned: more where they pay, fewer elsewhere";
   if (options.pixel_counts == PixelCounts::learned)
     text << "\ncounts      of camera subpaths learned: more in the pixels where they pay";
   text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);

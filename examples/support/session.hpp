@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/effects/plan.hpp"
+#include "gmis/transport/plan/plan.hpp"
 #include "support/render.hpp"
 #include "support/statistics.hpp"
 

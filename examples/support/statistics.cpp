@@ -54,12 +54,12 @@ Json rejected_json(const std::vector<RejectedPath>& paths) {
 
 Json counts_json(const SampleCounts& counts) {
   return {{"light_paths", counts.light_paths},
-          {"connections", counts.connections == paired_connections ? Json("paired") : Json(counts.connections)},
+          {"connections", counts.connects_paired_tree ? Json("paired") : Json(counts.connections)},
           {"splats", counts.splats},
           {"merges", counts.merges},
           {"local_merges", counts.local_merges},
           {"radius_factor", counts.radius_factor},
-          {"camera_children", counts.camera_children},
+          {"extends_camera", counts.extends_camera},
           {"next_events", counts.next_events},
           {"emitter_hits", counts.emitter_hits}};
 }
@@ -195,7 +195,6 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["version"] = GMIS_VERSION;
   json["isa"] = instruction_set;
   json["emission"] = facts.options->emission == Emission::learned ? "learned" : "power";
-  json["vertex_counts"] = facts.options->vertex_counts == VertexCounts::learned ? "learned" : "uniform";
   json["pixel_counts"] = facts.options->pixel_counts == PixelCounts::learned ? "learned" : "uniform";
   json["sampler"] = facts.options->sampler == Sampler::sobol ? "sobol" : "independent";
   json["scene"] = options.scene;

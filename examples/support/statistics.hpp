@@ -5,7 +5,7 @@
 #include <string>
 
 #include "gmis/result/image_error.hpp"
-#include "gmis/transport/effects/plan.hpp"
+#include "gmis/transport/plan/plan.hpp"
 #include "support/render.hpp"
 
 namespace gmis::tools {

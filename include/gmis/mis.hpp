@@ -5,7 +5,7 @@
 /// variances are not here but in gmis/mis/diagnostics.hpp.
 
 #include "gmis/mis/arguments.hpp"
-#include "gmis/mis/coverage.hpp"
+#include "gmis/mis/diagnostics/coverage.hpp"
 #include "gmis/mis/estimate.hpp"
 #include "gmis/mis/heuristic.hpp"
 #include "gmis/mis/multi_sample.hpp"

@@ -5,4 +5,5 @@
 /// until a limit is met, error, price and pictures.
 
 #include "gmis/render/automatic_request.hpp"
+#include "gmis/render/declare_engines.hpp"
 #include "gmis/render/render.hpp"

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 

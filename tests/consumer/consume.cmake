@@ -27,6 +27,10 @@ elseif(WAY STREQUAL "your_renderer")
   run(${CMAKE_COMMAND} -E copy ${CONSUMER_DIR}/CMakeLists.txt ${WORK_DIR}/project)
   set(CONSUMER_DIR ${WORK_DIR}/project)
   set(location -DCMAKE_BUILD_TYPE=Release)
+elseif(WAY STREQUAL "fetch_content")
+  # The sources at hand stand in for a clone of GMIS_URL.
+  set(location -DGMIS_URL=${GMIS_DIR} -DFETCHCONTENT_SOURCE_DIR_GMIS=${GMIS_DIR}
+               -DGMIS_FETCH_DEPENDENCIES=${GMIS_FETCH_DEPENDENCIES})
 else()
   set(location -DGMIS_DIR=${GMIS_DIR} -DGMIS_FETCH_DEPENDENCIES=${GMIS_FETCH_DEPENDENCIES})
 endif()

@@ -194,18 +194,19 @@ void check_ends_of_the_range() {
     const float a = density(), b = density(), c = density(), d = density(), e = density();
     const auto light = partial(), camera = partial();
     const bool one = n % 3 == 0, two = n % 5 == 0, three = n % 7 == 0;
-    compare(recursion.first_light_vertex(a, b, c, d), exact.first_light_vertex(a, b, c, d));
-    compare(recursion.extend_light(light, one, two, a, b, c), exact.extend_light(wide(light), one, two, a, b, c));
+    compare(recursion.first_light_vertex({a, b, c}, d), exact.first_light_vertex({a, b, c}, d));
+    compare(recursion.extend_light(light, {one, two, a, b, c}), exact.extend_light(wide(light), {one, two, a, b, c}));
     compare(recursion.first_camera_vertex(a), exact.first_camera_vertex(a));
-    compare(recursion.extend_camera(camera, one, two, three, a, b, c),
-            exact.extend_camera(wide(camera), one, two, three, a, b, c));
-    compare_weight(recursion.emitter_hit(camera, a, b, c), exact.emitter_hit(wide(camera), a, b, c));
-    compare_weight(recursion.next_event(camera, one, a, b, c, d, e),
-                   exact.next_event(wide(camera), one, a, b, c, d, e));
-    compare_weight(recursion.connect(light, one, a, b, camera, two, three, c, d),
-                   exact.connect(wide(light), one, a, b, wide(camera), two, three, c, d));
-    compare_weight(recursion.splat(light, one, a, b), exact.splat(wide(light), one, a, b));
-    compare_weight(recursion.merge(light, a, camera, one, b), exact.merge(wide(light), a, wide(camera), one, b));
+    compare(recursion.extend_camera(camera, {one, two, three, a, b, c}),
+            exact.extend_camera(wide(camera), {one, two, three, a, b, c}));
+    compare_weight(recursion.emitter_hit(camera, {a, b, c}), exact.emitter_hit(wide(camera), {a, b, c}));
+    compare_weight(recursion.next_event({a, b, 0.0F}, c, camera, {one, e, d}),
+                   exact.next_event({a, b, 0.0F}, c, wide(camera), {one, e, d}));
+    compare_weight(recursion.connect(light, {one, three, a, b}, camera, {two, c, d}),
+                   exact.connect(wide(light), {one, three, a, b}, wide(camera), {two, c, d}));
+    compare_weight(recursion.splat(light, {one, false, a, b}), exact.splat(wide(light), {one, false, a, b}));
+    compare_weight(recursion.merge(light, a, camera, {one, b, 0.0F}),
+                   exact.merge(wide(light), a, wide(camera), {one, b, 0.0F}));
   }
   CAPTURE(worst);
   CHECK(worst < 8.0 * std::numeric_limits<float>::epsilon());

@@ -1,2 +1,2 @@
-gmis_add_test(test_statistics statistics.cpp)
-gmis_add_test(test_warp warp.cpp)
+gmis_add_test(test_core_statistics statistics.cpp)
+gmis_add_test(test_core_warp warp.cpp)

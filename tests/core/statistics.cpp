@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "gmis/core/check.hpp"
 #include "gmis/core/compensated_sum.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/core/random.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"

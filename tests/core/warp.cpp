@@ -1,6 +1,6 @@
 #include "gmis/core/warp.hpp"
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 

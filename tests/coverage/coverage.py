@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Which lines and branches of include/ the tests run: reads what programs built with --coverage have counted.
+"""Which lines and branches of include/ the tests run: reads what programs built with --coverage
+have counted.
 
 Usage: coverage.py BUILD-FOLDER [OUTPUT-FOLDER]
 
-Asks gcov about every program part that ran and adds the counts up: a line of a template runs when it runs in any
-instantiation, and a branch is taken when it is in any. Branches that only an exception takes are left out. Prints the
-share of each header that is not wholly run, and the total; OUTPUT-FOLDER/lines.txt has the lines that never run.
+Asks gcov about every program part that ran and adds the counts up: a line of a template runs when
+it runs in any instantiation, and a branch is taken when it is in any. Branches that only an
+exception takes are left out. Prints the share of each header that is not wholly run, and the total;
+OUTPUT-FOLDER/lines.txt has the lines that never run.
 """
 
 import collections

@@ -221,7 +221,7 @@ void check_methods(fuzz::Input& input) {
   std::vector<std::uint32_t> counts(input.below(4) > 0 ? n : input.below(5));
   for (std::uint32_t& count : counts) count = input.below(4);
   const std::uint64_t rounds = input.below(4);
-  const std::size_t canonical = input.below(5), group_size = input.below(6);
+  const std::size_t canonical = input.below(5);
   std::vector<double> numbers(input.below(4) > 0 ? n : input.below(5));
   for (double& number : numbers) number = any_number(input);
   const bool fit = counts.size() == n && std::accumulate(counts.begin(), counts.end(), 0U) > 0 && rounds > 0;
@@ -238,8 +238,6 @@ void check_methods(fuzz::Input& input) {
   check(fit, 1e-9, [&](auto& s) { return gmis::estimate_resampled(one, one, proposals, counts, rounds, s).mean; });
   check(fit && canonical < n && counts[canonical] > 0, 1e-9,
         [&](auto& s) { return gmis::estimate_pairwise(one, proposals, counts, canonical, rounds, s).mean; });
-  check(n > 0 && rounds > 0 && group_size > 0 && group_size <= n, 1e-9,
-        [&](auto& s) { return gmis::estimate_heretical(one, proposals, group_size, rounds, s).mean; });
   bool are_factors = numbers.size() == n;
   for (std::size_t k = 0; k < numbers.size() && are_factors && counts.size() == n; ++k)
     are_factors = std::isfinite(numbers[k]) && (numbers[k] > 0.0 || (counts[k] == 0 && !std::isnan(numbers[k])));

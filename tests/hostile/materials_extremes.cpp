@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"

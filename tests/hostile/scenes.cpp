@@ -44,10 +44,7 @@ RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, 
   if (integrator == IntegratorChoice::ppm || integrator == IntegratorChoice::bpm) options.light_paths = 4;
   // The ways of gmis to split, one after the other.
   if (integrator == IntegratorChoice::gmis) {
-    constexpr SplitChoice splits[] = {SplitChoice::budgeted, SplitChoice::budgeted, SplitChoice::adaptive,
-                                      SplitChoice::local};
-    options.split = splits[seed % 4];
-    if (seed % 4 == 1) options.camera_split = 3;
+    options.split = seed % 2 == 0 ? SplitChoice::budgeted : SplitChoice::local;
   }
   request.split = options.split;
   set_counts(request, options, scene);
@@ -88,15 +85,15 @@ Run run(const BuiltScene& scene, const RenderRequest& request, int iterations, i
   for (int i = 0; i < iterations; ++i) {
     source->iterate(executor);
     double sum = 0;
-    for (const auto& pixel : source->frame())
+    for (const auto& pixel : source->engine().frame())
       for (int c = 0; c < 3; ++c) {
         if (!(std::isfinite(pixel[c]) && pixel[c] >= 0)) ++result.bad_pixels;
         sum += static_cast<double>(pixel[c]);
         squares += gmis::square(static_cast<double>(pixel[c]));
       }
-    result.means.push_back(sum / (3.0 * static_cast<double>(source->frame().size())));
+    result.means.push_back(sum / (3.0 * static_cast<double>(source->engine().frame().size())));
   }
-  result.mean_square = squares / (3.0 * static_cast<double>(source->frame().size()) * iterations);
+  result.mean_square = squares / (3.0 * static_cast<double>(source->engine().frame().size()) * iterations);
   result.counters = source->counters();
   return result;
 }
@@ -211,9 +208,9 @@ Pairing compare(const BuiltScene& left, const BuiltScene& right, IntegratorChoic
     a->iterate(executor);
     b->iterate(executor);
     double difference = 0;
-    for (std::size_t pixel = 0; pixel < a->frame().size(); ++pixel)
+    for (std::size_t pixel = 0; pixel < a->engine().frame().size(); ++pixel)
       for (int c = 0; c < 3; ++c) {
-        const auto x = static_cast<double>(a->frame()[pixel][c]), y = static_cast<double>(b->frame()[pixel][c]);
+        const auto x = static_cast<double>(a->engine().frame()[pixel][c]), y = static_cast<double>(b->engine().frame()[pixel][c]);
         if (x == 0 && y == 0) continue;  // two black pictures are not the same picture
         same += std::abs(x - y) <= 1e-3 * std::max(x, y) ? 1 : 0;
         lit += 1;

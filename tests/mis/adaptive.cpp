@@ -1,15 +1,15 @@
-#include "gmis/mis/adaptive_mis.hpp"
+#include "gmis/mis/methods/adaptive_mis.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "gmis/mis/best_groups.hpp"
-#include "gmis/mis/best_scheme.hpp"
-#include "gmis/mis/counted_variance.hpp"
+#include "gmis/mis/diagnostics/best_scheme.hpp"
+#include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/methods/best_groups.hpp"
+#include "gmis/mis/methods/population.hpp"
+#include "gmis/mis/methods/self_normalised.hpp"
 #include "gmis/mis/partial_mixture.hpp"
-#include "gmis/mis/population.hpp"
-#include "gmis/mis/self_normalised.hpp"
 #include "mis/method_oracles.hpp"
 #include "mis/proposals.hpp"
 #include "support/catch.hpp"

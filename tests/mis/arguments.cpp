@@ -1,13 +1,15 @@
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <random>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <tuple>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/mis.hpp"
 #include "gmis/mis/diagnostics.hpp"
 #include "mis/proposals.hpp"
@@ -277,6 +279,7 @@ TEST_CASE("heuristics and their arguments are checked", "[mis]") {
   REJECTED(gmis::estimate_weighted(gmis::Cutoff{not_a_number}, f, ramps, 2, source));
   REJECTED(gmis::estimate_weighted(gmis::Power{not_a_number}, f, ramps, 2, source));
   REJECTED(gmis::estimate_weighted(gmis::Power{-infinity}, f, ramps, 2, source));
+  REJECTED(gmis::estimate_weighted(gmis::Power{-1.0}, f, ramps, 2, source));
   CHECK_NOTHROW(gmis::estimate_weighted(gmis::Cutoff{1.0}, f, ramps, 2, source));
   CHECK_NOTHROW(gmis::estimate_weighted(gmis::Power{0.0}, f, ramps, 2, source));
   const Numbers densities{1.0, 2.0};
@@ -319,6 +322,11 @@ TEST_CASE("tables, rules and pilots of nothing are rejected", "[mis]") {
   REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, infinity, source));
   REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 0}));
   REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.bins = 0}));
+  // Ten samples pass whatever the density says.
+  REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 10}));
+  REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 999, .bins = 1}));
+  REJECTED(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 1999, .bins = 400}));
+  CHECK(gmis::check_proposal(test::Uniform{}, 0.0, 1.0, source, {.samples = 2000, .bins = 400}).passes(1e-6));
 }
 
 TEST_CASE("coverage goes by the proposals that an allocation gives samples", "[mis]") {
@@ -453,3 +461,53 @@ TEST_CASE("N2 with an unequal allocation discards the index of a failed sample",
       gmis::estimate<Scheme::N2>([](double x) { return x < 1.0 ? 0.0 : 1.0; }, proposals, 20000, source, allocation);
   CHECK(test::normal_p_value((far.mean - 2.0 / 3.0) / far.standard_error.value()) > 1e-5);
 }
+
+TEST_CASE("a number that is no enumerator is rejected", "[mis]") {
+  gmis::Philox source(1);
+  const auto scheme = static_cast<Scheme>(6);
+  const auto selection = static_cast<gmis::Selection>(3);
+  const auto weighting = static_cast<gmis::Weighting>(5);
+  REJECTED(gmis::estimate(scheme, f, ramps, 2, source));
+  REJECTED(gmis::estimate(selection, gmis::Weighting::W1, f, ramps, 2, source));
+  REJECTED(gmis::estimate(gmis::Selection::S1, weighting, f, ramps, 2, source));
+  REJECTED((void)gmis::name_of(scheme));
+  REJECTED((void)gmis::name_of(selection));
+  REJECTED((void)gmis::name_of(weighting));
+  REJECTED((void)gmis::cheapest_pair(scheme));
+  REJECTED((void)gmis::density_evaluations_per_round(scheme, 3));
+  const std::array<double, 2> ends{0.0, 1.0};
+  const gmis::TabulatedProblem problem(f, ramps, gmis::composite_gauss_legendre(ends, 1));
+  REJECTED((void)gmis::exact_variance(scheme, problem));
+}
+
+TEST_CASE("too many rounds are told so", "[mis]") {
+  gmis::Philox source(1);
+  const auto message = [&](std::uint64_t rounds) {
+    try {
+      (void)gmis::estimate(Scheme::N3, f, ramps, rounds, source);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(message(0) == "the number of rounds must be at least 1");
+  CHECK(message(~std::uint64_t{0} >> 1U).find("2^62") != std::string::npos);
+}
+
+// What lies in an object is not handed out by one that is about to end.
+template <class T>
+concept HandsOutFromTemporary = requires {
+  std::declval<T>().values();
+}
+|| requires {
+  std::declval<T>().weights();
+}
+|| requires {
+  std::declval<T>().densities(0);
+};
+static_assert(!HandsOutFromTemporary<gmis::TabulatedProblem>);
+static_assert(!HandsOutFromTemporary<const gmis::TabulatedProblem>);
+static_assert(HandsOutFromTemporary<gmis::TabulatedProblem&>);
+static_assert(std::same_as<decltype(std::declval<gmis::Pilot>().problem()), gmis::TabulatedProblem>);
+static_assert(std::same_as<decltype(std::declval<gmis::SchemeChoice>().chosen()), gmis::SchemeCandidate>);
+static_assert(std::same_as<decltype(std::declval<const gmis::SchemeChoice>().chosen()), gmis::SchemeCandidate>);

@@ -11,10 +11,10 @@
 #include <tuple>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/core/exp_in_lanes.hpp"
+#include "gmis/mis/diagnostics/quadrature.hpp"
 #include "gmis/mis/location_scale.hpp"
-#include "gmis/mis/quadrature.hpp"
 #include "mis/proposals.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"

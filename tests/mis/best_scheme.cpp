@@ -180,3 +180,20 @@ TEST_CASE("a pilot of proposals that fail knows their share", "[mis]") {
   // f/q is 2 or 0, each half the time: variance 1; its estimate 4 p̂ (1/2 − p̂ ...) stays within 5 standard deviations.
   CHECK(exact_variance(Scheme::R1, pilot.problem()) == Approx(1.0).margin(0.1));
 }
+
+// All weights are alike: what rounding leaves of each variance of 0 must not choose between a cheap and a dear scheme.
+TEST_CASE("best_scheme: rounding does not decide between variances of 0", "[mis]") {
+  gmis::Philox source(gmis_test::seed(12));
+  const std::array<double, 2> ends{0.0, 1.0};
+  const auto nodes = gmis::composite_gauss_legendre(ends, 3);
+  for (int trial = 0; trial < 40; ++trial) {
+    const test::Ramp ramp{3.6 * gmis::uniform<double>(source) - 1.8};
+    const double scale = std::exp(20.0 * gmis::uniform<double>(source) - 10.0);
+    const std::vector<test::Ramp> ramps(2 + static_cast<std::size_t>(trial) % 5, ramp);
+    const gmis::TabulatedProblem table([&](double x) { return scale * ramp.pdf(x); }, ramps, nodes);
+    const auto choice = gmis::best_scheme(table, {1.0, 1.0}, source);
+    CHECK(choice.chosen().variance == 0.0);
+    CHECK(choice.chosen().scheme == Scheme::N1);
+    CHECK(choice.chosen().group_size == 0);
+  }
+}

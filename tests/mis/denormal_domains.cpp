@@ -4,6 +4,7 @@
 
 #include "gmis/mis.hpp"
 #include "gmis/mis/diagnostics.hpp"
+#include "gmis/mis/methods.hpp"
 #include "mis/proposals.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -159,4 +160,53 @@ TEST_CASE("groups are tried in the sizes that they really have, once each", "[mi
       previous = size;
     }
   }
+}
+
+// A node 38 standard deviations out: q is denormal, and a fraction of it rounds to 0.
+TEST_CASE("counts have variances where a fraction of a density underflows", "[mis]") {
+  const std::array<test::Normal, 2> normals{{{0.0, 1.0}, {-1.0, 1.0}}};
+  const std::vector<std::uint32_t> counts{1, 3};
+  auto nodes = wide_nodes();
+  nodes.push_back({38.565, 0.01});
+  bool meets_underflow = false;
+  for (const auto& node : nodes)
+    meets_underflow = meets_underflow || (normals[0].pdf(node.x) > 0.0 && 0.25 * normals[0].pdf(node.x) == 0.0);
+  REQUIRE(meets_underflow);
+  const gmis::TabulatedProblem table(parabola, normals, nodes);
+  // In long double, whose range no density leaves.
+  long double integral = 0, second = 0, part[2] = {};
+  for (const auto& node : nodes) {
+    const long double value = static_cast<long double>(parabola(node.x)),
+                      weight = static_cast<long double>(node.weight);
+    if (value == 0) continue;
+    const long double q[2] = {static_cast<long double>(normals[0].pdf(node.x)),
+                              static_cast<long double>(normals[1].pdf(node.x))};
+    const long double psi = (q[0] + 3 * q[1]) / 4;
+    integral += weight * value;
+    second += weight * value * value / psi;
+    for (int k = 0; k < 2; ++k) part[k] += weight * value * q[k] / psi;
+  }
+  const auto expected = static_cast<double>(second / 4 - (part[0] * part[0] + 3 * part[1] * part[1]) / 16);
+  const auto moments = gmis::exact_moments(counts, table);
+  CHECK(moments.mean == Approx(4.0 / 3.0).epsilon(1e-9));
+  CHECK(moments.variance == Approx(expected).epsilon(1e-9));
+  const std::vector<double> none{0.0, 0.0}, some{0.5, 0.25};
+  CHECK(gmis::exact_moments_controlled(counts, none, table).variance == Approx(expected).epsilon(1e-9));
+  CHECK(std::isfinite(gmis::exact_moments_controlled(counts, some, table).variance));
+  CHECK(gmis::exact_moments_controlled(counts, some, table).mean == Approx(4.0 / 3.0).epsilon(1e-9));
+  CHECK(gmis::exact_moments_with_weights(gmis::RatioWeights<gmis::Balance>{}, counts, table).variance ==
+        Approx(expected).epsilon(1e-9));
+  CHECK(gmis::optimal_counts(table, 4).size() == 2);
+}
+
+TEST_CASE("a variance of counts beyond the range of double is infinite", "[mis]") {
+  const std::array<test::Normal, 2> normals{{{0.0, 1.0}, {0.5, 1.0}}};
+  const auto flat = [](double x) { return std::abs(x) < 38.4 ? 1.0 : 0.0; };
+  const gmis::TabulatedProblem table(flat, normals, wide_nodes());
+  const std::vector<std::uint32_t> counts{1, 3};
+  const auto moments = gmis::exact_moments(counts, table);
+  CHECK(moments.variance == std::numeric_limits<double>::infinity());
+  CHECK(std::isfinite(moments.mean));
+  CHECK(gmis::exact_moments_of_mixture(std::vector<double>{0.25, 0.75}, 4, table).variance ==
+        std::numeric_limits<double>::infinity());
 }

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <vector>
 
 #include "gmis/mis/diagnostics.hpp"
@@ -159,4 +161,107 @@ TEST_CASE("the quadrature rule integrates what it should", "[mis]") {
       CHECK(sum == Approx(degree % 2 == 1 ? 0.0 : 2.0 / static_cast<double>(degree + 1)).margin(1e-13));
     }
   }
+}
+
+namespace {
+
+/// Mean and variance of one round by its definition, a sum over all tuples of indices with their probabilities, in long double.
+/// `phi(tuple, n, node)` is what sample n is divided by.
+template <class Phi>
+std::array<long double, 2> moments_over_tuples(const std::vector<std::vector<std::size_t>>& tuples,
+                                               const std::vector<long double>& probabilities,
+                                               const gmis::TabulatedProblem& problem, Phi phi) {
+  long double mean = 0, second = 0;
+  for (std::size_t t = 0; t < tuples.size(); ++t) {
+    const long double n = static_cast<long double>(tuples[t].size());
+    long double conditional_mean = 0, conditional_variance = 0;
+    for (std::size_t m = 0; m < tuples[t].size(); ++m) {
+      long double first = 0, square = 0;
+      for (std::size_t i = 0; i < problem.node_count(); ++i) {
+        const auto value = static_cast<long double>(problem.values()[i]) / phi(tuples[t], m, i);
+        const long double mass = static_cast<long double>(problem.weights()[i]) *
+                                 static_cast<long double>(problem.densities(tuples[t][m])[i]);
+        first += mass * value;
+        square += mass * value * value;
+      }
+      conditional_mean += first / n;
+      conditional_variance += (square - first * first) / (n * n);
+    }
+    mean += probabilities[t] * conditional_mean;
+    second += probabilities[t] * (conditional_variance + conditional_mean * conditional_mean);
+  }
+  return {mean, second - mean * mean};
+}
+
+}  // namespace
+
+// Every scheme with weights α_i or counts n_i, by its definition.
+TEST_CASE("exact variances with a sample allocation", "[mis]") {
+  const std::array<double, 2> ends{0.0, 1.0};
+  const auto nodes = gmis::composite_gauss_legendre(ends, 3);
+  const std::array<test::Ramp, 3> ramps{{{-1.7}, {0.4}, {1.6}}};
+  const gmis::TabulatedProblem problem([](double x) { return std::exp(2.0 * x); }, ramps, nodes);
+  const gmis::SampleAllocation allocation({0.5, 0.3, 0.2}, 4);
+  REQUIRE(allocation.count(0) + allocation.count(1) + allocation.count(2) == 4);
+  const auto q = [&](std::size_t k, std::size_t i) { return static_cast<long double>(problem.densities(k)[i]); };
+  const auto alpha = [&](std::size_t k) { return static_cast<long double>(allocation.weight(k)); };
+
+  std::vector<std::vector<std::size_t>> draws, orders;
+  std::vector<long double> of_draws, of_orders;
+  std::vector<std::size_t> slots;
+  for (std::size_t slot = 0; slot < 4; ++slot) slots.push_back(allocation.proposal_of_slot(slot));
+  for (std::size_t code = 0; code < 81; ++code) {
+    std::vector<std::size_t> tuple;
+    long double probability = 1;
+    for (std::size_t rest = code, m = 0; m < 4; ++m, rest /= 3) {
+      tuple.push_back(rest % 3);
+      probability *= alpha(rest % 3);
+    }
+    draws.push_back(tuple);
+    of_draws.push_back(probability);
+  }
+  std::array<std::size_t, 4> order{0, 1, 2, 3};
+  do {
+    orders.push_back({slots[order[0]], slots[order[1]], slots[order[2]], slots[order[3]]});
+    of_orders.push_back(1.0L / 24.0L);
+  } while (std::next_permutation(order.begin(), order.end()));
+
+  using Tuple = std::vector<std::size_t>;
+  const auto own = [&](const Tuple& tuple, std::size_t m, std::size_t i) { return q(tuple[m], i); };
+  const auto drawn = [&](const Tuple& tuple, std::size_t, std::size_t i) {
+    long double sum = 0;
+    for (const std::size_t k : tuple) sum += q(k, i) / static_cast<long double>(tuple.size());
+    return sum;
+  };
+  const auto undrawn = [&](const Tuple& tuple, std::size_t m, std::size_t i) {
+    long double sum = 0;
+    for (std::size_t later = m; later < tuple.size(); ++later)
+      sum += q(tuple[later], i) / static_cast<long double>(tuple.size() - m);
+    return sum;
+  };
+  const auto by_weights = [&](const Tuple&, std::size_t, std::size_t i) {
+    return alpha(0) * q(0, i) + alpha(1) * q(1, i) + alpha(2) * q(2, i);
+  };
+  const std::vector<Tuple> in_order{slots};
+  const std::vector<long double> surely{1.0L};
+  const std::array<std::array<long double, 2>, 6> expected{
+      moments_over_tuples(draws, of_draws, problem, own),        moments_over_tuples(draws, of_draws, problem, drawn),
+      moments_over_tuples(draws, of_draws, problem, by_weights), moments_over_tuples(in_order, surely, problem, own),
+      moments_over_tuples(orders, of_orders, problem, undrawn),  moments_over_tuples(in_order, surely, problem, drawn)};
+  for (const Scheme scheme : gmis::all_schemes) {
+    CAPTURE(name_of(scheme));
+    const auto moments = gmis::exact_moments(scheme, allocation, problem);
+    const auto& [mean, variance] = expected[static_cast<std::size_t>(scheme)];
+    CHECK(moments.mean == Approx(static_cast<double>(mean)).epsilon(1e-12));
+    CHECK(moments.variance == Approx(static_cast<double>(variance)).epsilon(1e-10));
+    // One sample of each proposal is what the shorter call is for.
+    const auto equal = gmis::exact_moments(scheme, gmis::SampleAllocation({1, 1, 1}), problem);
+    CHECK(equal.variance == Approx(gmis::exact_variance(scheme, problem)).epsilon(1e-12));
+  }
+  const gmis::SampleAllocation many({40, 40, 40, 40}), other({1, 1});
+  CHECK_THROWS_AS(gmis::exact_moments(Scheme::R3, other, problem), std::invalid_argument);
+  const std::array<test::Ramp, 4> four{{{-1.7}, {0.4}, {1.6}, {0.0}}};
+  const gmis::TabulatedProblem larger([](double x) { return x; }, four, nodes);
+  CHECK_THROWS_AS(gmis::exact_moments(Scheme::R2, many, larger), std::invalid_argument);
+  CHECK_THROWS_AS(gmis::exact_moments(Scheme::N2, many, larger), std::invalid_argument);
 }

@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <optional>
 #include <random>
@@ -215,3 +216,35 @@ TEST_CASE("methods: what trials cost", "[mis]") {
   CHECK(gmis::estimate_stochastic([](double x) { return x; }, UnitFamily{}, 3, 7, source).density_evaluations == 63);
   CHECK(gmis::estimate_continuous([](double x) { return x; }, UnitFamily{}, 3, 7, source).density_evaluations == 21);
 }
+
+TEST_CASE("coefficients of control variates are numbers", "[mis]") {
+  gmis::Philox source(1);
+  const gmis::TabulatedProblem table(problem.f, problem.proposals, problem.nodes());
+  for (const double wrong : {not_a_number, std::numeric_limits<double>::infinity()}) {
+    const Numbers coefficients{0.1, wrong, 0.1};
+    REJECTED(gmis::estimate_controlled(problem.f, problem.proposals, ones, coefficients, 2, source));
+    REJECTED(gmis::exact_moments_controlled(ones, coefficients, table));
+  }
+}
+
+TEST_CASE("the fractions of a mixture sum to one", "[mis]") {
+  const gmis::TabulatedProblem table(problem.f, problem.proposals, problem.nodes());
+  REJECTED(gmis::exact_moments_of_mixture(Numbers{0.6, 0.6, 0.6}, 3, table));
+  REJECTED(gmis::exact_moments_of_mixture(Numbers{1.5, -0.5, 0.0}, 3, table));
+  REJECTED(gmis::exact_moments_of_mixture(Numbers{0.5, 0.5, not_a_number}, 3, table));
+  REJECTED(gmis::exact_moments_of_mixture(Numbers{0.5, 0.5, 0.0}, 0, table));
+  CHECK(gmis::exact_moments_of_mixture(Numbers{1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, 3, table).variance > 0.0);
+}
+
+// Factors that end before the weights do: once a span of a temporary.
+TEST_CASE("scaled balance weights keep their factors", "[mis]") {
+  const gmis::TabulatedProblem table(problem.f, problem.proposals, problem.nodes());
+  const Numbers factors = gmis::variance_aware_factors(table);
+  const gmis::ScaledBalance from_temporary{gmis::variance_aware_factors(table)};
+  std::vector<Numbers> overwritten;
+  for (int i = 0; i < 100; ++i) overwritten.emplace_back(factors.size(), 1e3);
+  CHECK(from_temporary.factors == factors);
+  CHECK(gmis::exact_moments_with_weights(from_temporary, ones, table).variance ==
+        gmis::exact_moments_with_weights(gmis::ScaledBalance{factors}, ones, table).variance);
+}
+static_assert(std::same_as<decltype(std::declval<gmis::PlanChoice>().chosen()), gmis::PlanCandidate>);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "../../examples/mis/four_problems.hpp"
-#include "gmis/mis/tabulated_problem.hpp"
+#include "gmis/mis/diagnostics/tabulated_problem.hpp"
 #include "mis/statistics.hpp"
 #include "support/seed.hpp"
 

@@ -1,10 +1,10 @@
-#include "gmis/mis/optimal_allocation.hpp"
+#include "gmis/mis/methods/optimal_allocation.hpp"
 
 #include <cmath>
 #include <vector>
 
-#include "gmis/mis/best_plan.hpp"
 #include "gmis/mis/estimate.hpp"
+#include "gmis/mis/methods/best_plan.hpp"
 #include "mis/method_oracles.hpp"
 #include "support/catch.hpp"
 

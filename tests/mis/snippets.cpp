@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/mis.hpp"
 #include "gmis/mis/batched_round.hpp"
 #include "gmis/mis/diagnostics.hpp"

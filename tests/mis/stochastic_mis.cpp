@@ -1,10 +1,10 @@
-#include "gmis/mis/stochastic_mis.hpp"
+#include "gmis/mis/methods/stochastic_mis.hpp"
 
 #include <cmath>
 #include <vector>
 
-#include "gmis/mis/exact_variance.hpp"
-#include "gmis/mis/marginal_density.hpp"
+#include "gmis/mis/diagnostics/exact_variance.hpp"
+#include "gmis/mis/methods/marginal_density.hpp"
 #include "mis/method_oracles.hpp"
 #include "support/catch.hpp"
 

@@ -1,4 +1,4 @@
-#include "gmis/mis/weight_heuristic.hpp"
+#include "gmis/mis/methods/weight_heuristic.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,11 +6,11 @@
 #include <numeric>
 #include <vector>
 
-#include "gmis/mis/compensation.hpp"
-#include "gmis/mis/correlation_aware.hpp"
+#include "gmis/mis/methods/compensation.hpp"
+#include "gmis/mis/methods/correlation_aware.hpp"
+#include "gmis/mis/methods/pairwise.hpp"
+#include "gmis/mis/methods/variance_aware.hpp"
 #include "gmis/mis/multi_sample.hpp"
-#include "gmis/mis/pairwise.hpp"
-#include "gmis/mis/variance_aware.hpp"
 #include "mis/method_oracles.hpp"
 #include "mis/proposals.hpp"
 #include "support/catch.hpp"

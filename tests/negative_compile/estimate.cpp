@@ -1,4 +1,5 @@
 #include <gmis/mis.hpp>
+#include <gmis/mis/diagnostics.hpp>
 #include <list>
 #include <memory>
 
@@ -100,6 +101,9 @@ double mean(const Set& set, Source& source) {
   return gmis::estimate_partial(f, set, gmis::Groups<>(4, 2), 10, source).mean;
 #elif defined(GMIS_FAULT_heuristic)
   return gmis::estimate_weighted(gmis::Power{}, f, set, 10, source).mean;
+#elif defined(GMIS_FAULT_many_channels)
+  static_cast<void>(source);
+  return gmis::TabulatedProblem([](double x) { return glm::dvec3(x); }, set, gmis::gauss_legendre(4)).integral();
 #elif defined(GMIS_FAULT_temporary_set)
   static_cast<void>(set);
   static_cast<void>(source);

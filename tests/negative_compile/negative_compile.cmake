@@ -14,5 +14,5 @@ function(gmis_add_negative_compile_test name source expected)
       "-DFAULT=${arg_FAULT}" -P
       ${PROJECT_SOURCE_DIR}/tests/negative_compile/compile_twice.cmake)
   gmis_part_needs()
-  gmis_label_test(${name} NO_SANITIZER)
+  gmis_label_test(${name})
 endfunction()

@@ -1,4 +1,4 @@
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 
 #include <array>
 #include <memory>

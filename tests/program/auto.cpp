@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "gmis/transport/choose/pilot.hpp"
+#include "gmis/transport/allocation/pilot.hpp"
 #include "program/block_statistics.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
@@ -26,15 +26,6 @@ using gmis::SampleCounts;
 using Spectrum = SceneSpectrum;
 
 namespace {
-
-/// An output that is told of children, so that they have the pilot's random numbers.
-template <gmis::Spectrum S>
-struct ToldOutput : gmis::FilmOutput<S> {
-  static void begin_child(std::int16_t) {}
-  static void end_children() {}
-  static void end_vertex() {}
-};
-using SplitVcm = gmis::Method<gmis::RecursiveWeights<gmis::BalanceRatio>, gmis::PilotSplit, ToldOutput>;
 
 const std::string ground = R"(
 Material "diffuse" "rgb reflectance" [ .6 .6 .6 ]
@@ -92,7 +83,7 @@ AttributeEnd
 
 }  // namespace
 
-TEST_CASE("The pilot's picture is that of vcm with its counts, its radius and its splitting", "[auto]") {
+TEST_CASE("The pilot's picture is that of vcm with its counts and its radius", "[auto]") {
   const auto scene = scene_of(lamp + glass_ball);
   ThreadedExecutor executor(1);
   RenderRequest request = request_for(*scene, IntegratorChoice::vcm);
@@ -104,7 +95,7 @@ TEST_CASE("The pilot's picture is that of vcm with its counts, its radius and it
   for (int i = 1; i <= 100; ++i) disk += std::pow(i, request.settings.alpha - 1) / 100;
   *request.settings.radius *= std::sqrt(disk);
   request.settings.alpha = 1;
-  gmis::Engine<BuiltScene::SceneType, SplitVcm> vcm(scene->scene(), request.settings);
+  gmis::Engine<BuiltScene::SceneType> vcm(scene->scene(), request.settings);
   for (int i = 0; i < 2; ++i) {
     vcm.iterate(executor);
     pilot.iterate(executor);
@@ -121,7 +112,7 @@ TEST_CASE("The pilot's picture is that of vcm with its counts, its radius and it
 TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto]") {
   // No fireflies here: a variance with a heavy tail is hard to measure. One radius for all of them. Several pilots, so that
   // the spread of their forecasts is known. Splitting is not among the candidates: a pilot splits at a fixed quarter of the
-  // pixels, which stand for all only where pixels are alike (test_pilot).
+  // pixels, which stand for all only where pixels are alike (test_transport_pilot).
   const auto scene = scene_of(lamp + diffuse_ball);
   ThreadedExecutor executor(1);
   RenderRequest request = request_for(*scene);
@@ -148,14 +139,13 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
       stored = source->counters().photons_stored;
       vertices += added;
       squares += added * added;
-      return source->frame();
+      return source->engine().frame();
     });
     constexpr double frames = batches * iterations;
     cost.push_back(gmis::cost_of(source->counters()) / frames);
     vertex_variance.push_back(vertices > 0 ? squares * frames / (vertices * vertices) - 1 : 0.0);
   }
-  gmis::OperationCosts costs;
-  costs.further_child = 1.0;  // the operations are what is compared
+  const gmis::OperationCosts costs;
   std::vector<double> variance(some.size()), squares(some.size()), forecast_cost(some.size());
   for (std::size_t batch = 0; batch < batches; ++batch) {
     ++settings.seed;
@@ -177,7 +167,7 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
     const gmis_test::RelativeVariance own = all[c].relative_to(all[0].mean());
     const double pilot_error =
         std::sqrt(std::max(0.0, squares[c] - variance[c] * variance[c]) / (batches - 1)) / variance[c];
-    // A forecast takes the mean number of light vertices for that of each iteration (test_pilot).
+    // A forecast takes the mean number of light vertices for that of each iteration (test_transport_pilot).
     const double model = some[c].connections > 0 ? vertex_variance[c] : 0.0;
     const double limit = t * std::hypot(own.relative_error, pilot_error) + model;
     CAPTURE(variance[c] / own.value, own.relative_error, pilot_error, model, limit);
@@ -224,8 +214,8 @@ TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto]") {
     const auto add = [&](SceneEngine& source, std::vector<std::vector<double>>& sums) {
       source.iterate(executor);
       std::vector<double> block(blocks, 0.0);
-      for (std::size_t p = 0; p < source.frame().size(); ++p)
-        block[(p / 24 / 8) * 3 + p % 24 / 8] += static_cast<double>(gmis::mean_channel(source.frame()[p])) / 64;
+      for (std::size_t p = 0; p < source.engine().frame().size(); ++p)
+        block[(p / 24 / 8) * 3 + p % 24 / 8] += static_cast<double>(gmis::mean_channel(source.engine().frame()[p])) / 64;
       for (std::size_t k = 0; k < blocks; ++k) sums[k].push_back(block[k]);
     };
     for (int i = 0; i < iterations; ++i) {
@@ -264,11 +254,11 @@ TEST_CASE("The choice is the same for any number of threads, and so are the bits
     for (int i = 0; i < 4; ++i) source->iterate(executor);
     REQUIRE(source->choice() != nullptr);
     if (threads == 1) {
-      first.assign(source->frame().begin(), source->frame().end());
+      first.assign(source->engine().frame().begin(), source->engine().frame().end());
       chosen = source->choice()->chosen.value();
     }
     CHECK(source->choice()->chosen == chosen);
-    CHECK(std::memcmp(first.data(), source->frame().data(), first.size() * sizeof(Spectrum)) == 0);
+    CHECK(std::memcmp(first.data(), source->engine().frame().data(), first.size() * sizeof(Spectrum)) == 0);
   }
 }
 
@@ -287,13 +277,12 @@ TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
       CHECK(candidate.light_paths == light_paths);
     }
   }
-  // With an integrator that is named, the number of connections is open, with local counts the light trees and the radius, too, and
-  // with adaptive splitting the children.
+  // With an integrator that is named, the number of connections is open, with local counts the light trees and the radius, too.
   options = {};
   const auto all_of = [&](IntegratorChoice integrator) { return request_for(*scene, integrator, options).candidates; };
   for (const SampleCounts& candidate : all_of(IntegratorChoice::bpt)) {
     CHECK_FALSE(candidate.merges);
-    CHECK((candidate.light_paths == 1.0 && candidate.camera_children == 1));
+    CHECK(candidate.light_paths == 1.0);
   }
   CHECK(all_of(IntegratorChoice::vcm).size() == 2);
   CHECK(all_of(IntegratorChoice::ppm).empty());
@@ -307,13 +296,12 @@ TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
   CHECK(all_of_split(SplitChoice::local).size() == 2 * 3 * 4);
   for (const SampleCounts& candidate : all_of_split(SplitChoice::local)) {
     CHECK((candidate.light_paths > 0 && candidate.connections > 0 && candidate.splats && candidate.merges));
-    CHECK(candidate.camera_children == 1);
   }
   CHECK(all_of_split(SplitChoice::budgeted).size() == 2);
   options.light_paths = 1.0;
   CHECK(all_of_split(SplitChoice::local).size() == 2 * 3);
   options.light_paths.reset();
-  options.connections = gmis::paired_connections;
+  options.connects_paired_tree = true;
   CHECK(all_of(IntegratorChoice::vcm).empty());
 }
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/effects/class_costs.hpp"
-#include "gmis/transport/output/replay.hpp"
+#include "gmis/transport/plan/class_costs.hpp"
+#include "gmis/transport/replay/replay.hpp"
 #include "program.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"

@@ -71,8 +71,6 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --effects caustics", "use no-NAME or NAME-only"},
       {"cornell --effects no-caustics,", "(nothing)"},
       {"cornell --effects emission-only,no-emission", "leaves nothing to render"},
-      {"cornell --integrator vcm --camera-split 2", "--camera-split needs --integrator gmis"},
-      {"cornell --split adaptive --camera-split 2", "adaptive measures it"},
       {"cornell --split sideways", "use local"},
       {"cornell --integrator vcm --split paper", "needs --integrator gmis"},
       {"cornell --scheme N4", "use R1"},
@@ -215,7 +213,7 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
         "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
         "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
         "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov",
-        "--lights",     "--resume",      "--emission",    "--counts"}) {
+        "--lights",     "--resume",      "--emission",    "--pixel-counts"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -647,7 +645,7 @@ TEST_CASE("bash completes options, the words of their values, files and scenes")
     return text_of(folder.path / "found.txt");
   };
   CHECK(completed("--integrator b", 2) == "bpt bpm\n");
-  CHECK(completed("--camera-s", 1) == "--camera-split\n");
+  CHECK(completed("--pixel-c", 1) == "--pixel-counts\n");
   CHECK(completed("--out a.", 2) == "a.pfm\n");
   CHECK(completed("corn", 1) == "cornell\n");
   CHECK(completed("--seed ''", 2) == "\n");
@@ -755,7 +753,6 @@ TEST_CASE("A choice tells its prices before the run, and a run with merging its 
     forecast.counts = {one["light_paths"], one["connections"], one["splats"], one["merges"]};
     forecast.counts.local_merges = one["local_merges"];
     forecast.counts.radius_factor = one["radius_factor"];
-    forecast.counts.camera_children = one["camera_children"];
     forecast.variance = one["variance"];
     if (one == chosen) choice.chosen = choice.forecasts.size();
     choice.forecasts.push_back(forecast);
@@ -869,39 +866,6 @@ Shape "sphere" "float radius" 100
   CHECK(refused.err.find("the emission differs") != std::string::npos);
   CHECK(run(folder, same + "--emission all").err.find("--emission \"all\" is not known: use power or learned") !=
         std::string::npos);
-}
-
-TEST_CASE("--counts: samples at camera vertices") {
-  const ScratchFolder folder;
-  const std::string same =
-      "svcm.pbrt --size 24x24 --integrator gmis --connections 1 --light-paths 0.5 --radius 3.2 --out a.pfm ";
-  std::filesystem::copy_file(std::filesystem::path(GMIS_REFERENCE_FOLDER) / "svcm0.pbrt", folder / "svcm.pbrt");
-  const auto hash_of = [&](const std::string& arguments) {
-    const auto made = run(folder, same + arguments + " --quiet --stats a.json");
-    INFO(made.err);
-    REQUIRE(made.exit_code == 0);
-    return nlohmann::json::parse(text_of(folder / "a.json"))["image_hash"];
-  };
-  const auto learned = hash_of("--iterations 7 --counts learned");
-  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["vertex_counts"] == "learned");
-  CHECK(hash_of("--iterations 7") != learned);
-  CHECK(nlohmann::json::parse(text_of(folder / "a.json"))["vertex_counts"] == "uniform");
-  // While nothing is learned yet, every count is 1.
-  CHECK(hash_of("--iterations 4") == hash_of("--iterations 4 --counts learned"));
-  CHECK(hash_of("--iterations 7 --counts learned --threads 2") == learned);
-  // A run that goes on has the same bits, before and after the table is there.
-  for (const char* first : {"2", "6"}) {
-    CAPTURE(first);
-    REQUIRE(run(folder, same + "--counts learned --quiet --checkpoint a.ck --iterations " + first).exit_code == 0);
-    CHECK(hash_of("--iterations 7 --counts learned --resume a.ck") == learned);
-  }
-  const auto refused = run(folder, same + "--iterations 7 --resume a.ck");
-  CHECK(refused.exit_code == 2);
-  CHECK(refused.err.find("the choice of vertex counts differs") != std::string::npos);
-  CHECK(run(folder, same + "--counts all").err.find("--counts \"all\" is not known: use uniform or learned") !=
-        std::string::npos);
-  const auto explained = run(folder, same + "--iterations 1 --counts learned --explain");
-  CHECK(explained.out.find("of samples at camera vertices learned") != std::string::npos);
 }
 
 TEST_CASE("--pixel-counts: camera subpaths of a pixel") {

@@ -41,7 +41,6 @@ const std::vector<Pinned> pinned{
     {"--integrator vcm --connections paired", "f4c6892a0ead399f", "0fb67a85017a9116"},
     {"--integrator gmis --split none --connections 1", "dc7a49164b768b60", "4009fb62a83b26f6"},
     {"--integrator gmis --split budgeted --connections 1", "a9c54d6ff0a34b8e", "6043062a9123108d"},
-    {"--integrator gmis --split budgeted --connections paired --camera-split 2", "1085a641a661c5de", "49501ea7312dd483"},
     {"--integrator gmis --split paper --scheme R2 --connections 2", "0376ee79d7f9f778", "e2c0b150030aafc8"},
     // clang-format on
 };

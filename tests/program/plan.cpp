@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "gmis/transport/effects/effect_switches.hpp"
+#include "gmis/transport/plan/effect_switches.hpp"
 #include "program/block_statistics.hpp"
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
@@ -76,12 +76,13 @@ std::unique_ptr<SceneEngine> rendered(const BuiltScene& scene, const RenderReque
 }
 
 bool are_equal(const SceneEngine& a, const SceneEngine& b) {
-  return a.frame().size() == b.frame().size() &&
-         std::memcmp(a.frame().data(), b.frame().data(), a.frame().size() * sizeof(Spectrum)) == 0;
+  const auto x = a.engine().frame(), y = b.engine().frame();
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(Spectrum)) == 0;
 }
 
 bool is_black(const SceneEngine& source) {
-  return std::all_of(source.frame().begin(), source.frame().end(), [](const Spectrum& s) { return gmis::is_black(s); });
+  const auto frame = source.engine().frame();
+  return std::all_of(frame.begin(), frame.end(), [](const Spectrum& s) { return gmis::is_black(s); });
 }
 
 /// What each technique that is off must have left at exactly 0, and what is on must not.
@@ -134,7 +135,7 @@ TEST_CASE("with all light-side techniques off, auto is pt bit by bit") {
     CHECK(is_black(*pt) == (c.name == "no light"));
     // Without a light pt traces camera paths all the same; a plan without techniques traces nothing.
     CHECK(by_plan->counters().rays == (c.name == "no light" ? 0 : pt->counters().rays));
-    CHECK(by_plan->photon_bytes() == 0);
+    CHECK(by_plan->engine().photon_bytes() == 0);
     check_counts(by_plan->counters(), plan);
   }
 }
@@ -179,7 +180,7 @@ TEST_CASE("an engine that classifies all paths makes the same bits as one that d
     std::size_t with_class = 0, without = 0;
     const PathClassSet occurring = plan_for_scene(*scene, request.settings).occurring;
     std::size_t unexpected = 0, wrong_depth = 0;
-    classified->for_each_contribution([&](const auto& contribution) {
+    classified->engine().for_each_contribution([&](const auto& contribution) {
       const gmis::TechniqueId& id = contribution.id;
       ++with_class;
       unexpected += occurring.contains(id.path_class) ? 0 : 1;
@@ -191,7 +192,7 @@ TEST_CASE("an engine that classifies all paths makes the same bits as one that d
       wrong_depth += edges < least || (edges > least && !has_specular && features.scatterings < 2) ? 1 : 0;
     });
     CHECK(wrong_depth == 0);
-    plain->for_each_contribution(
+    plain->engine().for_each_contribution(
         [&](const auto& contribution) { without += contribution.id.path_class == PathClass::unclassified ? 1 : 0; });
     CHECK(with_class > 0);
     CHECK(with_class == without);
@@ -209,13 +210,12 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
       request.settings.seed = gmis_test::seed(seed);
       request.techniques = true;
       if (!request.settings.path_classes) request.settings.path_classes = PathClassSet::all();
-      request.settings.counts.connections =
-          gmis::paired_connections;  // drawn from fewer vertices, others would be drawn
+      request.settings.counts.connects_paired_tree = true;  // drawn from fewer vertices, others would be drawn
       const auto whole = rendered(*scene, request, 1);
       std::map<PathClass, std::vector<glm::dvec3>> images;
-      whole->for_each_contribution([&](const auto& contribution) {
+      whole->engine().for_each_contribution([&](const auto& contribution) {
         auto& image = images[contribution.id.path_class];
-        image.resize(whole->frame().size(), glm::dvec3(0));
+        image.resize(whole->engine().frame().size(), glm::dvec3(0));
         image[contribution.pixel] += glm::dvec3(contribution.value * contribution.weight);
       });
       REQUIRE(images.size() > 5);
@@ -225,11 +225,11 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
         const RenderRequest switched = with_effects(request, list);
         const auto part = rendered(*scene, switched, 1);
         double worst = 0, brightest = 0;
-        for (std::size_t i = 0; i < part->frame().size(); ++i) {
+        for (std::size_t i = 0; i < part->engine().frame().size(); ++i) {
           glm::dvec3 sum(0);
           for (const auto& [path_class, image] : images)
             if (switched.settings.path_classes->contains(path_class)) sum += image[i];
-          const glm::dvec3 difference = glm::abs(sum - glm::dvec3(part->frame()[i]));
+          const glm::dvec3 difference = glm::abs(sum - glm::dvec3(part->engine().frame()[i]));
           worst = std::max(worst, gmis::max_channel(glm::dvec3(difference / (1e-3 + sum))));
           brightest = std::max(brightest, gmis::max_channel(sum));
         }
@@ -310,8 +310,8 @@ Estimates estimates_of(const BuiltScene& scene, RenderRequest request, int itera
   const auto source = started(scene, request);
   for (int i = 0; i < iterations; ++i) {
     source->iterate(executor);
-    result.blocks.add(source->frame());
-    result.whole.add(source->frame());
+    result.blocks.add(source->engine().frame());
+    result.whole.add(source->engine().frame());
   }
   return result;
 }

@@ -163,7 +163,7 @@ TEST_CASE("The paths of an iteration, replayed one by one, make its image bit by
   const ScratchFolder folder;
   constexpr int width = 6, height = 5;
   const std::string common =
-      "cornell --size 6x5 --integrator gmis --connections 1 --camera-split 2 --max-depth 5 --radius 0.5 --seed 4 ";
+      "cornell --size 6x5 --integrator gmis --split budgeted --connections 1 --max-depth 5 --radius 0.5 --seed 4 ";
   REQUIRE(run(folder, common + "--iterations 1 --quiet --out a.pfm").exit_code == 0);
   const auto image = gmis::tools::read_image(folder / "a.pfm");
   fs::remove(folder / "a.pfm");

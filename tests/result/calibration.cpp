@@ -17,7 +17,7 @@
 #include "support/session.hpp"
 
 // Does a stated error mean what it says? Many small renderings of a scene; the truth of each is its own error against the mean
-// of the others, of which there are many more. `./run bench calibration` does the same with more scenes and longer references.
+// of the others, of which there are many more. `./run bench stated_errors` does the same with more scenes and longer references.
 
 using namespace gmis::tools;
 
@@ -38,7 +38,7 @@ Calibration calibration_of(const std::filesystem::path& scene_file, IntegratorCh
                            std::uint32_t iterations, std::array<int, 2> size, int runs) {
   const LoadedScene scene = load_scene(scene_file, size);
   Options options;
-  options.connections = gmis::paired_connections;
+  options.connects_paired_tree = true;
   RenderRequest request;
   request.integrator = options.integrator = integrator;
   request.settings.max_depth = 6;

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -120,9 +120,7 @@ TEST_CASE("each lobe alone makes its density, and the lobes with their weights m
 
 double reflected(const SurfaceBsdf<double>& bsdf, const Vec3<double>& to_prev) {
   Philox unused(gmis_test::seed(1));
-  CheckSettings few = settings(1e-8);
-  few.samples = 10;
-  return check_bsdf(bsdf, axis, to_prev, unused, few).reflected_share;
+  return reflected_share(bsdf, axis, to_prev, unused, 10, 1e-8);
 }
 
 TEST_CASE("albedos with a closed form", "[bsdf][energy]") {

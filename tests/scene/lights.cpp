@@ -1,4 +1,4 @@
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "scene/shapes.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/scene_builder.hpp"

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Runs the tests that draw random numbers with GMIS_TEST_SEED=1 to N and reports which cases fail, and how often.
+"""Runs the tests that draw random numbers with GMIS_TEST_SEED=1 to N and reports which cases fail,
+and how often.
 
-A statistical test raises a false alarm in a thousandth of the seeds or less. A case that fails in more runs than that rate
-explains (with a chance below 1e-3) is a finding: then the exit code is 1. Single failures are listed with the seed that
-replays them. Build first: `./run test --seeds N` does both.
+A statistical test raises a false alarm in a thousandth of the seeds or less. A case that fails in
+more runs than that rate explains (with a chance below 1e-3) is a finding: then the exit code is 1.
+Single failures are listed with the seed that replays them. Build first: `./run test --seeds N` does
+both.
 """
 
 import argparse
@@ -26,7 +28,8 @@ def chance_of(failures, runs, rate=RATE):
 
 
 def seeded_tests(build, pattern, part, with_slow):
-    """Names and commands, from CTest: the programs whose sources take their seeds from gmis_test::seed."""
+    """Names and commands, from CTest: the programs whose sources take their seeds from
+    gmis_test::seed."""
     listed = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], capture_output=True, check=True)
     tests = []
     for test in json.loads(listed.stdout)["tests"]:
@@ -44,7 +47,8 @@ def seeded_tests(build, pattern, part, with_slow):
 
 
 def failed_cases(output):
-    """Names of the failed cases in Catch's XML; where the program died, the case that was running."""
+    """Names of the failed cases in Catch's XML; where the program died, the case that was
+    running."""
     try:
         root = xml.fromstring(output)
     except xml.ParseError:

@@ -1,22 +1,15 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdlib>
-#include <random>
-#include <string>
+
+#include "gmis/testing/seeded.hpp"
 
 namespace gmis_test {
 
-/// What shifts the seeds of all property tests: 0, or what the environment variable GMIS_TEST_SEED says, a number or
-/// `random`. A test that fails prints it (support/main.cpp), and the same value replays the run.
+/// What shifts the seeds of all property tests. A test that fails prints it (support/main.cpp), and the same value replays the
+/// run.
 inline std::uint64_t run_seed() {
-  static const std::uint64_t value = [] {
-    const char* const text = std::getenv("GMIS_TEST_SEED");
-    if (text == nullptr || *text == '\0') return std::uint64_t{0};
-    if (std::string(text) == "random") return std::uint64_t{std::random_device{}()};
-    return static_cast<std::uint64_t>(std::strtoull(text, nullptr, 0));
-  }();
-  return value;
+  return gmis::test_run_seed();
 }
 
 /// The seed of one source of random inputs: `fixed`, unless the run asks for others.

@@ -21,10 +21,10 @@ constexpr int iterations = 40;
 template <class I>
 Measured mean_of(int budget) {
   const gmis_test::FurnaceScene<float> scene(0.9F, 1.0F, 16, 2);
-  gmis::RenderSettings settings;
+  gmis_test::ways::Settings settings;
   settings.max_depth = 10;
   settings.radius = 0.02;
-  settings.light_tree_budget = budget;
+  settings.sampler.budget = budget;
   settings.seed = gmis_test::seed(24);
   typename I::template Engine<gmis_test::FurnaceScene<float>> engine(scene, I::settings(settings));
   gmis::SerialExecutor executor;

@@ -2,10 +2,10 @@
 
 namespace gmis {
 
-template void Engine<scene::BvhScene<float>, CameraSide>::iterate(SerialExecutor&);
-template void Engine<scene::BvhScene<float>, BothSides>::iterate(SerialExecutor&);
-template void Engine<scene::BvhScene<float>, SplitTrees>::iterate(SerialExecutor&);
-template void Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>::iterate(SerialExecutor&);
-template void Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>::iterate(SerialExecutor&);
+template class Engine<scene::BvhScene<float>, CameraSide>;
+template class Engine<scene::BvhScene<float>, BothSides>;
+template class Engine<scene::BvhScene<float>, SplitTrees>;
+template class Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>;
+template class Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>;
 
 }  // namespace gmis

@@ -1,7 +1,8 @@
 #pragma once
 
 #include "gmis/scene/bvh_scene.hpp"
-#include "gmis/transport/engine.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/splitting/split_trees.hpp"
 #include "transport/shifted_lattice.hpp"
 
 /// \file
@@ -11,11 +12,11 @@
 #ifdef GMIS_SHARE_BUILT_IN_ENGINES
 namespace gmis {
 
-extern template void Engine<scene::BvhScene<float>, CameraSide>::iterate(SerialExecutor&);
-extern template void Engine<scene::BvhScene<float>, BothSides>::iterate(SerialExecutor&);
-extern template void Engine<scene::BvhScene<float>, SplitTrees>::iterate(SerialExecutor&);
-extern template void Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>::iterate(SerialExecutor&);
-extern template void Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>::iterate(SerialExecutor&);
+extern template class Engine<scene::BvhScene<float>, CameraSide>;
+extern template class Engine<scene::BvhScene<float>, BothSides>;
+extern template class Engine<scene::BvhScene<float>, SplitTrees>;
+extern template class Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>;
+extern template class Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>;
 
 }  // namespace gmis
 #endif

@@ -4,26 +4,22 @@
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
-#include "gmis/transport/render_engine.hpp"
+#include "gmis/transport/allocation/engines_with_pilot.hpp"
+#include "gmis/transport/allocation/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// Connections from the cache of all trees, the paired form, and camera subpaths that split: all make the furnace's light,
-// (1 − a^D)/(1 − a). Each figure lies within 4.5 standard errors (a false alarm in 7e-6 each, 1e-4 in all 15) of the truth
+// Connections from the cache of all trees and the paired form make the furnace's light,
+// (1 − a^D)/(1 − a). Each figure lies within 4.5 standard errors (a false alarm in 7e-6 each, 1e-4 in all) of the truth
 // plus what merging's own bias may be (0.1 %); a standard error is at most 0.2 %, so that 1 % shows.
 
 namespace {
 
 using namespace gmis;
 namespace ways = gmis_test::ways;
-
-constexpr SampleCounts hit_splat =
-    integrators::vcm.only([](Technique t) { return t == Technique::emitter_hit || t == Technique::splat; });
-using HitSplat = ways::Way<BothSides, hit_splat>;
-using HitSplatTrees = ways::Way<SplitTrees, hit_splat, LightSplit::budgeted>;
 
 // The sanitizers look at how memory is used, and take twenty times as long: there a tenth of the iterations is enough, and the
 // standard errors may be larger.
@@ -66,11 +62,13 @@ Measured render(const RenderSettings& settings, int wanted) {
   return measured(sum, squares, iterations, engine.counters(), engine.counts());
 }
 
+/// 0 connections: those of the paired tree.
 RenderSettings settings_with(int connections) {
   RenderSettings settings;
   settings.max_depth = 6;
   settings.radius = 0.02;
-  settings.counts.connections = connections;
+  settings.counts.connections = std::max(1, connections);
+  settings.counts.connects_paired_tree = connections == 0;
   settings.seed = gmis_test::seed(25);
   return settings;
 }
@@ -125,12 +123,12 @@ TEST_CASE("visibility queries are counted for those who ask") {
 }
 
 TEST_CASE("any number of connections from the cache makes the same light as the paired tree") {
-  for (const int connections : {int{paired_connections}, 1, 3}) {
+  for (const int connections : {0, 1, 3}) {
     DYNAMIC_SECTION("bpt, connections " << connections) {
       check(render<ways::Bpt>(settings_with(connections), 300));
     }
   }
-  for (const int connections : {int{paired_connections}, 8}) DYNAMIC_SECTION("connections alone, " << connections) {
+  for (const int connections : {0, 8}) DYNAMIC_SECTION("connections alone, " << connections) {
       // Within a sphere the geometry term is the same for all pairs of points, so that the spread is small.
       const Measured alone = connections_alone(settings_with(connections), 300);
       const double truth = 0.7 * 0.7;
@@ -155,42 +153,10 @@ TEST_CASE("a camera vertex is connected as often as asked for, however large the
   CHECK(measured.counts.connections == 2);
 }
 
-TEST_CASE("camera subpaths may split at their first non-specular vertex") {
-  for (const Scheme scheme : {Scheme::N3, Scheme::R1}) DYNAMIC_SECTION("four children, scheme " << name_of(scheme)) {
-      RenderSettings settings = settings_with(1);
-      settings.scheme = scheme;
-      settings.counts.camera_children = 4;
-      check(render<ways::Gmis>(settings, 250));
-    }
-  SECTION("three children of two lobes are drawn from the mixture") {
-    RenderSettings settings = settings_with(1);
-    settings.counts.camera_children = 3;
-    check(render<ways::Gmis>(settings, 250));
-  }
-  SECTION("four children that the weights do not count") {
-    RenderSettings settings = settings_with(1);
-    settings.counts.camera_children = 4;
-    check(render<ways::Vcm>(settings, 250));
-  }
-  SECTION("emitter hits and splats alone, many children that the weights do not count: a splat must not either") {
-    RenderSettings settings = settings_with(1);
-    settings.counts.camera_children = 16;
-    settings.counts.light_paths = 4.0;
-    check(render<HitSplat>(settings, 120));
-  }
-  SECTION("emitter hits and splats alone, many children: a splat must know of them") {
-    // With 16 children an emitter hit has 16 times the density that it has with one.
-    RenderSettings settings = settings_with(1);
-    settings.counts.camera_children = 16;
-    settings.counts.light_paths = 4.0;
-    check(render<HitSplatTrees>(settings, 120));
-  }
-}
-
 TEST_CASE("counts that a pilot chooses leave the light as it is, and stay as they are") {
   RenderSettings settings = settings_with(1);
   const Furnace scene(0.7F, 1.0F, 16, 2);
-  RenderEngine<Furnace> engine(scene, settings, all_candidates(), 250);
+  RenderEngine<float> engine(engines_with_pilot(scene), settings, all_candidates(), 250);
   SerialExecutor executor;
   const int iterations = std::max(4, 250 / fewer);
   double sum = 0.0, squares = 0.0;
@@ -198,26 +164,26 @@ TEST_CASE("counts that a pilot chooses leave the light as it is, and stay as the
   for (int i = 0; i < iterations; ++i) {
     engine.iterate(executor);
     double mean = 0.0;
-    for (const float value : engine.frame()) mean += static_cast<double>(value);
-    mean /= static_cast<double>(engine.frame().size());
+    for (const float value : engine.engine().frame()) mean += static_cast<double>(value);
+    mean /= static_cast<double>(engine.engine().frame().size());
     sum += mean;
     squares += mean * mean;
-    if (!chosen) chosen = engine.counts();
-    REQUIRE(engine.counts() == *chosen);
+    if (!chosen) chosen = engine.engine().counts();
+    REQUIRE(engine.engine().counts() == *chosen);
   }
   REQUIRE(engine.choice() != nullptr);
   CHECK(engine.choice()->pilot_iterations == 4);
   CHECK(engine.choice()->forecasts[engine.choice()->chosen.value()].counts == *chosen);
-  check(measured(sum, squares, iterations, engine.counters(), engine.counts()));
+  check(measured(sum, squares, iterations, engine.counters(), engine.engine().counts()));
 }
 
 TEST_CASE("a pilot that sees no pixel chooses nothing") {
   const Furnace scene(0.7F, 1.0F, 16, 2);
   const PixelBounds empty{{5, 5}, {5, 9}};
-  RenderEngine<Furnace> engine(scene, settings_with(1), all_candidates(), 64, empty);
+  RenderEngine<float> engine(engines_with_pilot(scene), settings_with(1), all_candidates(), 64, empty);
   SerialExecutor executor;
   for (int i = 0; i < 3; ++i) engine.iterate(executor);
   REQUIRE(engine.choice() != nullptr);
   CHECK_FALSE(engine.choice()->chosen.has_value());
-  CHECK(engine.counts() == settings_with(1).counts);
+  CHECK(engine.engine().counts() == settings_with(1).counts);
 }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "gmis/core/state_archive.hpp"
-#include "gmis/transport/settings.hpp"
+#include "gmis/transport/state/settings.hpp"
 #include "support/catch.hpp"
 
 namespace gmis_test {

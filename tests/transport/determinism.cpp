@@ -2,7 +2,8 @@
 #include <vector>
 
 #include "gmis/render/thread_executor.hpp"
-#include "gmis/transport/render_engine.hpp"
+#include "gmis/transport/allocation/engines_with_pilot.hpp"
+#include "gmis/transport/allocation/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
@@ -12,8 +13,8 @@
 namespace {
 
 /// Connections draw from the cache of all trees.
-gmis::RenderSettings settings() {
-  gmis::RenderSettings result;
+gmis_test::ways::Settings settings() {
+  gmis_test::ways::Settings result;
   result.max_depth = 6;
   result.radius = 0.05;
   result.seed = gmis_test::seed(3);
@@ -21,7 +22,7 @@ gmis::RenderSettings settings() {
 }
 
 template <class I>
-std::vector<float> frame_with(int threads, const gmis::RenderSettings& render_settings, int iterations) {
+std::vector<float> frame_with(int threads, const gmis_test::ways::Settings& render_settings, int iterations) {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
   typename I::template Engine<gmis_test::FurnaceScene<float>> engine(scene, I::settings(render_settings));
   gmis::ThreadExecutor executor(threads);
@@ -30,7 +31,7 @@ std::vector<float> frame_with(int threads, const gmis::RenderSettings& render_se
 }
 
 template <class I>
-void check_threads(const gmis::RenderSettings& render_settings = settings(), int iterations = 2) {
+void check_threads(const gmis_test::ways::Settings& render_settings = settings(), int iterations = 2) {
   const auto one = frame_with<I>(1, render_settings, iterations);
   for (const int threads : {2, 7, 16}) {
     const auto many = frame_with<I>(threads, render_settings, iterations);
@@ -68,7 +69,7 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
   }
   SECTION("vcm, connections paired") {
     auto paired = settings();
-    paired.counts.connections = gmis::paired_connections;
+    paired.counts.connects_paired_tree = true;
     check_threads<Vcm>(paired);
   }
   SECTION("gmis") {
@@ -77,12 +78,13 @@ TEST_CASE("the same seed gives the same bits for any number of threads") {
   SECTION("a pilot and the counts that it chooses") {
     const auto frames_with = [](int threads) {
       const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 40, 2);
-      gmis::RenderEngine<gmis_test::FurnaceScene<float>> engine(scene, settings(), gmis::all_candidates(), 64);
+      gmis::RenderEngine<float> engine(gmis::engines_with_pilot(scene), settings(), gmis::all_candidates(), 64);
       gmis::ThreadExecutor executor(threads);
       std::vector<float> frames;
       for (int i = 0; i < 4; ++i) {
         engine.iterate(executor);
-        frames.insert(frames.end(), engine.frame().begin(), engine.frame().end());
+        const auto frame = engine.engine().frame();
+        frames.insert(frames.end(), frame.begin(), frame.end());
       }
       return frames;
     };
@@ -152,8 +154,8 @@ TEST_CASE("a crop is the same rectangle of the whole image, bit by bit") {
 TEST_CASE("light trees without splitting are light paths, bit by bit") {
   using namespace gmis_test::ways;
   const auto paths = frame_with<Vcm>(1, settings(), 2);
-  gmis::RenderSettings with_trees = settings();
-  with_trees.light_tree_budget = 1;  // a budget that allows no vertex of two lobes its two children
+  gmis_test::ways::Settings with_trees = settings();
+  with_trees.sampler.budget = 1;  // a budget that allows no vertex of two lobes its two children
   const auto trees = frame_with<Gmis>(1, with_trees, 2);
   CHECK(std::memcmp(paths.data(), trees.data(), paths.size() * sizeof(float)) == 0);
 }

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "gmis/core/check.hpp"
+#include "gmis/core/density_tests.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/statistics.hpp"
 #include "support/catch.hpp"

@@ -25,7 +25,7 @@ struct Measured {
 };
 
 template <class I, class T>
-Measured render(const gmis_test::FurnaceScene<T>& scene, const gmis::RenderSettings& settings, int iterations) {
+Measured render(const gmis_test::FurnaceScene<T>& scene, const gmis_test::ways::Settings& settings, int iterations) {
   typename I::template Engine<gmis_test::FurnaceScene<T>> engine(scene, I::settings(settings));
   gmis::SerialExecutor executor;
   double sum = 0.0, squares = 0.0;
@@ -54,7 +54,7 @@ double truth(double albedo, int depth) {
 }
 
 template <class I, class T>
-void check(int lobes, double bias, gmis::RenderSettings settings = {}) {
+void check(int lobes, double bias, gmis_test::ways::Settings settings = {}) {
   const double albedo = 0.7;
   const gmis_test::FurnaceScene<T> scene(T(albedo), T(1), 16, lobes);
   settings.radius = 0.1;
@@ -98,7 +98,7 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
   }
   SECTION("vcm, two lobes, connections paired") {
     gmis::RenderSettings settings;
-    settings.counts.connections = gmis::paired_connections;
+    settings.counts.connects_paired_tree = true;
     check<Vcm, float>(2, 0.01, settings);
   }
   SECTION("vcm, two lobes") {
@@ -108,20 +108,15 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
     check<Gmis, float>(2, 0.01);
   }
   SECTION("gmis, two lobes, small budget") {
-    gmis::RenderSettings settings;
-    settings.light_tree_budget = 5;
-    settings.rounds = 2;
-    check<Gmis, float>(2, 0.01, settings);
-  }
-  SECTION("gmis, two lobes, the camera subpath split too") {
-    gmis::RenderSettings settings;
-    settings.counts.camera_children = 4;
+    Settings settings;
+    settings.sampler.budget = 5;
+    settings.sampler.rounds = 2;
     check<Gmis, float>(2, 0.01, settings);
   }
   for (const gmis::Scheme scheme : gmis::all_schemes)
     SECTION("gmis, two lobes, scheme " + std::string(gmis::name_of(scheme))) {
-      gmis::RenderSettings settings;
-      settings.scheme = scheme;
+      Settings settings;
+      settings.sampler.scheme = scheme;
       check<Gmis, float>(2, 0.01, settings);
     }
   SECTION("gmis, double") {

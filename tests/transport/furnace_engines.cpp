@@ -2,9 +2,9 @@
 
 namespace gmis {
 
-template void Engine<gmis_test::FurnaceScene<float>, CameraSide>::iterate(SerialExecutor&);
-template void Engine<gmis_test::FurnaceScene<float>, BothSides>::iterate(SerialExecutor&);
-template void Engine<gmis_test::FurnaceScene<float>, SplitTrees>::iterate(SerialExecutor&);
-template void RenderPilot<gmis_test::FurnaceScene<float>>::EngineType::iterate(SerialExecutor&);
+template class Engine<gmis_test::FurnaceScene<float>, CameraSide>;
+template class Engine<gmis_test::FurnaceScene<float>, BothSides>;
+template class Engine<gmis_test::FurnaceScene<float>, SplitTrees>;
+template class Engine<gmis_test::FurnaceScene<float>, PilotMethod>;
 
 }  // namespace gmis

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "gmis/transport/render_engine.hpp"
+#include "gmis/transport/allocation/engines_with_pilot.hpp"
+#include "gmis/transport/allocation/render_engine.hpp"
+#include "gmis/transport/splitting/split_trees.hpp"
 #include "transport/furnace_scene.hpp"
 
 /// \file
@@ -10,10 +12,10 @@
 #ifdef GMIS_SHARE_FURNACE_ENGINES
 namespace gmis {
 
-extern template void Engine<gmis_test::FurnaceScene<float>, CameraSide>::iterate(SerialExecutor&);
-extern template void Engine<gmis_test::FurnaceScene<float>, BothSides>::iterate(SerialExecutor&);
-extern template void Engine<gmis_test::FurnaceScene<float>, SplitTrees>::iterate(SerialExecutor&);
-extern template void RenderPilot<gmis_test::FurnaceScene<float>>::EngineType::iterate(SerialExecutor&);
+extern template class Engine<gmis_test::FurnaceScene<float>, CameraSide>;
+extern template class Engine<gmis_test::FurnaceScene<float>, BothSides>;
+extern template class Engine<gmis_test::FurnaceScene<float>, SplitTrees>;
+extern template class Engine<gmis_test::FurnaceScene<float>, PilotMethod>;
 
 }  // namespace gmis
 #endif

@@ -16,8 +16,8 @@ namespace {
 using gmis::Technique;
 using Scene = gmis_test::FurnaceScene<float>;
 
-gmis::RenderSettings settings() {
-  gmis::RenderSettings result;
+gmis_test::ways::Settings settings() {
+  gmis_test::ways::Settings result;
   result.max_depth = 5;
   result.radius = 0.05;
   result.counts.light_paths = 4.0;
@@ -27,7 +27,7 @@ gmis::RenderSettings settings() {
 }
 
 template <class I, class Source>
-void check_techniques(const gmis::RenderSettings& render_settings, int lobes, int iterations, double power) {
+void check_techniques(const gmis_test::ways::Settings& render_settings, int lobes, int iterations, double power) {
   const double albedo = 0.8;
   const Scene scene(static_cast<float>(albedo), 1.0F, 24, lobes);
   const auto estimates = gmis_test::estimate<I, Source>(scene, render_settings, iterations);
@@ -55,7 +55,7 @@ TEST_CASE("each technique alone finds the furnace's closed form at every length"
   using namespace gmis_test::ways;
   SECTION("connections of paired subpaths") {
     auto paired = settings();
-    paired.counts.connections = gmis::paired_connections;
+    paired.counts.connects_paired_tree = true;
     check_techniques<Vcm, gmis_test::ShiftedLattice>(paired, 1, 800, 0.004);
   }
   SECTION("connections drawn from the cache of all trees") {
@@ -64,19 +64,17 @@ TEST_CASE("each technique alone finds the furnace's closed form at every length"
     cached.counts.light_paths = 3.0;
     check_techniques<Vcm, gmis_test::ShiftedLattice>(cached, 2, 1300, 0.004);
   }
-  SECTION("trees on both sides") {
+  SECTION("trees") {
     auto split = settings();
     split.counts.connections = 2;
-    split.counts.camera_children = 2;
-    split.light_tree_budget = 6;
+    split.sampler.budget = 6;
     check_techniques<Gmis, gmis::Philox>(split, 2, 100, 0.006);
   }
   SECTION("trees of more children, by another scheme") {
     auto split = settings();
     split.counts.connections = 4;
-    split.counts.camera_children = 3;
-    split.rounds = 2;
-    split.scheme = gmis::Scheme::N2;
+    split.sampler.rounds = 2;
+    split.sampler.scheme = gmis::Scheme::N2;
     check_techniques<Gmis, gmis::Philox>(split, 2, 100, 0.006);
   }
 }

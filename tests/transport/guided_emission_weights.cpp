@@ -8,7 +8,7 @@ namespace {
 
 using World = gmis_test::DiscreteWorld<double>;
 
-gmis::RenderSettings settings() {
+gmis_test::ways::Settings settings() {
   auto result = gmis_test::path_by_path::settings(gmis_test::seed(17));
   result.emission = gmis::Emission::learned;
   return result;
@@ -17,7 +17,7 @@ gmis::RenderSettings settings() {
 constexpr int iterations = 5;  // so many that the numbers of whole paths are reached with any seed
 
 template <class I, class World_ = World>
-void check(const gmis::RenderSettings& render_settings = settings()) {
+void check(const gmis_test::ways::Settings& render_settings = settings()) {
   gmis_test::path_by_path::check_both_cameras<I, World_>(1e-10, 100, render_settings, iterations);
 }
 
@@ -41,7 +41,7 @@ TEST_CASE("guided emission: what the engine weights and adds is what brute force
     check<Vcm, gmis_test::DiscreteWorld<double, true>>();
   }
   SECTION("vcm, connections drawn from the cache, a local count of merging") {
-    gmis::RenderSettings local = settings();
+    auto local = settings();
     local.counts.light_paths = 1.0;
     local.counts.connections = 3;
     local.counts.local_merges = true;
@@ -49,10 +49,9 @@ TEST_CASE("guided emission: what the engine weights and adds is what brute force
     local.counts.radius_factor = 8.0;
     check<Vcm>(local);
   }
-  SECTION("trees that split, on both sides") {
-    gmis::RenderSettings split = settings();
+  SECTION("trees that split") {
+    auto split = settings();
     split.max_depth = 4;
-    split.counts.camera_children = 3;
     check<Gmis>(split);
   }
 }

@@ -6,8 +6,8 @@
 
 #include "gmis/core/statistics.hpp"
 #include "gmis/scene.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"

@@ -11,7 +11,7 @@
 #include "gmis/core/statistics.hpp"
 #include "gmis/render/render.hpp"
 #include "gmis/scene.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"

@@ -9,7 +9,7 @@
 #include "furnace_scene.hpp"
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/render.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
@@ -109,14 +109,14 @@ TEST_CASE("a run whose disk is too wide narrows it to the one with the least err
   double area = 0;
   int times_changed = 0;
   for (std::uint32_t n = 1; n <= iterations; ++n) {
-    const double before = render.engine().first_radius();
+    const double before = render.engine().engine().first_radius();
     REQUIRE(render.advance(executor));
     const gmis::Choice* const choice = render.engine().choice();
     REQUIRE(choice != nullptr);
     const double chosen = *request.settings.radius * choice->forecasts[*choice->chosen].counts.radius_factor;
     const double of_this = n == 1 ? chosen : before;
     area += gmis::square(of_this) * std::pow(n, request.settings.alpha - 1.0);
-    const double now = render.engine().first_radius();
+    const double now = render.engine().engine().first_radius();
     const gmis::DisksSoFar so_far{n, area, gmis::square(render.merging_bias()->relative_bias)};
     if (n < 4 || (n & (n - 1)) != 0 || so_far.squared_bias == 0) {
       CHECK(now == Approx(of_this));
@@ -158,7 +158,7 @@ TEST_CASE("no bias, however small, makes a disk larger than the pilot's choice")
     for (int i = 0; i < 32; ++i) {
       REQUIRE(render.advance(executor));
       if (const gmis::Choice* const choice = render.engine().choice())
-        REQUIRE(render.engine().counts().radius_factor <= choice->forecasts[*choice->chosen].counts.radius_factor);
+        REQUIRE(render.engine().engine().counts().radius_factor <= choice->forecasts[*choice->chosen].counts.radius_factor);
     }
   }
 }

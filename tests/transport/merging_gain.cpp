@@ -7,8 +7,8 @@
 
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/render.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"

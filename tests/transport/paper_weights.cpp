@@ -97,7 +97,7 @@ TEST_CASE("the two partial sums of the paper are one sum over absolute counts") 
     const gmis::WeightRecursion<double> weights({1.0, 1.0, 1.0, 1.0, static_cast<double>(mu)});
     const auto a = [&](std::size_t i) { return static_cast<double>(path.from_light[i]); };
     auto partial =
-        weights.first_light_vertex(invented.origin, invented.next_event, a(1), invented.to_area_from_camera[0]);
+        weights.first_light_vertex({invented.origin, invented.next_event, a(1)}, invented.to_area_from_camera[0]);
     for (std::size_t i = 1; i < path.from_light.size(); ++i) {
       const double left = partial.shared.value() + invented.reverse[i] * partial.chain.value();  // L_i / b_i − μ
       CHECK(left / static_cast<double>(mu) == Approx(static_cast<double>(w.merging[i])).epsilon(1e-12));
@@ -105,7 +105,7 @@ TEST_CASE("the two partial sums of the paper are one sum over absolute counts") 
             Approx(static_cast<double>(w.connection[i])).epsilon(1e-12));
       if (i + 1 < path.from_light.size())
         partial =
-            weights.extend_light(partial, true, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1));
+            weights.extend_light(partial, {true, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1)});
     }
   }
 }

@@ -42,15 +42,15 @@ struct Outcome {
   return text.str();
 }
 
-[[nodiscard]] inline gmis::RenderSettings settings(std::uint64_t seed) {
-  gmis::RenderSettings result;
+[[nodiscard]] inline ways::Settings settings(std::uint64_t seed) {
+  ways::Settings result;
   result.seed = seed;
   result.max_depth = 5;
   result.radius = 0.4;  // the nodes are farther apart: only vertices at the same node merge
   result.alpha = 1.0;
   result.counts.light_paths = 0.1;
-  result.light_tree_budget = 1000000;
-  result.counts.connections = gmis::paired_connections;
+  result.sampler.budget = 1000000;
+  result.counts.connects_paired_tree = true;
   return result;
 }
 
@@ -110,13 +110,10 @@ class KnownPaths {
 };
 
 template <class I>
-NominalCounts nominal_counts(const gmis::RenderSettings& render_settings) {
+NominalCounts nominal_counts(const ways::Settings& render_settings) {
   NominalCounts nominal;
-  if (I::splits_light) {
-    nominal.light_per_lobe = render_settings.rounds;
-    nominal.camera_first = render_settings.counts.camera_children;
-  }
-  nominal.camera_stops = I::camera_stops;
+  if (I::splits_light) nominal.light_per_lobe = render_settings.sampler.rounds;
+  nominal.camera_stops = !I::extends_camera;
   nominal.local_merges = render_settings.counts.local_merges;
   return nominal;
 }
@@ -124,7 +121,7 @@ NominalCounts nominal_counts(const gmis::RenderSettings& render_settings) {
 /// `connect`: the count of connections, for one light vertex that a tree makes. The disk of merging is that of the iteration,
 /// r_i = r_1 i^((α−1)/2).
 template <class I>
-gmis::TechniqueCounts<long double> technique_counts(const gmis::RenderSettings& render_settings, int iteration,
+gmis::TechniqueCounts<long double> technique_counts(const ways::Settings& render_settings, int iteration,
                                                     long double trees, long double connect) {
   const long double disk =
       gmis::pi<long double> *
@@ -166,7 +163,7 @@ long double connect_count(const PathOracle& oracle, const DiscretePath& path, st
 }
 
 template <class I, class World>
-Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings, int iterations) {
+Outcome run(bool has_parallel_rays, const ways::Settings& render_settings, int iterations) {
   using T = gmis::ScalarOf<typename World::Spectrum>;
   const int size = 32;
   const World world(make_atlas<T>(5, has_parallel_rays), size);
@@ -189,7 +186,7 @@ Outcome run(bool has_parallel_rays, const gmis::RenderSettings& render_settings,
   gmis::SerialExecutor executor;
   engine.iterate(executor);
   const bool uses_cache =
-      I::has(gmis::Technique::connect) && render_settings.counts.connections != gmis::paired_connections;
+      I::has(gmis::Technique::connect) && !render_settings.counts.connects_paired_tree;
   if (uses_cache) {
     bool is_found = false;
     engine.for_each_contribution([&](const auto& record) {
@@ -259,7 +256,7 @@ inline void check(const Outcome& outcome, double tolerance, std::size_t whole) {
 }
 
 template <class I, class World>
-void check_both_cameras(double tolerance, std::size_t whole, const gmis::RenderSettings& render_settings,
+void check_both_cameras(double tolerance, std::size_t whole, const ways::Settings& render_settings,
                         int iterations = 3) {
   for (const bool has_parallel_rays : {false, true}) {
     CAPTURE(has_parallel_rays);

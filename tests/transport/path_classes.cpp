@@ -1,4 +1,4 @@
-#include "gmis/transport/effects/path_class.hpp"
+#include "gmis/transport/state/path_class.hpp"
 
 #include <map>
 #include <regex>
@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/effects/effect_switches.hpp"
-#include "gmis/transport/effects/path_filter.hpp"
+#include "gmis/transport/plan/effect_switches.hpp"
+#include "gmis/transport/state/path_filter.hpp"
 #include "support/catch.hpp"
 
 // The classes of paths against regular expressions over the events of a path, written from the light to the camera: an

@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "gmis/transport/output/path_output.hpp"
+#include "gmis/transport/state/path_output.hpp"
 #include "gmis/transport/weights/path_densities.hpp"
 #include "transport/discrete_atlas.hpp"
 #include "transport/tagged_spectrum.hpp"
@@ -56,7 +56,6 @@ template <std::floating_point T>
 struct NominalCounts {
   long double light_per_lobe =
       0.0L;  ///< of a light subpath at a surface with smooth lobes, for each of them; 0: one in all
-  long double camera_first = 1.0L;  ///< at the first surface seen that is not purely specular
   bool camera_stops = false;        ///< camera subpaths go on by delta events alone
   bool local_merges = false;        ///< photons are what comes from a surface with a narrow lobe
   /// Guided emission: the density of the start from a node of a light to a surface, relative to that of the light alone.
@@ -185,10 +184,7 @@ class PathOracle {
   }
   [[nodiscard]] long double camera_children(const DiscretePath& path, std::size_t i) const {
     if (nominal_.camera_stops && path.lobes[i] == Tag::smooth) return 0.0L;
-    if (is_purely_specular(path.nodes[i])) return 1.0L;
-    for (std::size_t j = i + 1; j + 1 < path.nodes.size(); ++j)
-      if (!is_purely_specular(path.nodes[j])) return 1.0L;
-    return nominal_.camera_first;
+    return 1.0L;
   }
 
   const Atlas& atlas_;

@@ -1,4 +1,4 @@
-#include "gmis/transport/choose/pilot.hpp"
+#include "gmis/transport/allocation/pilot.hpp"
 
 #include <algorithm>
 #include <array>
@@ -59,7 +59,6 @@ Measured measure(const Scene& scene, gmis::RenderSettings settings, const gmis::
   constexpr int iterations = 40;
   settings.counts.light_paths = candidate.light_paths;
   settings.counts.connections = std::max(1, candidate.connections);
-  settings.counts.camera_children = candidate.camera_children;
   settings.counts.local_merges = candidate.local_merges;
   settings.counts.radius_factor = candidate.radius_factor;
   gmis::SerialExecutor executor;
@@ -103,8 +102,7 @@ struct Forecasts {
 void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
                      const std::vector<gmis::SampleCounts>& candidates, const std::vector<Measured>& measured,
                      int pilot_iterations) {
-  gmis::OperationCosts costs;
-  costs.further_child = 1.0;  // the operations are what is compared
+  const gmis::OperationCosts costs;
   std::vector<Forecasts> forecasts(candidates.size());
   settings.seed += 1000;
   for (std::size_t batch = 0; batch < batches; ++batch) {
@@ -128,8 +126,7 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
     // degrees of freedom.
     const double model = candidate.connections > 0 ? measured[c].vertex_variance : 0.0;
     const double limit = gmis::student_t_quantile(1 - level / 2, batches - 1) * error + model;
-    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.camera_children,
-            candidate.local_merges, candidate.radius_factor);
+    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.local_merges, candidate.radius_factor);
     CAPTURE(forecasts[c].variance / value, error, model, forecasts[c].cost, measured[c].cost);
     CHECK(std::abs(forecasts[c].variance / value - 1) < limit);
     CHECK(limit < 0.15);  // so that it says something
@@ -143,30 +140,17 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
   using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
-      {1.0, 1, true, true},  {0.0, 0, false, false},    {0.0, 0, false, false, 4}, {0.5, 0, true, false},
-      {1.0, 4, true, false}, {0.25, 1, true, false, 2}, {0.5, 0, true, true},      {2.0, 1, true, true, 4},
-      {0.25, 2, true, true}, {2.0, 16, true, false, 4}};
+      {1.0, 1, true, true},   {0.0, 0, false, false}, {0.5, 0, true, false}, {1.0, 4, true, false},
+      {0.25, 1, true, false}, {0.5, 0, true, true},   {2.0, 1, true, true},  {0.25, 2, true, true},
+      {2.0, 16, true, false}};
   const auto all = settings();
   check_forecasts(scene, all, candidates,
                   {measure<Vcm>(scene, all, candidates[0]), measure<Pt>(scene, all, candidates[1]),
-                   measure<Pt>(scene, all, candidates[2]), measure<PtLt>(scene, all, candidates[3]),
-                   measure<Bpt>(scene, all, candidates[4]), measure<Bpt>(scene, all, candidates[5]),
-                   measure<PtLtPm>(scene, all, candidates[6]), measure<Vcm>(scene, all, candidates[7]),
-                   measure<Vcm>(scene, all, candidates[8]), measure<Bpt>(scene, all, candidates[9])},
+                   measure<PtLt>(scene, all, candidates[2]), measure<Bpt>(scene, all, candidates[3]),
+                   measure<Bpt>(scene, all, candidates[4]), measure<PtLtPm>(scene, all, candidates[5]),
+                   measure<Vcm>(scene, all, candidates[6]), measure<Vcm>(scene, all, candidates[7]),
+                   measure<Bpt>(scene, all, candidates[8])},
                   50);
-}
-
-TEST_CASE("Of direct light a split saves what its children make by hitting the light", "[pilot]") {
-  using namespace gmis_test::ways;
-  const Scene scene(albedo, 1.0F, size, 2, centre);
-  const std::vector<gmis::SampleCounts> candidates{
-      {0.0, 0, false, false}, {0.0, 0, false, false, 4}, {1.0, 0, true, true, 4}};
-  auto direct = settings();
-  direct.max_depth = 2;
-  check_forecasts(scene, direct, candidates,
-                  {measure<Pt>(scene, direct, candidates[0]), measure<Pt>(scene, direct, candidates[1]),
-                   measure<PtLtPm>(scene, direct, candidates[2])},
-                  150);
 }
 
 TEST_CASE("Forecasts with a local count of merging and other radii than the pilot's", "[pilot]") {
@@ -175,14 +159,11 @@ TEST_CASE("Forecasts with a local count of merging and other radii than the pilo
   auto all = settings();
   all.radius = 0.02;
   all.counts.local_merges = true;
-  const auto merging = [](double light_paths, int connections, int children, double factor) {
-    return gmis::SampleCounts{light_paths, connections, true, true, children, true, true, true, factor};
+  const auto merging = [](double light_paths, int connections, double factor) {
+    return gmis::SampleCounts{light_paths, connections, true, true, true, true, true, true, factor};
   };
-  const std::vector<gmis::SampleCounts> candidates{merging(1.0, 1, 1, 1.0),
-                                                   merging(0.5, 0, 1, 2.0),
-                                                   merging(0.25, 2, 1, 4.0),
-                                                   merging(0.5, 1, 4, 3.0),
-                                                   {0.5, 1, true, false}};
+  const std::vector<gmis::SampleCounts> candidates{
+      merging(1.0, 1, 1.0), merging(0.5, 0, 2.0), merging(0.25, 2, 4.0), merging(0.5, 1, 3.0), {0.5, 1, true, false}};
   check_forecasts(scene, all, candidates,
                   {measure<Vcm>(scene, all, candidates[0]), measure<PtLtPm>(scene, all, candidates[1]),
                    measure<Vcm>(scene, all, candidates[2]), measure<Vcm>(scene, all, candidates[3]),
@@ -208,7 +189,7 @@ TEST_CASE("A pilot takes one pixel of every so many, and not always the same one
     CHECK(grid.step() == one.step);
     std::vector<std::uint32_t> of_place(one.step, 0);
     std::vector<int> of_tile(grid.tile_count(), 0);
-    std::uint32_t number = 0, taken = 0, taken_in_group = 0, split = 0;
+    std::uint32_t number = 0, taken = 0, taken_in_group = 0;
     for (int y = one.lower.y; y < one.upper.y; ++y)
       for (int x = one.lower.x; x < one.upper.x; ++x, ++number) {
         if (number % one.step == 0 && number > 0) {
@@ -218,17 +199,13 @@ TEST_CASE("A pilot takes one pixel of every so many, and not always the same one
         const auto pixel = static_cast<std::uint32_t>(y * 9000 + x);
         if (!grid.takes(pixel)) continue;
         ++taken_in_group, ++taken, ++of_place[number % one.step], ++of_tile[grid.tile(pixel)];
-        split += gmis::PilotSplit<float>::children_of(pixel) > 1 ? 1U : 0U;
       }
     CHECK(taken == (number + one.step - 1) / one.step);
-    // A hash, which needs no seed: no place has less than half or more than twice its share; nor have the pixels with two
-    // children, one in four.
+    // A hash, which needs no seed: no place has less than half or more than twice its share.
     for (const std::uint32_t count : of_place) {
       CHECK(2 * count * one.step >= taken);
       CHECK(count * one.step <= 2 * taken);
     }
-    CHECK(8 * split >= taken);
-    CHECK(2 * split <= taken);
     CHECK(*std::max_element(of_tile.begin(), of_tile.end()) <= 128);
     const int width = 2 * grid.reach() + 1;
     CHECK(width * width >= 16 * static_cast<int>(one.step));
@@ -242,7 +219,7 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
   // that share photons are not independent, and more trees would be merged within one radius.
   const Scene all(albedo, 1.0F, 45, 2, centre), larger(albedo, 1.0F, 64, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
-      {0.0, 0, false, false}, {1.0, 1, true, false}, {0.5, 0, true, false, 2}, {0.5, 2, true, false}};
+      {0.0, 0, false, false}, {1.0, 1, true, false}, {0.5, 0, true, false}, {0.5, 2, true, false}};
   struct Series {
     double sum = 0, squares = 0;
     void add(double value) { sum += value, squares += value * value; }
@@ -297,33 +274,6 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
     check_equal(costs[3][c], costs[2][c], 0.05);
     check_equal(costs[2][c], costs[0][c], 0.05);
   }
-}
-
-TEST_CASE("A pixel costs the same by a forecast, whether the pilot splits there or not", "[pilot]") {
-  // From the centre all pixels are alike. Crops of one pixel: the pilot has two children there in every iteration, or in none.
-  using Splits = gmis::PilotSplit<float>;
-  const Scene scene(albedo, 1.0F, size, 2, centre);
-  const std::vector<gmis::SampleCounts> candidates{{0.0, 0, false, false}, {0.0, 0, false, false, 2}};
-  std::array<double, 2> sums{}, squares{};
-  auto own = settings();
-  for (std::size_t batch = 0; batch < batches; ++batch)
-    for (const int children : {1, 2}) {
-      ++own.seed;
-      int x = 0;
-      while (Splits::children_of(static_cast<std::uint32_t>(x)) != children) ++x;
-      REQUIRE(x < size);
-      gmis::RenderPilot<Scene> pilot(scene, own, candidates, 64, gmis::PixelBounds{{x, 0}, {x + 1, 1}});
-      gmis::SerialExecutor executor;
-      for (int i = 0; i < 64; ++i) pilot.iterate(executor);
-      const double cost = pilot.forecasts()[0].cost;
-      sums[static_cast<std::size_t>(children) - 1] += cost / batches;
-      squares[static_cast<std::size_t>(children) - 1] += cost * cost / batches;
-    }
-  const double variance = std::max(0.0, squares[0] - sums[0] * sums[0]) + std::max(0.0, squares[1] - sums[1] * sums[1]);
-  const double limit = gmis::student_t_quantile(1 - 1e-3 / 2, batches - 1) * std::sqrt(variance / (batches - 1));
-  CAPTURE(sums[0], sums[1], limit);
-  CHECK(std::abs(sums[1] - sums[0]) < limit);
-  CHECK(limit < 0.1 * sums[0]);  // so that it says something
 }
 
 TEST_CASE("What merging changes in the pilot's picture is what it says of the candidate with its own counts",
@@ -430,6 +380,6 @@ TEST_CASE("What pays in a scene, as data", "[pilot]") {
   for (int i = 0; i < 2; ++i) pilot.iterate(executor);
   const std::vector<gmis::Forecast> forecasts = pilot.forecasts();
   const gmis::SampleCounts& best = forecasts[gmis::best_of(forecasts, 64)].counts;
-  std::printf("%g light trees a pixel, %d connections a vertex, merging %s, %d children\n", best.light_paths,
-              best.connections, best.merges ? "on" : "off", best.camera_children);
+  std::printf("%g light trees a pixel, %d connections a vertex, merging %s\n", best.light_paths, best.connections,
+              best.merges ? "on" : "off");
 }

@@ -1,4 +1,4 @@
-#include "gmis/transport/counts/pixel_counts.hpp"
+#include "gmis/transport/pixel_counts/pixel_counts.hpp"
 
 #include <array>
 #include <cmath>
@@ -13,11 +13,10 @@
 #include "gmis/core/state_archive.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/render/thread_executor.hpp"
-#include "gmis/transport/counts/learned_table.hpp"
-#include "gmis/transport/counts/pixel_count_learner.hpp"
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
-#include "gmis/transport/output/replay.hpp"
+#include "gmis/transport/pixel_counts/pixel_count_learner.hpp"
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/state/integrators.hpp"
+#include "gmis/transport/replay/replay.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/continued_run.hpp"
@@ -66,32 +65,15 @@ std::vector<float> frames(const Scene& scene, const gmis::RenderSettings& settin
   return all;
 }
 
-/// A table of one number, the sum of the costs of three iterations, where that is more than 5.
-struct SumTable {
-  int sum = 0;
-  [[nodiscard]] bool is_empty() const noexcept { return sum == 0; }
-  [[nodiscard]] bool fits(std::size_t most) const noexcept { return static_cast<std::size_t>(sum) <= most; }
-  void exchange_state(auto& archive) { archive(sum); }
-};
-struct SumLearner {
-  static constexpr std::uint32_t iterations = 3;
-  int sum = 0;
-  std::uint32_t count = 0;
-  [[nodiscard]] std::uint32_t seen() const noexcept { return count; }
-  void end_iteration(std::span<const float> /*frame*/, double cost) { sum += static_cast<int>(cost), ++count; }
-  [[nodiscard]] std::optional<SumTable> table() const { return sum > 5 ? std::optional(SumTable{sum}) : std::nullopt; }
-  void exchange_state(auto& archive) { archive(sum, count); }
-};
-using SumOfRun = gmis::LearnedTable<SumLearner, SumTable>;
-
-/// The same after a run that was interrupted, of a frame of so many pixels.
-SumOfRun interrupted(SumOfRun& run, std::size_t frame_size) {
+/// The same after a run that was interrupted, of a frame of this number of pixels.
+gmis::LearnedPixelCounts interrupted(gmis::LearnedPixelCounts& run, const gmis::CropPixels& crop,
+                                     std::size_t frame_size) {
   gmis::StateWriter writer;
   const auto write = [&](auto&... parts) { writer(parts...); };
   run.exchange_state(write, frame_size);
   gmis::StateReader reader(writer.bytes());
   const auto read = [&](auto&... parts) { reader(parts...); };
-  SumOfRun next{SumLearner()};
+  gmis::LearnedPixelCounts next(crop);
   next.exchange_state(read, frame_size);
   REQUIRE((reader.is_at_end() && !reader.is_broken()));
   return next;
@@ -103,31 +85,43 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
 
 }  // namespace
 
-TEST_CASE("A run learns a table once, and knows it and when it was learned after an interruption") {
-  constexpr std::size_t many = 100;
-  for (const double cost : {4.0, 1.0}) {  // a table, and none
-    for (const std::uint32_t interruption : {0U, 2U, 3U, 4U}) {
-      CAPTURE(cost, interruption);
-      SumOfRun run{SumLearner()};
-      for (std::uint32_t i = 1; i <= 5; ++i) {
-        if (i == interruption + 1) run = interrupted(run, many);
-        REQUIRE(run.is_on());
-        CHECK(run.is_learning() == (i <= 3));
-        CHECK((run.table() == nullptr || i > 3));
-        if (run.is_learning()) run.end_iteration(std::span<const float>(), cost, i);
+TEST_CASE("A run learns the numbers once, and knows them and when it did after an interruption") {
+  constexpr std::size_t side = 8, count = side * side;
+  const gmis::CropPixels crop{side, side, 0, side, side};
+  constexpr std::uint32_t learns = gmis::PixelCountLearner::iterations;
+  // Subpaths of a quarter of the pixels differ much: with a table. They never differ: without.
+  for (const bool gains : {true, false})
+    for (const std::uint32_t interruption : {0U, 2U, learns, learns + 1}) {
+      CAPTURE(gains, interruption);
+      gmis::LearnedPixelCounts run(crop);
+      std::vector<float> frame(count, 1.0F);
+      for (std::uint32_t i = 1; i <= learns + 2; ++i) {
+        if (i == interruption + 1) run = interrupted(run, crop, count);
+        CHECK(run.is_learning() == (i <= learns));
+        CHECK((run.table() == nullptr || i > learns));
+        const gmis::PixelSchedule schedule = run.schedule(i);
+        CHECK(schedule.uniform == (i <= learns ? gmis::PixelCountLearner::subpaths : 1));
+        if (!run.is_learning()) continue;
+        for (std::size_t pixel = 0; pixel < count; ++pixel) {
+          const bool is_noisy = gains && pixel % side < 4 && pixel / side < 4;
+          run.learner().note(pixel, is_noisy ? (i % 2 == 0 ? 2.0 : -2.0) : 0.0, 2.0);
+          frame[pixel] = is_noisy ? (i % 2 == 0 ? 2.0F : 0.1F) : (i % 2 == 0 ? 1.1F : 0.9F);
+        }
+        run.end_iteration(std::span<const float>(frame), 2.0 * count, i);
       }
-      CHECK(run.known_after() == 3);
-      REQUIRE((run.table() != nullptr) == (cost == 4.0));
-      if (cost == 4.0) CHECK(run.table()->sum == 12);
+      REQUIRE((run.table() != nullptr) == gains);
+      if (gains) CHECK((*run.table())[0] > (*run.table())[count - 1]);
+      // Iterations of the same replication before the numbers were known.
+      CHECK(run.schedule(learns + gmis::sobol_replications).before == 1);
+      CHECK(run.schedule(gmis::sobol_replications).before == 0);
     }
-  }
-  SumOfRun given{SumLearner()};
-  given.use({7}, 0);
+  gmis::LearnedPixelCounts given(crop);
+  given.use(gmis::PixelCountTable(std::vector<std::uint8_t>(count, 7)), 0);
   CHECK_FALSE(given.is_learning());
-  CHECK(interrupted(given, many).table()->sum == 7);
-  CHECK(interrupted(given, 6).table() == nullptr);  // as if the archive were broken
-  CHECK_FALSE(SumOfRun().is_on());
-  CHECK_FALSE(SumOfRun().is_learning());
+  CHECK((*interrupted(given, crop, count).table())[0] == 7);
+  CHECK(interrupted(given, crop, count - 1).table() == nullptr);  // as if the archive were broken
+  CHECK_FALSE(gmis::LearnedPixelCounts().is_learning());
+  CHECK(gmis::LearnedPixelCounts().schedule(9).uniform == 1);
 }
 
 TEST_CASE("A pixel is the mean of its subpaths, and its first subpath is the one that it would have alone") {
@@ -224,7 +218,7 @@ TEST_CASE("The subpaths of a pixel take the points of its sequences one after th
         engine.continue_after(earlier);
         if (!learns) engine.use_pixel_counts(table);
         engine.prepare_replay(executor, i);
-        const gmis::PixelSchedule schedule = engine.context().schedule;
+        const gmis::PixelSchedule schedule = engine.context().keys.schedule;
         const bool is_learning = learns && i <= earlier + gmis::PixelCountLearner::iterations;
         CHECK(schedule.uniform == (is_learning ? gmis::PixelCountLearner::subpaths : 1));
         CHECK((schedule.table != nullptr) == !(is_learning || (learns && engine.pixel_counts() == nullptr)));
@@ -323,7 +317,7 @@ TEST_CASE("Learned numbers of subpaths: the same bits for any number of threads 
   }
 }
 
-TEST_CASE("A table with the number 1 everywhere changes no bit; what does not go together says so") {
+TEST_CASE("A table with the number 1 everywhere changes no bit") {
   const Scene scene(0.6F, 1.0F, size, 2);
   for (const auto sampler : {gmis::Sampler::independent, gmis::Sampler::sobol}) {
     auto settings = settings_for(gmis::integrators::vcm, gmis_test::seed(61), sampler);
@@ -332,9 +326,6 @@ TEST_CASE("A table with the number 1 everywhere changes no bit; what does not go
     settings.pixel_counts = gmis::PixelCounts::uniform;
     CHECK(same_bits(with, frames(scene, settings, nullptr, 10, gmis::SerialExecutor())));
   }
-  auto settings = settings_for(gmis::integrators::vcm, 1);
-  settings.vertex_counts = gmis::VertexCounts::learned;
-  CHECK_THROWS_AS(Both(scene, settings), std::invalid_argument);
   CHECK_FALSE(gmis::PixelCountTable(std::vector<std::uint8_t>(pixels, 0)).fits(pixels));
   CHECK_FALSE(gmis::PixelCountTable(std::vector<std::uint8_t>(pixels, 9)).fits(pixels));
   CHECK_FALSE(gmis::PixelCountTable(std::vector<std::uint8_t>(pixels - 1, 1)).fits(pixels));

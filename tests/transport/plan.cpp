@@ -1,11 +1,11 @@
-#include "gmis/transport/effects/plan.hpp"
+#include "gmis/transport/plan/plan.hpp"
 
 #include <array>
 #include <string>
 #include <vector>
 
 #include "gmis/scene.hpp"
-#include "gmis/transport/effects/effect_switches.hpp"
+#include "gmis/transport/plan/effect_switches.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/ways.hpp"

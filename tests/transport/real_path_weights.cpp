@@ -16,12 +16,12 @@ namespace {
 using gmis_test::DiscreteWorld;
 using gmis_test::ways::Way;
 
-gmis::RenderSettings settings() {
+gmis_test::ways::Settings settings() {
   return gmis_test::path_by_path::settings(gmis_test::seed(11));
 }
 
 template <class I, class T = double>
-void check_both_cameras(double tolerance, std::size_t whole, const gmis::RenderSettings& render_settings = settings()) {
+void check_both_cameras(double tolerance, std::size_t whole, const gmis_test::ways::Settings& render_settings = settings()) {
   gmis_test::path_by_path::check_both_cameras<I, DiscreteWorld<T>>(tolerance, whole, render_settings);
 }
 
@@ -48,12 +48,12 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
     check_both_cameras<Vcm>(1e-10, 100);
   }
   SECTION("vcm, a radius that shrinks") {
-    gmis::RenderSettings shrinking = settings();
+    auto shrinking = settings();
     shrinking.alpha = 0.25;  // in the third iteration the disk is 0.44 of the first
     check_both_cameras<Vcm>(1e-10, 100, shrinking);
   }
   SECTION("bpm, a radius that shrinks") {
-    gmis::RenderSettings shrinking = settings();
+    auto shrinking = settings();
     shrinking.alpha = 0.5;
     GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Bpm>(1e-10, 100, shrinking);)
   }
@@ -62,17 +62,17 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
   }
   SECTION("vcm, power heuristic") {
     using Power [[maybe_unused]] = Way<gmis::Method<gmis::RecursiveWeights<gmis::PowerRatio>>, gmis::integrators::vcm,
-                                       gmis::LightSplit::none, gmis::PowerRatio>;
+                                       gmis::TreeBudget::softened, gmis::PowerRatio>;
     GMIS_SKIP_UNDER_SANITIZER(check_both_cameras<Power>(1e-10, 100);)
   }
   SECTION("vcm, connections drawn from the cache of all trees") {
-    gmis::RenderSettings cached = settings();
+    auto cached = settings();
     cached.counts.light_paths = 1.0;
     cached.counts.connections = 3;
     check_both_cameras<Vcm>(1e-10, 100, cached);
   }
   SECTION("vcm, a local count of merging") {
-    gmis::RenderSettings local = settings();
+    auto local = settings();
     local.counts.local_merges = true;
     local.radius = 0.05;
     local.counts.radius_factor = 8.0;
@@ -80,17 +80,16 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
   }
   // Trees with an ample budget: so many children are drawn as the weights count on.
   SECTION("gmis") {
-    gmis::RenderSettings split = settings();
+    auto split = settings();
     split.max_depth = 4;
     check_both_cameras<Gmis>(1e-10, 100, split);
   }
-  SECTION("gmis, more children, on both sides, a local count of merging") {
-    gmis::RenderSettings split = settings();
+  SECTION("gmis, more children, a local count of merging") {
+    auto split = settings();
     split.counts.local_merges = true;
     split.max_depth = 4;
-    split.scheme = gmis::Scheme::R3;
-    split.rounds = 2;
-    split.counts.camera_children = 3;
+    split.sampler.scheme = gmis::Scheme::R3;
+    split.sampler.rounds = 2;
     check_both_cameras<Gmis>(1e-10, 100, split);
   }
 }
@@ -113,7 +112,7 @@ template <class I>
 Rendering render(int max_depth) {
   using World = DiscreteWorld<double>;
   const World world(gmis_test::make_atlas<double>(5, false), 32);
-  gmis::RenderSettings render_settings = settings();
+  auto render_settings = settings();
   render_settings.max_depth = max_depth;
   typename I::template Engine<World> engine(world, I::settings(render_settings));
   engine.keep_contributions(true);

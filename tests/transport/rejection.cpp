@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gmis/result/rejection_limit.hpp"
-#include "gmis/transport/output/replay.hpp"
+#include "gmis/transport/replay/replay.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/provoking_scene.hpp"
@@ -38,7 +38,7 @@ gmis::RenderSettings settings() {
   result.max_depth = 5;
   result.radius = 0.1;
   result.seed = gmis_test::seed(5);
-  result.counts.connections = gmis::paired_connections;  // what is left out must not move what is drawn
+  result.counts.connects_paired_tree = true;  // what is left out must not move what is drawn
   return result;
 }
 

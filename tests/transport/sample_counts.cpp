@@ -1,4 +1,4 @@
-#include "gmis/transport/sample_counts.hpp"
+#include "gmis/transport/state/sample_counts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/effects/effect_switches.hpp"
-#include "gmis/transport/effects/plan.hpp"
-#include "gmis/transport/render_engine.hpp"
+#include "gmis/transport/plan/effect_switches.hpp"
+#include "gmis/transport/plan/plan.hpp"
+#include "gmis/transport/allocation/engines_with_pilot.hpp"
+#include "gmis/transport/allocation/render_engine.hpp"
+#include "gmis/transport/splitting/gmis_engines.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
@@ -85,7 +87,7 @@ TEST_CASE("A technique without light trees is off") {
 TEST_CASE("Connections with the paired tree are connections, and none of them is drawn") {
   gmis::SampleCounts counts = gmis::integrators::vcm;
   CHECK(counts.draws_connections());
-  counts.connections = gmis::paired_connections;
+  counts.connects_paired_tree = true;
   CHECK(counts.has(Technique::connect));
   CHECK_FALSE(counts.draws_connections());
 }
@@ -139,11 +141,11 @@ TEST_CASE("Without any technique nothing is traced, and the picture is black") {
   gmis::SerialExecutor executor;
   gmis::RenderSettings empty = settings();
   empty.counts = empty.counts.only([](Technique) { return false; });
-  gmis::RenderEngine<Scene> engine(scene, empty);
+  gmis::RenderEngine<float> engine(gmis::engines_of(scene), empty);
   for (int i = 0; i < 2; ++i) engine.iterate(executor);
   CHECK(engine.counters().rays == 0);
   CHECK(engine.counters().camera_paths == 0);
-  for (const float value : engine.frame()) CHECK(value == 0.0F);
+  for (const float value : engine.engine().frame()) CHECK(value == 0.0F);
 }
 
 TEST_CASE("Settings that mean nothing are refused, with what to change") {
@@ -164,22 +166,21 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
         std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.light_paths = -1.0; }).find("light_paths") != std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.connections = -2; }).find("connections") != std::string::npos);
-  CHECK(refused([](Settings& s) { s.counts.camera_children = 16383; }).find("camera_children") != std::string::npos);
   CHECK(refused([](Settings& s) { s.alpha = 0.0; }).find("alpha") != std::string::npos);
-  CHECK(refused([](Settings& s) { s.light_split = gmis::LightSplit::paper; }).find("SplitTrees") != std::string::npos);
 
   CHECK(message_of([&] { gmis::PathTracer<Scene> engine(scene, settings()); }).find("integrators::pt") !=
         std::string::npos);
-  const auto trees_refused = [&](const std::function<void(gmis::RenderSettings&)>& change) {
-    gmis::RenderSettings wrong = settings();
-    change(wrong);
-    return message_of([&] { gmis::Engine<Scene, gmis::SplitTrees> engine(scene, wrong); });
+  const auto trees_refused = [&](const gmis::GmisSampler& sampler) {
+    return message_of([&] { gmis::Engine<Scene, gmis::SplitTrees> engine(scene, settings(), {}, sampler); });
   };
-  CHECK(trees_refused([](Settings&) {}).find("light_split is none") != std::string::npos);
-  CHECK(trees_refused([](Settings& s) { s.light_split = gmis::LightSplit::budgeted; }).empty());
-  CHECK(trees_refused([](Settings& s) {
-          s.light_split = gmis::LightSplit::budgeted, s.light_tree_budget = 1 << 22;
-        }).find("light_tree_budget") != std::string::npos);
+  CHECK(trees_refused({}).empty());
+  CHECK(trees_refused({.budget = 1 << 22}).find("GmisSampler::budget") != std::string::npos);
+  CHECK(trees_refused({.budget = 0}).find("GmisSampler::budget") != std::string::npos);
+
+  const std::vector<gmis::SampleCounts> two{{1.0, 1, true, true}, {0.5, 2, true, true}};
+  for (const auto& engines : {gmis::engines_of(scene), gmis::gmis_engines(scene, {})})
+    CHECK(message_of([&] { gmis::RenderEngine<float> engine(engines, settings(), two, 64); })
+              .find("engines_with_pilot") != std::string::npos);
 }
 
 TEST_CASE("The merging radius that nobody sets follows the picture") {
@@ -254,20 +255,21 @@ TEST_CASE("After its pilot a run is one with the chosen counts, and has nothing 
   gmis::SerialExecutor executor;
   const gmis::RenderSettings asked = settings();
   const std::vector<gmis::SampleCounts> candidates{{1.0, 1, true, true}, {0.5, 2, true, true}};
-  gmis::RenderEngine<Scene> run(scene, asked, candidates, 64);
-  const std::uint32_t pilot = gmis::RenderEngine<Scene>::pilot_iterations_for(64);
+  gmis::RenderEngine<float> run(gmis::engines_with_pilot(scene), asked, candidates, 64);
+  const std::uint32_t pilot = gmis::pilot_iterations_for(64);
   // The pilot merges in the mean disk of the run.
-  CHECK(run.first_radius() == Approx(*asked.radius * std::sqrt(gmis::mean_disk(asked.alpha, 64))));
+  CHECK(run.engine().first_radius() == Approx(*asked.radius * std::sqrt(gmis::mean_disk(asked.alpha, 64))));
   CHECK(run.choice() == nullptr);
   run.iterate(executor);
   REQUIRE(run.choice() != nullptr);
   CHECK(run.choice()->pilot_iterations == pilot);
   CHECK(run.counters().camera_paths == (pilot + 1) * 144);
   gmis::RenderSettings chosen = asked;
-  chosen.counts = run.counts();
+  chosen.counts = run.engine().counts();
   gmis::Engine<Scene> other(scene, chosen);
   other.iterate(executor);
-  CHECK(std::equal(other.frame().begin(), other.frame().end(), run.frame().begin(), run.frame().end()));
+  const auto frame = run.engine().frame();
+  CHECK(std::equal(other.frame().begin(), other.frame().end(), frame.begin(), frame.end()));
   CHECK(run.counters().contributions == other.counters().contributions);
   CHECK(run.counters().rays > other.counters().rays);
   // A choice that is made by the numbers of the picture would be biased.
@@ -297,6 +299,6 @@ TEST_CASE("the plan of a scene, as data") {
   for (const gmis::TechniquePlan& technique : plan.techniques)
     std::printf("%s: %s\n", technique.is_on ? "on" : "off", std::string(gmis::sentence_of(technique.rule)).c_str());
   settings.counts = gmis::integrators::vcm.only([&](gmis::Technique technique) { return plan.has(technique); });
-  gmis::RenderEngine<gmis_test::FurnaceScene<float>> engine(scene, settings);
+  gmis::RenderEngine<float> engine(gmis::engines_of(scene), settings);
   CHECK(settings.counts.traces_light());  // the scene does not say what it has
 }

@@ -1,7 +1,7 @@
 #include "gmis/transport/photons/stored_light_vertex.hpp"
 
 #include "gmis/scene.hpp"
-#include "gmis/transport/engine.hpp"
+#include "gmis/transport/engine/engine.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 

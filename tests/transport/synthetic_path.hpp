@@ -100,31 +100,33 @@ class RecursiveWeights {
       : path_(path), weights_(with_first(counts, path)), light_(path.is_delta.size()), camera_(path.is_delta.size()) {
     const auto k = static_cast<std::size_t>(path.edges());
     if (k >= 2) {
-      light_[1] = weights_.first_light_vertex(origin(), next_event(), light_density(1),
+      light_[1] = weights_.first_light_vertex({origin(), next_event(), light_density(1)},
                                               path.light_can_be_hit ? path.to_area_from_camera[0] : T(0));
       for (std::size_t i = 1; i + 1 < k; ++i)
-        light_[i + 1] = weights_.extend_light(light_[i], is_photon(i), path.is_delta[i], path.reverse[i],
-                                              path.to_area_from_camera[i], light_density(i + 1));
+        light_[i + 1] = weights_.extend_light(
+            light_[i], {is_photon(i), path.is_delta[i], path.reverse[i], path.to_area_from_camera[i], light_density(i + 1)});
     }
     camera_[k - 1] = weights_.first_camera_vertex(camera_density(k - 1));
     for (std::size_t j = k - 1; j >= 1; --j)
-      camera_[j - 1] = weights_.extend_camera(camera_[j], j == k - 1, path.makes_photons[j - 1], path.is_delta[j],
-                                              path.forward[j], path.to_area_from_light[j], camera_density(j - 1));
+      camera_[j - 1] = weights_.extend_camera(camera_[j], {j == k - 1, path.makes_photons[j - 1], path.is_delta[j],
+                                                          path.forward[j], path.to_area_from_light[j],
+                                                          camera_density(j - 1)});
   }
 
   [[nodiscard]] auto weight(const gmis::TechniqueIndex& technique) const {
     const auto k = static_cast<std::size_t>(path_.edges());
     const auto s = static_cast<std::size_t>(technique.s);
     if (technique.is_merge)
-      return weights_.merge(light_[s], path_.reverse[s], camera_[s], s == k - 1, path_.forward[s]);
+      return weights_.merge(light_[s], path_.reverse[s], camera_[s], {s == k - 1, path_.forward[s], T(0)});
     if (s == 0)
-      return k == 1 ? weights_.seen_directly() : weights_.emitter_hit(camera_[0], origin(), next_event(), path_.first);
+      return k == 1 ? weights_.seen_directly() : weights_.emitter_hit(camera_[0], {origin(), next_event(), path_.first});
     if (s == 1)
-      return weights_.next_event(camera_[1], k == 2, origin(), next_event(),
-                                 path_.light_can_be_hit ? camera_density(0) : T(0), light_density(1), path_.forward[1]);
-    if (s == k) return weights_.splat(light_[k - 1], is_photon(k - 1), path_.reverse[k - 1], camera_density(k - 1));
-    return weights_.connect(light_[s - 1], is_photon(s - 1), path_.reverse[s - 1], camera_density(s - 1), camera_[s],
-                            s == k - 1, path_.makes_photons[s - 1], path_.forward[s], light_density(s));
+      return weights_.next_event({origin(), next_event(), T(0)}, path_.light_can_be_hit ? camera_density(0) : T(0),
+                                 camera_[1], {k == 2, path_.forward[1], light_density(1)});
+    const gmis::LightEnd<T> light_end{is_photon(s - 1), path_.makes_photons[s - 1], path_.reverse[s - 1],
+                                      camera_density(s - 1)};
+    if (s == k) return weights_.splat(light_[k - 1], light_end);
+    return weights_.connect(light_[s - 1], light_end, camera_[s], {s == k - 1, path_.forward[s], light_density(s)});
   }
 
  private:

@@ -75,7 +75,7 @@ class TechniqueEstimates {
 };
 
 template <class Integrator, class Source = ShiftedLattice, class Scene>
-[[nodiscard]] TechniqueEstimates estimate(const Scene& scene, const gmis::RenderSettings& settings, int iterations) {
+[[nodiscard]] TechniqueEstimates estimate(const Scene& scene, const ways::Settings& settings, int iterations) {
   typename Integrator::template Engine<Scene, Source> engine(scene, Integrator::settings(settings));
   engine.keep_contributions(true);
   gmis::SerialExecutor executor;

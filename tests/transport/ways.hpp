@@ -1,36 +1,64 @@
 #pragma once
 
-#include "gmis/transport/engine.hpp"
-#include "gmis/transport/integrators.hpp"
+#include <concepts>
+#include <optional>
+
+#include "gmis/transport/engine/engine.hpp"
+#include "gmis/transport/splitting/split_trees.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 /// \file
 /// The integrators as types, so that a test can be written once for all: each with the engine that it needs.
 
 namespace gmis_test::ways {
 
-template <class Method_, const gmis::SampleCounts& base, gmis::LightSplit split = gmis::LightSplit::none,
+/// The settings of a run, and those of light trees that split; integrators that do not split leave the latter alone.
+struct Settings : gmis::RenderSettings {
+  Settings() = default;
+  Settings(const gmis::RenderSettings& of_run) : gmis::RenderSettings(of_run) {}  // NOLINT: meant to convert
+  gmis::GmisSampler sampler;
+};
+
+template <class Method_, const gmis::SampleCounts& base, gmis::TreeBudget at_end = gmis::TreeBudget::softened,
           class Heuristic_ = gmis::BalanceRatio>
 struct Way {
   using Heuristic = Heuristic_;
   using Method = Method_;
+  static constexpr bool splits_light = Method::template Split<float>::is_measured;
+  static constexpr bool extends_camera = base.extends_camera;
+
   template <class Scene, class Source = gmis::SampleNumbers>
-  using Engine = gmis::Engine<Scene, Method, Source>;
+  class Engine : public gmis::Engine<Scene, Method, Source> {
+    using Base = gmis::Engine<Scene, Method, Source>;
+
+   public:
+    Engine(const Scene& scene, const Settings& settings, const std::optional<gmis::PixelBounds>& crop = std::nullopt)
+        : Base(scene, settings, crop, split_settings(settings)) {}
+
+   private:
+    static typename Base::Split::Settings split_settings(const Settings& settings) {
+      if constexpr (splits_light)
+        return settings.sampler;
+      else
+        return {};
+    }
+  };
 
   /// The same settings for this integrator: its techniques, with the numbers that `asked` has for them.
-  [[nodiscard]] static gmis::RenderSettings settings(gmis::RenderSettings asked = {}) {
+  [[nodiscard]] static Settings settings(Settings asked = {}) {
     gmis::SampleCounts counts = base;
     if (base.traces_light()) counts.light_paths = asked.counts.light_paths;
-    if (base.connections != 0) counts.connections = asked.counts.connections;
-    if (base.camera_children != 0) counts.camera_children = asked.counts.camera_children;
+    if (base.connections != 0) {
+      counts.connections = asked.counts.connections;
+      counts.connects_paired_tree = asked.counts.connects_paired_tree;
+    }
     counts.local_merges = asked.counts.local_merges;
     counts.radius_factor = asked.counts.radius_factor;
     asked.counts = counts;
-    asked.light_split = split;
+    asked.sampler.at_end_of_budget = at_end;
     return asked;
   }
   [[nodiscard]] static bool has(gmis::Technique technique) { return base.has(technique); }
-  static constexpr bool splits_light = split != gmis::LightSplit::none;
-  static constexpr bool camera_stops = base.camera_children == 0;
 };
 
 using Pt = Way<gmis::CameraSide, gmis::integrators::pt>;
@@ -41,7 +69,7 @@ using Bpt = Way<gmis::BothSides, gmis::integrators::bpt>;
 using Ppm = Way<gmis::BothSides, gmis::integrators::ppm>;
 using Bpm = Way<gmis::BothSides, gmis::integrators::bpm>;
 using Vcm = Way<gmis::BothSides, gmis::integrators::vcm>;
-using Gmis = Way<gmis::SplitTrees, gmis::integrators::vcm, gmis::LightSplit::budgeted>;
-using PaperGmis = Way<gmis::SplitTrees, gmis::integrators::vcm, gmis::LightSplit::paper>;
+using Gmis = Way<gmis::SplitTrees, gmis::integrators::vcm>;
+using PaperGmis = Way<gmis::SplitTrees, gmis::integrators::vcm, gmis::TreeBudget::cut>;
 
 }  // namespace gmis_test::ways

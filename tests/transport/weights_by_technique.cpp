@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "gmis/transport/choose/forecast.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/allocation/forecast.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
@@ -109,15 +109,13 @@ TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
 
 TEST_CASE("What a candidate costs follows from the work of the pilot, part by part", "[pilot]") {
   const gmis::Counters light_work{.rays = 1000, .shadow_rays = 500, .projections = 900, .photons_stored = 800};
-  const gmis::CameraWork work{.before = {.rays = 2000,
-                                         .shadow_rays = 3000,
-                                         .connections = 4000,
-                                         .connection_rays = 1200,
-                                         .merge_queries = 1500,
-                                         .merges = 6000},
-                              .children = {.rays = 100, .shadow_rays = 200, .connection_rays = 50, .merges = 70},
-                              .mean_children = 1.25};
-  const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 8.0, 1.5};
+  const gmis::Counters work{.rays = 2000,
+                            .shadow_rays = 3000,
+                            .connections = 4000,
+                            .connection_rays = 1200,
+                            .merge_queries = 1500,
+                            .merges = 6000};
+  const gmis::OperationCosts costs{1.0, 0.5, 0.25, 2.0, 0.125, 4.0, 8.0};
   const gmis::SampleCounts made{1.0, 2, true, true};
   const auto light = [&](const gmis::SampleCounts& c) {
     return gmis::predicted_light_cost(c, made, light_work, light_work.photons_stored, costs);
@@ -128,16 +126,10 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, part by pa
   CHECK(light({0.5, 1, true, false}) == 0.5 * (1000 + 0.5 * 500 + 4.0 * 800 + 8.0 * 900));
   CHECK(light({2.0, 0, true, false}) == 2 * (1000 + 0.5 * 500 + 8.0 * 900));
   CHECK(light({0.5, 1, false, false}) == 0.5 * (1000 + 4.0 * 800));
-  // Of one child, without and with what comes from the light side.
-  const double child = (100 + 0.5 * 150) / 1.25, connected = 0.5 * 50 / 1.25, merged = 0.125 * 70 / 1.25;
-  CHECK(camera({0.0, 0, false, false}) == Approx(2000 + 0.5 * 1800 + child));
-  CHECK(camera({0.0, 0, false, false, 4}) == Approx(2000 + 0.5 * 1800 + (1 + 3 * 1.5) * child));
-  CHECK(camera(made) ==
-        Approx(2000 + 0.5 * 1800 + 0.25 * 4000 + 0.5 * 1200 + 2.0 * 1500 + 0.125 * 6000 + child + connected + merged));
-  CHECK(camera({0.5, 1, true, false}) ==
-        Approx(2000 + 0.5 * 1800 + 0.5 * (0.25 * 4000 + 0.5 * 1200) + child + 0.5 * connected));
-  CHECK(camera({2.0, 0, true, true, 2}) ==
-        Approx(2000 + 0.5 * 1800 + 2.0 * 1500 + 2 * 0.125 * 6000 + (1 + 1.5) * (child + 2 * merged)));
+  CHECK(camera({0.0, 0, false, false}) == 2000 + 0.5 * 1800);
+  CHECK(camera(made) == 2000 + 0.5 * 1800 + 0.25 * 4000 + 0.5 * 1200 + 2.0 * 1500 + 0.125 * 6000);
+  CHECK(camera({0.5, 1, true, false}) == 2000 + 0.5 * 1800 + 0.5 * (0.25 * 4000 + 0.5 * 1200));
+  CHECK(camera({2.0, 0, true, true}) == 2000 + 0.5 * 1800 + 2.0 * 1500 + 2 * 0.125 * 6000);
 }
 
 TEST_CASE("The best candidate has the least work of those that miss no light", "[pilot]") {
@@ -151,12 +143,7 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
   // A bias does not fall with the iterations.
   CHECK(gmis::best_of({forecast(1, 0.01, 10, 0), forecast(1.2, 0, 10, 0)}, 4) == 0);
   CHECK(gmis::best_of({forecast(1, 0.01, 10, 0), forecast(1.2, 0, 10, 0)}, 64) == 1);
-  // Splitting must gain more than a twentieth; so must no merging more than an eighth, where there is merging.
-  gmis::Forecast other = forecast(0.96, 0, 10, 0);
-  other.counts.camera_children = 2;
-  CHECK(gmis::best_of({forecast(1, 0, 10, 0), other}, 64) == 0);
-  other.variance = 0.94;
-  CHECK(gmis::best_of({forecast(1, 0, 10, 0), other}, 64) == 1);
+  // No merging must gain more than an eighth, where there is merging.
   gmis::Forecast merges = forecast(1, 0, 10, 0);
   merges.counts.merges = true;
   CHECK(gmis::best_of({merges, forecast(0.88, 0, 10, 0)}, 64) == 0);
@@ -177,28 +164,25 @@ TEST_CASE("The best candidate has the least work of those that miss no light", "
 
 TEST_CASE("Every candidate has its place, and none on the light side when nothing is traced there", "[pilot]") {
   const auto all = gmis::all_candidates();
-  CHECK(all.size() == 3 * (1 + 4 * 3 * 2));
+  CHECK(all.size() == 1 + 4 * 3 * 2);
   for (const auto& candidate : all)
     if (!candidate.traces_light()) CHECK((candidate.connections == 0 && !candidate.splats && !candidate.merges));
   // What is off in all is off in each.
   for (const auto& candidate : gmis::all_candidates(gmis::integrators::bpt)) CHECK_FALSE(candidate.merges);
   CHECK(gmis::all_candidates(gmis::integrators::pt) ==
-        std::vector<gmis::SampleCounts>{gmis::integrators::pt, {0.0, 0, false, false, 2}, {0.0, 0, false, false, 4}});
+        std::vector<gmis::SampleCounts>{gmis::integrators::pt});
   gmis::CountChoices few;
   few.light_paths = {1.0};
   few.connections = {2};
   few.merges = {true};
-  few.camera_children = {1, 4};
-  CHECK(gmis::all_candidates({}, few) ==
-        std::vector<gmis::SampleCounts>{{1.0, 2, true, true, 1}, {1.0, 2, true, true, 4}});
+  CHECK(gmis::all_candidates({}, few) == std::vector<gmis::SampleCounts>{{1.0, 2, true, true}});
   // Each radius for those that merge; the rest do not differ by it.
-  few.camera_children = {1};
   few.merges = {false, true};
   few.radius_factors = {2.0, 8.0};
   gmis::SampleCounts local;
   local.local_merges = true;
   CHECK(gmis::all_candidates(local, few) ==
         std::vector<gmis::SampleCounts>{{1.0, 2, true, false, 1},
-                                        {1.0, 2, true, true, 1, true, true, true, 2.0},
-                                        {1.0, 2, true, true, 1, true, true, true, 8.0}});
+                                        {1.0, 2, true, true, true, true, true, true, 2.0},
+                                        {1.0, 2, true, true, true, true, true, true, 8.0}});
 }

@@ -1,7 +1,3 @@
 #include "support/scene_engine.hpp"
 
-namespace gmis {
-
-template void tools::PilotEngine::iterate(tools::ThreadedExecutor&);
-
-}  // namespace gmis
+template class gmis::Engine<gmis::tools::SceneType, gmis::PilotMethod>;

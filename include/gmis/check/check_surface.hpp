@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <type_traits>
 
+#include "gmis/check/compare.hpp"
 #include "gmis/check/findings.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
@@ -13,161 +15,228 @@
 
 namespace gmis {
 
-/// Checks the BSDF at one point of a surface in both modes of transport.
+/// Checks the BSDF at one point of a surface in both modes of transport, pair of directions by pair
+/// of directions.
 ///
-/// `bsdf_for(to_prev)` makes the BSDF of that point as a ray that arrives from `to_prev` finds it, in a `std::optional`:
-/// the engine evaluates a BSDF only with the `to_prev` of the ray that made its hit. `findings` take the cases; the
-/// verdict on the distribution of `sample` needs `samples` draws at this point and raises a false alarm with a
-/// probability of at most `level`. With 0 samples it is left out.
+/// `BsdfFor`: makes the BSDF of that point as a ray that arrives from a direction finds it, in a
+/// `std::optional`, since the engine evaluates a BSDF only with the `to_prev` of the ray that made
+/// its hit.
 template <class BsdfFor, std::floating_point T, UniformSource Source>
-void check_surface(const BsdfFor& bsdf_for, const SurfacePoint<T>& point, const Vec3<T>& to_prev, Source& source,
-                   Findings& findings, std::size_t samples, double level) {
-  using B = typename std::remove_cvref_t<decltype(bsdf_for(to_prev))>::value_type;
+class SurfaceCheck {
+ public:
+  using B = typename std::remove_cvref_t<std::invoke_result_t<const BsdfFor&, const Vec3<T>&>>::value_type;
   using S = typename B::Spectrum;
+
+  /// `findings` take the cases.
+  SurfaceCheck(const BsdfFor& bsdf_for, const SurfacePoint<T>& point, const Vec3<T>& to_prev, Source& source,
+               Findings& findings)
+      : bsdf_for_(bsdf_for),
+        point_(point),
+        to_prev_(to_prev),
+        normal_(point.shading_normal),
+        geometric_(point.geometric_normal),
+        prev_(to_prev),
+        source_(source),
+        findings_(findings) {}
+
+  /// Tries `pairs` samples in either mode.
+  void run(int pairs) {
+    const std::optional<B> found = bsdf_for_(to_prev_);
+    if (!found || std::abs(glm::dot(normal_, prev_)) < least_cosine) return;
+    const B& bsdf = *found;
+    const double albedo = static_cast<double>(max_channel(bsdf.albedo()));
+    findings_.count(Convention::bsdf_albedo, is_sound(bsdf.albedo()) && albedo <= 1.0 + 1e-3, albedo, 1.0);
+    for (const TransportMode mode : {TransportMode::radiance, TransportMode::importance}) {
+      mode_ = mode;
+      for (int i = 0; i < pairs; ++i) {
+        if (reflects_only(bsdf)) check_beyond(bsdf);
+        if (const auto sample = draw(bsdf, to_prev_, mode)) check_sample(bsdf, *sample);
+      }
+    }
+    findings_.look_along(V(0));
+    if (pairs >= 8) findings_.count(Convention::bsdf_albedo, albedo == 0.0 || succeeded_ > 0, albedo, 0.0);
+    if (smooth_ >= 8 && !is_refracting_) findings_.count(Convention::bsdf_through, through_ < smooth_);
+  }
+
+ private:
   using V = Vec3<double>;
-  constexpr int channels = SpectrumTraits<S>::channel_count;
-  constexpr double least_cosine = 0.02;  // below it rounding of directions rules
-  const std::optional<B> found = bsdf_for(to_prev);
-  if (!found) return;
-  const B& bsdf = *found;
-  const V normal(point.shading_normal), geometric(point.geometric_normal), prev(to_prev);
-  if (std::abs(glm::dot(normal, prev)) < least_cosine) return;
-  const auto channel = [](const S& s, int i) { return static_cast<double>(SpectrumTraits<S>::channel(s, i)); };
-  const auto are_near = [&](const S& a, const S& b, double factor, double tolerance) {
-    const double scale = 1e-3 * std::max(static_cast<double>(max_channel(a)), static_cast<double>(max_channel(b)));
-    for (int i = 0; i < channels; ++i)
-      if (!detail::nearly(channel(a, i) * factor, channel(b, i), tolerance, scale)) return false;
-    return true;
-  };
-  const auto is_sound = [&](const S& s) { return is_finite(s) && min_channel(s) >= T(0); };
-  const auto draw = [&](const B& from, const Vec3<T>& prev_of, TransportMode mode) {
-    const T u = uniform<T>(source);
-    const T v = uniform<T>(source);
-    return from.sample(prev_of, u, {v, uniform<T>(source)}, mode);
-  };
+  static constexpr double least_cosine = 0.02;  // below it rounding of directions rules
 
-  const double albedo = static_cast<double>(max_channel(bsdf.albedo()));
-  findings.count(Convention::bsdf_albedo, is_sound(bsdf.albedo()) && albedo <= 1.0 + 1e-3);
-  std::size_t through = 0, smooth = 0, succeeded = 0;
-  bool is_refracting = false;
-  constexpr std::size_t pairs = 24;
-  for (const TransportMode mode : {TransportMode::radiance, TransportMode::importance}) {
-    const TransportMode other = mode == TransportMode::radiance ? TransportMode::importance : TransportMode::radiance;
-    for (std::size_t i = 0; i < pairs; ++i) {
-      if (reflects_only(bsdf)) {
-        const double u = uniform<double>(source);
-        V beyond = square_to_sphere(Vec2<double>(u, uniform<double>(source)));
-        if (glm::dot(normal, beyond) * glm::dot(normal, prev) > 0.0) beyond = -beyond;
-        if (std::abs(glm::dot(normal, beyond)) >= least_cosine)
-          findings.count(Convention::bsdf_reflects_only, is_black(bsdf.evaluate(to_prev, Vec3<T>(beyond), mode).value));
-      }
-      const auto sample = draw(bsdf, to_prev, mode);
-      if (!sample) continue;
-      ++succeeded;
-      const V next(sample->to_next);
-      const double forward = static_cast<double>(sample->pdf.forward.value),
-                   reverse = static_cast<double>(sample->pdf.reverse.value), cosine = std::abs(glm::dot(normal, next));
-      const double eta = static_cast<double>(sample->eta);
-      findings.count(Convention::bsdf_unit, detail::nearly(glm::length(next), 1.0, 1e-3));
-      findings.count(Convention::bsdf_value,
-                     is_sound(sample->weight) && forward >= 0.0 && reverse >= 0.0 && std::isfinite(forward + reverse));
-      is_refracting = is_refracting || eta != 1.0;
-      // One delta lobe cannot scatter more than all light.
-      if (mode == TransportMode::importance && sample->is_delta && eta != 1.0)
-        findings.count(Convention::bsdf_energy, static_cast<double>(max_channel(sample->weight)) * forward <= 1.01);
-      const auto f = bsdf.evaluate(to_prev, sample->to_next, mode);
-      findings.count(Convention::bsdf_value, is_sound(f.value) && f.pdf.forward.value >= T(0) &&
-                                                 f.pdf.reverse.value >= T(0) &&
-                                                 std::isfinite(f.pdf.forward.value + f.pdf.reverse.value));
-      findings.count(Convention::bsdf_delta, !bsdf.is_purely_delta() || (sample->is_delta && is_black(f.value)));
-      if (cosine < least_cosine) continue;
-      // Where shading and geometric normal disagree about the side of a direction, light leaks or is lost: no check.
-      const bool is_plain = glm::dot(normal, next) * glm::dot(geometric, next) > 0.0 &&
-                            glm::dot(normal, prev) * glm::dot(geometric, prev) > 0.0;
-      if (!is_plain) continue;
-      if (!sample->is_delta) {
-        const bool is_through = glm::dot(normal, prev) * glm::dot(normal, next) < 0.0;
-        ++smooth;
-        if (is_through) ++through;
-        if (reflects_only(bsdf)) findings.count(Convention::bsdf_reflects_only, !is_through || is_black(f.value));
-        const double stated = static_cast<double>(f.pdf.forward.value);
-        findings.count(Convention::bsdf_two_densities, detail::nearly(forward, stated, 0.02));
-        findings.count(Convention::bsdf_two_reverse_densities,
-                       detail::nearly(reverse, static_cast<double>(f.pdf.reverse.value), 0.02));
-        if (stated > 0.0)
-          findings.count(Convention::bsdf_weight, are_near(sample->weight, f.value, stated / cosine, 0.02));
-      } else if (eta != 1.0 && glm::dot(normal, prev) * glm::dot(normal, next) < 0.0) {
-        // Snell's law.
-        const double sin_prev = sqrt_or_zero(1.0 - square(glm::dot(normal, prev))),
-                     sin_next = sqrt_or_zero(1.0 - square(glm::dot(normal, next)));
-        if (std::max(sin_prev, sin_next) > 0.1)
-          findings.count(Convention::bsdf_eta, std::abs(sin_prev - eta * sin_next) < 0.02);
-      }
-
-      // The way back.
-      const std::optional<B> back = bsdf_for(sample->to_next);
-      if (!back) continue;
-      findings.count(Convention::bsdf_albedo_of_point, are_near(back->albedo(), bsdf.albedo(), 1.0, 0.01));
-      if (!sample->is_delta) {
-        const auto swapped = back->evaluate(sample->to_next, to_prev, other);
-        findings.count(Convention::bsdf_reverse, detail::nearly(static_cast<double>(swapped.pdf.forward.value),
-                                                                static_cast<double>(f.pdf.reverse.value), 0.03));
-        findings.count(Convention::bsdf_reciprocity, are_near(swapped.value, f.value, 1.0, 0.03));
-        continue;
-      }
-      // The same lobe on the way back: among some draws, the one that returns.
-      for (int attempt = 0; attempt < 32; ++attempt) {
-        const auto returned = draw(*back, sample->to_next, other);
-        if (!returned || !returned->is_delta || glm::length(V(returned->to_next) - prev) > 0.01) continue;
-        const double back_forward = static_cast<double>(returned->pdf.forward.value);
-        findings.count(Convention::bsdf_delta_reverse, detail::nearly(reverse, back_forward, 0.02));
-        findings.count(Convention::bsdf_eta, detail::nearly(eta * static_cast<double>(returned->eta), 1.0, 0.01));
-        // R(a → b) η² of one mode equals R(b → a) of the other, R being weight · pdf, η of the way a → b for both.
-        findings.count(
-            Convention::bsdf_delta_adjoint,
-            back_forward > 0.0 && are_near(sample->weight, returned->weight, forward * eta * eta / back_forward, 0.03));
-        break;
-      }
-    }
+  [[nodiscard]] static bool is_sound(const S& s) { return is_finite(s) && min_channel(s) >= T(0); }
+  [[nodiscard]] static bool is_sound(const BsdfValue<S>& f) {
+    return is_sound(f.value) && f.pdf.forward.value >= T(0) && f.pdf.reverse.value >= T(0) &&
+           std::isfinite(f.pdf.forward.value + f.pdf.reverse.value);
   }
-  findings.count(Convention::bsdf_albedo, albedo == 0.0 || succeeded > 0);
-  if (smooth >= 8 && !is_refracting) findings.count(Convention::bsdf_through, through < smooth);
-  if (samples == 0) return;
+  [[nodiscard]] static double number(SolidAnglePdf<T> pdf) { return static_cast<double>(pdf.value); }
+  [[nodiscard]] auto draw(const B& from, const Vec3<T>& to_prev, TransportMode mode) {
+    const T u = uniform<T>(source_), v = uniform<T>(source_);
+    return from.sample(to_prev, u, {v, uniform<T>(source_)}, mode);
+  }
+  [[nodiscard]] TransportMode other_mode() const {
+    return mode_ == TransportMode::radiance ? TransportMode::importance : TransportMode::radiance;
+  }
+  void compare(Convention convention, double found, double wanted, double tolerance) {
+    detail::compare(findings_, convention, found, wanted, tolerance);
+  }
+  void compare_channels(Convention convention, const S& found, const S& wanted, double factor, double tolerance) {
+    detail::compare_channels(findings_, convention, found, wanted, factor, tolerance);
+  }
 
-  // Statistics over many draws.
-  detail::DensityTest directions;
-  double weights = 0.0, squares = 0.0;
-  std::size_t deltas = 0;
-  constexpr double known = 1.0 / (4.0 * pi<double>);
-  for (std::size_t i = 0; i < samples; ++i) {
-    const auto sample = draw(bsdf, to_prev, TransportMode::importance);
-    if (sample) {
-      const double weight = static_cast<double>(mean_channel(sample->weight));
-      weights += weight;
-      squares += weight * weight;
-      if (sample->is_delta) ++deltas;
+  /// A BSDF that says it reflects only must be zero on the other side.
+  void check_beyond(const B& bsdf) {
+    const double u = uniform<double>(source_);
+    V beyond = square_to_sphere(Vec2<double>(u, uniform<double>(source_)));
+    if (glm::dot(normal_, beyond) * glm::dot(normal_, prev_) > 0.0) beyond = -beyond;
+    if (std::abs(glm::dot(normal_, beyond)) < least_cosine) return;
+    findings_.look_along(beyond);
+    findings_.count(Convention::bsdf_reflects_only, is_black(bsdf.evaluate(to_prev_, Vec3<T>(beyond), mode_).value));
+  }
+
+  void check_sample(const B& bsdf, const ScatterSample<S>& sample) {
+    ++succeeded_;
+    const V next(sample.to_next);
+    findings_.look_along(next);
+    const double forward = number(sample.pdf.forward), reverse = number(sample.pdf.reverse);
+    const double cosine = std::abs(glm::dot(normal_, next)), eta = static_cast<double>(sample.eta);
+    findings_.count(Convention::bsdf_unit, detail::nearly(glm::length(next), 1.0, 1e-3), glm::length(next), 1.0);
+    findings_.count(Convention::bsdf_value,
+                    is_sound(sample.weight) && forward >= 0.0 && reverse >= 0.0 && std::isfinite(forward + reverse));
+    is_refracting_ = is_refracting_ || eta != 1.0;
+    // One delta lobe cannot scatter more than all light.
+    if (mode_ == TransportMode::importance && sample.is_delta && eta != 1.0) {
+      const double share = static_cast<double>(max_channel(sample.weight)) * forward;
+      findings_.count(Convention::bsdf_energy, share <= 1.01, share, 1.0);
     }
-    const auto density = [&](const Vec3<T>& to_next) {
-      const double value =
-          static_cast<double>(bsdf.evaluate(to_prev, to_next, TransportMode::importance).pdf.forward.value);
-      return std::isfinite(value) ? value : 0.0;
-    };
-    const auto cosine = [&](const Vec3<T>& to_next) { return std::min(1.0, std::abs(glm::dot(normal, V(to_next)))); };
-    if (sample && !sample->is_delta)
-      directions.add_sample(density(sample->to_next), known, cosine(sample->to_next));
+    const BsdfValue<S> f = bsdf.evaluate(to_prev_, sample.to_next, mode_);
+    findings_.count(Convention::bsdf_value, is_sound(f));
+    findings_.count(Convention::bsdf_delta, !bsdf.is_purely_delta() || (sample.is_delta && is_black(f.value)));
+    if (cosine < least_cosine) return;
+    // Where shading and geometric normal disagree about the side of a direction, light leaks or is
+    // lost: no check.
+    if (!(glm::dot(normal_, next) * glm::dot(geometric_, next) > 0.0 &&
+          glm::dot(normal_, prev_) * glm::dot(geometric_, prev_) > 0.0))
+      return;
+    const bool is_through = glm::dot(normal_, prev_) * glm::dot(normal_, next) < 0.0;
+    bool has_snell = false;
+    if (!sample.is_delta)
+      check_smooth(bsdf, sample, f, is_through);
+    else if (eta != 1.0 && is_through)
+      has_snell = check_snell(next, eta);
+
+    const std::optional<B> back = bsdf_for_(sample.to_next);
+    if (!back) return;
+    compare_channels(Convention::bsdf_albedo_of_point, back->albedo(), bsdf.albedo(), 1.0, 0.01);
+    if (!sample.is_delta)
+      check_way_back(*back, sample, f);
     else
-      directions.add_sample(0.0, known, 0.0);
-    const double u = uniform<double>(source);
-    const Vec3<T> any(square_to_sphere(Vec2<double>(u, uniform<double>(source))));
-    directions.add_known(density(any), known, cosine(any));
+      check_delta_way_back(*back, sample, has_snell);
   }
-  findings.judge(Convention::bsdf_distribution, directions.passes(level));
-  findings.judge(Convention::bsdf_delta, bsdf.is_purely_delta() || deltas < samples);
-  // Weights have no bound: ten standard errors stand for skewed distributions.
-  const double n = static_cast<double>(samples), mean = weights / n;
-  const double error = std::sqrt(std::max(0.0, squares / n - mean * mean) / n);
-  findings.judge(Convention::bsdf_energy, mean <= 1.02 + 10.0 * error);
-  findings.judge(Convention::bsdf_albedo, albedo > 0.0 || mean <= 1e-3);
-}
+
+  /// A sample of a smooth lobe against `evaluate`.
+  void check_smooth(const B& bsdf, const ScatterSample<S>& sample, const BsdfValue<S>& f, bool is_through) {
+    ++smooth_;
+    if (is_through) ++through_;
+    if (reflects_only(bsdf)) findings_.count(Convention::bsdf_reflects_only, !is_through || is_black(f.value));
+    const double forward = number(sample.pdf.forward), stated = number(f.pdf.forward);
+    compare(Convention::bsdf_two_densities, forward, stated, 0.02);
+    compare(Convention::bsdf_two_reverse_densities, number(sample.pdf.reverse), number(f.pdf.reverse), 0.02);
+    check_world_space(bsdf, sample, f);
+    check_optional_members(bsdf, sample, f);
+    const double cosine = std::abs(glm::dot(normal_, V(sample.to_next)));
+    if (stated > 0.0) compare_channels(Convention::bsdf_weight, sample.weight, f.value, cosine / stated, 0.02);
+  }
+  /// A direction that fits density or weight only as coordinates in the frame of the surface.
+  void check_world_space(const B& bsdf, const ScatterSample<S>& sample, const BsdfValue<S>& f) {
+    const V next(sample.to_next);
+    const double forward = number(sample.pdf.forward), stated = number(f.pdf.forward);
+    const double cosine = std::abs(glm::dot(normal_, next));
+    const double weight = static_cast<double>(max_channel(sample.weight)) * forward,
+                 value = static_cast<double>(max_channel(f.value));
+    bool is_local = false;
+    if (forward > 0.0 && !detail::nearly(forward, stated, 0.02)) {
+      const Vec3<T> turned = Frame<T>::around(point_.shading_normal).to_world(sample.to_next);
+      is_local = detail::nearly(forward, number(bsdf.evaluate(to_prev_, turned, mode_).pdf.forward), 0.002);
+    } else if (weight > 0.0 && !detail::nearly(weight, value * cosine, 0.02)) {
+      for (int axis = 0; axis < 3; ++axis)
+        is_local = is_local || detail::nearly(weight, value * std::abs(next[axis]), 0.002);
+    }
+    findings_.count(Convention::bsdf_world, !is_local);
+  }
+  void check_optional_members(const B& bsdf, const ScatterSample<S>& sample, const BsdfValue<S>& f) {
+    if constexpr (requires { bsdf.evaluate_forward(to_prev_, sample.to_next, mode_); }) {
+      const BsdfValue<S> other = bsdf.evaluate_forward(to_prev_, sample.to_next, mode_);
+      compare(Convention::bsdf_forward, number(other.pdf.forward), number(f.pdf.forward), 0.01);
+      compare_channels(Convention::bsdf_forward, other.value, f.value, 1.0, 0.01);
+    }
+    if constexpr (BsdfWithCompactForm<B>) {
+      const BsdfValue<S> other = B(bsdf.compact(), point_).evaluate(to_prev_, sample.to_next, mode_);
+      compare(Convention::bsdf_compact, number(other.pdf.forward), number(f.pdf.forward), 0.03);
+      compare_channels(Convention::bsdf_compact, other.value, f.value, 1.0, 0.03);
+    }
+  }
+  /// False where the directions are too near to the normal to say anything.
+  bool check_snell(const V& next, double eta) {
+    const double sin_prev = sqrt_or_zero(1.0 - square(glm::dot(normal_, prev_))),
+                 sin_next = sqrt_or_zero(1.0 - square(glm::dot(normal_, next)));
+    if (std::max(sin_prev, sin_next) <= 0.1) return false;
+    findings_.count(Convention::bsdf_eta, std::abs(sin_prev - eta * sin_next) < 0.02, eta, sin_prev / sin_next);
+    return true;
+  }
+
+  void check_way_back(const B& back, const ScatterSample<S>& sample, const BsdfValue<S>& f) {
+    const BsdfValue<S> swapped = back.evaluate(sample.to_next, to_prev_, other_mode());
+    compare(Convention::bsdf_reverse, number(f.pdf.reverse), number(swapped.pdf.forward), 0.03);
+    compare_channels(Convention::bsdf_reciprocity, f.value, swapped.value, 1.0, 0.03);
+    if (sample.eta != T(1)) return;
+    // A cosine left in f shows as a ratio of cosines: between the two directions, or between the
+    // modes where `evaluate` swaps its arguments for one of them.
+    const double cos_prev = std::abs(glm::dot(normal_, prev_)),
+                 cos_next = std::abs(glm::dot(normal_, V(sample.to_next)));
+    if (detail::nearly(cos_prev, cos_next, 0.03)) return;
+    const BsdfValue<S> there = bsdf_of_mode(other_mode(), sample.to_next);
+    const auto differ_by_cosines = [&](const S& a, const S& b) {
+      const double x = static_cast<double>(max_channel(a)), y = static_cast<double>(max_channel(b));
+      return x > 0.0 && y > 0.0 &&
+             (detail::nearly(x * cos_prev, y * cos_next, 0.005) || detail::nearly(x * cos_next, y * cos_prev, 0.005));
+    };
+    const bool has_cosine = differ_by_cosines(f.value, swapped.value) || differ_by_cosines(f.value, there.value);
+    findings_.count(Convention::bsdf_cosine, !has_cosine, static_cast<double>(max_channel(f.value)),
+                    static_cast<double>(max_channel(f.value)) / cos_next);
+  }
+  [[nodiscard]] BsdfValue<S> bsdf_of_mode(TransportMode mode, const Vec3<T>& to_next) const {
+    const std::optional<B> bsdf = bsdf_for_(to_prev_);
+    return bsdf ? bsdf->evaluate(to_prev_, to_next, mode) : BsdfValue<S>{};
+  }
+  /// The same lobe on the way back: among some draws, the one that returns.
+  void check_delta_way_back(const B& back, const ScatterSample<S>& sample, bool has_snell) {
+    const double forward = number(sample.pdf.forward), eta = static_cast<double>(sample.eta);
+    for (int attempt = 0; attempt < 32; ++attempt) {
+      const auto returned = draw(back, sample.to_next, other_mode());
+      if (!returned || !returned->is_delta || glm::length(V(returned->to_next) - prev_) > 0.01) continue;
+      const double back_forward = number(returned->pdf.forward);
+      compare(Convention::bsdf_delta_reverse, number(sample.pdf.reverse), back_forward, 0.02);
+      const double product = eta * static_cast<double>(returned->eta);
+      if (!has_snell && (eta != 1.0 || returned->eta != T(1))) compare(Convention::bsdf_eta, product, 1.0, 0.01);
+      // R(a → b) η² of one mode equals R(b → a) of the other, R being weight · pdf, η of the way a
+      // → b for both.
+      if (back_forward > 0.0)
+        compare_channels(Convention::bsdf_delta_adjoint, sample.weight, returned->weight,
+                         back_forward / (forward * eta * eta), 0.03);
+      else
+        findings_.count(Convention::bsdf_delta_adjoint, false, back_forward, number(sample.pdf.reverse));
+      return;
+    }
+  }
+
+  const BsdfFor& bsdf_for_;
+  const SurfacePoint<T>& point_;
+  Vec3<T> to_prev_;
+  V normal_, geometric_, prev_;
+  Source& source_;
+  Findings& findings_;
+  TransportMode mode_ = TransportMode::radiance;
+  std::size_t through_ = 0, smooth_ = 0, succeeded_ = 0;
+  bool is_refracting_ = false;
+};
 
 }  // namespace gmis

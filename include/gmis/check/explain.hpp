@@ -2,15 +2,15 @@
 
 #include <string>
 
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
-#include "gmis/core/requirements.hpp"
-#include "gmis/transport/effects/path_class.hpp"
+#include "gmis/transport/state/path_class.hpp"
 
 namespace gmis {
 
-/// The optional members of a scene and its types that are missing, and what each costs: a line for each, empty when none
-/// is missing.
+/// The optional members of a scene and its types that are missing, and what each costs: a line for
+/// each, empty when none is missing.
 template <Scene Sc>
 [[nodiscard]] std::string explain(const Sc& scene) {
   using B = typename Sc::Bsdf;

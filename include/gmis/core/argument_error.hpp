@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "gmis/core/attributes.hpp"
+
 namespace gmis {
 
 /// What a wrong argument leads to: std::invalid_argument, whose message says what to change. A program that is compiled
@@ -10,7 +12,7 @@ namespace gmis {
 ///
 /// Arguments are checked where they are given: once a call of `estimate`, once a construction, once a round of a loop of
 /// one's own, never once a sample.
-[[noreturn, gnu::cold, gnu::noinline]] inline void reject_argument([[maybe_unused]] const char* message) {
+[[noreturn]] GMIS_RARE inline void reject_argument([[maybe_unused]] const char* message) {
 #if defined(__cpp_exceptions)
   throw std::invalid_argument(message);
 #else

@@ -9,7 +9,7 @@
 
 /// \file
 /// The interface that a renderer supplies. Put `static_assert(gmis::IsBsdf<MyBsdf>())` (and so on,
-/// core/requirements.hpp) beside your type: the compiler's first line then names the member that it lacks.
+/// core/concept_diagnostics.hpp) beside your type: the compiler's first line then names the member that it lacks.
 
 namespace gmis {
 

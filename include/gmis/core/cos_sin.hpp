@@ -7,6 +7,8 @@
 #include <numbers>
 #include <type_traits>
 
+#include "gmis/core/attributes.hpp"
+
 /// \file
 /// Cosine and sine of the angles that sampling draws: without a call and without a choice for `float`, whose digits a short
 /// polynomial has.
@@ -23,7 +25,7 @@ namespace detail {
 
 /// (b, a) when `swapped`, else (a, b). In integers, because a choice between floats would be a branch.
 template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] constexpr CosSin<T> swapped_if(bool swapped, T a, T b) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr CosSin<T> swapped_if(bool swapped, T a, T b) noexcept {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   const Bits difference =
       (std::bit_cast<Bits>(a) ^ std::bit_cast<Bits>(b)) & (Bits{0} - static_cast<Bits>(swapped ? 1 : 0));
@@ -33,7 +35,7 @@ template <std::floating_point T>
 
 /// −x when `negated`, else x. In integers, too.
 template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] constexpr T negated_if(bool negated, T x) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr T negated_if(bool negated, T x) noexcept {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   return std::bit_cast<T>(
       static_cast<Bits>(std::bit_cast<Bits>(x) ^ static_cast<Bits>(negated ? 1 : 0) << (8 * sizeof(T) - 1)));

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "gmis/core/attributes.hpp"
+
 namespace gmis {
 
 /// e^x without a call and without a choice, so that compilers turn a loop over it into vector instructions, those of plain x86-64
@@ -12,7 +14,7 @@ namespace gmis {
 ///
 /// x = n ln 2 + r with |r| ≤ ln 2/2, ln 2 in two parts [Cody, Waite 1980]; e^r by its Taylor polynomial of degree 13, whose
 /// remainder is below 5e-18.
-[[nodiscard, gnu::always_inline]] constexpr double exp_in_lanes(double x) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr double exp_in_lanes(double x) noexcept {
   static_assert(std::numeric_limits<double>::is_iec559 && sizeof(double) == sizeof(std::uint64_t));
   constexpr double to_nearest = 0x1.8p52;  // added, it leaves the nearest integer in the low bits
   constexpr double ln2_high = 0x1.62e42feep-1, ln2_low = 0x1.a39ef35793c76p-33;

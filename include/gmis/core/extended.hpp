@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "gmis/core/attributes.hpp"
+
 namespace gmis {
 
 /// A non-negative number with the precision of `T` and practically no bound on its exponent, in 8 bytes for float.
@@ -101,7 +103,7 @@ class Extended {
  private:
   constexpr Extended(T mantissa, std::int32_t exponent) noexcept : mantissa_(mantissa), exponent_(exponent) {}
 
-  [[nodiscard]] [[gnu::noinline]] static constexpr Extended rounded_from_afar(double value) noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE static constexpr Extended rounded_from_afar(double value) noexcept {
     std::int32_t exponent = 0;
     for (; value >= static_cast<double>(upper) && value <= std::numeric_limits<double>::max(); ++exponent)
       value *= static_cast<double>(inverse_step);

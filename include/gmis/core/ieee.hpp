@@ -1,15 +1,10 @@
 #pragma once
 
+#include "gmis/core/attributes.hpp"
+
 /// \file
 /// Intended IEEE 754 arithmetic: divisions by ±0 that are meant to give ±infinity. They use the function below, so that
 /// the sanitizer's check of division by zero stays on everywhere else.
-
-#if defined(__clang__) || defined(__GNUC__)
-/// Marks a function that divides by zero on purpose, so that sanitizers let it.
-#define GMIS_INTENDED_IEEE_DIVISION __attribute__((no_sanitize("float-divide-by-zero")))
-#else
-#define GMIS_INTENDED_IEEE_DIVISION
-#endif
 
 namespace gmis {
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/wyrand.hpp"
 
 #if defined(__SSSE3__)
@@ -33,8 +34,8 @@ namespace detail {
 /// Four numbers worked on at once, where the compiler has such a type.
 #if defined(__GNUC__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
 #define GMIS_FOUR_WORDS
-using FourWords __attribute__((vector_size(16))) = std::uint32_t;
-using TwoWords __attribute__((vector_size(16))) = std::uint64_t;
+using FourWords GMIS_VECTOR_OF_BYTES(16) = std::uint32_t;
+using TwoWords GMIS_VECTOR_OF_BYTES(16) = std::uint64_t;
 #else
 using FourWords = std::array<std::uint32_t, 4>;
 #endif
@@ -180,7 +181,7 @@ class SampleNumbers {
  private:
   /// The coordinates of a point, scrambled by the words of a block. The words also shuffle the numbers of the points: so,
   /// places with other words are independent of each other.
-  [[nodiscard]] [[gnu::noinline]] static Block point(std::array<std::uint64_t, 2> words,
+  [[nodiscard]] GMIS_NEVER_INLINE static Block point(std::array<std::uint64_t, 2> words,
                                                      std::uint32_t reversed_index) noexcept {
     // Four bits at a time, from the highest. Nearly all points of an iteration take equally many steps.
     std::uint32_t bits = detail::shuffle(reversed_index, (words[0] ^ std::rotl(words[1], 21)) * 0x9E3779B97F4A7C15U);

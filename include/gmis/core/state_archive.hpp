@@ -12,6 +12,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
+
 /// \file
 /// The state of a run as bytes, to go on with it later in the same build of the same program on the same kind of machine.
 /// A class that takes part has one member for both ways, `exchange_state(archive)`, which names its data once:
@@ -26,7 +28,7 @@ class StateWriter {
   static constexpr bool is_reading = false;
 
   template <class... Values>
-  void operator()(Values&... values) {
+  GMIS_RARE void operator()(Values&... values) {
     (exchange(values), ...);
   }
   /// What was written.

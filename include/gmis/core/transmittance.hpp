@@ -2,6 +2,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 
 /// \file
@@ -36,7 +37,7 @@ template <Scene Sc>
 /// Multiplies `value` by the transmittance of the segment from `from` along `direction` (unit) to the point `to`, which is
 /// visible from there. Call it where `absorbs(scene)`.
 template <Scene Sc>
-[[gnu::always_inline]] inline void attenuate(const Sc& scene, const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& from,
+GMIS_ALWAYS_INLINE inline void attenuate(const Sc& scene, const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& from,
                                              const Vec3<ScalarOf<typename Sc::Spectrum>>& direction,
                                              const Vec3<ScalarOf<typename Sc::Spectrum>>& to,
                                              typename Sc::Spectrum& value) noexcept {

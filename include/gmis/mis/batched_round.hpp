@@ -8,6 +8,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/estimate.hpp"
 
 /// \file
@@ -60,7 +61,7 @@ class Batch {
   static constexpr std::size_t lanes = 8;
 
   template <class AllocationType, class Size>
-  [[gnu::always_inline]] void evaluate_all(const Set& set, const AllocationType& allocation, Size size) {
+  GMIS_ALWAYS_INLINE void evaluate_all(const Set& set, const AllocationType& allocation, Size size) {
     const std::size_t n = set.size();
     const bool in_lanes = AllocationType::is_equal && n > few_densities;
     const std::size_t used = in_lanes ? lanes : 1, in_blocks = in_lanes ? n / lanes * lanes : 0;
@@ -84,7 +85,7 @@ class Batch {
   }
 
   template <class Size, class Times>
-  [[gnu::always_inline]] void add_proposal(const Set& set, std::size_t i, std::array<T, batch_size>& sums, Size size,
+  GMIS_ALWAYS_INLINE void add_proposal(const Set& set, std::size_t i, std::array<T, batch_size>& sums, Size size,
                                            std::size_t& next, Times times) {
     for (std::size_t j = 0; j < size; ++j) {
       const T density = set.pdf(i, x_[j]);

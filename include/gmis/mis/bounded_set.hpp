@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <span>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/mixture.hpp"
 #include "gmis/mis/proposal_set.hpp"
 
@@ -19,21 +20,22 @@ class BoundedSet {
 
   /// `set.size()` must be at most `Bound`.
   explicit constexpr BoundedSet(const Set& set) noexcept : set_(set) {}
+  explicit BoundedSet(const Set&&) = delete;  // it would refer to a temporary
 
-  [[nodiscard, gnu::always_inline]] constexpr std::size_t size() const noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr std::size_t size() const noexcept {
     if constexpr (Bound == 1)
       return 1;
     else
       return set_.size();
   }
   template <class Source>
-  [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t i, Source& source) const {
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr auto sample(std::size_t i, Source& source) const {
     return set_.sample(i, source);
   }
-  [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t i, const Value& x) const requires SetHasPdf<Set> {
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr Density pdf(std::size_t i, const Value& x) const requires SetHasPdf<Set> {
     return set_.pdf(i, x);
   }
-  [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t i,
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr Density log_pdf(std::size_t i,
                                                               const Value& x) const requires SetHasLogPdf<Set> {
     return set_.log_pdf(i, x);
   }
@@ -49,7 +51,7 @@ class BoundedSet {
 /// Calls `run(set)` once, with the set itself where the number of proposals is bounded at compile time or large, else with it as
 /// a `BoundedSet` of one or of few.
 template <class Set, class Run>
-[[gnu::always_inline]] inline void with_bound(const Set& set, Run&& run) {
+GMIS_ALWAYS_INLINE inline void with_bound(const Set& set, Run&& run) {
   if constexpr (capacity_of<Set> == dynamic_capacity) {
     if (set.size() == 1) return run(BoundedSet<Set, 1>(set));
     if (set.size() <= few_densities) return run(BoundedSet<Set, few_densities>(set));

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/mixture.hpp"
 #include "gmis/mis/scheme.hpp"
 
@@ -17,7 +18,7 @@ struct OwnAndDenominator {
 /// φ_n at the point of `densities`, for sample n of the round, made by proposal `index`. Reads `workspace` as
 /// `IndexSelector` left it.
 template <Scheme scheme, Selection selection, class Set, class AllocationType, class WorkspaceType>
-[[nodiscard, gnu::always_inline]] inline OwnAndDenominator<Set> denominator_of(
+[[nodiscard]] GMIS_ALWAYS_INLINE inline OwnAndDenominator<Set> denominator_of(
     DensitiesAt<Set>& densities, const Set& set, const AllocationType& allocation, const WorkspaceType& workspace,
     std::size_t index, std::size_t n, std::size_t sample_count) {
   using T = typename Set::Density;

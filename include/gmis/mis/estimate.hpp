@@ -8,6 +8,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/arguments.hpp"
@@ -69,7 +70,7 @@ class EstimateAccumulator {
   /// Runs `rounds` of them with `run_round(counts, visit)`, which adds what happened to `counts`. What is counted is added up
   /// over all rounds first: in the loop there is nothing but the samples and the two sums over rounds.
   template <class Integrand, class RunRound>
-  [[gnu::always_inline]] void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds,
+  GMIS_ALWAYS_INLINE void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds,
                                          RunRound&& run_round) {
     const A samples_of_round = as_factor<A>(sample_count);
     // Copies that never leave this function, so that no call between samples could read them: they stay in registers.
@@ -164,9 +165,10 @@ class EstimateAccumulator {
   Rejected rejected_;
 };
 
-/// Throws std::invalid_argument for no rounds, and for a negative number that was converted.
+/// Throws std::invalid_argument for no rounds, and for more than 2^62: a negative number that was converted.
 constexpr void require_rounds(std::uint64_t rounds) {
-  require_argument(rounds > 0 && rounds <= std::uint64_t{1} << 62U, "the number of rounds must be at least 1");
+  require_argument(rounds > 0, "the number of rounds must be at least 1");
+  require_argument(rounds <= std::uint64_t{1} << 62U, "more than 2^62 rounds: was a negative number converted?");
 }
 
 /// Adds `rounds` ≥ 1 rounds to `accumulator`: what `estimate` does, for one of several threads or blocks. Give each its own
@@ -182,14 +184,14 @@ void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& pro
                   "the accumulator is for another type than the integrand returns: use gmis::AccumulatorFor");
     require_rounds(rounds);
     allocation.require_fits(set.size(), selection);
-    const auto run = [&]<class Bounded>(const Bounded& bounded) __attribute__((always_inline)) {
+    const auto run = [&]<class Bounded>(const Bounded& bounded) GMIS_ALWAYS_INLINE_LAMBDA {
       // An unequal allocation can ask for more samples than there are proposals.
       constexpr std::size_t capacity = AllocationType::is_equal ? capacity_of<Bounded> : dynamic_capacity;
       Workspace<typename Set::Density, capacity> workspace;
       const std::size_t sample_count = allocation.sample_count(bounded.size());
       workspace.prepare(bounded.size(), sample_count);
       accumulator.add_rounds(
-          f, sample_count, rounds, [&](RoundCounts & counts, auto&& visit) __attribute__((always_inline)) {
+          f, sample_count, rounds, [&](RoundCounts & counts, auto&& visit) GMIS_ALWAYS_INLINE_LAMBDA {
             sample_checked_round<selection, weighting>(bounded, allocation, source, workspace, counts, visit);
           });
     };

@@ -29,7 +29,7 @@ struct Balance {
 
 /// w_i = d_i^β / Σ d^β; β = 2 is the usual choice, β = 1 is Balance.
 struct Power {
-  double beta = 2.0;  ///< the exponent, at least 1
+  double beta = 2.0;  ///< the exponent, at least 0
 
   /// r^β.
   template <std::floating_point T>
@@ -64,14 +64,14 @@ concept Heuristic = requires(const H& heuristic, double r) {
   { heuristic.unnormalised(r) } -> std::same_as<double>;
 };
 
-/// Throws std::invalid_argument for a heuristic that gives the largest density no weight, or one negative or NaN (a cutoff
-/// above 1, a power that is not a number).
+/// Throws std::invalid_argument for a heuristic that gives the largest density no weight, a smaller one more weight than the
+/// largest, or any a negative weight or NaN (a cutoff above 1, a power that is negative or not a number).
 template <Heuristic H>
 void require_heuristic(const H& heuristic) {
   const double whole = heuristic.unnormalised(1.0), half = heuristic.unnormalised(0.5);
-  require_argument(whole > 0.0 && whole <= std::numeric_limits<double>::max() && half >= 0.0 &&
-                       half <= std::numeric_limits<double>::max(),
-                   "the heuristic must be positive at 1 and non-negative below: a cutoff of 0 to 1, a finite power");
+  require_argument(whole > 0.0 && whole <= std::numeric_limits<double>::max() && half >= 0.0 && half <= whole,
+                   "the heuristic must be positive at 1, and below neither negative nor larger: a cutoff of 0 to 1, a "
+                   "power that is not negative");
 }
 
 namespace detail {

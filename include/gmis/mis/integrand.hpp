@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/contribution.hpp"
 
 /// \file
@@ -42,7 +43,7 @@ concept IntegrandFor = IntegrandOf<F, typename Set::Value>;
 
 /// f(x), as it is added up.
 template <class Integrand, class X>
-[[nodiscard, gnu::always_inline]] constexpr SummandOf<Integrand, X> value_of(Integrand& f, const X& x) {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr SummandOf<Integrand, X> value_of(Integrand& f, const X& x) {
   return static_cast<SummandOf<Integrand, X>>(f(x));
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/exp_in_lanes.hpp"
 #include "gmis/core/random.hpp"
@@ -25,7 +26,7 @@ namespace shapes {
 struct Cauchy {
   /// The density at z.
   template <std::floating_point T>
-  [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE static T pdf(T z) noexcept {
     return std::numbers::inv_pi_v<T> / (T(1) + z * z);
   }
   /// A number with this density, by inversion: one number of the source.
@@ -39,7 +40,7 @@ struct Cauchy {
 struct Logistic {
   /// The density at z.
   template <std::floating_point T>
-  [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE static T pdf(T z) noexcept {
     const T tail = static_cast<T>(exp_in_lanes(-std::abs(static_cast<double>(z))));
     return tail / ((T(1) + tail) * (T(1) + tail));
   }
@@ -55,7 +56,7 @@ struct Logistic {
 struct Normal {
   /// The density at z.
   template <std::floating_point T>
-  [[nodiscard, gnu::always_inline]] static T pdf(T z) noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE static T pdf(T z) noexcept {
     constexpr T peak = std::numbers::inv_sqrtpi_v<T> / std::numbers::sqrt2_v<T>;
     return peak * static_cast<T>(exp_in_lanes(-0.5 * (static_cast<double>(z) * static_cast<double>(z))));
   }
@@ -110,11 +111,11 @@ class LocationScaleSet {
     return locations_[i] + scales_[i] * Shape::template sample<T>(source);
   }
   /// The density of proposal i at x.
-  [[nodiscard, gnu::always_inline]] T pdf(std::size_t i, T x) const noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE T pdf(std::size_t i, T x) const noexcept {
     return Shape::pdf((x - locations_[i]) * inverses_[i]) * inverses_[i];
   }
   /// The densities of all proposals at x, in one loop. The same bits as `pdf`.
-  [[gnu::always_inline]] void pdfs(T x, std::span<T> out) const noexcept {
+  GMIS_ALWAYS_INLINE void pdfs(T x, std::span<T> out) const noexcept {
     const T* const locations = locations_.data();
     const T* const inverses = inverses_.data();
     T* const densities = out.data();

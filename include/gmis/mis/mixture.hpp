@@ -9,6 +9,7 @@
 #include <span>
 #include <type_traits>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/proposal_set.hpp"
 
 /// \file
@@ -38,7 +39,7 @@ struct SumAndLeast {
 /// The sum of `count` densities and the least of them and 0, in eight sums side by side, which are faster and more exact than
 /// one.
 template <std::floating_point T>
-[[nodiscard, gnu::noinline]] SumAndLeast<T> sum_of_many(const T* densities, std::size_t count) noexcept {
+[[nodiscard]] GMIS_NEVER_INLINE SumAndLeast<T> sum_of_many(const T* densities, std::size_t count) noexcept {
   constexpr std::size_t lanes = 8;
   T sums[lanes] = {}, least[lanes] = {};
   const std::size_t blocks = count / lanes;
@@ -123,7 +124,7 @@ template <std::floating_point T>
 /// Positive and finite. The bit patterns of positive finite numbers are consecutive, so that for float and double one
 /// comparison of integers answers.
 template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] constexpr bool is_positive_and_finite(T x) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr bool is_positive_and_finite(T x) noexcept {
   if constexpr (std::numeric_limits<T>::is_iec559 && sizeof(T) == sizeof(std::uint64_t)) {
     return std::bit_cast<std::uint64_t>(x) - 1U < std::bit_cast<std::uint64_t>(std::numeric_limits<T>::infinity()) - 1U;
   } else if constexpr (std::numeric_limits<T>::is_iec559 && sizeof(T) == sizeof(std::uint32_t)) {
@@ -136,11 +137,11 @@ template <std::floating_point T>
 /// Whether a sample can be used: its own density positive, its denominator positive and finite. (A finite mixture has no
 /// infinite part, and one with a negative part is NaN, so nothing more needs to be asked.)
 template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] constexpr bool is_usable(T own, T denominator) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr bool is_usable(T own, T denominator) noexcept {
   return own > T(0) && is_positive_and_finite(denominator);
 }
 template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] constexpr bool is_usable(T own_and_denominator) noexcept {
+[[nodiscard]] GMIS_ALWAYS_INLINE constexpr bool is_usable(T own_and_denominator) noexcept {
   return is_positive_and_finite(own_and_denominator);
 }
 template <std::floating_point T>
@@ -167,7 +168,7 @@ class DensitiesAt {
   static constexpr bool all_at_once = SetHasPdfs<Set> || SetHasLogPdfs<Set>;
 
   /// `buffer`: room for `set.size()` numbers.
-  [[gnu::always_inline]] DensitiesAt(const Set& set, const typename Set::Value& x, T* buffer)
+  GMIS_ALWAYS_INLINE DensitiesAt(const Set& set, const typename Set::Value& x, T* buffer)
       : set_(set), x_(x), buffer_(buffer) {
     if constexpr (!one_at_a_time) evaluate_all();
   }
@@ -181,13 +182,13 @@ class DensitiesAt {
   }
 
   /// The density, or its logarithm, of proposal i.
-  [[nodiscard, gnu::always_inline]] T operator[](std::size_t i) {
+  [[nodiscard]] GMIS_ALWAYS_INLINE T operator[](std::size_t i) {
     count(1);
     return uncounted(i);
   }
 
   /// The same, to be counted by the caller with `count`: a sum of many need not carry a counter along.
-  [[nodiscard, gnu::always_inline]] T uncounted(std::size_t i) const {
+  [[nodiscard]] GMIS_ALWAYS_INLINE T uncounted(std::size_t i) const {
     if constexpr (!one_at_a_time) {
       return buffer_[i];
     } else {
@@ -200,20 +201,20 @@ class DensitiesAt {
     }
   }
   /// Says that `evaluations` densities were asked for. (Does not count where all were evaluated at once.)
-  [[gnu::always_inline]] void count(std::size_t evaluations) noexcept {
+  GMIS_ALWAYS_INLINE void count(std::size_t evaluations) noexcept {
     if constexpr (one_at_a_time)
       if (!have_all_) evaluations_ += evaluations;
   }
 
   /// `uncounted`, and kept for `kept(i)` until the next point.
-  [[nodiscard, gnu::always_inline]] T keep(std::size_t i) {
+  [[nodiscard]] GMIS_ALWAYS_INLINE T keep(std::size_t i) {
     const T density = uncounted(i);
     if constexpr (one_at_a_time) buffer_[i] = density;
     return density;
   }
   [[nodiscard]] T kept(std::size_t i) const noexcept { return buffer_[i]; }
   /// The mixture of all with equal coefficients; all are kept and counted.
-  [[nodiscard, gnu::always_inline]] MixtureSum<T, is_log_set<Set>> mixture_of_all() {
+  [[nodiscard]] GMIS_ALWAYS_INLINE MixtureSum<T, is_log_set<Set>> mixture_of_all() {
     const std::size_t size = set_.size();
     count(size);
     if constexpr (few_densities < capacity_of<Set>)
@@ -253,7 +254,7 @@ class DensitiesAt {
     evaluations_ += out.size();
   }
 
-  [[nodiscard, gnu::noinline]] static MixtureSum<T, is_log_set<Set>> keep_and_mix(PassedAs<Set> set,
+  [[nodiscard]] GMIS_NEVER_INLINE static MixtureSum<T, is_log_set<Set>> keep_and_mix(PassedAs<Set> set,
                                                                                   PassedAs<typename Set::Value> x,
                                                                                   T* buffer) {
     const std::size_t size = set.size();

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/estimate.hpp"
 #include "gmis/mis/groups.hpp"
 
@@ -20,7 +21,7 @@ namespace gmis {
 /// Throws std::invalid_argument when the groups are not those of so many proposals.
 template <class Set, std::size_t GroupCapacity, UniformSource Source, std::size_t Capacity, class Visit>
 requires ProposalSet<Set, Source>
-[[gnu::always_inline]] inline RoundCounts sample_partial_round(const Set& set, const Groups<GroupCapacity>& groups,
+GMIS_ALWAYS_INLINE inline RoundCounts sample_partial_round(const Set& set, const Groups<GroupCapacity>& groups,
                                                                Source& source,
                                                                Workspace<typename Set::Density, Capacity>& workspace,
                                                                Visit&& visit) {

@@ -67,7 +67,7 @@ concept AnyProposal = requires(const P& p, Source& source) {
 &&Proposal<P, ValueOf<P, Source>, Source>;
 
 /// \cond
-// Never defined; core/lacking.hpp says what these are for.
+// Never defined; core/missing_members.hpp says what these are for.
 // clang-format off
 namespace proposal_lacks {
 template <class P, class Source> struct sample;  // X sample(Source&) const

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/mis/log_density.hpp"
 #include "gmis/mis/proposal.hpp"
 #include "gmis/mis/storage.hpp"
@@ -102,16 +103,16 @@ class ProposalSpan {
   }
   /// A sample of proposal i.
   template <class Source>
-  [[nodiscard, gnu::always_inline]] constexpr auto sample(std::size_t i, Source& source) const {
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr auto sample(std::size_t i, Source& source) const {
     return proposals_[i].sample(source);
   }
   /// The density of proposal i at x.
-  [[nodiscard, gnu::always_inline]] constexpr Density pdf(std::size_t i, const Value& x) const
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr Density pdf(std::size_t i, const Value& x) const
       requires(!HasLogPdf<P, Value>) {
     return proposals_[i].pdf(x);
   }
   /// The logarithm of the density of proposal i at x.
-  [[nodiscard, gnu::always_inline]] constexpr Density log_pdf(std::size_t i,
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr Density log_pdf(std::size_t i,
                                                               const Value& x) const requires HasLogPdf<P, Value> {
     return proposals_[i].log_pdf(x);
   }

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/denominator.hpp"
 #include "gmis/mis/mixture.hpp"
@@ -27,7 +28,7 @@ struct RoundCounts {
 
 /// Counts why a sample cannot be used. Out of line, so that no register is kept for what almost never happens.
 template <class D>
-[[gnu::noinline, gnu::cold]] void count_unusable(D own, D denominator, RoundCounts& counts) noexcept {
+GMIS_RARE void count_unusable(D own, D denominator, RoundCounts& counts) noexcept {
   const DensityState own_state = state_of(own);
   const DensityState state = own_state == DensityState::usable ? state_of(denominator) : own_state;
   ++(state == DensityState::zero ? counts.zero_density : counts.non_finite_density);
@@ -37,7 +38,7 @@ template <class D>
 /// not. `weigh(densities)` returns its own density and the denominator; `discard()` is called when both are known, or when
 /// no sample was made. The one place where a sample is judged.
 template <bool divided_by_own, class Set, class Source, class WorkspaceType, class Weigh, class Discard, class Visit>
-[[gnu::always_inline]] inline void visit_sample(const Set& set, std::size_t index, Source& source,
+GMIS_ALWAYS_INLINE inline void visit_sample(const Set& set, std::size_t index, Source& source,
                                                 WorkspaceType& workspace, RoundCounts& counts, Weigh&& weigh,
                                                 Discard&& discard, Visit& visit) {
   const auto result = set.sample(index, source);
@@ -69,7 +70,7 @@ template <bool divided_by_own, class Set, class Source, class WorkspaceType, cla
 /// set, and `workspace.prepare(set.size(), n)` was called. Adds what happened to `counts`.
 template <Selection selection, Weighting weighting, class Set, class AllocationType, class Source, std::size_t Capacity,
           class Visit>
-[[gnu::always_inline]] inline void sample_checked_round(const Set& set, const AllocationType& allocation,
+GMIS_ALWAYS_INLINE inline void sample_checked_round(const Set& set, const AllocationType& allocation,
                                                         Source& source,
                                                         Workspace<typename Set::Density, Capacity>& workspace,
                                                         RoundCounts& counts, Visit&& visit) {
@@ -83,7 +84,7 @@ template <Selection selection, Weighting weighting, class Set, class AllocationT
     const std::size_t index = selector.next(n);
     visit_sample<scheme == Scheme::R1 || scheme == Scheme::N1>(
         set, index, source, workspace, counts,
-        [&](DensitiesAt<Set> & densities) __attribute__((always_inline)) {
+        [&](DensitiesAt<Set> & densities) GMIS_ALWAYS_INLINE_LAMBDA {
           return denominator_of<scheme, selection>(densities, set, allocation, workspace, index, n, sample_count);
         },
         [&] { selector.discard(n); }, visit);
@@ -101,7 +102,7 @@ template <Selection selection, Weighting weighting, class Set, class AllocationT
 template <Selection selection, Weighting weighting, class Set, class AllocationType, UniformSource Source,
           std::size_t Capacity, class Visit>
 requires ProposalSet<Set, Source>
-[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const AllocationType& allocation, Source& source,
+GMIS_ALWAYS_INLINE inline RoundCounts sample_round(const Set& set, const AllocationType& allocation, Source& source,
                                                        Workspace<typename Set::Density, Capacity>& workspace,
                                                        Visit&& visit) {
   allocation.require_fits(set.size(), selection);
@@ -114,7 +115,7 @@ requires ProposalSet<Set, Source>
 /// The same for a scheme, run as its cheapest pair.
 template <Scheme scheme, class Set, class AllocationType, UniformSource Source, std::size_t Capacity, class Visit>
 requires ProposalSet<Set, Source>
-[[gnu::always_inline]] inline RoundCounts sample_round(const Set& set, const AllocationType& allocation, Source& source,
+GMIS_ALWAYS_INLINE inline RoundCounts sample_round(const Set& set, const AllocationType& allocation, Source& source,
                                                        Workspace<typename Set::Density, Capacity>& workspace,
                                                        Visit&& visit) {
   constexpr SelectionAndWeighting pair = cheapest_pair(scheme);

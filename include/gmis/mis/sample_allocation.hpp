@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/apportion.hpp"
@@ -36,7 +37,7 @@ struct EqualAllocation {
   }
   /// A proposal, each with the same probability.
   template <UniformSource Source>
-  [[nodiscard, gnu::always_inline]] constexpr std::size_t draw(Source& source, std::size_t proposal_count) const {
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr std::size_t draw(Source& source, std::size_t proposal_count) const {
     return proposal_count == 1 ? 0 : uniform_index(source, static_cast<std::uint32_t>(proposal_count));
   }
 };

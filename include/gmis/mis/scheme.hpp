@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/argument_error.hpp"
+
 namespace gmis {
 
 /// How the index of the proposal behind the n-th sample of a round is chosen [Elvira S1–S3].
@@ -32,8 +34,19 @@ inline constexpr std::array all_selections{Selection::S1, Selection::S2, Selecti
 inline constexpr std::array all_weightings{Weighting::W1, Weighting::W2, Weighting::W3, Weighting::W4, Weighting::W5};
 inline constexpr std::array all_schemes{Scheme::R1, Scheme::R2, Scheme::R3, Scheme::N1, Scheme::N2, Scheme::N3};
 
-/// The scheme that a pair comes down to [Elvira, table 2].
-[[nodiscard]] constexpr Scheme scheme_of(Selection selection, Weighting weighting) noexcept {
+/// Throws std::invalid_argument for a number that is no enumerator.
+constexpr void require_enumerator(Scheme scheme) {
+  require_argument(static_cast<std::size_t>(scheme) < all_schemes.size(), "this is no gmis::Scheme: R1 to N3");
+}
+/// Throws std::invalid_argument for a number that is no enumerator.
+constexpr void require_enumerator(Selection selection, Weighting weighting) {
+  require_argument(static_cast<std::size_t>(selection) < all_selections.size(), "this is no gmis::Selection: S1 to S3");
+  require_argument(static_cast<std::size_t>(weighting) < all_weightings.size(), "this is no gmis::Weighting: W1 to W5");
+}
+
+/// The scheme that a pair comes down to [Elvira, table 2]. Throws std::invalid_argument for a number that is no enumerator.
+[[nodiscard]] constexpr Scheme scheme_of(Selection selection, Weighting weighting) {
+  require_enumerator(selection, weighting);
   constexpr Scheme table[3][5] = {{Scheme::R3, Scheme::R1, Scheme::R3, Scheme::R2, Scheme::R3},
                                   {Scheme::N2, Scheme::N1, Scheme::N3, Scheme::N3, Scheme::N3},
                                   {Scheme::N1, Scheme::N1, Scheme::N1, Scheme::N3, Scheme::N3}};
@@ -48,7 +61,8 @@ struct SelectionAndWeighting {
 };
 
 /// The pair that a scheme is run as: the one of its pairs that spends the fewest random numbers.
-[[nodiscard]] constexpr SelectionAndWeighting cheapest_pair(Scheme scheme) noexcept {
+[[nodiscard]] constexpr SelectionAndWeighting cheapest_pair(Scheme scheme) {
+  require_enumerator(scheme);
   switch (scheme) {
     case Scheme::R1:
       return {Selection::S1, Weighting::W2};
@@ -81,7 +95,8 @@ struct SelectionAndWeighting {
 /// Evaluations of proposal densities in one round of N samples from N proposals, a sample's own density included.
 /// For R2 it depends on the draw: N times the number of distinct indices, `distinct_indices`.
 [[nodiscard]] constexpr std::size_t density_evaluations_per_round(Scheme scheme, std::size_t proposal_count,
-                                                                  std::size_t distinct_indices = 0) noexcept {
+                                                                  std::size_t distinct_indices = 0) {
+  require_enumerator(scheme);
   switch (scheme) {
     case Scheme::R1:
     case Scheme::N1:
@@ -97,23 +112,28 @@ struct SelectionAndWeighting {
   return proposal_count * proposal_count;
 }
 
-[[nodiscard]] constexpr std::string_view name_of(Scheme scheme) noexcept {
+[[nodiscard]] constexpr std::string_view name_of(Scheme scheme) {
+  require_enumerator(scheme);
   constexpr std::string_view names[] = {"R1", "R2", "R3", "N1", "N2", "N3"};
   return names[static_cast<std::size_t>(scheme)];
 }
-[[nodiscard]] constexpr std::string_view name_of(Selection selection) noexcept {
+[[nodiscard]] constexpr std::string_view name_of(Selection selection) {
+  require_enumerator(selection, Weighting::W1);
   constexpr std::string_view names[] = {"S1", "S2", "S3"};
   return names[static_cast<std::size_t>(selection)];
 }
-[[nodiscard]] constexpr std::string_view name_of(Weighting weighting) noexcept {
+[[nodiscard]] constexpr std::string_view name_of(Weighting weighting) {
+  require_enumerator(Selection::S1, weighting);
   constexpr std::string_view names[] = {"W1", "W2", "W3", "W4", "W5"};
   return names[static_cast<std::size_t>(weighting)];
 }
 
 /// Turns a scheme known at run time into one known at compile time: calls `f(std::integral_constant<Scheme, …>{})`
-/// and returns what it returns. One branch, to be taken outside the loop.
+/// and returns what it returns. One branch, to be taken outside the loop. Throws std::invalid_argument for a number that is no
+/// enumerator.
 template <class F>
 constexpr decltype(auto) dispatch(Scheme scheme, F&& f) {
+  require_enumerator(scheme);
   switch (scheme) {
     case Scheme::R1:
       return std::forward<F>(f)(std::integral_constant<Scheme, Scheme::R1>{});
@@ -134,6 +154,7 @@ constexpr decltype(auto) dispatch(Scheme scheme, F&& f) {
 /// The same for a pair: calls `f(std::integral_constant<Selection, …>{}, std::integral_constant<Weighting, …>{})`.
 template <class F>
 constexpr decltype(auto) dispatch(Selection selection, Weighting weighting, F&& f) {
+  require_enumerator(selection, weighting);
   const auto with_selection = [&]<Selection s>(std::integral_constant<Selection, s> fixed) -> decltype(auto) {
     switch (weighting) {
       case Weighting::W1:

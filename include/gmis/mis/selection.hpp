@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/scheme.hpp"
 
@@ -20,7 +21,7 @@ class IndexSelector {
 
  public:
   /// Prepares the choices of one round.
-  [[gnu::always_inline]] IndexSelector(const AllocationType& allocation, Source& source, WorkspaceType& workspace,
+  GMIS_ALWAYS_INLINE IndexSelector(const AllocationType& allocation, Source& source, WorkspaceType& workspace,
                                        std::size_t proposal_count, std::size_t sample_count)
       : allocation_(allocation),
         source_(source),
@@ -43,7 +44,7 @@ class IndexSelector {
   }
 
   /// The index of sample n; to be called for n = 0, 1, … in order.
-  [[nodiscard, gnu::always_inline]] std::size_t next(std::size_t n) {
+  [[nodiscard]] GMIS_ALWAYS_INLINE std::size_t next(std::size_t n) {
     if constexpr (selection == Selection::S3) {
       return allocation_.proposal_of_slot(n);
     } else if constexpr (draws_all_first) {
@@ -59,7 +60,7 @@ class IndexSelector {
   }
 
   /// Says that sample n is done with: its index no longer counts as undrawn.
-  [[gnu::always_inline]] void discard(std::size_t n) {
+  GMIS_ALWAYS_INLINE void discard(std::size_t n) {
     if constexpr (counts_undrawn) workspace_.multiplicity[workspace_.order[n]] -= Count(1);
   }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
 
 namespace gmis {
@@ -45,7 +46,7 @@ class Storage<T, dynamic_capacity> {
 
  private:
   // Out of line: rounds prepare their workspace each time, and almost never need to.
-  [[gnu::noinline, gnu::cold]] void grow(std::size_t size) { items_.resize(size); }
+  GMIS_RARE void grow(std::size_t size) { items_.resize(size); }
 
   std::vector<T> items_;
 };

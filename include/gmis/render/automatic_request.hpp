@@ -7,11 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/requirements.hpp"
+#include "gmis/core/attributes.hpp"
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/render/render_request.hpp"
-#include "gmis/transport/choose/forecast.hpp"
-#include "gmis/transport/effects/plan.hpp"
-#include "gmis/transport/integrators.hpp"
+#include "gmis/transport/allocation/forecast.hpp"
+#include "gmis/transport/plan/plan.hpp"
+#include "gmis/transport/state/integrators.hpp"
 
 /// \file
 /// From the effects of a scene to the counts of a run: the techniques that the effects call for, and candidates for a
@@ -39,7 +40,6 @@ template <Scene Sc>
 struct OpenCounts {
   bool light_paths = false;      ///< light trees per pixel
   bool connections = false;      ///< connections per camera vertex
-  bool camera_children = false;  ///< children of the first non-specular camera vertex
   bool radius = false;           ///< the factor on the merging radius
   bool techniques = false;       ///< techniques may be left out where the remaining ones make the same path classes
 };
@@ -63,7 +63,7 @@ struct OpenCounts {
 
 /// Candidates for a pilot: `counts` with every combination of values for the open ones. Each candidate makes all
 /// classes that `counts` make. The result has one entry when nothing is open.
-[[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& counts,
+GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& counts,
                                                               const OpenCounts& open) {
   CountChoices choices;
   if (!open.light_paths)
@@ -76,7 +76,6 @@ struct OpenCounts {
     choices.connections = {1, 2};
   if (!open.techniques) choices.merges = {counts.merges};
   if (open.radius) choices.radius_factors = local_radius_factors;
-  if (!open.camera_children) choices.camera_children = {counts.camera_children};
   std::vector<SampleCounts> candidates = all_candidates(counts, choices);
   const PathClassSet lacking = lacking_classes(plan, counts);
   std::erase_if(candidates, [&](const SampleCounts& candidate) {
@@ -128,7 +127,7 @@ template <Scene Sc>
   // A pilot connects with vertices from the cache and splats.
   if (settings.counts.draws_connections() && settings.counts.splats && !settings.path_classes) {
     auto candidates =
-        candidates_for(plan, settings.counts, {true, true, true, settings.counts.merges && !settings.radius, true});
+        candidates_for(plan, settings.counts, {true, true, settings.counts.merges && !settings.radius, true});
     if (candidates.size() > 1) request.candidates = std::move(candidates);
   }
   return request;

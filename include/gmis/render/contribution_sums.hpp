@@ -7,10 +7,11 @@
 #include <tuple>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/render/picture.hpp"
-#include "gmis/transport/effects/class_costs.hpp"
-#include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/plan/class_costs.hpp"
+#include "gmis/transport/state/path_output.hpp"
+#include "gmis/transport/state/pixel_bounds.hpp"
 
 /// \file
 /// Sums of contributions over iterations, for a picture of each technique and of each path class.
@@ -86,7 +87,7 @@ class TechniqueSums {
   }
 
   /// One entry per technique and path length that gave anything, ordered by technique, then by s and t.
-  [[nodiscard]] std::vector<TechniquePicture> means(std::uint32_t iterations) const {
+  GMIS_RARE [[nodiscard]] std::vector<TechniquePicture> means(std::uint32_t iterations) const {
     std::vector<TechniquePicture> result;
     for (const auto& [key, sums] : sums_)
       result.push_back({{static_cast<Technique>(std::get<0>(key)), std::get<1>(key), std::get<2>(key)},
@@ -152,7 +153,7 @@ class ClassSums {
 
   /// The classes that had any contribution, in the order of their numbers. `work` and `light_work` as in
   /// `costs_of_classes`.
-  [[nodiscard]] ClassPictures means(std::uint32_t iterations, const Counters& work, const Counters& light_work) const {
+  GMIS_RARE [[nodiscard]] ClassPictures means(std::uint32_t iterations, const Counters& work, const Counters& light_work) const {
     const ClassCosts costs = costs_of_classes(work_, work, light_work);
     const double whole = cost_of(work);
     const auto share = [whole](double cost) { return whole > 0.0 ? cost / whole : 0.0; };

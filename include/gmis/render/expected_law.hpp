@@ -7,8 +7,8 @@
 
 #include "gmis/core/math.hpp"
 #include "gmis/result/error_law.hpp"
-#include "gmis/transport/render_engine.hpp"
-#include "gmis/transport/settings.hpp"
+#include "gmis/transport/allocation/choice.hpp"
+#include "gmis/transport/state/settings.hpp"
 
 namespace gmis {
 

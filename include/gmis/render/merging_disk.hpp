@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "gmis/core/math.hpp"
-#include "gmis/transport/choose/forecast.hpp"
+#include "gmis/transport/allocation/forecast.hpp"
 
 namespace gmis {
 

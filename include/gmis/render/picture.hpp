@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "gmis/result/film.hpp"
-#include "gmis/transport/effects/path_class.hpp"
-#include "gmis/transport/techniques/technique.hpp"
+#include "gmis/transport/state/path_class.hpp"
+#include "gmis/transport/state/technique.hpp"
 
 namespace gmis {
 

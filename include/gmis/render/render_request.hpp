@@ -13,10 +13,10 @@
 #include "gmis/render/picture.hpp"
 #include "gmis/result/budget.hpp"
 #include "gmis/result/convergence_log.hpp"
-#include "gmis/result/price.hpp"
+#include "gmis/result/time_to_error.hpp"
 #include "gmis/result/rejection_limit.hpp"
-#include "gmis/transport/settings.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/state/settings.hpp"
+#include "gmis/transport/state/pixel_bounds.hpp"
 
 namespace gmis {
 

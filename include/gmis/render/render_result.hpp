@@ -11,8 +11,9 @@
 #include "gmis/result/error_estimate.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/merging_bias.hpp"
-#include "gmis/result/price.hpp"
-#include "gmis/transport/render_engine.hpp"
+#include "gmis/result/time_to_error.hpp"
+#include "gmis/transport/allocation/choice.hpp"
+#include "gmis/transport/engine/any_engine.hpp"
 
 namespace gmis {
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/instruction_set.hpp"
 #include "gmis/render/render_request.hpp"
 
@@ -35,9 +36,9 @@ struct RunIdentity {
   std::vector<Property> properties;  ///< in the order in which they were added
 
   /// Adds a property.
-  void add(std::string_view name, std::string value) { properties.push_back({std::string(name), std::move(value)}); }
+  GMIS_RARE void add(std::string_view name, std::string value) { properties.push_back({std::string(name), std::move(value)}); }
   /// Adds a number with all its digits.
-  void add(std::string_view name, double value) {
+  GMIS_RARE void add(std::string_view name, double value) {
     char text[32];
     const auto end = std::to_chars(text, text + sizeof text, value).ptr;
     add(name, std::string(text, end));
@@ -51,7 +52,7 @@ struct RunIdentity {
   }
 
   /// The first property that differs and must not, in words; empty when there is none.
-  [[nodiscard]] std::string difference_to(const RunIdentity& other,
+  GMIS_RARE [[nodiscard]] std::string difference_to(const RunIdentity& other,
                                           std::span<const std::string_view> may_differ = {}) const {
     for (std::size_t i = 0; i < std::max(properties.size(), other.properties.size()); ++i) {
       if (i >= properties.size()) return other.properties[i].name + " is only in this run";
@@ -73,7 +74,7 @@ struct RunIdentity {
 };
 
 /// The identity of a run with this request. `resolution`: of the camera; `scalar_bytes`: of the scalar.
-[[nodiscard]] inline RunIdentity identity_of(const RenderRequest& request, glm::ivec2 resolution, int channels,
+GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& request, glm::ivec2 resolution, int channels,
                                              std::size_t scalar_bytes) {
   RunIdentity identity;
   const RenderSettings& settings = request.settings;
@@ -81,8 +82,8 @@ struct RunIdentity {
     RunIdentity parts;
     parts.add("", counts.light_paths);
     parts.add("", counts.radius_factor);
-    for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, counts.camera_children,
-                            int{counts.next_events}, int{counts.emitter_hits}, int{counts.local_merges}})
+    for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, int{counts.extends_camera},
+                            int{counts.connects_paired_tree}, int{counts.next_events}, int{counts.emitter_hits}, int{counts.local_merges}})
       parts.add("", count);
     std::string text;
     for (const RunIdentity::Property& part : parts.properties) text.append(part.value).append(1, ' ');
@@ -100,15 +101,10 @@ struct RunIdentity {
   identity.add(RunIdentity::seed, std::to_string(settings.seed));
   identity.add("the sampler", static_cast<int>(settings.sampler));
   identity.add("the emission", static_cast<int>(settings.emission));
-  identity.add("the choice of vertex counts", static_cast<int>(settings.vertex_counts));
   identity.add("the choice of pixel counts", static_cast<int>(settings.pixel_counts));
   identity.add("the greatest depth", settings.max_depth);
   identity.add("the merging radius", settings.radius ? *settings.radius : 0.0);
   identity.add("alpha", settings.alpha);
-  identity.add("the splitting of light trees", static_cast<int>(settings.light_split));
-  identity.add("the scheme", static_cast<int>(settings.scheme));
-  identity.add("the number of rounds", settings.rounds);
-  identity.add("the budget of light trees", settings.light_tree_budget);
   std::string classes = "all, unclassified";
   if (settings.path_classes) {
     classes.clear();

@@ -11,13 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/render/contribution_sums.hpp"
 #include "gmis/render/expected_law.hpp"
 #include "gmis/render/merging_gain.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
-#include "gmis/result/evenness.hpp"
+#include "gmis/result/sobol_gain.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
 
@@ -87,7 +88,7 @@ struct RunRecord {
   }
 
   /// The record so far as a point of the log. `estimate`: `error()`, which takes long to compute.
-  [[nodiscard]] ConvergencePoint point(const RenderRequest& request,
+  GMIS_RARE [[nodiscard]] ConvergencePoint point(const RenderRequest& request,
                                        const std::optional<ErrorEstimate>& estimate) const {
     ConvergencePoint point{cpu_seconds, state.seconds, state.iterations, {}, {}, {}};
     if (estimate) {
@@ -142,7 +143,7 @@ struct RunRecord {
   }
 
   /// The result of a run that ended for this reason. `estimate`: `error()`, which takes long to compute.
-  [[nodiscard]] RenderResult result(const RenderRequest& request, StopReason reason,
+  GMIS_RARE [[nodiscard]] RenderResult result(const RenderRequest& request, StopReason reason,
                                     const std::optional<ErrorEstimate>& estimate) const {
     RenderResult result;
     result.stopped_by = reason;
@@ -187,7 +188,7 @@ struct RunRecord {
   }
 
   /// As in `RenderSummary`.
-  [[nodiscard]] std::optional<MergingBias> merging_bias() const {
+  GMIS_RARE [[nodiscard]] std::optional<MergingBias> merging_bias() const {
     if (!merging.is_known()) return std::nullopt;
     MergingBias bias = merging.bias_of(film);
     if (gain.made_up() != 0.0) {
@@ -198,7 +199,7 @@ struct RunRecord {
   }
 
   /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much as 16 of them.
-  [[nodiscard]] ErrorLaw law_so_far() const {
+  GMIS_RARE [[nodiscard]] ErrorLaw law_so_far() const {
     ErrorLaw law = expected_law;
     if (!batches || !(law.evenness > 0.0)) return law;
     if (const std::optional<double> measured = measured_evenness(film, *batches)) {
@@ -209,7 +210,7 @@ struct RunRecord {
   }
 
   /// The prices of the usual errors, and of half the present one.
-  [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present) const {
+  GMIS_RARE [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present) const {
     if (!present) return {};
     std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
     errors.push_back(present->relative_error / 2.0);

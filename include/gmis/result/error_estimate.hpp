@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/concepts.hpp"
+#include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/result/batch_means.hpp"
@@ -195,8 +195,8 @@ class ErrorSums {
 /// its estimate lacks the products b ≠ c; they have the mean 0 and a variance that the products of different parts, summed
 /// over the image, show. *The bias of merging is not part of any of this* (see `merging_bias`), nor is what no iteration has met.
 /// The bits do not depend on the executor.
-template <Spectrum S, Executor E>
-[[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, E& executor,
+template <Spectrum S>
+[[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, ExecutorRef executor,
                                                           double confidence = 0.95,
                                                           const ErrorCalibration& calibration = {}) {
   using Parts = detail::RunParts<S>;
@@ -313,7 +313,7 @@ template <Spectrum S>
 [[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, double confidence = 0.95,
                                                           const ErrorCalibration& calibration = {}) {
   SerialExecutor executor;
-  return estimate_error(means, executor, confidence, calibration);
+  return estimate_error(means, ExecutorRef(executor), confidence, calibration);
 }
 
 }  // namespace gmis

@@ -6,6 +6,7 @@
 #include <limits>
 #include <span>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/result/error_fit.hpp"
@@ -98,7 +99,7 @@ struct ErrorLaw {
 /// the other let it fall too slowly, and few of them state it too high, while a forecast, which leaves the brightest pixels
 /// out, is too low. Then the share counts as N / (N + 512), and the law goes through the forecast and the last point in the
 /// proportion of 16 to N on a scale of logarithms.
-[[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected,
+GMIS_RARE [[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected,
                                             bool is_in_doubt = false) {
   const ErrorAtTime last = points.back();
   const double n = last.seconds, forecast = expected.error_at(n) / last.error;

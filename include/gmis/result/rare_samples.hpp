@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/concepts.hpp"
+#include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/run_parts.hpp"
@@ -75,8 +75,8 @@ struct RareSample {
 class RareSamples {
  public:
   /// `samples`: by value and part, without what is around them. `mean`: of every value of the picture.
-  template <Spectrum S, Executor E>
-  RareSamples(const RunParts<S>& parts, std::span<const double> mean, std::vector<RareSample> samples, E& executor)
+  template <Spectrum S>
+  RareSamples(const RunParts<S>& parts, std::span<const double> mean, std::vector<RareSample> samples, ExecutorRef executor)
       : samples_(std::move(samples)) {
     constexpr std::size_t at_once = 64;
     executor.parallel_for((samples_.size() + at_once - 1) / at_once, [&](std::size_t block) {

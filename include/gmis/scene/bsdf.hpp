@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/scene/material.hpp"
 #include "gmis/scene/material_effects.hpp"
@@ -247,7 +248,7 @@ class SurfaceBsdf {
   /// Calls `use` with the BSDF of the plain material that a material with textures is at this point.
   /// Out of line: what is rare must not cost registers where it does not happen.
   template <class Use>
-  [[nodiscard, gnu::noinline, gnu::cold]] auto at_point(Use use) const noexcept {
+  [[nodiscard]] GMIS_RARE auto at_point(Use use) const noexcept {
     const PlainMaterial<T> plain = resolved(static_cast<const Material&>(*material_), uv_);
     SurfaceBsdf here(*this);
     here.material_ = &plain;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/scene/packets.hpp"
 
 namespace gmis::scene {
@@ -98,8 +99,8 @@ struct Bvh {
     std::uintptr_t at = address_in(nodes);
     if (child.kind() == BvhChild::triangles) at = address_in(triangles);
     if (child.kind() == BvhChild::spheres) at = address_in(spheres);
-    __builtin_prefetch(reinterpret_cast<const void*>(at));
-    __builtin_prefetch(reinterpret_cast<const void*>(at + 128));
+    GMIS_PREFETCH(reinterpret_cast<const void*>(at));
+    GMIS_PREFETCH(reinterpret_cast<const void*>(at + 128));
 #else
     static_cast<void>(child);
 #endif
@@ -166,7 +167,7 @@ struct Bvh {
   /// The children whose boxes the ray meets at 0 ≤ t ≤ t_max, and where it enters them. A plane that the ray lies in
   /// makes 0 · ∞ = NaN, which never narrows the interval; the end is moved out by what rounding can make of three
   /// operations, twice over [Ize 2013].
-  [[nodiscard, gnu::always_inline]] static LaneMask enter(const BvhNode<T>& node, const RayAxes<T>& ray,
+  [[nodiscard]] GMIS_ALWAYS_INLINE static LaneMask enter(const BvhNode<T>& node, const RayAxes<T>& ray,
                                                           const detail::AxisTriple& near_plane, T t_max,
                                                           LaneArray<T>& near) noexcept {
     using L = Lanes<T>;

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
@@ -85,7 +86,7 @@ class BvhScene {
   /// True when some material is the boundary of a medium that absorbs.
   [[nodiscard]] bool has_absorption() const noexcept { return has_absorption_; }
   /// Where the ray starts decides in which medium it is; see absorption.hpp.
-  [[nodiscard, gnu::noinline, gnu::cold]] Spectrum transmittance(const Ray<T>& ray) const noexcept {
+  [[nodiscard]] GMIS_RARE Spectrum transmittance(const Ray<T>& ray) const noexcept {
     if (std::none_of(absorbing_boxes_.begin(), absorbing_boxes_.end(),
                      [&](const Box<T>& box) { return box.contains(ray.origin); }))
       return Spectrum(T(1));
@@ -235,7 +236,7 @@ class BvhScene {
   }
 
   /// The hit of a triangle or a sphere whose material varies.
-  [[nodiscard, gnu::noinline, gnu::cold]] Hit varying_hit(
+  [[nodiscard]] GMIS_RARE Hit varying_hit(
       const BvhHit<T>& found, const Vec3<T>& weights, const Vec3<T>& position,
       const Vec3<T>& shading_normal) const noexcept requires VaryingSurfaceModel<Bsdf, T> {
     const Triangle& triangle = triangles_[found.slot];
@@ -243,7 +244,7 @@ class BvhScene {
     const Vec3<T> normal = bsdf.shading_normal();
     return {{position, triangle.normal, normal, triangle.position_error}, std::move(bsdf), triangle.light};
   }
-  [[nodiscard, gnu::noinline, gnu::cold]] Hit varying_hit(const BvhHit<T>& found, const Vec3<T>& outward,
+  [[nodiscard]] GMIS_RARE Hit varying_hit(const BvhHit<T>& found, const Vec3<T>& outward,
                                                           const Vec3<T>& normal) const noexcept requires
       VaryingSurfaceModel<Bsdf, T> {
     const Sphere& sphere = spheres_[found.slot];
@@ -272,7 +273,7 @@ class BvhScene {
   }
 
   /// The nearest hit where there is a surface. Points without one are passed, each from a safe distance behind it.
-  [[nodiscard, gnu::noinline, gnu::cold]] std::optional<Hit> intersect_cut_surfaces(Ray<T> ray) const noexcept {
+  [[nodiscard]] GMIS_RARE std::optional<Hit> intersect_cut_surfaces(Ray<T> ray) const noexcept {
     if constexpr (VaryingSurfaceModel<Bsdf, T>) {
       constexpr int most_passed = 1 << 16;
       for (int passed = 0; passed < most_passed; ++passed) {

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/ieee.hpp"
 #include "gmis/core/math.hpp"
 
@@ -56,7 +57,7 @@ template <std::floating_point T>
 /// The barycentric coordinates `weights`, moved off the sharp edges where they are too near to one. Rarely needed, and out
 /// of the way of what is.
 template <std::floating_point T>
-[[nodiscard, gnu::noinline, gnu::cold]] Vec3<T> keep_off_edges(const Vec3<T>& weights,
+[[nodiscard]] GMIS_RARE Vec3<T> keep_off_edges(const Vec3<T>& weights,
                                                                const std::array<Vec3<T>, 3>& corners, SharpEdges sharp,
                                                                T position_error) {
   const Vec3<T> moved = glm::max(weights, edge_margins(corners, sharp, position_error));

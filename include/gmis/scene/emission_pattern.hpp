@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/scene/varying_material.hpp"
 
 namespace gmis::scene {
@@ -12,7 +13,7 @@ struct EmissionPattern {
   Handle opacity;   ///< of a surface with holes, which emit nothing; null where there are none
 
   /// The radiance at a point.
-  [[nodiscard, gnu::noinline, gnu::cold]] Vec3<T> at(const SurfaceCoordinates<T>& at) const noexcept {
+  [[nodiscard]] GMIS_RARE Vec3<T> at(const SurfaceCoordinates<T>& at) const noexcept {
     if (opacity && !(detail::hashed(at, 0) < opacity->at(at.uv).x)) return Vec3<T>(0);
     return glm::max(radiance->at(at.uv), Vec3<T>(0));
   }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/interaction.hpp"
 #include "gmis/scene/alias_table.hpp"
 #include "gmis/scene/light_bounds.hpp"
@@ -36,7 +37,7 @@ class LightHierarchy {
 
   /// A light for a next event at `from`, with `u` in [0, 1). With float, `u` has 24
   /// bits: lights with a probability near 2^-24 are chosen at some receivers only.
-  [[nodiscard, gnu::noinline]] Choice sample(const Point& from, T u) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE Choice sample(const Point& from, T u) const noexcept {
     if (u < infinite_probability_) {
       const std::size_t i = infinite_choice_.sample(std::min(u / infinite_probability_, below_one));
       return Choice{infinite_lights_[i], places_[infinite_lights_[i]].fixed_probability};
@@ -57,7 +58,7 @@ class LightHierarchy {
   }
 
   /// The probability with which `sample(from, u)` chooses the light.
-  [[nodiscard, gnu::noinline]] T probability(std::size_t light, const Point& from) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE T probability(std::size_t light, const Point& from) const noexcept {
     const Place& place = places_[light];
     if (!place.is_in_tree) return place.fixed_probability;
     T probability = T(1) - infinite_probability_;

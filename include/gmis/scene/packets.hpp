@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/axis_lanes.hpp"
 #include "gmis/core/interaction.hpp"
 #include "gmis/scene/lanes.hpp"
@@ -51,7 +52,7 @@ struct PreparedRay {
   T shear_x, shear_y, shear_z;           ///< moves the direction onto z, with length 1
 
   /// Writes the coordinates of the ray into `axes`.
-  [[gnu::always_inline]] PreparedRay(const Ray<T>& ray, RayAxes<T>& axes) noexcept {
+  GMIS_ALWAYS_INLINE PreparedRay(const Ray<T>& ray, RayAxes<T>& axes) noexcept {
     const auto direction = AxisLanes<T>::of(ray.direction);
     AxisLanes<T>::of(ray.origin).store(axes.origin);
     direction.store(axes.direction);
@@ -82,7 +83,7 @@ struct alignas(32) TrianglePacket {
   /// Lanes hit with 0 < t < t_max, from either side. No ray slips between two triangles that share an edge: the edge
   /// functions have the right sign always [Woop, Benthin, Wald 2013, with products that do not cancel].
   template <bool any>
-  [[nodiscard, gnu::always_inline]] LaneMask test(const RayAxes<T>& axes, const PreparedRay<T>& ray, T t_max,
+  [[nodiscard]] GMIS_ALWAYS_INLINE LaneMask test(const RayAxes<T>& axes, const PreparedRay<T>& ray, T t_max,
                                                   PacketHit<T>& hit) const noexcept {
     using L = Lanes<T>;
     const L ox = L::all(axes.origin[ray.kx]), oy = L::all(axes.origin[ray.ky]), oz = L::all(axes.origin[ray.kz]);
@@ -139,7 +140,7 @@ struct alignas(32) SpherePacket {
   /// Lanes hit with 0 < t < t_max, from outside or inside [Haines, Günther, Akenine-Möller 2019: the discriminant from
   /// the distance between centre and ray, so that far or large spheres do not cancel].
   template <bool any>
-  [[nodiscard, gnu::always_inline]] LaneMask test(const RayAxes<T>& ray, T t_max, PacketHit<T>& hit) const noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE LaneMask test(const RayAxes<T>& ray, T t_max, PacketHit<T>& hit) const noexcept {
     using L = Lanes<T>;
     const L dx = L::all(ray.direction[0]), dy = L::all(ray.direction[1]), dz = L::all(ray.direction[2]);
     const L fx = L::load(center[0].data()) - L::all(ray.origin[0]);

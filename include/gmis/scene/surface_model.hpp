@@ -2,9 +2,9 @@
 
 #include <concepts>
 
+#include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/effects.hpp"
-#include "gmis/core/requirements.hpp"
 #include "gmis/scene/surface_coordinates.hpp"
 
 namespace gmis::scene {
@@ -25,7 +25,7 @@ concept SurfaceModel = Bsdf<B> && std::same_as<typename B::Spectrum, Vec3<T>> &&
 };
 
 /// \cond
-// Never defined; core/lacking.hpp says what these are for.
+// Never defined; core/missing_members.hpp says what these are for.
 // clang-format off
 namespace surface_model_lacks {
 template <class B, class T> struct Spectrum;        // using Spectrum = gmis::Vec3<T>

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/guided_light.hpp"
 #include "gmis/core/square_table.hpp"
 #include "gmis/transport/emission/aim.hpp"
@@ -87,7 +88,7 @@ class EmissionGuide {
   /// The density of a start divided by that of the lights alone. `origin` is x_0 (ignored for an infinite light), `receiver`
   /// is x_1, `direction` points from x_0 to x_1. `selection_probability` is that of `sample_light(u)` for this light, and
   /// `first` the light's own `EmissionDensity::first`.
-  [[nodiscard, gnu::noinline]] T ratio(const L& light, T selection_probability, T first, const Point& origin,
+  [[nodiscard]] GMIS_NEVER_INLINE T ratio(const L& light, T selection_probability, T first, const Point& origin,
                                        const Vec3<T>& direction, const Vec3<T>& receiver) const noexcept {
     const auto found = std::lower_bound(by_address_.begin(), by_address_.end(), &light,
                                         [](const auto& a, const L* b) { return std::less<>{}(a.first, b); });

@@ -14,8 +14,8 @@
 #include "gmis/core/light_choice.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/transport/emission/emission_guide.hpp"
-#include "gmis/transport/walk/first_hit.hpp"
-#include "gmis/transport/walk/scatter.hpp"
+#include "gmis/transport/state/first_hit.hpp"
+#include "gmis/transport/state/scatter.hpp"
 
 namespace gmis {
 

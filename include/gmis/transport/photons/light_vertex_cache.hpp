@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gmis/core/concepts.hpp"
-#include "gmis/transport/photons/fit.hpp"
+#include "gmis/transport/photons/resize_for_overwrite.hpp"
 
 namespace gmis {
 
@@ -61,8 +61,8 @@ class LightVertexCache {
     std::vector<Place> places(chunks_.size() + 1);  // where each chunk begins
     for (std::size_t i = 0; i < chunks_.size(); ++i)
       places[i + 1] = {places[i].vertex + chunks_[i].size(), places[i].photon + chunks_[i].photon_count_};
-    detail::fit(vertices_, places.back().vertex);
-    detail::fit(photons_, places.back().photon);
+    detail::resize_for_overwrite(vertices_, places.back().vertex);
+    detail::resize_for_overwrite(photons_, places.back().photon);
     executor.parallel_for(chunks_.size(), [&](std::size_t i) {
       auto [vertex, photon] = places[i];
       for (const Vertex& one : chunks_[i].vertices_) {

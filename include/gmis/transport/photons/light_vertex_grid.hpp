@@ -14,7 +14,7 @@
 #include "gmis/core/axis_lanes.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
-#include "gmis/transport/photons/fit.hpp"
+#include "gmis/transport/photons/resize_for_overwrite.hpp"
 
 namespace gmis {
 
@@ -58,10 +58,10 @@ class LightVertexGrid {
     const std::size_t bucket_count = std::size_t{mask_} + 1;
     const std::size_t part_count = chunk_count > 1 ? std::min<std::size_t>(256, bucket_count) : 1;
     const std::size_t part_size = bucket_count / part_count;  // both are powers of two
-    detail::fit(starts_, bucket_count + 1);
-    detail::fit(bucket_of_, count);
-    detail::fit(order_, count);
-    detail::fit(points_, count);
+    detail::resize_for_overwrite(starts_, bucket_count + 1);
+    detail::resize_for_overwrite(bucket_of_, count);
+    detail::resize_for_overwrite(order_, count);
+    detail::resize_for_overwrite(points_, count);
     part_ends_.assign(chunk_count * part_count + 1, 0);
     for_chunks([&](std::size_t chunk, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {

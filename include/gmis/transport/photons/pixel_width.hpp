@@ -4,9 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
-#include "gmis/transport/walk/first_hit.hpp"
-#include "gmis/transport/walk/scatter.hpp"
+#include "gmis/transport/state/first_hit.hpp"
+#include "gmis/transport/state/scatter.hpp"
 
 namespace gmis {
 
@@ -16,7 +17,7 @@ namespace gmis {
 /// hidden objects. When no camera subpath finds a non-specular surface, the result is the width at distance 1 (1 when
 /// the camera makes no ray at all).
 template <Scene Sc>
-[[nodiscard]] inline double median_pixel_width(const Sc& scene) {
+GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   using T = ScalarOf<typename Sc::Spectrum>;
   constexpr int most_across = 48, deepest = 16;
   constexpr std::uint32_t stream = 3;  // streams 0, 1 and 2: light trees, camera subpaths, census of light trees

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "gmis/core/concepts.hpp"
-#include "gmis/transport/walk/vertex.hpp"
+#include "gmis/transport/state/vertex.hpp"
 #include "gmis/transport/weights/weight_formulas.hpp"
 
 namespace gmis {

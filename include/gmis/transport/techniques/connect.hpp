@@ -2,14 +2,14 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
-#include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/state/path_output.hpp"
+#include "gmis/transport/context/iteration_context.hpp"
 
 namespace gmis {
 
 /// Technique s, t ≥ 2: connects a camera vertex with vertices of light trees. It takes either m vertices drawn
 /// uniformly from the cache of all trees, so that the work does not grow with the trees, or all vertices of the one
-/// tree that the pixel is paired with (`paired_connections`). Call it for non-specular camera vertices; the cache holds
+/// tree that the pixel is paired with (`SampleCounts::connects_paired_tree`). Call it for non-specular camera vertices; the cache holds
 /// non-specular vertices only.
 struct Connect {
   /// Makes the connections of one camera vertex and adds their contributions to `output`. Pairs that would exceed
@@ -18,15 +18,15 @@ struct Connect {
   static void at_camera_vertex(const Context& context, const Vertex& vertex, std::size_t pixel,
                                UniformSource auto& source, Output& output) {
     using T = typename Vertex::T;
-    const auto& cache = context.cache;
+    const auto& cache = context.light.cache;
     const auto try_vertex = [&](const typename Context::StoredVertex& light, T scale) {
       if (light.depth + vertex.depth < context.max_depth) connect(context, vertex, light, scale, output);
     };
-    if (context.counts.connections == paired_connections) {
+    if (context.counts.connects_paired_tree) {
       for (const auto& light : cache.tree(context.tree_of_pixel(pixel))) try_vertex(light, T(1));
     } else if (cache.size() > 0) {
       for (int i = 0; i < context.counts.connections; ++i)
-        try_vertex(cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))], context.connection_scale);
+        try_vertex(cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))], context.light.connection_scale);
     }
   }
 
@@ -80,13 +80,16 @@ struct Connect {
     //   b_{s−1} = c ψ(x_s → x_{s−1}) g_{s−1},   a_s = c ψ(x_{s−1} → x_s) g_s,
     //   reverse densities per steradian: at x_{s−1} back to x_{s−2}, at x_s back to x_{s+1}.
     const NominalChildren<T> children = context.children_of_light_vertex(bsdf_of_light);
-    const auto weight =
-        context.recursion.connect(light.weights(), light.is_photon, children.reverse * light_bsdf.pdf.reverse.value,
-                                  vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point),
-                                  vertex.weights, vertex.is_next_to_camera(), context.makes_photons(bsdf_of_light),
-                                  vertex.children.reverse * camera_bsdf.pdf.reverse.value,
-                                  children.forward * light_bsdf.pdf.forward.value * link.to_area(point));
-    if constexpr (observes_paths<Output>) output.on_light_vertex(light);
+    const LightEnd<T> light_end{
+        .is_photon = light.is_photon,
+        .makes_photons = context.makes_photons(bsdf_of_light),
+        .reverse = children.reverse * light_bsdf.pdf.reverse.value,
+        .density = vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point)};
+    const CameraEnd<T> camera_end{.is_next_to_camera = vertex.is_next_to_camera(),
+                                  .reverse = vertex.children.reverse * camera_bsdf.pdf.reverse.value,
+                                  .density = children.forward * light_bsdf.pdf.forward.value * link.to_area(point)};
+    const auto weight = context.recursion.connect(light.weights(), light_end, vertex.weights, camera_end);
+    output.on_light_vertex(light);
     output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),
                 static_cast<std::int16_t>(vertex.depth + 1), path_class},
                value, weight);

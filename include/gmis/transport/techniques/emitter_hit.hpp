@@ -1,8 +1,8 @@
 #pragma once
 
 #include "gmis/core/light_choice.hpp"
-#include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/state/path_output.hpp"
+#include "gmis/transport/context/iteration_context.hpp"
 
 namespace gmis {
 
@@ -48,8 +48,10 @@ struct EmitterHit {
     // a_0 and e_0, each with its own probability of choosing the light, and a_1 in the measure of
     // `EmissionDensity::first` [Georgiev TR 37, 42, 43].
     const auto weight = context.recursion.emitter_hit(
-        weights, choice.selection_probability * emitted.density.origin,
-        next_event_probability(context.scene, choice, from) * light.next_event_density(origin, direction, from), first);
+        weights, {.origin = choice.selection_probability * emitted.density.origin,
+                  .next_event = next_event_probability(context.scene, choice, from) *
+                                light.next_event_density(origin, direction, from),
+                  .first = first});
     output.add(id, throughput * emitted.radiance, weight);
   }
 };

@@ -1,13 +1,13 @@
 #pragma once
 
-#include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/state/path_output.hpp"
+#include "gmis/transport/context/iteration_context.hpp"
 
 namespace gmis {
 
 /// Technique merge: estimates the radiance that a camera vertex reflects from all light vertices (photons) within the
-/// merging radius. It is a density estimate with the constant kernel 1/(n_L π r²), times a gain near 1 (`Engine::scale_merging`); it is biased when the light or the
-/// surface varies over the disk.
+/// merging radius. It is a density estimate with the constant kernel 1/(n_L π r²), times a gain near 1
+/// (`AnyEngine::scale_merging`); it is biased when the light or the surface varies over the disk.
 struct Merge {
   /// Merges one non-specular camera vertex with the stored light vertices within the merging radius and adds the
   /// contributions to `output`. Pairs that would exceed `max_depth` or have f = 0 add nothing.
@@ -17,8 +17,8 @@ struct Merge {
     using T = typename Vertex::T;
     ++output.counters().merge_queries;
     const auto& point = vertex.hit.point;
-    context.grid.query(point.position, [&](std::uint32_t index) {
-      const auto& light = context.cache[index];
+    context.photons.grid.query(point.position, [&](std::uint32_t index) {
+      const auto& light = context.light.cache[index];
       if (light.depth + vertex.depth > context.max_depth) return;
       const auto [path_class, is_kept] = context.filter.join(
           [&] { return light.path; }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
@@ -27,7 +27,7 @@ struct Merge {
       if (is_black(bsdf.value)) return;
       // The photon density is irradiance with the geometric normal, but f expects irradiance with the shading normal:
       // kernel · |n_s · ω| / |n_g · ω|, the kernel being 1/(n_L π r²).
-      T correction = context.merge_normalization;
+      T correction = context.photons.normalization;
       if (point.shading_normal != point.geometric_normal) {
         const T geometric = std::abs(glm::dot(point.geometric_normal, light.to_prev));
         correction *= geometric > T(0) ? std::abs(glm::dot(point.shading_normal, light.to_prev)) / geometric : T(0);
@@ -35,15 +35,15 @@ struct Merge {
       const S value = vertex.throughput * bsdf.value * light.throughput * correction;
       // Merged at x_i: the density at x_i per steradian back to x_{i−1}, by the camera subpath, and back to x_{i+1}, by
       // the light subpath [Georgiev TR 37–39; docs/weights.md].
-      const auto weight =
-          context.recursion.merge(light.weights(), vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
-                                  vertex.is_next_to_camera(), vertex.children.reverse * bsdf.pdf.reverse.value);
+      const auto weight = context.recursion.merge(light.weights(), vertex.children.forward * bsdf.pdf.forward.value,
+                                                  vertex.weights,
+                                                  {.is_next_to_camera = vertex.is_next_to_camera(),
+                                                   .reverse = vertex.children.reverse * bsdf.pdf.reverse.value,
+                                                   .density = T(0)});
       ++output.counters().merges;
-      if constexpr (observes_paths<Output>) output.on_light_vertex(light);
-      if constexpr (observes_merges<Output>) {
-        const Vec3<T> offset = point.position - light.point.position;
-        output.on_merge(glm::dot(offset, offset) * context.inverse_radius_squared);
-      }
+      output.on_light_vertex(light);
+      const Vec3<T> offset = point.position - light.point.position;
+      output.on_merge(glm::dot(offset, offset) * context.photons.inverse_radius_squared);
       output.add({Technique::merge, static_cast<std::int16_t>(light.depth + 1),
                   static_cast<std::int16_t>(vertex.depth + 1), path_class},
                  value, weight);

@@ -3,8 +3,8 @@
 #include "gmis/core/light_choice.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
-#include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/state/path_output.hpp"
+#include "gmis/transport/context/iteration_context.hpp"
 
 namespace gmis {
 
@@ -66,10 +66,14 @@ struct NextEvent {
     // a_0 and e_0, each with its own probability of choosing the light, b_0, a_1, and the density back to x_2
     // [Georgiev TR 37, 44, 45].
     const auto weight = context.recursion.next_event(
-        vertex.weights, vertex.is_next_to_camera(), emission_choice * sample->density.origin,
-        choice.selection_probability * sample->next_event_density, hit, first * to_vertex_area,
-        vertex.children.reverse * bsdf.pdf.reverse.value);
-    if constexpr (observes_paths<Output>) output.on_light_point(sample->origin);
+        {.origin = emission_choice * sample->density.origin,
+         .next_event = choice.selection_probability * sample->next_event_density,
+         .first = first},
+        hit, vertex.weights,
+        {.is_next_to_camera = vertex.is_next_to_camera(),
+         .reverse = vertex.children.reverse * bsdf.pdf.reverse.value,
+         .density = first * to_vertex_area});
+    output.on_light_point(sample->origin);
     if (absorbs(context.scene) && !is_infinite) [[unlikely]]
       attenuate(context.scene, point, sample->to_light, sample->origin.position, value);
     output.add(id, value, weight);

@@ -2,8 +2,8 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
-#include "gmis/transport/output/path_output.hpp"
-#include "gmis/transport/walk/context.hpp"
+#include "gmis/transport/state/path_output.hpp"
+#include "gmis/transport/context/iteration_context.hpp"
 
 namespace gmis {
 
@@ -25,10 +25,9 @@ struct Splat {
     ++output.counters().projections;
     const auto seen = camera.project(light.point.position, uv_lens);
     if (!seen) return;
-    const std::int64_t pixel = context.pixel_index(seen->pixel);
+    const std::int64_t pixel = context.frame.pixel_index(seen->pixel);
     if (pixel < 0) return;
-    if constexpr (selects_pixels<Output>)
-      if (!output.takes(static_cast<std::uint32_t>(pixel))) return;
+    if (!output.takes(static_cast<std::uint32_t>(pixel))) return;
 
     const auto bsdf = light.bsdf.evaluate(light.to_prev, seen->to_camera, TransportMode::importance);
     if (is_black(bsdf.value)) return;
@@ -38,7 +37,7 @@ struct Splat {
     // rays, here per area perpendicular to the ray at the light vertex.
     const T response = seen->density * falloff;
     const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
-    S value = light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.tree_count));
+    S value = light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.light.tree_count));
     if (is_black(value)) return;
 
     ++output.counters().shadow_rays;
@@ -49,10 +48,12 @@ struct Splat {
     // b_{k−1}: density of the pixel's camera rays per area at the light vertex
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
     // c of the camera subpath at x_{k−1}, which is its first non-specular vertex
-    const T camera_children = context.camera_children(survival_probability(light.bsdf), true);
+    const T camera_children = context.camera_children(survival_probability(light.bsdf));
     // b_{k−2} = c ψ(x_{k−1} → x_{k−2}) g_{k−2}; its first two factors are passed  [Georgiev TR 37, 46, 47].
-    const auto weight = context.recursion.splat(light.weights, light.is_photon,
-                                                camera_children * bsdf.pdf.reverse.value, camera_density);
+    const auto weight = context.recursion.splat(light.weights, {.is_photon = light.is_photon,
+                                                                .makes_photons = false,
+                                                                .reverse = camera_children * bsdf.pdf.reverse.value,
+                                                                .density = camera_density});
     ++output.counters().splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
                      {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, value, weight);

@@ -34,22 +34,22 @@ class CameraWeightRecursion {
 
   /// The partial sums at x_{k−1}; `density` is b_{k−1}.
   [[nodiscard]] static constexpr CameraPartial first_camera_vertex(T density) noexcept { return {density}; }
-  /// The partial sums at x_{j−1}; `density` is b_{j−1}. `is_delta`: the event at x_j is a delta event.
-  [[nodiscard]] static constexpr CameraPartial extend_camera(const CameraPartial&, bool, bool, bool is_delta, T, T,
-                                                             T density) noexcept {
-    return {is_delta ? T(0) : density};
+  /// The partial sums at x_{j−1}.
+  [[nodiscard]] static constexpr CameraPartial extend_camera(const CameraPartial&, CameraStep<T> step) noexcept {
+    return {step.is_delta ? T(0) : step.density};
   }
 
   /// s = 0: 1 / (1 + e_0 / b_0)   [Georgiev TR 37, 43]; 1 when next event cannot make the path.
-  [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T, T next_event, T) const noexcept {
+  [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, LightStart<T> start) const noexcept {
     if (!samples_next_events_ || at.density == T(0)) return T(1);
-    return T(1) / (T(1) + Heuristic::of(next_event / at.density));
+    return T(1) / (T(1) + Heuristic::of(start.next_event / at.density));
   }
   /// s = 1: 1 / (1 + b_0 / e_0)   [Georgiev TR 37, 44]; 0 when e_0 is 0.
-  [[nodiscard]] constexpr Weight next_event(const CameraPartial&, bool, T, T next_event, T hit, T, T) const noexcept {
+  [[nodiscard]] constexpr Weight next_event(LightStart<T> start, T hit, const CameraPartial&,
+                                            CameraEnd<T>) const noexcept {
     if (!hits_emitters_) return T(1);
-    if (!(next_event > T(0))) return T(0);
-    return T(1) / (T(1) + Heuristic::of(hit / next_event));
+    if (!(start.next_event > T(0))) return T(0);
+    return T(1) / (T(1) + Heuristic::of(hit / start.next_event));
   }
 
  private:

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "gmis/transport/techniques/technique.hpp"
+#include "gmis/transport/state/technique.hpp"
 
 /// \file
 /// The weights of a whole path by brute force: the expected sample density of every technique that can make the path,

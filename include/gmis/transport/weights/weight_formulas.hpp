@@ -3,7 +3,7 @@
 #include <concepts>
 
 #include "gmis/core/extended.hpp"
-#include "gmis/transport/techniques/technique.hpp"
+#include "gmis/transport/state/technique.hpp"
 
 /// \file
 /// The recursive weights of vertex connection and merging: pure arithmetic on densities; no scene type is seen here and
@@ -65,6 +65,52 @@ struct OwnAndOthers {
   Sum others;  ///< sum of the densities of all others
 };
 
+/// The start x_0 of a path on a light, with two densities in one measure, both with the probability of choosing the light.
+template <std::floating_point T>
+struct LightStart {
+  T origin;      ///< a_0: density of x_0 by emission
+  T next_event;  ///< e_0: density of x_0 by next event
+  T first;       ///< a_1, or the density of the emitted direction where a factor g_1 is known elsewhere
+};
+
+/// One step of a light subpath, from x_i to x_{i+1}.
+template <std::floating_point T>
+struct LightStep {
+  bool is_photon;  ///< s(x_{i−1}) = 1: merging gathers x_i
+  bool is_delta;   ///< the event at x_i is a delta event
+  T reverse;       ///< density per steradian at x_i of going back to x_{i−1}
+  T to_area;       ///< g_i at x_i, for a ray from x_{i+1}
+  T density;       ///< a_{i+1}, per area
+};
+
+/// One step of a camera subpath, from x_j to x_{j−1}.
+template <std::floating_point T>
+struct CameraStep {
+  bool is_next_to_camera;  ///< x_j is x_{k−1}
+  bool makes_photons;      ///< s(x_{j−1}) = 1: light subpaths that come to x_j from there leave photons at x_j
+  bool is_delta;           ///< the event at x_j is a delta event
+  T reverse;               ///< density per steradian at x_j of going back to x_{j+1}
+  T to_area;               ///< g_j at x_j, for a ray from x_{j−1}
+  T density;               ///< b_{j−1}, per area
+};
+
+/// The last vertex of a light subpath, x_{s−1}, where the subpath is joined with a camera subpath.
+template <std::floating_point T>
+struct LightEnd {
+  bool is_photon;      ///< s(x_{s−2}) = 1: merging gathers x_{s−1}
+  bool makes_photons;  ///< s(x_{s−1}) = 1: merging at x_s could make the path
+  T reverse;           ///< density per steradian at x_{s−1} of going back to x_{s−2}
+  T density;           ///< b_{s−1}: with which the camera subpath makes x_{s−1}, per area
+};
+
+/// The last vertex of a camera subpath, x_s, where the subpath is joined with a light subpath.
+template <std::floating_point T>
+struct CameraEnd {
+  bool is_next_to_camera;  ///< x_s is x_{k−1}
+  T reverse;               ///< density per steradian at x_s of going back to x_{s+1}
+  T density;               ///< a_s: with which the light subpath makes x_s, per area
+};
+
 /// The formulas of partial sums and weights. `Heuristic` is applied to every density and count. `Number` is the type of a
 /// density, `Sum_` that of a sum over techniques: arithmetic is done in these, without a check of their range.
 ///
@@ -92,20 +138,16 @@ class WeightFormulas {
   // ---- light side -------------------------------------------------------------------------------------------------
 
   /// Partial sums at x_1: shared = n_1 e_0 / (a_0 a_1), chain = n_0 g_0 / (a_0 a_1) [Georgiev TR 31–33].
-  /// `origin` is a_0 and `next_event` is e_0: the densities of x_0 by emission and by next event, in one measure, both
-  /// with the probability of choosing the light. `first` is a_1; `to_origin` is g_0 (0 for a light that no ray can
-  /// hit).
-  [[nodiscard]] constexpr LightPartial first_light_vertex(T origin, T next_event, T first, T to_origin) const noexcept {
-    const Number inverse = Number(T(1)) / (h(origin) * h(first));
-    return {next_event_ * h(next_event) * inverse, emitter_hit_ * h(to_origin) * inverse};
+  /// `start.first` is a_1; `to_origin` is g_0 (0 for a light that no ray can hit).
+  [[nodiscard]] constexpr LightPartial first_light_vertex(LightStart<T> start, T to_origin) const noexcept {
+    const Number inverse = Number(T(1)) / (h(start.origin) * h(start.first));
+    return {next_event_ * h(start.next_event) * inverse, emitter_hit_ * h(to_origin) * inverse};
   }
 
   /// Partial sums at x_{i+1} of a light subpath: shared = ρ / a_{i+1}, chain = g_i (L_i / b_i) / a_{i+1}
-  /// [Georgiev TR 34–36; Liu, w_{i,VC}, corrected]. `reverse` is the density per steradian at x_i of going back to
-  /// x_{i−1}, `to_area` is g_i at x_i for a ray from x_{i+1}, `density` is a_{i+1}. `is_photon`: s(x_{i−1}) = 1.
-  [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, bool is_photon, bool is_delta, T reverse,
-                                                    T to_area, T density) const noexcept {
-    return extend(at, is_photon, is_delta, reverse, to_area, density, connect_);
+  /// [Georgiev TR 34–36; Liu, w_{i,VC}, corrected].
+  [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, LightStep<T> step) const noexcept {
+    return extend(at, step, connect_);
   }
 
   // ---- camera side ------------------------------------------------------------------------------------------------
@@ -119,12 +161,10 @@ class WeightFormulas {
   }
 
   /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain = g_j (C_j / a_j) /
-  /// b_{j−1} [Georgiev TR 34–36]. Arguments as in `extend_light`; `is_next_to_camera`: x_j is x_{k−1};
-  /// `makes_photons`: s(x_{j−1}) = 1, so that light subpaths which come to x_j from there leave photons at x_j.
-  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera,
-                                                      bool makes_photons, bool is_delta, T reverse, T to_area,
-                                                      T density) const noexcept {
-    return extend(counted(at, is_next_to_camera), makes_photons, is_delta, reverse, to_area, density, Number(T(1)));
+  /// b_{j−1} [Georgiev TR 34–36].
+  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, CameraStep<T> step) const noexcept {
+    return extend(counted(at, step.is_next_to_camera),
+                  {step.makes_photons, step.is_delta, step.reverse, step.to_area, step.density}, Number(T(1)));
   }
 
   // ---- weights ----------------------------------------------------------------------------------------------------
@@ -133,53 +173,49 @@ class WeightFormulas {
   [[nodiscard]] constexpr Weight seen_directly() const noexcept { return {emitter_hit_, Sum()}; }
 
   /// s = 0: n_0 / (n_0 + n_1 e_0 shared_0 + a_0 · `first` · chain_0) [Georgiev TR 37, 42, 43].
-  /// `at` is the camera vertex on the light, with k ≥ 2; `origin` is a_0 and `next_event` is e_0, as in
-  /// `first_light_vertex`. `first` is the density of the emitted direction, so that a_1 = `first` · g_1, with the g_1
-  /// that `extend_camera` had as `to_area`; `makes_photons` there must have been s(x_0).
-  [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T origin, T next_event, T first) const noexcept {
-    const Sum others = next_event_ * h(next_event) * at.shared + h(origin) * h(first) * at.chain;
+  /// `at` is the camera vertex on the light, with k ≥ 2. `start.first` is the density of the emitted direction, so that
+  /// a_1 = `first` · g_1, with the g_1 that `extend_camera` had as `to_area`; `makes_photons` there must have been
+  /// s(x_0).
+  [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, LightStart<T> start) const noexcept {
+    const Sum others = next_event_ * h(start.next_event) * at.shared + h(start.origin) * h(start.first) * at.chain;
     return {emitter_hit_, others};
   }
 
   /// s = 1: n_1 e_0 / (n_1 e_0 + n_0 b_0 + a_0 C_1), with C_1 = a_1 (s(x_0) μ + shared_1 + `reverse` · chain_1)
   /// [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera subpath makes x_0 (0 for a light that no
-  /// ray can hit); `first` is a_1, `reverse` the density per steradian at x_1 of going back to x_2.
-  [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
-                                            T hit, T first, T reverse) const noexcept {
-    const Sum others =
-        emitter_hit_ * h(hit) + h(origin) * h(first) * side(counted(camera, is_next_to_camera), first_merge_, reverse);
-    return {next_event_ * h(next_event), others};
+  /// ray can hit); `end.density` is a_1, and `start.first` is not read.
+  [[nodiscard]] constexpr Weight next_event(LightStart<T> start, T hit, const CameraPartial& camera,
+                                            CameraEnd<T> end) const noexcept {
+    const Sum others = emitter_hit_ * h(hit) + h(start.origin) * h(end.density) *
+                                                   side(counted(camera, end.is_next_to_camera), first_merge_,
+                                                        end.reverse);
+    return {next_event_ * h(start.next_event), others};
   }
 
   /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ_i + shared_i + r_i chain_i), C_i = a_i (μ_i + shared_i + r_i
-  /// chain_i) [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected]. `camera_density` is b_{s−1} of the light vertex and
-  /// `light_density` is a_s of the camera vertex, each made from the other end. The reverse densities r are per
-  /// steradian, each back along its own subpath. `is_photon`: s(x_{s−2}) = 1; `makes_photons`: s(x_{s−1}) = 1, so that
-  /// merging at x_s could make the path.
-  [[nodiscard]] constexpr Weight connect(const LightPartial& light, bool is_photon, T light_reverse, T camera_density,
-                                         const CameraPartial& camera, bool is_next_to_camera, bool makes_photons,
-                                         T camera_reverse, T light_density) const noexcept {
-    const Sum before = side(light, merge_if(is_photon), light_reverse);
-    const Sum after = side(counted(camera, is_next_to_camera), merge_if(makes_photons), camera_reverse);
-    return {connect_, h(camera_density) * before + h(light_density) * after};
+  /// chain_i) [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected].
+  [[nodiscard]] constexpr Weight connect(const LightPartial& light, LightEnd<T> light_end, const CameraPartial& camera,
+                                         CameraEnd<T> camera_end) const noexcept {
+    const Sum before = side(light, merge_if(light_end.is_photon), light_end.reverse);
+    const Sum after =
+        side(counted(camera, camera_end.is_next_to_camera), merge_if(light_end.makes_photons), camera_end.reverse);
+    return {connect_, h(light_end.density) * before + h(camera_end.density) * after};
   }
 
-  /// t = 1: n_L / (n_L + L_{k−1}) [Georgiev TR 37, 46, 47]. `camera_density` is b_{k−1} of the light vertex, made by a
-  /// camera ray; `light_reverse` is the density per steradian there of going back to x_{k−2}. `is_photon`: s(x_{k−2})
-  /// = 1.
-  [[nodiscard]] constexpr Weight splat(const LightPartial& light, bool is_photon, T light_reverse,
-                                       T camera_density) const noexcept {
-    return {splat_, h(camera_density) * side(light, merge_if(is_photon), light_reverse)};
+  /// t = 1: n_L / (n_L + L_{k−1}) [Georgiev TR 37, 46, 47]. `end.density` is b_{k−1}, of the vertex made by a camera
+  /// ray; `end.makes_photons` is not read.
+  [[nodiscard]] constexpr Weight splat(const LightPartial& light, LightEnd<T> end) const noexcept {
+    return {splat_, h(end.density) * side(light, merge_if(end.is_photon), end.reverse)};
   }
 
-  /// Merging at a photon x_i (s(x_{i−1}) = 1), which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light side and of the camera
-  /// side) [Georgiev TR 37–39; Liu, w_{i,VM}, corrected]. The reverse densities r are per steradian, each back along
-  /// its own subpath.
+  /// Merging at a photon x_i (s(x_{i−1}) = 1), which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light
+  /// side and of the camera side) [Georgiev TR 37–39; Liu, w_{i,VM}, corrected]. `light_reverse` is the density per
+  /// steradian at x_i of going back along the light subpath; `end.density` is not read.
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
-                                       bool is_next_to_camera, T camera_reverse) const noexcept {
-    const LightPartial camera_counted = counted(camera, is_next_to_camera);
+                                       CameraEnd<T> end) const noexcept {
+    const LightPartial camera_counted = counted(camera, end.is_next_to_camera);
     return {merge_, light.shared + h(light_reverse) * light.chain + camera_counted.shared +
-                        h(camera_reverse) * camera_counted.chain};
+                        h(end.reverse) * camera_counted.chain};
   }
 
  private:
@@ -199,15 +235,14 @@ class WeightFormulas {
   /// μ_i: μ at a photon, else 0.
   [[nodiscard]] constexpr Sum merge_if(bool is_photon) const noexcept { return is_photon ? merge_ : Sum(); }
 
-  /// Partial sums at the next vertex, which has the density `density` [Georgiev TR 34–36; at a delta event 53–55].
+  /// Partial sums at the next vertex [Georgiev TR 34–36; at a delta event 53–55].
   template <class Shared>
-  [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, bool is_photon, bool is_delta,
-                                                          T reverse, T to_area, T density,
+  [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, LightStep<T> step,
                                                           const Shared& count) const noexcept {
-    const Number inverse = Number(T(1)) / h(density);
+    const Number inverse = Number(T(1)) / h(step.density);
     // A delta event at x_i: no merging at x_i and no connection over either of its edges, so μ_i and `shared` drop out.
-    if (is_delta) return {Shared(), h(to_area) * h(reverse) * at.chain * inverse};
-    return {count * inverse, h(to_area) * side(at, merge_if(is_photon), reverse) * inverse};
+    if (step.is_delta) return {Shared(), h(step.to_area) * h(step.reverse) * at.chain * inverse};
+    return {count * inverse, h(step.to_area) * side(at, merge_if(step.is_photon), step.reverse) * inverse};
   }
 
   Sum emitter_hit_, next_event_, connect_, splat_, merge_;

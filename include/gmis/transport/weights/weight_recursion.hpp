@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/transport/weights/weight_formulas.hpp"
 
 namespace gmis {
@@ -68,19 +69,18 @@ class WeightRecursion {
       : exact_(counts, Sums()), plain_(counts, Sums()) {}
 
   /// See `WeightFormulas::first_light_vertex`.
-  [[nodiscard]] constexpr LightPartial first_light_vertex(T origin, T next_event, T first, T to_origin) const noexcept {
+  [[nodiscard]] constexpr LightPartial first_light_vertex(LightStart<T> start, T to_origin) const noexcept {
     if constexpr (has_plain_path)
-      return stored(plain_.first_light_vertex(origin, next_event, first, to_origin));
+      return stored(plain_.first_light_vertex(start, to_origin));
     else
-      return exact_.first_light_vertex(origin, next_event, first, to_origin);
+      return exact_.first_light_vertex(start, to_origin);
   }
   /// See `WeightFormulas::extend_light`.
-  [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, bool is_photon, bool is_delta, T reverse,
-                                                    T to_area, T density) const noexcept {
+  [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, LightStep<T> step) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(at)) [[likely]]
-        return stored(plain_.extend_light(plain(at), is_photon, is_delta, reverse, to_area, density));
-    return exactly<&Exact::extend_light>(at, is_photon, is_delta, reverse, to_area, density);
+        return stored(plain_.extend_light(plain(at), step));
+    return exactly<&Exact::extend_light>(at, step);
   }
   /// See `WeightFormulas::first_camera_vertex`.
   [[nodiscard]] constexpr CameraPartial first_camera_vertex(T density) const noexcept {
@@ -90,14 +90,11 @@ class WeightRecursion {
       return exact_.first_camera_vertex(density);
   }
   /// See `WeightFormulas::extend_camera`.
-  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, bool is_next_to_camera,
-                                                      bool makes_photons, bool is_delta, T reverse, T to_area,
-                                                      T density) const noexcept {
+  [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, CameraStep<T> step) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(at)) [[likely]]
-        return stored(
-            plain_.extend_camera(plain(at), is_next_to_camera, makes_photons, is_delta, reverse, to_area, density));
-    return exactly<&Exact::extend_camera>(at, is_next_to_camera, makes_photons, is_delta, reverse, to_area, density);
+        return stored(plain_.extend_camera(plain(at), step));
+    return exactly<&Exact::extend_camera>(at, step);
   }
 
   /// The weights of the techniques: see the members of `WeightFormulas` with the same names.
@@ -107,50 +104,45 @@ class WeightRecursion {
     else
       return Sums::weight(exact_.seen_directly());
   }
-  [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, T origin, T next_event, T first) const noexcept {
+  [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, LightStart<T> start) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(at)) [[likely]]
-        return share(plain_.emitter_hit(plain(at), origin, next_event, first));
-    return Sums::weight(exactly<&Exact::emitter_hit>(at, origin, next_event, first));
+        return share(plain_.emitter_hit(plain(at), start));
+    return Sums::weight(exactly<&Exact::emitter_hit>(at, start));
   }
-  [[nodiscard]] constexpr Weight next_event(const CameraPartial& camera, bool is_next_to_camera, T origin, T next_event,
-                                            T hit, T first, T reverse) const noexcept {
+  [[nodiscard]] constexpr Weight next_event(LightStart<T> start, T hit, const CameraPartial& camera,
+                                            CameraEnd<T> end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(camera)) [[likely]]
-        return share(plain_.next_event(plain(camera), is_next_to_camera, origin, next_event, hit, first, reverse));
-    return Sums::weight(
-        exactly<&Exact::next_event>(camera, is_next_to_camera, origin, next_event, hit, first, reverse));
+        return share(plain_.next_event(start, hit, plain(camera), end));
+    return Sums::weight(exactly<&Exact::next_event>(start, hit, camera, end));
   }
-  [[nodiscard]] constexpr Weight connect(const LightPartial& light, bool is_photon, T light_reverse, T camera_density,
-                                         const CameraPartial& camera, bool is_next_to_camera, bool makes_photons,
-                                         T camera_reverse, T light_density) const noexcept {
+  [[nodiscard]] constexpr Weight connect(const LightPartial& light, LightEnd<T> light_end, const CameraPartial& camera,
+                                         CameraEnd<T> camera_end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light) && is_plain(camera)) [[likely]]
-        return share(plain_.connect(plain(light), is_photon, light_reverse, camera_density, plain(camera),
-                                    is_next_to_camera, makes_photons, camera_reverse, light_density));
-    return Sums::weight(exactly<&Exact::connect>(light, is_photon, light_reverse, camera_density, camera,
-                                                 is_next_to_camera, makes_photons, camera_reverse, light_density));
+        return share(plain_.connect(plain(light), light_end, plain(camera), camera_end));
+    return Sums::weight(exactly<&Exact::connect>(light, light_end, camera, camera_end));
   }
-  [[nodiscard]] constexpr Weight splat(const LightPartial& light, bool is_photon, T light_reverse,
-                                       T camera_density) const noexcept {
+  [[nodiscard]] constexpr Weight splat(const LightPartial& light, LightEnd<T> end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light)) [[likely]]
-        return share(plain_.splat(plain(light), is_photon, light_reverse, camera_density));
-    return Sums::weight(exactly<&Exact::splat>(light, is_photon, light_reverse, camera_density));
+        return share(plain_.splat(plain(light), end));
+    return Sums::weight(exactly<&Exact::splat>(light, end));
   }
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
-                                       bool is_next_to_camera, T camera_reverse) const noexcept {
+                                       CameraEnd<T> end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light) && is_plain(camera)) [[likely]]
-        return share(plain_.merge(plain(light), light_reverse, plain(camera), is_next_to_camera, camera_reverse));
-    return Sums::weight(exactly<&Exact::merge>(light, light_reverse, camera, is_next_to_camera, camera_reverse));
+        return share(plain_.merge(plain(light), light_reverse, plain(camera), end));
+    return Sums::weight(exactly<&Exact::merge>(light, light_reverse, camera, end));
   }
 
  private:
   /// A formula in `Extended` numbers, never inlined: hardly ever called. It takes copies, so that what is passed need not be in
   /// memory where it is not called.
   template <auto formula, class... Arguments>
-  [[nodiscard]] [[gnu::noinline]] constexpr auto exactly(Arguments... of) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE constexpr auto exactly(Arguments... of) const noexcept {
     return (exact_.*formula)(of...);
   }
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "gmis/core/extended.hpp"
-#include "gmis/transport/techniques/technique.hpp"
+#include "gmis/transport/state/technique.hpp"
 #include "gmis/transport/weights/weight_formulas.hpp"
 
 /// \file

@@ -1,0 +1,162 @@
+"""The cost of compiling: processor seconds at -O2, their ratio to those of README's first program,
+text in kB, and peak memory in MB.
+
+With g++ and, where it is installed, clang++, without a compiler cache. A time is the least of
+--runs compilations; a whole program is the sum of its files, and the memory is that of the largest.
+Writes the table in docs/your-renderer.md.
+
+  --check        compiles with the default compiler, once, and compares text with that kept in
+                 bench/compile.txt: fails where it grew by more than 2 %. Seconds are not compared:
+                 they belong to the machine.
+  --keep         keeps the text of all programs
+"""
+
+import dataclasses
+import json
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+from measuring import Table, compiler_name, processor_cost, publish
+
+DOCUMENT = "docs/your-renderer.md"
+KEPT = pathlib.Path("bench/compile.txt")
+LIMIT = 1.02
+FLAGS = ["-std=c++20", "-O2", "-ffp-contract=off", "-I", "include", "-I", "examples"]
+WHOLE_PRESET, WHOLE_TARGET = "bench", "gmis-render"
+
+
+@dataclasses.dataclass
+class Program:
+    name: str
+    source: str
+    needs: str = ""  # text that must be somewhere in include/
+    header: str = ""  # a header that must be installed
+    is_checked: bool = True
+
+
+FIRST = Program("README's first program", "examples/one_dimension.cpp")
+PROGRAMS = [
+    FIRST,
+    Program("one engine over an adapter", "bench/compile/one_engine.cpp"),
+    Program("`Render` over an adapter", "examples/bring_your_own/main.cpp"),
+    Program("the same, engines declared", "bench/compile/engines_declared.cpp", needs="define GMIS_DECLARE_ENGINES"),
+    Program("`examples/render_a_scene.cpp`", "examples/render_a_scene.cpp"),
+    Program("lamps chosen for their receiver", "examples/many_lights/main.cpp", is_checked=False),
+    Program("Embree's intersector", "examples/embree/main.cpp", header="embree3/rtcore.h", is_checked=False),
+]
+
+
+def is_there(program):
+    if program.header and not pathlib.Path("/usr/include", program.header).exists():
+        return False
+    return not program.needs or any(program.needs in file.read_text() for file in pathlib.Path("include").rglob("*.hpp"))
+
+
+def text_of(objects):
+    """Bytes of code and constants."""
+    said = subprocess.run(["size", *objects], check=True, capture_output=True, text=True).stdout
+    return sum(int(line.split()[0]) for line in said.splitlines()[1:])
+
+
+def compiled(command, output, runs):
+    """Processor seconds, megabytes, text of one file. Without ccache: the command names the
+    compiler itself."""
+    costs = [processor_cost([*command, "-o", output]) for _ in range(runs)]
+    return min(seconds for seconds, _ in costs), max(megabytes for _, megabytes in costs), text_of([output])
+
+
+def measure(options, compiler, program, runs):
+    return compiled([compiler, *FLAGS, "-c", program.source], options.out / "program.o", runs)
+
+
+def measure_whole(options, compiler):
+    """All files of gmis-render and of the libraries it links, from a clean folder."""
+    subprocess.run(["cmake", "--preset", WHOLE_PRESET, "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
+    folder = pathlib.Path("build") / WHOLE_PRESET
+    built = subprocess.run(["ninja", "-C", folder, "-t", "inputs", WHOLE_TARGET], check=True, capture_output=True, text=True).stdout.split()
+    sources = {str((folder / word).resolve()) for word in built if word.endswith(".cpp")}
+    seconds, megabytes, text = 0.0, 0.0, 0
+    for entry in json.loads((folder / "compile_commands.json").read_text()):
+        if entry["file"] not in sources or f"/{WHOLE_TARGET}.dir/" not in entry["command"] and "/bench/" in entry["file"]:
+            continue
+        words = shlex.split(entry["command"])
+        words = words[next(i for i, word in enumerate(words) if re.search(r"(g\+\+|clang\+\+|c\+\+)[-\d.]*$", word)) + 1:]
+        words = words[:words.index("-o")]
+        drop = ("-O", "-march") if compiler == "g++" else ("-O", "-march", "--param", "-fno-tree-slp-vectorize", "-fpch-preprocess")
+        words = [word for word in words if not word.startswith(drop)]
+        costs = compiled([compiler, *words, "-O2", "-c", entry["file"]], (options.out / "program.o").resolve(), 1)
+        seconds, megabytes, text = seconds + costs[0], max(megabytes, costs[1]), text + costs[2]
+    return seconds, megabytes, text
+
+
+def kept_figures():
+    lines = KEPT.read_text().splitlines() if KEPT.exists() else ["", "#"]
+    return lines[1][2:], {line.split("  ", 1)[1]: int(line.split("  ", 1)[0]) for line in lines if line and not line.startswith("#")}
+
+
+def check(options):
+    compiler, kept = kept_figures()
+    if compiler != compiler_name():
+        print(f"compile: the figures kept are those of {compiler}, this is {compiler_name()}: not compared", file=sys.stderr)
+        return 0
+    has_grown = False
+    for program in filter(is_there, PROGRAMS):
+        if not program.is_checked:
+            continue
+        seconds, _, text = measure(options, os.environ.get("CXX", "g++"), program, 1)
+        before = kept.get(program.name)
+        grown = before is None or text > LIMIT * before
+        has_grown |= grown
+        said = "not kept: ./run bench compile --keep" if before is None else f"kept {before / 1000:8.1f}  {100 * (text / before - 1):+6.2f} %"
+        print(f"{program.name:32} {seconds:6.1f} s  text {text / 1000:8.1f} kB  {said}{'  GROWN' if grown else ''}", flush=True)
+    if has_grown:
+        print("compile: text grew by more than 2 %. Find out why; if it must be, ./run bench compile --keep", file=sys.stderr)
+    return has_grown
+
+
+def keep(options):
+    rows = [(program.name, measure(options, os.environ.get("CXX", "g++"), program, 1)[2]) for program in PROGRAMS
+            if program.is_checked and is_there(program)]
+    KEPT.write_text("\n".join(["# Bytes of text at -O2. Written by ./run bench compile --keep; checked by --check.", f"# {compiler_name()}",
+                               *(f"{text}  {name}" for name, text in rows)]) + "\n")
+    print(KEPT.read_text(), end="")
+
+
+def add_options(parser):
+    parser.add_argument("--runs", type=int, default=1, help="compilations of each program (1); the first program has three at least")
+    parser.add_argument("--programs", nargs="+", help="words of the names of some programs; `whole` for all of gmis-render")
+    parser.add_argument("--compilers", nargs="+", default=["g++", "clang++"])
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--keep", action="store_true")
+
+
+def run(options):
+    if options.check or options.keep:
+        return (check if options.check else keep)(options)
+    wanted = lambda name: not options.programs or any(word in name for word in options.programs)
+    options.is_whole = not options.programs
+    compilers = [compiler for compiler in options.compilers if shutil.which(compiler)]
+    table = Table("", *(f"{compiler}: {what}" for compiler in compilers for what in ("seconds", "ratio", "text, kB", "peak, MB")), numbers_from=1)
+    first = {compiler: measure(options, compiler, FIRST, max(3, options.runs)) for compiler in compilers}
+
+    def add(name, costs_of):
+        cells = []
+        for compiler in compilers:
+            seconds, megabytes, text = costs_of(compiler)
+            cells += [f"{seconds:.1f}", f"{seconds / first[compiler][0]:.1f}", f"{text / 1000:.0f}", f"{megabytes:.0f}"]
+        table.add(name, *cells)
+
+    for program in PROGRAMS:
+        if wanted(program.name) and is_there(program):
+            add(program.name, first.get if program is FIRST else lambda compiler, p=program: measure(options, compiler, p, options.runs))
+    if wanted("whole gmis-render"):
+        add("all of `gmis-render`", lambda compiler: measure_whole(options, compiler))
+    versions = ", ".join(subprocess.run([c, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0] for c in compilers)
+    table.note(f"At -O2, without a compiler cache. {versions}.")
+    publish(options, table, DOCUMENT)
+    return 0

@@ -1,0 +1,186 @@
+"""Error × time of --integrator auto over that of the best fixed choice, scene by scene.
+
+Every configuration renders every scene for the processor time of 64 iterations of `vcm`, on one
+thread, several seeds; the configurations of a scene take turns, so that a busy machine is fair to
+all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs less time for the
+same error. The time of an iteration is the least of all seeds, since other
+programs on the machine can only add to it; relMSE × iterations is the mean of all. The best fixed
+configuration is picked on some seeds and scored on others. An interval is one of 90 %, from the
+spread of both over the seeds.
+
+The errors are against a reference that auto had no part in: svcm0, svcm1, tung1 and tung2 have
+those of other renderers; otherwise it is the mean of two long runs of bpt, which has no bias, or,
+where that cannot make or hardly finds some paths, of gmis, which merges locally, with a quarter of
+its merging radius.
+
+Writes out/effects/runs.json, and the table in docs/effects.md.
+"""
+
+import concurrent.futures
+import json
+import math
+import os
+import pathlib
+import statistics
+
+import measuring
+from measuring import FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
+
+PROGRAM = "gmis-render"
+OPTIONS = {"seeds": 6, "size": "128x128", "scenes": FOURTEEN | FOREIGN}
+DOCUMENT = "docs/effects.md"
+ITERATIONS_OF_VCM = 64
+STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
+
+# Who makes the reference: bpt, but where it hardly finds some of the paths.
+FOUND_BY_MERGING = {"paper1", "paper3", "paper4", "caustic_pool", "light_behind_glass", "mirror_hall", "mixed"}
+
+FIXED = {"pt": ["--integrator", "pt"]}
+for name, light_paths, connections in (("bpt", 0.25, 1), ("bpt", 1, 1), ("bpt", 1, 2), ("vcm", 0.25, 1), ("vcm", 1, 1), ("vcm", 1, 2)):
+    FIXED[f"{name} {light_paths:g} {connections}"] = [
+        "--integrator", name, "--light-paths", str(light_paths), "--connections", str(connections)]
+# A local count of merging: light trees a pixel, factor on the radius.
+for light_paths, factor in ((0.25, 4), (0.25, 12), (0.5, 8), (1, 8)):
+    FIXED[f"local {light_paths:g} x{factor}"] = [
+        "--integrator", "gmis", "--split", "local", "--connections", "1", "--light-paths", str(light_paths), "--radius",
+        f"{0.4 * factor:g}"]
+OLD = "vcm, independent numbers"
+PLAIN = {"vcm": ["--integrator", "vcm"], OLD: ["--integrator", "vcm", "--sampler", "independent"], "auto": ["--integrator", "auto"]}
+
+
+def render(options, scene, extra, stats, keep=False):
+    if keep and stats.exists():
+        return json.loads(stats.read_text())
+    return measuring.render(options, scene, f"--size {options.size}", depth_of(scene), extra, stats=stats, picture=stats.with_suffix(".pfm"))
+
+
+def make_reference(options, pool, name):
+    """The mean of two runs, kept for the next time; how far they are apart says how noisy it is."""
+    if name in FOREIGN:
+        return pathlib.Path(FOREIGN[name]).with_suffix(".pfm")
+    integrator = "gmis" if name in FOUND_BY_MERGING else "bpt"
+    folder = options.out / "references"
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{name}_{options.size}_{options.reference_time:g}.pfm"
+    if file.exists():
+        return file
+    extra = ["--integrator", integrator, "--time", str(options.reference_time)]
+    if integrator == "gmis":
+        extra += ["--radius", "0.8"]
+    halves = [folder / f"{name}_{half}.pfm" for half in "ab"]
+    jobs = [pool.submit(render, options, name, [*extra, "--seed", str(1000 + i)], half.with_suffix(".json")) for i, half in enumerate(halves)]
+    for job in jobs:
+        job.result()
+    a, b = (read_pfm(half) for half in halves)
+    mean = [(x + y) / 2 for x, y in zip(a, b)]
+    write_pfm(file, mean, options.size)
+    noise = statistics.fmean((x - y) ** 2 / 4 / (m * m + 0.01) for x, y, m in zip(a, b, mean))
+    print(f"{name}: reference by {integrator}, relMSE of its own about {noise:.2g}", flush=True)
+    return file
+
+
+def geometric_mean(values):
+    return math.exp(statistics.fmean(math.log(v) for v in values))
+
+
+def describe(stats):
+    """The choice of auto, from the statistics of a run."""
+    choice = stats.get("choice")
+    if not choice:
+        return "by the rules: " + stats["plan"], 0.0
+    chosen = choice["chosen"]
+    words = f"{chosen['light_paths']:g} light paths, {chosen['connections']} connections, merging " + (
+        "on" if chosen["merges"] else "off") if chosen["light_paths"] > 0 else "pt"
+    if chosen["merges"] and chosen["local_merges"]:
+        words += f" x{chosen['radius_factor']:g}"
+    return words, choice["pilot_share"]
+
+
+def work(runs, measure):
+    """relMSE × processor seconds of runs with several seeds: its estimate and the standard error of
+    its logarithm."""
+    figures = [r["error"][measure] * r["iterations"] for r in runs]
+    mean = statistics.fmean(figures)
+    error = statistics.stdev(figures) / mean / math.sqrt(len(figures)) if len(figures) > 1 else math.inf
+    return mean * min(r["seconds"]["cpu"] / r["iterations"] for r in runs), error
+
+
+def ratio(one, other, seeds):
+    """The ratio of two works and its interval of 90 %, by Student's t with as many degrees of
+    freedom as the seeds of one have."""
+    value, spread = one[0] / other[0], STUDENT_T[min(seeds - 1, len(STUDENT_T)) - 1] * math.hypot(one[1], other[1])
+    return value, value * math.exp(-spread), value * math.exp(spread)
+
+
+def add_options(parser):
+    parser.add_argument("--reference-time", type=float, default=40, help="seconds of each half of a reference")
+    parser.add_argument("--picking-seeds", type=int, default=3)
+    parser.add_argument("--keep", action="store_true", help="take the runs that are there already, and add what is missing")
+
+
+def run(options):
+    if options.size != "128x128":  # the pictures of other renderers have that size
+        options.scenes = [name for name in options.scenes if name not in FOREIGN]
+    options.out.mkdir(parents=True, exist_ok=True)
+    configurations = FIXED | PLAIN
+    measures = ("relmse", "relmse_trimmed")
+    rows, all_runs = [], {}
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for name in options.scenes:
+            reference = make_reference(options, pool, name)
+
+            def cost(extra, iterations):  # processor seconds
+                pace = options.out / f"{name}_pace"
+                return render(options, name, [*extra, "--iterations", str(iterations)], pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
+
+            def paced(extra):
+                tried = 32 if "auto" in extra else 8
+                return max(4, round(tried * seconds / cost(extra, tried)))
+
+            seconds = cost(PLAIN[OLD], ITERATIONS_OF_VCM)
+            iterations = {label: paced(extra) for label, extra in configurations.items()}
+
+            def start(label, extra, seed):
+                place = str(options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}")
+                return pool.submit(render, options, name, [*extra, "--iterations", str(iterations[label]), "--seed", str(seed), "--reference",
+                                                           str(reference)], pathlib.Path(place + ".json"), options.keep)
+
+            picking = {(label, seed): start(label, extra, seed) for seed in range(options.picking_seeds) for label, extra in FIXED.items()}
+            picked = {label: [picking[label, seed].result() for seed in range(options.picking_seeds)] for label in FIXED}
+            best = {m: min(FIXED, key=lambda label: work(picked[label], m)[0]) for m in measures}
+            scored = {label: configurations[label] for label in [*best.values(), *PLAIN]}
+            first = options.picking_seeds
+            scoring = {(label, seed): start(label, extra, seed) for seed in range(first, first + options.seeds)
+                       for label, extra in scored.items()}
+            runs = {label: [scoring[label, seed].result() for seed in range(first, first + options.seeds)] for label in scored}
+            works = {(m, label): work(runs[label], m) for m in measures for label in scored}
+            all_runs[name] = {f"{m} {label}": value for (m, label), value in works.items()}
+            choice, share = describe(runs["auto"][0])
+            rows.append({"name": name, "choice": choice, "pilot": share, "best": best} | {
+                (m, other): ratio(works[m, "auto"], works[m, best[m] if other == "best" else other], options.seeds)
+                for m in measures for other in ("best", "vcm", OLD)})
+            print(f"{name}: {rows[-1]}", flush=True)
+    (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
+
+    ratios = ("auto / best", "auto / vcm", "auto / vcm, independent")
+    table = Table("scene", "auto chose", "pilot", "best fixed", *ratios, "best fixed, trimmed", *ratios)
+
+    def cell(value):
+        return f"{value[0]:.2f} ({value[1]:.2f}–{value[2]:.2f})"
+
+    for row in rows:
+        cells = [row["name"], row["choice"], f"{100 * row['pilot']:.1f} %"]
+        for m in measures:
+            cells += [row["best"][m], *(cell(row[m, other]) for other in ("best", "vcm", OLD))]
+        table.add(*cells)
+    cells = ["geometric mean", "", ""]
+    for m in measures:
+        cells += ["", *(f"{geometric_mean([row[m, other][0] for row in rows]):.2f}" for other in ("best", "vcm", OLD))]
+    table.add(*cells)
+    table.note(
+            f"{options.size} pixels, the time of {ITERATIONS_OF_VCM} iterations of `vcm` with independent numbers, {options.picking_seeds} seeds to pick "
+            f"and {options.seeds} to score; in brackets intervals of 90 %. Auto is not surely more than 1.10 times as dear as the best in "
+            f"{sum(row['relmse', 'best'][1] <= 1.1 for row in rows)} of {len(rows)} scenes, trimmed in "
+            f"{sum(row['relmse_trimmed', 'best'][1] <= 1.1 for row in rows)}.")
+    publish(options, table, DOCUMENT)
+

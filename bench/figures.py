@@ -1,0 +1,299 @@
+#!/usr/bin/env python3
+"""Makes the tables of the documents anew, and tells which of them are older than their sources.
+
+Usage: figures.py [NAME...]        runs the commands of these figures, or of all, cheapest first
+       figures.py --stale [--quiet]   lists the figures whose sources have changed since
+       figures.py --check             marks, registry and quoted values fit together
+       figures.py --values            takes the values that sentences quote from their tables anew
+
+A figure stands between two marks that name its command. Behind them stand a stamp and a small line
+for the reader:
+
+    <!-- samplers: written by ./run bench samplers -->
+    | scene | squared error |
+    ...
+    <!-- end of samplers -->
+    <!-- stamp of samplers: digest 0123456789ab; commit 0123456; 2026-11-24 -->
+    <sub>Measured at commit 0123456 on 2026-11-24 by `./run bench samplers`.</sub>
+
+The digest is one of the sources that bench/figures.ini names for the figure, without comments and
+white space: words may change, code may not. A sentence quotes a cell of a table by figure, row and
+column; the first cells of a row, joined by " / ", name it:
+
+    it falls to <!-- value samplers: geometric mean: squared error -->0.73<!-- /value --> of that
+
+Programs that measure call `put(name, command, text)`, which writes table and stamp.
+"""
+
+import argparse
+import configparser
+import dataclasses
+import datetime
+import hashlib
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+PROJECT = pathlib.Path(__file__).resolve().parents[1]
+SUFFIXES = {".hpp", ".cpp", ".py", ".sh", ".cmake", ".txt", ".ini", ".pbrt", ".gltf", ".json"}
+
+BEGIN = re.compile(r"<!-- (?P<name>[^:>]+): written by (?P<command>[^>]+?) -->\n")
+STAMP = (
+    r"(?:<!-- stamp of {name}: digest (?P<digest>\w+); commit (?P<commit>[\w+]+); (?P<date>[\d-]+) -->\n<sub>[^\n]*</sub>\n?)?"
+)
+VALUE = re.compile(r"<!-- value (?P<figure>[^:>]+): (?P<row>[^>]+?): (?P<column>[^:>]+?) -->(?P<text>.*?)<!-- /value -->")
+CPP_NOISE = re.compile(r'(R"(?P<d>[^()\s]*)\(.*?\)(?P=d)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\')|//[^\n]*|/\*.*?\*/', re.DOTALL)
+
+
+@dataclasses.dataclass
+class Figure:
+    """One figure of a page; digest, commit and date are None where it has no stamp."""
+
+    page: pathlib.Path
+    name: str
+    command: str
+    body: str
+    start: int
+    body_start: int
+    body_end: int
+    end: int
+    digest: str
+    commit: str
+    date: str
+
+
+def figures_in(page, text):
+    """The figures of a page, in its order."""
+    found = []
+    for begin in BEGIN.finditer(text):
+        name = begin.group("name")
+        mark = f"<!-- end of {name} -->"
+        body_end = text.find(mark, begin.end())
+        if body_end < 0:
+            raise ValueError(f"{page}: the figure {name} has no end")
+        after = body_end + len(mark)
+        if text[after : after + 1] == "\n":
+            after += 1
+        stamp = re.compile(STAMP.format(name=re.escape(name))).match(text, after)
+        found.append(
+            Figure(page, name, begin.group("command"), text[begin.end() : body_end], begin.start(), begin.end(), body_end, after if not stamp.group() else stamp.end(), stamp.group("digest"), stamp.group("commit"), stamp.group("date"))
+        )
+    return found
+
+
+def cells_of(line):
+    return [re.sub(r"[*`]", "", cell).strip() for cell in line.strip().strip("|").split("|")]
+
+
+def value_in(body, row, column):
+    """The cell of a table by the name of its row and of its column; None where there is none."""
+    head = None
+    for line in body.split("\n"):
+        if not line.startswith("|"):
+            head = None
+            continue
+        cells = cells_of(line)
+        if head is None:
+            head = cells
+        elif column in head and any(" / ".join(cells[:k]) == row for k in range(1, len(cells))):
+            return cells[head.index(column)]
+    return None
+
+
+class Project:
+    """The pages of a project and the registry of their figures."""
+
+    def __init__(self, root=PROJECT):
+        self.root = root
+        self.registry = configparser.ConfigParser(interpolation=None)
+        self.registry.read(root / "bench" / "figures.ini", encoding="utf-8")
+
+    def pages(self):
+        return [*sorted(self.root.glob("*.md")), *sorted((self.root / "docs").glob("*.md"))]
+
+    def figures(self):
+        return [figure for page in self.pages() for figure in figures_in(page, page.read_text(encoding="utf-8"))]
+
+    def minutes(self, name):
+        return self.registry.getfloat(name, "minutes", fallback=0.0)
+
+    def sources(self, name):
+        """The files that a figure depends on, its groups resolved."""
+        found = set()
+        words = self.registry.get(name, "sources", fallback="").split()
+        for word in words:
+            if word.startswith("@"):
+                found.update(self.sources(word))
+                continue
+            for path in self.root.glob(word):
+                inside = path.rglob("*") if path.is_dir() else [path]
+                found.update(p for p in inside if p.is_file() and p.suffix in SUFFIXES and "__pycache__" not in p.parts)
+        return sorted(found)
+
+    def digest(self, name):
+        """Digest of the sources of a figure, without comments and white space."""
+        result = hashlib.sha256()
+        for path in self.sources(name):
+            text = path.read_text(encoding="utf-8", errors="replace")
+            if path.suffix in {".hpp", ".cpp"}:
+                text = CPP_NOISE.sub(lambda match: match.group(1) or " ", text)
+            elif path.suffix not in {".json", ".gltf"}:
+                text = re.sub(r"^\s*#.*$", "", text, flags=re.MULTILINE)
+            result.update(str(path.relative_to(self.root)).encode() + b"\0" + "".join(text.split()).encode() + b"\0")
+        return result.hexdigest()[:12]
+
+    def commit(self):
+        """The commit at hand, with a + where something is not committed."""
+        def git(*arguments):
+            return subprocess.run(["git", "-C", str(self.root), *arguments], capture_output=True, text=True).stdout.strip()
+
+        head = git("rev-parse", "--short=7", "HEAD") or "unknown"
+        return head + ("+" if git("status", "--porcelain", "--untracked-files=no", "--", "include", "examples", "bench") else "")
+
+    def stamp(self, name, command):
+        """The two lines behind a figure that was measured now."""
+        commit, date = self.commit(), datetime.date.today().isoformat()
+        return (
+            f"<!-- stamp of {name}: digest {self.digest(name)}; commit {commit}; {date} -->\n"
+            f"<sub>Measured at commit {commit} on {date} by `{command}`.</sub>\n"
+        )
+
+    def put(self, page, name, command, body=None):
+        """Writes a figure and its stamp into a page; the same body with a new stamp where none is
+        given."""
+        text = page.read_text(encoding="utf-8")
+        for figure in figures_in(page, text):
+            if figure.name == name:
+                body = figure.body if body is None else body if body.endswith("\n") else body + "\n"
+                marks = f"<!-- {name}: written by {command} -->\n{body}<!-- end of {name} -->\n"
+                page.write_text(text[: figure.start] + marks + self.stamp(name, command) + text[figure.end :], encoding="utf-8")
+                return True
+        return False
+
+    def state(self, figure):
+        """None for a figure of the present sources, else why it is not."""
+        if figure.digest is None:
+            return "without a stamp: its age is not known"
+        if figure.digest != self.digest(figure.name):
+            return f"from commit {figure.commit}, {figure.date}: its sources have changed"
+        return None
+
+    def take_values(self, write):
+        """The quoted values that differ from their tables; takes the tables' where `write` is
+        set."""
+        bodies = {figure.name: figure.body for figure in self.figures()}
+        faults = []
+        for page in self.pages():
+            text = page.read_text(encoding="utf-8")
+
+            def replaced(match):
+                value = value_in(bodies.get(match["figure"], ""), match["row"], match["column"])
+                where = f"{page.relative_to(self.root)}:{text.count(chr(10), 0, match.start()) + 1}"
+                what = f"{match['figure']}: {match['row']}: {match['column']}"
+                if value is None:
+                    faults.append(f"{where}: no value {what}")
+                    return match.group()
+                if text[: match.start()].endswith("\n"):
+                    faults.append(f"{where}: a line must not begin with a value: Markdown would take it for HTML")
+                if value != match["text"]:
+                    if not write:
+                        faults.append(f"{where}: the text says {match['text']}, the table {value} ({what})")
+                    return match.group().replace(f"-->{match['text']}<!--", f"-->{value}<!--")
+                return match.group()
+
+            new = VALUE.sub(replaced, text)
+            if write and new != text:
+                page.write_text(new, encoding="utf-8")
+        return faults
+
+    def check(self):
+        """Faults of marks, registry and values."""
+        faults = []
+        figures = self.figures()
+        for figure in figures:
+            where = figure.page.relative_to(self.root)
+            if not self.registry.has_section(figure.name):
+                faults.append(f"{where}: {figure.name} has no section in bench/figures.ini")
+            elif not self.sources(figure.name):
+                faults.append(f"{where}: {figure.name} depends on no file (bench/figures.ini)")
+        names = [figure.name for figure in figures]
+        faults += [f"{name}: stands in more than one page" for name in sorted(set(names)) if names.count(name) > 1]
+        for section in self.registry.sections():
+            if not section.startswith("@") and section not in names:
+                faults.append(f"bench/figures.ini: {section} stands in no page")
+        return faults + self.take_values(write=False)
+
+    def run(self, names):
+        """Runs the commands of figures, each once, cheapest first; false where one failed or could
+        not run."""
+        figures = [figure for figure in self.figures() if not names or figure.name in names]
+        unknown = set(names) - {figure.name for figure in figures}
+        if unknown:
+            print(f"figures: no figure {', '.join(sorted(unknown))}; there are {', '.join(f.name for f in self.figures())}", file=sys.stderr)
+            return False
+        commands = {}
+        for figure in figures:
+            commands.setdefault(figure.command, []).append(figure)
+        good = True
+        for command, of_command in sorted(commands.items(), key=lambda item: self.minutes(item[1][0].name)):
+            arguments = shlex.split(command)
+            variable = self.registry.get(of_command[0].name, "argument", fallback=None)
+            if variable:
+                if not os.environ.get(variable):
+                    print(f"figures: {command}: skipped, set {variable} to its argument", file=sys.stderr)
+                    good = False
+                    continue
+                arguments += shlex.split(os.environ[variable])
+            print(f"figures: {command} (about {self.minutes(of_command[0].name):g} minutes)", file=sys.stderr, flush=True)
+            if subprocess.run(arguments, cwd=self.root).returncode != 0:
+                print(f"figures: {command} failed", file=sys.stderr)
+                good = False
+                continue
+            for figure in of_command:
+                self.put(figure.page, figure.name, command)
+        for fault in self.take_values(write=True):
+            print(fault, file=sys.stderr)
+            good = False
+        return good
+
+
+def put(name, command, text, document=None):
+    """Writes a figure and its stamp between its marks in whichever page has them, or in `document`.
+    False where there are none."""
+    project = Project()
+    pages = [pathlib.Path(document)] if document else project.pages()
+    return any([project.put(page, name, command, text) for page in pages])
+
+
+def main(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--stale", action="store_true")
+    parser.add_argument("--quiet", action="store_true")
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--values", action="store_true")
+    parser.add_argument("names", nargs="*")
+    options = parser.parse_args(arguments)
+    project = Project()
+    if options.stale:
+        figures = project.figures()
+        states = [(figure, project.state(figure)) for figure in figures]
+        for figure, state in states:
+            if state:
+                print(figure.name if options.quiet else f"{figure.page.relative_to(project.root)}: {figure.name}: {state} ({figure.command})")
+        if not options.quiet:
+            print(f"{sum(1 for _, state in states if state)} of {len(figures)} figures are stale")
+        return 0
+    if options.check or options.values:
+        faults = project.check() if options.check else project.take_values(write=True)
+        for fault in faults:
+            print(fault)
+        print(f"{len(project.figures())} figures, {len(faults)} faults")
+        return 1 if faults else 0
+    return 0 if project.run(options.names) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,5 +1,0 @@
-add_executable(guided_directions guided_directions.cpp)
-target_link_libraries(guided_directions PRIVATE gmis::gmis gmis_warnings)
-if(GMIS_BUILD_TESTS)
-  add_test(NAME example_guided_directions COMMAND guided_directions)
-endif()

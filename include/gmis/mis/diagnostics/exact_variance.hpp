@@ -1,0 +1,348 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "gmis/core/argument_error.hpp"
+#include "gmis/mis/diagnostics/tabulated_problem.hpp"
+#include "gmis/mis/groups.hpp"
+#include "gmis/mis/sample_allocation.hpp"
+#include "gmis/mis/scheme.hpp"
+
+namespace gmis {
+
+/// The largest N for which R2 (over multisets) and N2 (over subsets) are summed exactly with one sample of each proposal: a
+/// second of work or less at a thousand nodes.
+inline constexpr std::size_t max_exact_r2 = 10;
+inline constexpr std::size_t max_exact_n2 = 16;
+/// The largest number of multisets, or of sub-multisets, that are summed for R2 and N2 with a sample allocation.
+inline constexpr double max_exact_terms = 100'000;
+
+/// Mean and variance of the estimate of one round.
+struct ExactMoments {
+  double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
+  double variance;  ///< about that mean; +infinity where it leaves the range of double, never NaN
+
+  /// False when the proposals leave a part of f without samples, or nearly so.
+  [[nodiscard]] bool has_finite_variance() const noexcept { return std::isfinite(variance); }
+};
+
+namespace detail {
+
+/// `first` − `second`, a second moment less what is no noise. Where ∫ f²/φ leaves the range of double (φ so small that it
+/// underflows, f not zero) the first is infinite, or the second the NaN that comes of it, and the variance is infinite.
+[[nodiscard]] inline double variance_from(double first, double second) noexcept {
+  const double difference = first - second;
+  return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
+}
+
+/// Mean and variance of a round whose indices are given, φ being the same for all its samples: `count_of(i)` samples of
+/// proposal i, n in all. `divided` is what `TabulatedProblem::divide` wrote for φ.
+template <class CountOf>
+[[nodiscard]] double conditional_variance(const TabulatedProblem& problem, const double* divided, double n,
+                                          CountOf count_of) {
+  double squared_means = 0.0;
+  for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
+    const double count = count_of(i);
+    if (count == 0.0) continue;
+    const double mean = problem.mean_under(i, divided);
+    squared_means += count * mean * mean;
+  }
+  return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
+}
+
+/// Sums over all multisets of n indices drawn with probabilities α_i, proposal by proposal; the densities of a common
+/// beginning are added up once.
+class MultisetSum {
+ public:
+  MultisetSum(const TabulatedProblem& problem, std::vector<double> probabilities, std::size_t samples)
+      : problem_(problem),
+        probabilities_(std::move(probabilities)),
+        samples_(samples),
+        counts_(problem.proposal_count()),
+        partial_((problem.proposal_count() + 1) * problem.node_count()),
+        divided_(problem.node_count()) {
+    visit(0, samples_, 1.0);
+  }
+  [[nodiscard]] ExactMoments moments() const noexcept {
+    return {mean_, variance_from(conditional_ + (squared_mean_ - mean_ * mean_), 0.0)};
+  }
+
+ private:
+  // `probability`: of the counts chosen so far, times the number of orders of what remains.
+  void visit(std::size_t i, std::size_t remaining, double probability) {
+    const double* const base = partial_.data() + i * problem_.node_count();
+    double* const sum = partial_.data() + (i + 1) * problem_.node_count();
+    const bool is_last = i + 1 == counts_.size();
+    double ways = 1.0;  // binomial(remaining, count) α_i^count
+    for (std::size_t count = 0; count <= remaining; ++count) {
+      if (count > 0)
+        ways *= static_cast<double>(remaining - count + 1) / static_cast<double>(count) * probabilities_[i];
+      if (ways == 0.0) break;
+      if (is_last && count != remaining) continue;
+      counts_[i] = static_cast<double>(count);
+      problem_.add_density(i, counts_[i], base, sum);
+      if (is_last)
+        add(sum, probability * ways);
+      else
+        visit(i + 1, remaining - count, probability * ways);
+    }
+  }
+  void add(const double* density_sum, double probability) {
+    const double n = static_cast<double>(samples_);
+    problem_.divide(n, density_sum, divided_.data());
+    const double mean = problem_.covered_integral(density_sum);
+    conditional_ +=
+        probability * conditional_variance(problem_, divided_.data(), n, [&](auto i) { return counts_[i]; });
+    mean_ += probability * mean;
+    squared_mean_ += probability * mean * mean;
+  }
+
+  const TabulatedProblem& problem_;
+  std::vector<double> probabilities_;
+  std::size_t samples_;
+  std::vector<double> counts_;
+  std::vector<double> partial_;
+  std::vector<double> divided_;
+  double conditional_ = 0.0;
+  double mean_ = 0.0;
+  double squared_mean_ = 0.0;
+};
+
+/// Sums over all non-empty multisets of proposals that are still undrawn, c_i ≤ n_i of proposal i. A sample at a uniform place
+/// in the order of n = Σ n_i meets all sizes r equally often, and a multiset of size r with the probability
+/// Π binomial(n_i, c_i)/binomial(n, r).
+class SubsetSum {
+ public:
+  SubsetSum(const TabulatedProblem& problem, std::vector<std::uint32_t> counts)
+      : problem_(problem), counts_(std::move(counts)), divided_(problem.node_count()) {
+    for (const std::uint32_t count : counts_) samples_ += count;
+    partial_.resize((samples_ + 1) * problem.node_count());
+    visit(0, 0, 1.0);
+  }
+  [[nodiscard]] double mean() const noexcept { return mean_; }
+  /// (1/n) Σ_r E ∫ f²/p_S.
+  [[nodiscard]] double second_moment() const noexcept { return second_moment_; }
+
+ private:
+  // Level `size` of the partial sums holds the densities of the `size` slots included so far, chosen in one of `ways` ways.
+  void visit(std::size_t i, std::size_t size, double ways) {
+    if (i == counts_.size()) {
+      if (size > 0) add(size, ways);
+      return;
+    }
+    visit(i + 1, size, ways);
+    const double* const base = partial_.data() + size * problem_.node_count();
+    for (std::size_t count = 1; count <= counts_[i]; ++count) {
+      ways *= static_cast<double>(counts_[i] - count + 1) / static_cast<double>(count);
+      problem_.add_density(i, static_cast<double>(count), base,
+                           partial_.data() + (size + count) * problem_.node_count());
+      visit(i + 1, size + count, ways);
+    }
+  }
+  void add(std::size_t size, double ways) {
+    const double n = static_cast<double>(samples_);
+    double binomial = 1.0;
+    for (std::size_t i = 0; i < size; ++i) binomial *= (n - static_cast<double>(i)) / static_cast<double>(i + 1);
+    const double* const density_sum = partial_.data() + size * problem_.node_count();
+    problem_.divide(static_cast<double>(size), density_sum, divided_.data());
+    const double probability = ways / (n * binomial);
+    second_moment_ += probability * problem_.squared_over(divided_.data());
+    mean_ += probability * problem_.covered_integral(density_sum);
+  }
+
+  const TabulatedProblem& problem_;
+  std::vector<std::uint32_t> counts_;
+  std::size_t samples_ = 0;
+  std::vector<double> partial_;
+  std::vector<double> divided_;
+  double mean_ = 0.0;
+  double second_moment_ = 0.0;
+};
+
+/// ψ at all nodes.
+[[nodiscard]] inline std::vector<double> mixture(const TabulatedProblem& problem) {
+  const std::size_t n = problem.proposal_count();
+  return mixture_of(std::vector<double>(n, 1.0 / static_cast<double>(n)), problem);
+}
+
+}  // namespace detail
+
+/// Mean and variance of one round of N samples under `scheme` (R rounds divide the variance by R), one sample of each; for
+/// counts n_i with S2 or S3, repeat proposal i in the problem n_i times. Holds for partial support too, except that the
+/// variance of N2 needs full support (its draws are correlated otherwise).
+///
+/// Throws std::invalid_argument for R2 with N > max_exact_r2, N2 with N > max_exact_n2, and N2 with partial support.
+[[nodiscard]] inline ExactMoments exact_moments(Scheme scheme, const TabulatedProblem& problem) {
+  require_enumerator(scheme);
+  const double n = static_cast<double>(problem.proposal_count());
+  std::vector<double> divided(problem.node_count());
+  switch (scheme) {
+    case Scheme::R1:
+    case Scheme::N1: {
+      // (1/N²) Σ_i ∫ f²/q_i, less what the indices make no noise in: I²/N at random, (1/N²) Σ_i I_i² one by one.
+      double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
+      for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
+        problem.divide(1.0, problem.densities(i), divided.data());
+        const double covered = problem.covered_integral(problem.densities(i));
+        second_moment += problem.squared_over(divided.data()) / n;
+        mean += covered / n;
+        squared_means += covered * covered / n;
+      }
+      return {mean, detail::variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
+    }
+    case Scheme::R2: {
+      require_argument(problem.proposal_count() <= max_exact_r2,
+                       "too many proposals for an exact R2: use averaged_variance");
+      const std::size_t count = problem.proposal_count();
+      return detail::MultisetSum(problem, std::vector<double>(count, 1.0 / n), count).moments();
+    }
+    case Scheme::N2: {
+      require_argument(problem.proposal_count() <= max_exact_n2,
+                       "too many proposals for an exact N2: use averaged_variance");
+      require_argument(problem.has_full_support(), "the exact variance of N2 needs full support");
+      // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is subtracted.
+      // The printed form leaves out a part of the noise, see docs/paper-corrections.md [Elvira, corrected].
+      const detail::SubsetSum sum(problem, std::vector<std::uint32_t>(problem.proposal_count(), 1));
+      return {sum.mean(), detail::variance_from(sum.second_moment() / n, sum.mean() * sum.mean() / n)};
+    }
+    case Scheme::R3:
+    case Scheme::N3:
+      break;
+  }
+  const std::vector<double> psi = detail::mixture(problem);
+  problem.divide(1.0, psi.data(), divided.data());
+  const double mean = problem.covered_integral(psi.data());
+  if (scheme == Scheme::R3)
+    return {mean, detail::variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
+  return {mean, detail::conditional_variance(problem, divided.data(), n, [](auto) { return 1.0; })};
+}
+
+/// What `scheme` converges to: ∫ f when the proposals cover f as it needs, else less. Also for N2 with partial support.
+/// Throws std::invalid_argument as `exact_moments` does for its N.
+[[nodiscard]] inline double exact_mean(Scheme scheme, const TabulatedProblem& problem) {
+  if (scheme != Scheme::N2) return exact_moments(scheme, problem).mean;
+  require_argument(problem.proposal_count() <= max_exact_n2, "too many proposals for an exact N2");
+  return detail::SubsetSum(problem, std::vector<std::uint32_t>(problem.proposal_count(), 1)).mean();
+}
+
+/// The variance of one round. Throws as `exact_moments` does.
+[[nodiscard]] inline double exact_variance(Scheme scheme, const TabulatedProblem& problem) {
+  return exact_moments(scheme, problem).variance;
+}
+
+/// Mean and variance of one round under `scheme` with a sample allocation: n = Σ n_i samples, drawn with the probabilities
+/// α_i by R1, R2 and R3, n_i of proposal i by N1, N2 and N3. Holds for partial support too, except for N2.
+///
+/// Throws std::invalid_argument for an allocation that does not fit, for R2 and N2 with more than `max_exact_terms` terms, and
+/// for N2 where a proposal that has samples does not cover f.
+template <std::floating_point T, std::size_t Capacity>
+[[nodiscard]] ExactMoments exact_moments(Scheme scheme, const SampleAllocation<T, Capacity>& allocation,
+                                         const TabulatedProblem& problem) {
+  const Selection selection = cheapest_pair(scheme).selection;
+  const std::size_t proposals = problem.proposal_count();
+  allocation.require_fits(proposals, selection);
+  const std::size_t samples = allocation.sample_count(proposals);
+  const double n = static_cast<double>(samples);
+  // α_i of S1, n_i/n of S2 and S3.
+  std::vector<double> shares(proposals);
+  std::vector<std::uint32_t> counts(proposals);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < proposals; ++i) {
+    counts[i] = allocation.count(i);
+    shares[i] = selection == Selection::S1 ? static_cast<double>(allocation.weight(i)) : counts[i] / n;
+    sum += shares[i];
+  }
+  for (double& share : shares) share /= sum;
+
+  std::vector<double> divided(problem.node_count());
+  switch (scheme) {
+    case Scheme::R1:
+    case Scheme::N1: {  // (1/n) (Σ α_i ∫ f²/q_i − I²), or (1/n²) Σ n_i (∫ f²/q_i − I_i²)
+      double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
+      for (std::size_t i = 0; i < proposals; ++i) {
+        if (shares[i] == 0.0) continue;
+        problem.divide(1.0, problem.densities(i), divided.data());
+        const double covered = problem.covered_integral(problem.densities(i));
+        second_moment += shares[i] * problem.squared_over(divided.data());
+        mean += shares[i] * covered;
+        squared_means += shares[i] * covered * covered;
+      }
+      return {mean, detail::variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
+    }
+    case Scheme::R2: {
+      double terms = 1.0;  // binomial(n + N − 1, n)
+      for (std::size_t i = 1; i <= samples; ++i)
+        terms *= static_cast<double>(proposals - 1 + i) / static_cast<double>(i);
+      require_argument(terms <= max_exact_terms, "too many proposals and samples for an exact R2");
+      return detail::MultisetSum(problem, shares, samples).moments();
+    }
+    case Scheme::N2: {
+      double terms = 1.0;
+      for (std::size_t i = 0; i < proposals; ++i) {
+        terms *= counts[i] + 1.0;
+        require_argument(counts[i] == 0 || problem.covers(problem.densities(i)),
+                         "the exact variance of N2 needs full support");
+      }
+      require_argument(terms <= max_exact_terms, "too many proposals and samples for an exact N2");
+      const detail::SubsetSum subsets(problem, counts);
+      return {subsets.mean(), detail::variance_from(subsets.second_moment() / n, subsets.mean() * subsets.mean() / n)};
+    }
+    case Scheme::R3:
+    case Scheme::N3:
+      break;
+  }
+  const std::vector<double> psi = mixture_of(shares, problem);
+  problem.divide(1.0, psi.data(), divided.data());
+  const double mean = problem.covered_integral(psi.data());
+  if (scheme == Scheme::R3)
+    return {mean, detail::variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
+  return {mean, detail::conditional_variance(problem, divided.data(), n, [&](std::size_t i) { return counts[i]; })};
+}
+
+/// True when the mixture of every group covers f, as the partial deterministic mixture needs it.
+template <std::size_t Capacity>
+[[nodiscard]] bool has_full_support(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  groups.require_fits(problem.proposal_count());
+  std::vector<double> sum(problem.node_count());
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    std::fill(sum.begin(), sum.end(), 0.0);
+    for (const std::uint32_t i : groups.members(group)) problem.add_density(i, 1.0, sum.data(), sum.data());
+    if (!problem.covers(sum.data())) return false;
+  }
+  return true;
+}
+
+/// Mean and variance of one round of the partial deterministic mixture:
+/// (1/N²) Σ_g (P_g ∫ f²/ψ_g − Σ_{i in g} (∫ f q_i/ψ_g)²). Holds for partial support too.
+template <std::size_t Capacity>
+[[nodiscard]] ExactMoments exact_moments(const Groups<Capacity>& groups, const TabulatedProblem& problem) {
+  groups.require_fits(problem.proposal_count());
+  const double n = static_cast<double>(problem.proposal_count());
+  std::vector<double> sum(problem.node_count()), divided(problem.node_count()), is_member(problem.proposal_count());
+  ExactMoments moments{0.0, 0.0};
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    const double size = static_cast<double>(groups.members(group).size());
+    std::fill(sum.begin(), sum.end(), 0.0);
+    std::fill(is_member.begin(), is_member.end(), 0.0);
+    for (const std::uint32_t i : groups.members(group)) {
+      problem.add_density(i, 1.0, sum.data(), sum.data());
+      is_member[i] = 1.0;
+    }
+    problem.divide(size, sum.data(), divided.data());
+    const double share = size / n;
+    moments.mean += share * problem.covered_integral(sum.data());
+    moments.variance += share * share * detail::conditional_variance(problem, divided.data(), size, [&](std::size_t i) {
+                          return is_member[i];
+                        });
+  }
+  return moments;
+}
+
+}  // namespace gmis

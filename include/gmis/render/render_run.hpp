@@ -1,0 +1,420 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <ctime>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gmis/core/attributes.hpp"
+#include "gmis/core/argument_error.hpp"
+#include "gmis/core/executor_ref.hpp"
+#include "gmis/core/math.hpp"
+#include "gmis/core/state_archive.hpp"
+#include "gmis/render/checkpoint.hpp"
+#include "gmis/render/merging_disk.hpp"
+#include "gmis/render/merging_gain.hpp"
+#include "gmis/render/render_request.hpp"
+#include "gmis/render/render_result.hpp"
+#include "gmis/render/run_identity.hpp"
+#include "gmis/render/run_record.hpp"
+#include "gmis/transport/allocation/render_engine.hpp"
+
+namespace gmis {
+
+namespace detail {
+
+/// Adds the wall time and the processor time of its lifetime to two sums.
+class RunTimer {
+ public:
+  RunTimer(double& wall, double& cpu) : wall_(wall), cpu_(cpu) {}
+  ~RunTimer() {
+    wall_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start_).count();
+    cpu_ += static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC;
+  }
+  RunTimer(const RunTimer&) = delete;
+  RunTimer& operator=(const RunTimer&) = delete;
+
+ private:
+  double& wall_;
+  double& cpu_;
+  std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
+  std::clock_t cpu_start_ = std::clock();
+};
+
+}  // namespace detail
+
+/// A rendering that improves iteration by iteration, over engines of any scene with the spectrum `S`: engine, film,
+/// error, convergence log and limits. Nothing here depends on the scene, so that it is compiled once a spectrum.
+/// `Render<Scene>` (render.hpp) is the same with the engines of a scene.
+///
+/// `run` renders until a limit of the budget is met. A program with a loop of its own calls `advance` and
+/// `reason_to_stop`; several renderings can then take turns. The constructor throws `std::invalid_argument` for invalid
+/// settings, as the engines do.
+///
+/// The same seed and settings give the same pictures for any number of threads. A limit on time or on the error changes
+/// the number of iterations alone.
+template <Spectrum S_>
+class RenderRun {
+ public:
+  using S = S_;
+
+  /// Prepares a run with these engines. `resolution` is that of the camera.
+  GMIS_RARE RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequest request);
+  RenderRun(const RenderRun&) = delete;
+  RenderRun& operator=(const RenderRun&) = delete;
+
+  /// Renders until a limit is met, and calls the callbacks of the request. With a `StoppableExecutor`, an interrupt
+  /// after the first iteration leaves out the iteration under way; with another executor that iteration is finished.
+  GMIS_RARE RenderResult run(ExecutorRef executor);
+
+  /// Renders one more iteration. Returns false when the executor was stopped meanwhile: this iteration is left out, and
+  /// the rendering cannot go on.
+  GMIS_RARE [[nodiscard]] bool advance(ExecutorRef executor);
+
+  /// The state after the latest iteration, from which the same program can go on (`resume`). Write it to a file that
+  /// replaces the one before.
+  GMIS_RARE [[nodiscard]] std::vector<std::byte> checkpoint();
+
+  /// Goes on from a checkpoint of a run with the same scene and request; limits, threads and callbacks may differ. The
+  /// pictures then have the bits of a run that was never interrupted. Throws `std::invalid_argument` that says what
+  /// differs, or that the bytes are damaged; this rendering is then unchanged. Call it before the first iteration.
+  GMIS_RARE void resume(std::span<const std::byte> bytes);
+
+  /// Adds the latest iteration to the convergence log unless it is there.
+  GMIS_RARE void finish_log(ExecutorRef executor);
+  void finish_log() {
+    SerialExecutor executor;
+    finish_log(executor);
+  }
+
+  /// The limit that is met after the iterations so far (at least one), or nothing to go on.
+  [[nodiscard]] std::optional<StopReason> reason_to_stop() const {
+    if (request_.interrupt != nullptr && request_.interrupt->load()) return StopReason::interrupt;
+    if (request_.rejection_limit.is_surely_exceeded(made_.counters)) return StopReason::rejected;
+    return request_.budget.reason_to_stop(made_.state);
+  }
+
+  /// Iterations and wall time so far. The error in it is known when it was estimated after the latest iteration.
+  [[nodiscard]] const RunState& progress() const noexcept { return made_.state; }
+  /// Processor time of the iterations so far, without estimates of the error.
+  [[nodiscard]] double cpu_seconds() const noexcept { return made_.cpu_seconds; }
+  /// The film so far.
+  [[nodiscard]] const Film<S>& film() const noexcept { return made_.film; }
+  /// The picture of the latest iteration alone, inside the crop.
+  [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
+  /// The picture so far.
+  [[nodiscard]] Picture picture() const { return picture_of(made_.film); }
+  /// Error and time of the iterations so far.
+  [[nodiscard]] const ConvergenceLog& log() const noexcept { return made_.log; }
+  /// The engine that is run, with the choice of a pilot.
+  [[nodiscard]] const RenderEngine<S>& engine() const noexcept { return *engine_; }
+
+  /// The estimated error, with `RenderRequest::intervals` or a limit on the error, from the second iteration on.
+  [[nodiscard]] std::optional<ErrorEstimate> error() const {
+    return estimated_after_ == made_.state.iterations ? latest_error_ : made_.error();
+  }
+
+  /// The bias of merging in the picture so far; empty after one iteration that merges.
+  [[nodiscard]] std::optional<MergingBias> merging_bias() const { return made_.merging_bias(); }
+
+  /// The prices of the usual errors, and of half the present one.
+  [[nodiscard]] std::optional<PriceTable> prices() const { return made_.prices(error()); }
+  /// The prices of the usual errors as the pilot's choice has them; empty before two iterations with the chosen counts.
+  [[nodiscard]] const std::optional<PriceTable>& forecast() const noexcept { return made_.forecast; }
+
+  /// The result of the run so far; `reason` says why it ended.
+  GMIS_RARE [[nodiscard]] RenderResult result(StopReason reason) const;
+
+ private:
+  GMIS_RARE [[nodiscard]] RunIdentity identity() const {
+    RunIdentity all = identity_of(request_, resolution_, Film<S>::channel_count, sizeof(ScalarOf<S>));
+    for (const auto& [name, value] : maker_.properties) all.add(name, value);
+    return all;
+  }
+  GMIS_RARE void make_engine() {
+    engine_.emplace(maker_, request_.settings, request_.candidates, request_.expected_iterations, request_.crop);
+    engine_->keep_contributions(request_.techniques || request_.class_pictures);
+  }
+  /// The record comes first, which `join_runs` reads without the rest.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(made_, latest_error_, estimated_after_, next_estimate_);
+    archive(request_.expected_iterations);  // the choice of a pilot depends on it
+    if constexpr (Archive::is_reading) make_engine();
+    archive(*engine_);
+  }
+
+  /// Copies the state of the engine into the record.
+  GMIS_RARE void note_engine();
+  /// Once, after the second iteration, or the second that learns nothing: the first one has a pilot, and measures light
+  /// trees, too.
+  GMIS_RARE void update_forecast(double cpu_seconds, double wall_seconds);
+
+  /// The pixels of the crop, copied into `part` unless they are the whole frame.
+  template <class Value>
+  [[nodiscard]] std::span<const Value> in_crop(std::span<const Value> frame, std::vector<Value>& part) const {
+    const glm::ivec2 size = made_.film.resolution();
+    if (size == resolution_ || frame.empty()) return frame;
+    part.clear();
+    for (int y = crop_.lower.y; y < crop_.upper.y; ++y) {
+      const auto row = frame.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) +
+                                         static_cast<std::size_t>(crop_.lower.x),
+                                     static_cast<std::size_t>(size.x));
+      part.insert(part.end(), row.begin(), row.end());
+    }
+    return part;
+  }
+
+  void take_frame();
+
+  /// After 4, 8, 16 … iterations of a run whose radius a pilot has chosen: sets disk and gain of the iterations to come.
+  /// A pilot can hardly see the bias of merging; the iterations so far have measured it.
+  GMIS_RARE void adapt_merging();
+  /// The radius becomes at most what the pilot chose, for larger ones have their costs, and at least that of the
+  /// settings.
+  GMIS_RARE void choose_disk(const Choice& choice, const MergingBias& bias, std::uint32_t length);
+  /// A bias b with the standard error s is made up for by the factor 1 − s²/b², since a part may be noise.
+  GMIS_RARE void choose_gain(const MergingBias& bias, std::uint32_t length);
+
+  GMIS_RARE void update_error(ExecutorRef executor);
+  /// Estimates the error after the latest iteration unless that is done.
+  GMIS_RARE void estimate_now(ExecutorRef executor);
+  GMIS_RARE void add_to_log();
+
+  EngineMaker<S> maker_;
+  RenderRequest request_;
+  glm::ivec2 resolution_;
+  PixelBounds crop_;
+  std::optional<RenderEngine<S>> engine_;
+  RunRecord<S> made_;         ///< of whole iterations
+  std::span<const S> frame_;  ///< of the engine, or `part_`
+  std::vector<S> part_;
+  std::vector<float> changes_;
+  std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
+  std::uint32_t estimated_after_ = 0, next_estimate_ = 2;
+};
+
+template <Spectrum S_>
+RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequest request)
+    : maker_(std::move(maker)),
+      request_(std::move(request)),
+      resolution_(resolution),
+      crop_(crop_of(request_, resolution_)),
+      made_(request_, resolution_) {
+  const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
+  make_engine();
+  note_engine();
+}
+
+template <Spectrum S_>
+RenderResult RenderRun<S_>::run(ExecutorRef executor) {
+  executor.stop_when(nullptr);
+  double last_picture = made_.state.seconds;
+  std::optional<double> last_checkpoint;  // in seconds of the run
+  std::optional<StopReason> reason;
+  if (made_.state.iterations > 0) reason = reason_to_stop();
+  while (!reason) {
+    if (!advance(executor)) {
+      reason = StopReason::interrupt;
+      break;
+    }
+    if (request_.on_iteration) request_.on_iteration(made_.state);
+    reason = reason_to_stop();
+    if (!reason && request_.on_picture && made_.state.seconds - last_picture >= request_.seconds_between_pictures) {
+      last_picture = made_.state.seconds;
+      request_.on_picture(picture());
+    }
+    if (request_.on_checkpoint &&
+        (reason || !last_checkpoint || made_.state.seconds - *last_checkpoint >= request_.seconds_between_pictures)) {
+      last_checkpoint = made_.state.seconds;
+      request_.on_checkpoint(checkpoint());
+    }
+    executor.stop_when(request_.interrupt);  // from now on there is a picture
+  }
+  executor.stop_when(nullptr);
+  finish_log(executor);
+  return result(*reason);
+}
+
+template <Spectrum S_>
+bool RenderRun<S_>::advance(ExecutorRef executor) {
+  const double cpu_before = made_.cpu_seconds, wall_before = made_.state.seconds;
+  {
+    const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
+    engine_->iterate(executor);
+    if (executor.is_stopped()) return false;
+    double ignored = 0.0;
+    const detail::RunTimer film_timer(made_.film_seconds, ignored);
+    take_frame();
+  }
+  made_.counters = engine_->counters();  // of whole iterations only
+  made_.light_work = engine_->light_work();
+  const RejectionLog& rejected = engine_->engine().rejections();
+  made_.rejected_paths.assign(rejected.paths().begin(), rejected.paths().end());
+  made_.phases = engine_->seconds();
+  note_engine();
+  adapt_merging();
+  update_forecast(cpu_before, wall_before);
+  update_error(executor);
+  if (made_.log.is_due(made_.state.iterations)) add_to_log();
+  return true;
+}
+
+template <Spectrum S_>
+std::vector<std::byte> RenderRun<S_>::checkpoint() {
+  StateWriter state;
+  exchange_state(state);
+  return detail::checkpoint_bytes(identity(), state.bytes());
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::resume(std::span<const std::byte> bytes) {
+  const Checkpoint opened = open_checkpoint(bytes, identity());
+  StateReader state(opened.state);
+  exchange_state(state);
+  if (state.is_broken() || !state.is_at_end()) reject_argument("the checkpoint is damaged");
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::finish_log(ExecutorRef executor) {
+  if (made_.state.iterations == 0 || made_.log.points().back().iteration == made_.state.iterations) return;
+  estimate_now(executor);
+  add_to_log();
+}
+
+template <Spectrum S_>
+RenderResult RenderRun<S_>::result(StopReason reason) const {
+  return made_.result(request_, reason, error());
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::note_engine() {
+  made_.counts = engine_->engine().counts();
+  if (const Choice* choice = engine_->choice(); choice != nullptr && !made_.choice) made_.choice = *choice;
+  made_.radius = engine_->engine().first_radius();
+  made_.photon_bytes = engine_->engine().photon_bytes();
+  made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings);
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::update_forecast(double cpu_seconds, double wall_seconds) {
+  const Choice* const choice = engine_->choice();
+  // An iteration that learns takes longer than those that follow.
+  const bool learns = request_.settings.pixel_counts == PixelCounts::learned;
+  const std::uint32_t usual = learns ? PixelCountLearner::iterations + 2 : 2;
+  if (choice == nullptr || !choice->chosen || made_.forecast || made_.state.iterations != usual) return;
+  made_.forecast =
+      forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings),
+                      {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},
+                      {1, made_.cpu_seconds - cpu_seconds, made_.state.seconds - wall_seconds});
+  if (request_.on_forecast) request_.on_forecast(*made_.forecast);
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::take_frame() {
+  const AnyEngine<S>& engine = engine_->engine();
+  frame_ = in_crop(engine.frame(), part_);
+  made_.film.add_iteration(frame_);
+  made_.merging.add_iteration(in_crop(engine.merging_change(), changes_),
+                              1.0 + engine.merging_gain() * engine.radius());
+  made_.disks += square(engine.radius());
+  made_.gain.add_iteration(engine.merged_light() / static_cast<double>(std::max<std::size_t>(1, frame_.size())),
+                           engine.radius());
+  if (made_.batches) made_.batches->add_iteration(frame_);
+  // With replications, even and odd iterations belong to different ones, too.
+  if (request_.halves) made_.halves[made_.state.iterations % 2].add_iteration(frame_);
+  if (request_.techniques || request_.class_pictures)
+    engine.for_each_contribution([&](const Contribution<S>& contribution) {
+      if (request_.techniques) made_.techniques.add(contribution);
+      if (request_.class_pictures) made_.classes.add(contribution);
+    });
+  ++made_.state.iterations;
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::adapt_merging() {
+  const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
+  const std::uint32_t n = made_.state.iterations;
+  const Choice* const choice = engine_->choice();
+  if (choice == nullptr || !choice->chosen || n < 4 || !std::has_single_bit(n)) return;
+  const std::optional<MergingBias> bias = made_.merging_bias();
+  if (!bias) return;
+  const std::uint32_t length = std::max(2 * n, choice->expected_iterations);
+  choose_disk(*choice, *bias, length);
+  // A gain has to make up for everything before the run ends.
+  choose_gain(*bias, choice->expected_iterations > n ? choice->expected_iterations : 2 * n);
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::choose_disk(const Choice& choice, const MergingBias& bias, std::uint32_t length) {
+  if (!(made_.expected_law.merging > 0.0) || !(bias.relative_bias > 0.0)) return;
+  AnyEngine<S>& engine = *engine_->picture_engine();
+  const double factor = engine.counts().radius_factor, disk = square(engine.first_radius());
+  const double merging = made_.expected_law.merging * made_.expected_law.remaining_at(length);
+  const double best = best_first_disk({made_.state.iterations, made_.disks, square(bias.relative_bias)},
+                                      merging * disk, request_.settings.alpha, length);
+  const double chosen = choice.forecasts[*choice.chosen].counts.radius_factor;
+  engine.merge_within(std::clamp(factor * std::sqrt(best / disk), std::min(1.0, chosen), chosen));
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::choose_gain(const MergingBias& bias, std::uint32_t length) {
+  AnyEngine<S>& engine = *engine_->picture_engine();
+  const double mean = estimate_of(made_.film).mean, n = made_.state.iterations;
+  const double of_merging = (bias.of_mean - bias.made_up) * mean;
+  const double error = bias.standard_error_of_mean * mean;
+  if (!(square(of_merging) > square(error))) {
+    made_.gain.choose(0.0, 0.0, 0.0);
+  } else {
+    const double exponent = 0.5 * (request_.settings.alpha + 1.0);  // r_i = r_1 i^(exponent − 1)
+    const double radii = engine.first_radius() *
+                         (length * mean_disk(exponent, length) - n * mean_disk(exponent, made_.state.iterations));
+    made_.gain.choose(n * of_merging * (1.0 - square(error / of_merging)), radii,
+                      engine.first_radius() * std::pow(n + 1.0, exponent - 1.0));
+  }
+  engine.scale_merging(made_.gain.per_radius());
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::update_error(ExecutorRef executor) {
+  made_.state.is_calibrated = false;  // an older estimate must not end the run
+  const bool is_due = request_.budget.relative_error && made_.state.iterations >= next_estimate_;
+  if (!is_due && !made_.log.is_due(made_.state.iterations)) return;
+  next_estimate_ = made_.state.iterations + std::max(1U, made_.state.iterations / 8);  // eight times per doubling
+  estimate_now(executor);
+  if (!latest_error_) return;
+  made_.state.relative_error = latest_error_->relative_error;
+  made_.state.is_calibrated = latest_error_->is_calibrated();
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::estimate_now(ExecutorRef executor) {
+  if (!made_.batches || estimated_after_ == made_.state.iterations) return;
+  double ignored = 0.0;
+  const detail::RunTimer timer(made_.state.seconds, ignored);
+  latest_error_ = estimate_error(*made_.batches, executor);
+  // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
+  if (executor.is_stopped()) latest_error_ = estimate_error(*made_.batches);
+  estimated_after_ = made_.state.iterations;
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::add_to_log() {
+  double ignored = 0.0;
+  const detail::RunTimer timer(made_.state.seconds, ignored);
+  made_.log.add(made_.point(request_, error()));
+  if (request_.on_log) request_.on_log(made_.log.points().back());
+}
+
+#ifdef GMIS_COMPILED
+extern template class RenderRun<Vec3<float>>;
+extern template class RenderRun<Vec3<double>>;
+#endif
+
+}  // namespace gmis

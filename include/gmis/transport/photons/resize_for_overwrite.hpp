@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace gmis::detail {
+
+/// Makes `vector` hold `count` elements of any value, those that it had before or others. What it reserves is the largest
+/// count that it was asked for, no more.
+template <class X>
+void resize_for_overwrite(std::vector<X>& vector, std::size_t count) {
+  if (vector.capacity() < count) {
+    vector = {};
+    vector.reserve(count);
+  }
+  vector.resize(count);
+}
+
+}  // namespace gmis::detail

@@ -1,0 +1,178 @@
+// The statistics of the adapter checks, against quadrature and against samplers whose density is
+// known.
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "gmis/check/density_test.hpp"
+#include "gmis/check/findings.hpp"
+#include "gmis/check/scatter_statistics.hpp"
+#include "support/catch.hpp"
+#include "support/seed.hpp"
+
+using namespace gmis;
+using V = Vec3<double>;
+
+namespace {
+
+/// GGX half vectors of roughness alpha around z, mirrored directions for light from `to_prev`, by
+/// their definition [Walter et al. 2007, eq. 33, 35]. The stated density is `factor` times the true
+/// one.
+struct RoughMirror {
+  using Spectrum = double;
+  double alpha = 0.04, factor = 1;
+
+  [[nodiscard]] double density(const V& to_prev, const V& to_next) const {
+    if (to_next.z <= 0) return 0;
+    const V half = glm::normalize(to_prev + to_next);
+    const double cos2 = half.z * half.z, a2 = alpha * alpha;
+    const double slope = (1 - cos2) / cos2;
+    const double d = 1 / (pi<double> * a2 * cos2 * cos2 * (1 + slope / a2) * (1 + slope / a2));
+    return d * half.z / (4 * std::abs(glm::dot(half, to_prev)));
+  }
+  /// f |cos| is the true density: the surface reflects all that is not lost below the horizon.
+  [[nodiscard]] BsdfValue<double> evaluate(const V& to_prev, const V& to_next, TransportMode) const {
+    const double p = density(to_prev, to_next);
+    if (!(p > 0)) return {};
+    return {p / to_next.z, {{factor * p}, {factor * density(to_next, to_prev)}}};
+  }
+  [[nodiscard]] std::optional<ScatterSample<double>> sample(const V& to_prev, double, const Vec2<double>& uv,
+                                                            TransportMode mode) const {
+    const double tan = alpha * std::sqrt(uv.x / (1 - uv.x)), cosine = 1 / std::sqrt(1 + tan * tan);
+    const V half(cosine * tan * std::cos(2 * pi<double> * uv.y), cosine * tan * std::sin(2 * pi<double> * uv.y),
+                 cosine);
+    const V to_next = reflect_about(to_prev, half);
+    const auto f = evaluate(to_prev, to_next, mode);
+    if (!(f.pdf.forward.value > 0)) return std::nullopt;
+    return ScatterSample<double>{to_next, f.value * to_next.z / f.pdf.forward.value, f.pdf};
+  }
+  [[nodiscard]] bool is_purely_delta() const { return false; }
+  [[nodiscard]] double albedo() const { return 1; }
+};
+static_assert(Bsdf<RoughMirror>);
+
+Findings statistics_of(const RoughMirror& bsdf, double cosine, std::uint64_t seed) {
+  Philox source(gmis_test::seed(seed));
+  detail::ScatterStatistics<double> statistics;
+  const V to_prev(std::sqrt(1 - cosine * cosine), 0, cosine);
+  statistics.draw(bsdf, V(0, 0, 1), to_prev, TransportMode::importance, 8192, source);
+  Findings findings;
+  statistics.judge(findings, 1e-7);
+  return findings;
+}
+
+}  // namespace
+
+TEST_CASE("the scale of the density of a narrow lobe is seen at every angle") {
+  std::uint64_t seed = 1;
+  for (const double alpha : {0.003, 0.01, 0.04, 0.12, 0.5})
+    for (const double cosine : {0.95, 0.6, 0.3}) {
+      INFO("alpha " << alpha << ", cosine " << cosine);
+      CHECK(statistics_of({alpha, 1}, cosine, seed++).text() == "");
+      for (const double factor : {0.43, 0.6, 1.7, 2.7})
+        CHECK(statistics_of({alpha, factor}, cosine, seed++).is_broken(Convention::bsdf_distribution));
+    }
+}
+
+TEST_CASE("a mixture of caps integrates to one and draws what it states") {
+  Philox source(gmis_test::seed(400));
+  std::vector<V> draws;
+  for (int i = 0; i < 400; ++i) {
+    const double u = uniform<double>(source);
+    const V local = square_to_cone(Vec2<double>(u, uniform<double>(source)), 0.02);
+    draws.push_back(glm::normalize(V(local.z, local.x, local.y)));
+  }
+  const detail::CapMixture mixture(draws, 1e-5, source);
+  // The midpoint rule over 4 million cells: caps have sharp borders, each of which a row of cells
+  // crosses.
+  constexpr int rows = 2000, columns = 2000;
+  double sum = 0;
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      const double x = 1 - 2 * (i + 0.5) / rows, turn = 2 * pi<double> * (j + 0.5) / columns, r = std::sqrt(1 - x * x);
+      sum += mixture.density({x, r * std::cos(turn), r * std::sin(turn)});
+    }
+  CHECK(sum * 4 * pi<double> / (double{rows} * columns) == Approx(1).epsilon(0.01));
+  // The share of draws inside the cone that holds all of `draws` has a binomial error.
+  const double in_cone = [&] {
+    double inside = 0;
+    for (int i = 0; i < rows; ++i)
+      for (int j = 0; j < columns; ++j) {
+        const double x = 1 - 0.02 * (i + 0.5) / rows, turn = 2 * pi<double> * (j + 0.5) / columns;
+        const double r = std::sqrt(1 - x * x);
+        inside += mixture.density({x, r * std::cos(turn), r * std::sin(turn)});
+      }
+    return inside * 0.02 * 2 * pi<double> / (double{rows} * columns);
+  }();
+  constexpr int count = 100'000;
+  int inside = 0;
+  for (int i = 0; i < count; ++i)
+    if (mixture.draw(source).x > 0.98) ++inside;
+  const double share = static_cast<double>(inside) / count;
+  CHECK(std::abs(share - in_cone) < 5 * std::sqrt(in_cone * (1 - in_cone) / count) + 1e-3);  // 1e-6, and the quadrature
+}
+
+TEST_CASE("a fault in one group or in one place is not lost among many cases") {
+  // One group of three has 10 broken cases of 40 among 10,000.
+  Findings findings;
+  for (int i = 0; i < 10'000; ++i) {
+    findings.look_at(1 + static_cast<std::size_t>(i % 2), {V(i, 0, 0)});
+    findings.count(Convention::bsdf_weight, true);
+  }
+  CHECK(findings.passes());
+  Findings in_a_group = findings;
+  for (int i = 0; i < 40; ++i) {
+    in_a_group.look_at(3, {V(i * 250.0, 1, 0), V(0, 0, 1), V(0, 1, 0)});
+    in_a_group.count(Convention::bsdf_weight, i % 4 != 0, 0.5, 0.25);
+  }
+  REQUIRE(in_a_group.broken().size() == 1);
+  CHECK(in_a_group.text().find("[10 of 10040 cases]\n") != std::string::npos);
+  CHECK(in_a_group.text().find(
+            "for example at (0, 1, 0), to_prev (0, 0, 1), to_next (0, 1, 0): 0.5 in place of 0.25\n") !=
+        std::string::npos);
+  // Twelve broken cases of a group of 5,000: side by side they are a small object, all over the
+  // place they are rounding.
+  Findings together = findings, scattered = findings;
+  for (int i = 0; i < 12; ++i) {
+    together.look_at(1, {V(5000, 0.01 * i, 3)});
+    together.count(Convention::bsdf_weight, false);
+    scattered.look_at(1, {V(800.5 * i, 0.01, 0)});
+    scattered.count(Convention::bsdf_weight, false);
+  }
+  CHECK_FALSE(together.passes());
+  CHECK(scattered.passes());
+}
+
+TEST_CASE("findings come with causes first") {
+  Findings findings;
+  findings.judge(Convention::bsdf_energy, false);
+  findings.judge(Convention::bsdf_weight, false);
+  findings.judge(Convention::bsdf_distribution, false, 0.5, 1.0);
+  const auto broken = findings.broken();
+  REQUIRE(broken.size() == 3);
+  CHECK(broken[0].convention == Convention::bsdf_distribution);
+  CHECK(broken[1].convention == Convention::bsdf_weight);
+  CHECK(broken[2].convention == Convention::bsdf_energy);
+}
+
+TEST_CASE("a surface that absorbs everything may state any density and make no sample") {
+  struct Black {
+    using Spectrum = double;
+    [[nodiscard]] BsdfValue<double> evaluate(const V&, const V& to_next, TransportMode) const {
+      return {0.0, {{std::max(0.0, to_next.z) / pi<double>}, {0.1}}};
+    }
+    [[nodiscard]] std::optional<ScatterSample<double>> sample(const V&, double, const Vec2<double>&,
+                                                              TransportMode) const {
+      return std::nullopt;
+    }
+    [[nodiscard]] bool is_purely_delta() const { return false; }
+    [[nodiscard]] double albedo() const { return 0; }
+  };
+  Philox source(gmis_test::seed(500));
+  detail::ScatterStatistics<double> statistics;
+  statistics.draw(Black(), V(0, 0, 1), V(0, 0.6, 0.8), TransportMode::importance, 8192, source);
+  Findings findings;
+  statistics.judge(findings, 1e-7);
+  statistics.judge_albedo(findings);
+  CHECK(findings.text() == "");
+}

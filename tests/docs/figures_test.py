@@ -1,0 +1,131 @@
+"""Tests of bench/figures.py over a small project: marks, stamps, staleness, quoted values.
+
+Usage: figures_test.py [unittest's options]
+"""
+
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bench"))
+import figures  # noqa: E402
+
+PAGE = """# Page
+
+The error falls to <!-- value speed: geometric mean: error -->0.5<!-- /value --> of it.
+A pair: <!-- value speed: a / pt: error -->1<!-- /value -->.
+
+<!-- speed: written by ./measure -->
+| scene | by | error |
+| --- | --- | --- |
+| a | pt | 1 |
+| a | vcm | **2** |
+| geometric mean | | 0.5 |
+<!-- end of speed -->
+
+More text.
+"""
+REGISTRY = "[@code]\nsources = include\n[speed]\nminutes = 1\nsources = @code bench/measure.py\n"
+
+
+class Figures(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name)
+        for name, text in {
+            "docs/page.md": PAGE,
+            "bench/figures.ini": REGISTRY,
+            "bench/measure.py": "# a note\nprint(1)\n",
+            "include/a.hpp": "int a;  // a note\nconst char* b = \"// no note\";\n",
+        }.items():
+            file = self.root / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+        self.page = self.root / "docs" / "page.md"
+        measure = self.root / "measure"
+        measure.write_text(
+            "#!/bin/sh\nsed -i 's/^| geometric mean | | 0.5 |$/| geometric mean | | 0.25 |/' docs/page.md\n"
+        )
+        measure.chmod(0o755)
+
+    def project(self):
+        return figures.Project(self.root)
+
+    def figure(self):
+        return self.project().figures()[0]
+
+    def state(self):
+        return self.project().state(self.figure())
+
+    def write(self, name, text):
+        (self.root / name).write_text(text)
+
+    def test_a_figure_without_a_stamp_is_stale(self):
+        self.assertIn("without a stamp", self.state())
+
+    def test_put_writes_body_and_stamp_and_keeps_the_page(self):
+        self.assertTrue(self.project().put(self.page, "speed", "./measure", "| x |\n"))
+        text = self.page.read_text()
+        self.assertIn("<!-- speed: written by ./measure -->\n| x |\n<!-- end of speed -->\n<!-- stamp of speed: digest ", text)
+        self.assertTrue(text.startswith(PAGE.split("<!-- speed:")[0]))
+        self.assertTrue(text.endswith("\n\nMore text.\n"))
+        self.assertIsNone(self.state())
+        self.assertTrue(self.project().put(self.page, "speed", "./measure", "| y |\n"))
+        self.assertEqual(self.page.read_text().count("stamp of speed"), 1)
+        self.assertEqual(self.page.read_text().count("<sub>"), 1)
+        self.assertFalse(self.project().put(self.page, "other", "./measure", "| x |\n"))
+
+    def test_words_may_change_and_code_may_not(self):
+        self.project().put(self.page, "speed", "./measure")
+        self.write("include/a.hpp", "// another note\nint   a;\nconst char* b = \"// no note\";\n")
+        self.write("bench/measure.py", "print(1)\n")
+        self.assertIsNone(self.state())
+        self.write("include/a.hpp", "int a;\nconst char* b = \"// other text\";\n")
+        self.assertIn("have changed", self.state())
+        self.write("include/a.hpp", "int a;  // a note\nconst char* b = \"// no note\";\n")
+        self.assertIsNone(self.state())
+        self.write("include/new.hpp", "int c;\n")
+        self.assertIn("have changed", self.state())
+
+    def test_run_measures_stamps_and_takes_values(self):
+        self.assertTrue(self.project().run(["speed"]))
+        self.assertIsNone(self.state())
+        text = self.page.read_text()
+        self.assertIn("geometric mean: error -->0.25<!-- /value -->", text)
+        self.assertEqual(self.project().check(), [])
+
+    def test_a_command_that_fails_leaves_no_stamp(self):
+        self.write("measure", "#!/bin/sh\nexit 1\n")
+        self.assertFalse(self.project().run([]))
+        self.assertIn("without a stamp", self.state())
+        self.assertFalse(self.project().run(["unknown"]))
+
+    def test_sound_pages_have_no_faults(self):
+        self.assertEqual(self.project().check(), [])
+
+    def test_faults_are_named(self):
+        for before, after, fault in (
+            ("error -->0.5<", "error -->0.6<", "docs/page.md:3: the text says 0.6, the table 0.5"),
+            ("geometric mean: error", "median: error", "no value"),
+            ("a / pt: error", "a / lt: error", "no value"),
+            ("The error falls to <!-- v", "The error falls to\n<!-- v", "must not begin"),
+            ("<!-- speed: written", "<!-- fast: written", "no section"),
+        ):
+            with self.subTest(fault):
+                text = PAGE.replace(before, after).replace("end of speed", "end of fast" if "fast" in after else "end of speed")
+                self.page.write_text(text)
+                self.assertTrue(any(fault in f for f in self.project().check()), self.project().check())
+        self.page.write_text(PAGE.replace("end of speed", "end of something"))
+        with self.assertRaises(ValueError):
+            self.project().check()
+        self.page.write_text(PAGE)
+        self.write("bench/figures.ini", REGISTRY + "[gone]\nsources = include\n")
+        self.assertIn("bench/figures.ini: gone stands in no page", self.project().check())
+        self.write("bench/figures.ini", "[speed]\nsources = nowhere\n")
+        self.assertTrue(any("depends on no file" in f for f in self.project().check()))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,145 @@
+"""Each check of this folder against small trees with one fault, which it must name, and against
+trees without."""
+
+import pathlib
+import sys
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "faults"), str(HERE.parent.parent / "bench")]
+
+import fault_list
+import layers
+import measuring
+import tokens
+
+
+class Layers(unittest.TestCase):
+    def faults(self, **headers):
+        """The faults of headers, whose name is their path with _ for / and whose value are the
+        headers that they include."""
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            path_of = lambda name: name.replace("_", "/") + ".hpp"
+            for name, included in headers.items():
+                file = root / "gmis" / path_of(name)
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text("".join(f'#include "gmis/{path_of(other)}"\n' for other in included.split()))
+            return list(layers.faults_of(root))
+
+    def test_arrows_down(self):
+        self.assertEqual(self.faults(core_a="", mis_b="core_a", transport_walk_c="core_a", transport_splitting_e="mis_b transport_walk_c", render_d="transport_walk_c", render="render_d"), [])
+
+    def test_transport_without_scene(self):
+        self.assertIn("may include only", self.faults(transport_walk_a="scene_b")[0])
+
+    def test_mis_in_splitting_only(self):
+        self.assertIn("only splitting may include mis", self.faults(transport_walk_a="mis_b")[0])
+
+    def test_core_includes_nothing(self):
+        self.assertIn("only itself", self.faults(core_a="mis_b")[0])
+
+    def test_a_layer_includes_no_summary(self):
+        self.assertIn("layers above it", self.faults(transport_a="gmis")[0])
+
+    def test_summaries(self):
+        self.assertEqual(self.faults(mis="mis_a core_b", gmis="render_c", mis_methods="mis_methods_d", mis_methods_d="mis_e"), [])
+        self.assertIn("mis.hpp includes", self.faults(mis="render_c")[0])
+
+    def test_cycle(self):
+        found = self.faults(scene_walk_a="scene_photons_b", scene_photons_b="scene_state_c", scene_state_c="scene_walk_d")
+        self.assertEqual(len(found), 1)
+        for room in ("walk", "photons", "state"):
+            self.assertIn(room, found[0])
+
+    def test_arrow_up(self):
+        layers.ROOMS["mis"] = [".", "methods"]
+        try:
+            self.assertEqual(self.faults(mis_methods_a="mis_b"), [])
+            self.assertIn("an arrow up", self.faults(mis_b="mis_methods_a")[0])
+        finally:
+            del layers.ROOMS["mis"]
+
+
+CODE = """#pragma once
+namespace gmis {  // a comment with a function(in) { it }
+template <Scalar T, class F = std::function<void(int)>>
+  requires(sizeof(T) > 2)
+class Grid {
+ public:
+  explicit Grid(T size) : size_{size}, cells_(first(size) < 3) { build(size); }
+  [[nodiscard]] T operator()(T x) const { return x < size_ ? x * size_ : T(0); }
+  bool operator<(const Grid& other) const { return size_ < other.size_; }
+  struct Cell { T x = T(1); };
+
+ private:
+  T size_;
+};
+template <class T>
+T free(T a, T b) { return a - b; }
+inline constexpr int most = 3;
+}
+"""
+
+
+class Faults(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        file = pathlib.Path(self.folder.name) / "grid.hpp"
+        file.write_text(CODE)
+        self.headers = tokens.headers_in(pathlib.Path(self.folder.name))
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def planted(self, line):
+        file = pathlib.Path(self.folder.name) / "faults.txt"
+        file.write_text("@ test\n" + line + "\n")
+        fault, = fault_list.read_faults(file)
+        place, why = fault_list.place_of(fault, self.headers)
+        return place.planted(fault.new) if place else why
+
+    def test_scopes(self):
+        found = {"::".join(scope.path) for scope in self.headers["grid.hpp"].scopes}
+        self.assertLessEqual({"Grid", "Grid::Grid", "Grid::operator()", "Grid::operator<", "Grid::Cell", "Grid::Cell::x", "Grid::size_", "free", "most"}, found)
+
+    def test_replaced_left_out_added(self):
+        self.assertIn("a  +  b", self.planted("free/plus: a «- → +»"))
+        self.assertIn("Grid(T size) : size_{size}, cells_(first(size) < 3) { }", " ".join(self.planted("Grid::Grid/drop_build: «build(size); → »").split()))
+        self.assertIn("? x * T(1.01) * size_", " ".join(self.planted("operator()/scaled: x * « → T(1.01) *» size_").split()))
+
+    def test_whitespace_does_not_matter(self):
+        self.assertIn("return x  <=  size_", self.planted("Grid::operator()/equal:   x   «< → <=»   size_ ?x*size_"))
+
+    def test_what_is_gone(self):
+        self.assertIn("no longer in", self.planted("free/plus: a «* → +»"))
+        self.assertIn("there is no", self.planted("gone/plus: a «- → +»"))
+        self.assertIn("2 times", self.planted("operator</twice: size_« → + 1»"))
+
+    def test_mechanical(self):
+        found = {what for header in self.headers.values() for _, _, _, what in fault_list.mutations(header, "free")}
+        self.assertEqual(found, {"- → +"})
+        found = {what for header in self.headers.values() for _, _, _, what in fault_list.mutations(header, "Grid::Grid")}
+        self.assertEqual(found, {"statement left out"})
+
+
+class Tables(unittest.TestCase):
+    def test_between_marks(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "page.md"
+            file.write_text("a\n<!-- x: written by ./run bench x -->\nold\n<!-- end of x -->\nb\n")
+            measuring.write_into(file, "x", "| new |\n")
+            text = file.read_text()
+            self.assertTrue(text.startswith("a\n<!-- x: written by ./run bench x -->\n| new |\n<!-- end of x -->\n"))
+            self.assertTrue(text.endswith("\nb\n"))
+
+    def test_pictures(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "picture.pfm"
+            measuring.write_pfm(file, [1.0, 2.0, 3.0], "1x1")
+            self.assertEqual(list(measuring.read_pfm(file)), [1.0, 2.0, 3.0])
+
+
+if __name__ == "__main__":
+    unittest.main()
