@@ -1,6 +1,6 @@
-// The built-in tree beside Embree 3 (single rays, ROBUST) on five meshes: rays a second, seconds to build, bytes while
-// building. Both are timed in this process, in turns. Without Embree only the built-in tree is shown. Prints a table in
-// Markdown; benches/bvh.py puts it into a document.
+// The built-in tree beside Embree 3 (single rays, ROBUST) on five meshes: rays a second, seconds to
+// build, bytes while building. Both are timed in this process, in turns. Without Embree only the
+// built-in tree is shown. Prints a table in Markdown; benches/bvh.py puts it into a document.
 //
 // Usage: bvh [--scale S] [--size PIXELS] [--rounds N] [--threads N] [--mesh NAME]
 

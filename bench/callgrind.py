@@ -24,8 +24,8 @@ def frames_of(program, addresses):
 
 
 def owners_of(program, addresses, owner):
-    """The answer of `owner` for the innermost file at each address that it says anything of; None where
-    it says nothing."""
+    """The answer of `owner` for the innermost file at each address that it says anything of; None
+    where it says nothing."""
     return {address: next((o for o in map(owner, frames) if o is not None), None)
             for address, frames in frames_of(program, addresses).items()}
 

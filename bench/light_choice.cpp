@@ -20,8 +20,8 @@ namespace {
 using namespace gmis::scene;
 using Scene = BvhScene<>;
 
-/// A square town with lamps in rows on a ground of one size for each; every seventh lamp is bright. `unlike`: lamps of powers
-/// over two decades.
+/// A square town with lamps in rows on a ground of one size for each; every seventh lamp is bright.
+/// `unlike`: lamps of powers over two decades.
 Scene town(int lights, LightSelection selection, bool unlike) {
   SceneBuilder<> builder;
   const auto stone = builder.add_material(make_diffuse({0.6, 0.55, 0.5}));
@@ -98,7 +98,8 @@ void print_gains() {
     }
 }
 
-/// Next events at places on the ground: the choice, a point on the light, the shadow ray. Returns the light that arrives.
+/// Next events at places on the ground: the choice, a point on the light, the shadow ray. Returns
+/// the light that arrives.
 [[gnu::noinline]] double next_events(const Scene& scene, double length, int count) {
   gmis::Philox source(5);
   double sum = 0;

@@ -1,5 +1,5 @@
-"""Shared by the benchmarks: the scenes, runs of gmis-render, its pictures, tables, documents, counts
-of instructions."""
+"""Shared by the benchmarks: the scenes, runs of gmis-render, its pictures, tables, documents,
+counts of instructions."""
 
 import array
 import json

@@ -10,7 +10,8 @@
 #include "gmis/transport/engine/engine.hpp"
 
 /// \file
-/// Two ways to render the same scene, one iteration after the other: variance, time and mean of each.
+/// Two ways to render the same scene, one iteration after the other: variance, time and mean of
+/// each.
 
 namespace gmis_bench {
 
@@ -74,13 +75,15 @@ inline std::array<double, 2> trimmed_and_whole(std::vector<double> values) {
   return {sum / static_cast<double>(kept), (sum + rest) / static_cast<double>(values.size())};
 }
 
-/// What two ways to render one picture have shown. An array holds the figure without the largest thousandth, and of all.
+/// What two ways to render one picture have shown. An array holds the figure without the largest
+/// thousandth, and of all.
 struct Comparison {
   std::array<double, 2> before{}, after{};  ///< relative variance of one iteration, of the plain way and of the other
   double plain_seconds = 0, other_seconds = 0;  ///< of one iteration
   double ratio = 0, ratio_error = 0;            ///< of the means, other over plain
 
-  /// Time of the other way over that of the plain one, `training` seconds spread over all iterations.
+  /// Time of the other way over that of the plain one, `training` seconds spread over all
+  /// iterations.
   [[nodiscard]] double cost(double training, int iterations) const {
     return (other_seconds + training / iterations) / plain_seconds;
   }

@@ -1,4 +1,5 @@
-// Problems of the literature: the figures that were published, or found by programs apart from this library, beside ours.
+// Problems of the literature: the figures that were published, or found by programs apart from this
+// library, beside ours.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -89,8 +90,9 @@ int main() {
     row("integral (six digits published)", 2.31175, problem.integral());
     std::printf("%s", gmis::compare(problem, problem.schemes()).text().c_str());
   }
-  // As in the examples of Elvira, Martino, Luengo, Bugallo: normal proposals, mixtures of normals as targets. The figures were
-  // found twice by programs that share nothing with this library, and correct the paper's N2 (docs/paper-corrections.md).
+  // As in the examples of Elvira, Martino, Luengo, Bugallo: normal proposals, mixtures of normals
+  // as targets. The figures were found twice by programs that share nothing with this library, and
+  // correct the paper's N2 (docs/paper-corrections.md).
   by_oracle("Elvira et al.: three modes, three normal proposals, one over each",
             [](double x) {
               return (Normal{-3, 1}.pdf(x) + Normal{0, 1}.pdf(x) + Normal{3, 1}.pdf(x)) / 3.0;

@@ -1,4 +1,5 @@
-// What accuracy costs: time and variance of every scheme, side by side, with a loop by hand beside the library.
+// What accuracy costs: time and variance of every scheme, side by side, with a loop by hand beside
+// the library.
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -119,8 +120,8 @@ void compare_schemes(const Options& options, Report& report) {
                 median(ratios), median(checked[n]));
 }
 
-/// Efficiency over P, for densities that cost what they do here and multiples of that. The cost of one density is that of going
-/// from groups of one to a single group.
+/// Efficiency over P, for densities that cost what they do here and multiples of that. The cost of
+/// one density is that of going from groups of one to a single group.
 void compare_groups(const Options& options, Report& report) {
   std::printf("\nGroups of P, from N1 (P = 1) to N3 (P = N)\n");
   for (const Problem& problem : bench::problems)

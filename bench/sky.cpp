@@ -1,5 +1,6 @@
-// Whether MIS compensation of a sky pays: mean squared error of path tracing with next-event samples in proportion to the
-// radiance, and compensated for a fraction of samples that scatter, at equal paths.
+// Whether MIS compensation of a sky pays: mean squared error of path tracing with next-event
+// samples in proportion to the radiance, and compensated for a fraction of samples that scatter, at
+// equal paths.
 #include <cmath>
 #include <cstdio>
 #include <gmis/scene.hpp>

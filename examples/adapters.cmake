@@ -1,6 +1,7 @@
 find_package(Threads REQUIRED)
 
-# gmis_add_example(NAME sources…): a program that is run as a test, too. It renders for a moment only.
+# gmis_add_example(NAME sources…): a program that is run as a test, too. It renders for a moment
+# only.
 function(gmis_add_example name)
   add_executable(${name} ${ARGN})
   target_compile_options(${name} PRIVATE ${gmis_no_optimization})

@@ -12,9 +12,10 @@
 #include <stdexcept>
 
 /// \file
-/// A material that the library does not have: cloth. A sheen lobe made by fibres that stand off the surface [Estevez,
-/// Kulla, Production friendly microfacet sheen BRDF, 2017] over a Lambertian base. Nothing here is part of the library:
-/// `SceneBuilder<float, ClothBsdf>` is all that it takes.
+/// A material that the library does not have: cloth. A sheen lobe made by fibres that stand off the
+/// surface [Estevez, Kulla, Production friendly microfacet sheen BRDF, 2017] over a Lambertian
+/// base. Nothing here is part of the library: `SceneBuilder<float, ClothBsdf>` is all that it
+/// takes.
 
 namespace own {
 
@@ -22,12 +23,14 @@ using gmis::pi;
 using Vec2 = gmis::Vec2<float>;
 using Vec3 = gmis::Vec3<float>;
 
-/// The sheen lobe of reflectance 1. D(h) = (2 + 1/r) sin^(1/r) θ_h / (2π) [Estevez, Kulla 2017, eq. 2], V = 1 / (4 (a + b −
-/// a b)) for the cosines a and b [Neubelt, Pettineo, Crafting a next-gen material pipeline, 2013], f = D V.
+/// The sheen lobe of reflectance 1. D(h) = (2 + 1/r) sin^(1/r) θ_h / (2π) [Estevez, Kulla 2017, eq.
+/// 2], V = 1 / (4 (a + b − a b)) for the cosines a and b [Neubelt, Pettineo, Crafting a next-gen
+/// material pipeline, 2013], f = D V.
 struct Sheen {
   float roughness;  ///< r
 
-  /// f [1/sr] without the cosine, for the positive cosines of both directions with the normal and that of the half vector.
+  /// f [1/sr] without the cosine, for the positive cosines of both directions with the normal and
+  /// that of the half vector.
   [[nodiscard]] float value(float cos_prev, float cos_next, float cos_half) const noexcept {
     const float sin2 = std::max(0.0F, 1.0F - cos_half * cos_half);
     const float distribution = (2.0F + 1.0F / roughness) * std::pow(sin2, 0.5F / roughness) / (2.0F * pi<float>);
@@ -35,8 +38,8 @@ struct Sheen {
   }
 };
 
-/// The share of light that the sheen lobe reflects, by the cosine of the direction it comes from: a table made once for each
-/// material.
+/// The share of light that the sheen lobe reflects, by the cosine of the direction it comes from: a
+/// table made once for each material.
 class SheenAlbedo {
  public:
   SheenAlbedo() = default;
@@ -92,9 +95,10 @@ struct Cloth {
   Vec3 albedo{0};
 };
 
-/// f = sheen · D V + base / π · (1 − s E(a)) (1 − s E(b)), E the share of light that the sheen lobe reflects, s the largest
-/// channel of `sheen`. The base gets what the fibres leave it, both ways, so that f is reciprocal and reflects at most 1
-/// [Estevez, Kulla 2017, section 5]. Reflectances from 0 to 1; roughness from 0.25, where E stays below 1, to 1.
+/// f = sheen · D V + base / π · (1 − s E(a)) (1 − s E(b)), E the share of light that the sheen lobe
+/// reflects, s the largest channel of `sheen`. The base gets what the fibres leave it, both ways,
+/// so that f is reciprocal and reflects at most 1 [Estevez, Kulla 2017, section 5]. Reflectances
+/// from 0 to 1; roughness from 0.25, where E stays below 1, to 1.
 inline Cloth make_cloth(const Vec3& base, const Vec3& sheen, float roughness) {
   if (!(roughness >= 0.25F && roughness <= 1.0F)) throw std::invalid_argument("roughness must be from 0.25 to 1");
   for (int c = 0; c < 3; ++c)
@@ -109,14 +113,14 @@ inline Cloth make_cloth(const Vec3& base, const Vec3& sheen, float roughness) {
   return result;
 }
 
-/// What a cloth surface makes possible. The sheen lobe is as wide as the diffuse one: for the choice of techniques it counts
-/// as diffuse.
+/// What a cloth surface makes possible. The sheen lobe is as wide as the diffuse one: for the
+/// choice of techniques it counts as diffuse.
 inline void add_effects_of(const Cloth& cloth, gmis::Effects& effects) {
   if (!gmis::is_black(cloth.albedo)) effects.diffuse = true;
 }
 
-/// Cloth at one point of a surface, alike on both sides. Two lobes: 0 follows the cosine, 1 is uniform over the hemisphere,
-/// which is how the authors of the sheen lobe draw from it.
+/// Cloth at one point of a surface, alike on both sides. Two lobes: 0 follows the cosine, 1 is
+/// uniform over the hemisphere, which is how the authors of the sheen lobe draw from it.
 class ClothBsdf {
  public:
   using Spectrum = Vec3;

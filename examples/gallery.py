@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Renders the built-in scenes, and makes a page of the pictures with what each cost: time, error, plan.
+"""Renders the built-in scenes, and makes a page of the pictures with what each cost: time, error,
+plan.
 
-Every figure comes from the statistics that gmis-render writes. Usage: gallery.py PROGRAM [--time SECONDS] [--width PIXELS]
-[--out FOLDER] [--docs]; --docs takes small pictures and a number of iterations, so that they are the same on all machines, and writes
-docs/gallery.md with the pictures in docs/gallery/.
+Every figure comes from the statistics that gmis-render writes. Usage: gallery.py PROGRAM [--time
+SECONDS] [--width PIXELS] [--out FOLDER] [--docs]; --docs takes small pictures and a number of
+iterations, so that they are the same on all machines, and writes docs/gallery.md with the pictures
+in docs/gallery/.
 """
 
 import argparse

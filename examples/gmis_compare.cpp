@@ -1,4 +1,5 @@
-// gmis-compare: what accuracy costs in time with each integrator, as a report. docs/accuracy-and-time.md tells how to read it.
+// gmis-compare: what accuracy costs in time with each integrator, as a report.
+// docs/accuracy-and-time.md tells how to read it.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

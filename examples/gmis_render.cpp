@@ -86,7 +86,8 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
-/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how lights are chosen.
+/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how
+/// lights are chosen.
 void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Options& options) {
   request.scene_name = loaded.built->summary() + ", half diagonal " + std::to_string(loaded.built->half_diagonal());
   for (const std::filesystem::path& file : loaded.files) {
@@ -97,7 +98,8 @@ void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Opt
   request.scene_properties.emplace_back("the choice of lights", name_of(options.lights));
 }
 
-/// What could not be written. Nothing that fails keeps what has been computed from being written elsewhere.
+/// What could not be written. Nothing that fails keeps what has been computed from being written
+/// elsewhere.
 class WriteFailures {
  public:
   void add(const std::string& message) {
@@ -120,7 +122,8 @@ class WriteFailures {
   std::string first_;
 };
 
-/// About how many pieces of work an iteration has: rows of pixels and, where light is traced, chunks of 256 light trees.
+/// About how many pieces of work an iteration has: rows of pixels and, where light is traced,
+/// chunks of 256 light trees.
 std::size_t pieces_of_iteration(const RenderRequest& request, const BuiltScene& scene) {
   const glm::ivec2 size = scene.scene().camera().resolution();
   const gmis::PixelBounds crop = gmis::crop_of(request, size);

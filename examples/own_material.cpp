@@ -8,8 +8,9 @@
 
 #include "cloth.hpp"
 
-// A material of one's own (cloth.hpp) beside those of the library, in one scene, rendered by path tracing and by vertex
-// connection and merging. Both must have the same mean: the program fails where they have not.
+// A material of one's own (cloth.hpp) beside those of the library, in one scene, rendered by path
+// tracing and by vertex connection and merging. Both must have the same mean: the program fails
+// where they have not.
 
 namespace {
 
@@ -70,7 +71,8 @@ int main() {
   std::printf("pt   mean %.5f, standard error %.5f\n", pt.mean, pt.standard_error);
   std::printf("vcm  mean %.5f, standard error %.5f\n", vcm.mean, vcm.standard_error);
 
-  // Seeds are fixed: this either always passes or never. With others it would fail once in 10,000 runs by chance.
+  // Seeds are fixed: this either always passes or never. With others it would fail once in 10,000
+  // runs by chance.
   const double error = std::hypot(pt.standard_error, vcm.standard_error);
   const gmis::StatisticalTest test = gmis::t_test(vcm.mean - pt.mean, error, iterations, 0);
   const bool agree = test.passes(1e-4);

@@ -4,8 +4,9 @@ if(NOT GMIS_RENDER_CAN_BE_BUILT)
   return()
 endif()
 
-# Where the time of a rendering goes. Programs link these objects before all others: of an inline function that is compiled in
-# many files the linker keeps the first, which is to be an optimised one (tests/linkage/engines_first.py).
+# Where the time of a rendering goes. Programs link these objects before all others: of an inline
+# function that is compiled in many files the linker keeps the first, which is to be an optimised
+# one (tests/linkage/engines_first.py).
 add_library(gmis_render_engines OBJECT
   support/build_scene.cpp
   support/engines/both_sides.cpp

@@ -2,7 +2,8 @@
 #include <gmis/gmis.hpp>
 #include <gmis/render/thread_executor.hpp>
 
-// A complete program: a scene, its picture with an error of 5 %, and what a smaller error would take.
+// A complete program: a scene, its picture with an error of 5 %, and what a smaller error would
+// take.
 
 int main() {
   // The built-in scene. Any type that meets gmis::Scene can stand in its place.

@@ -1,5 +1,6 @@
 # The library behind gmis-render, which the tests link too: scene files in, images in and out.
-# Included from examples/ and from tests/program/, whichever comes first. Sets GMIS_RENDER_CAN_BE_BUILT.
+# Included from examples/ and from tests/program/, whichever comes first. Sets
+# GMIS_RENDER_CAN_BE_BUILT.
 
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 find_package(OpenEXR CONFIG QUIET)

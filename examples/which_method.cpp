@@ -1,4 +1,5 @@
-// Which method? Mean squared error, evaluations and time of every method on four integrals whose values are known.
+// Which method? Mean squared error, evaluations and time of every method on four integrals whose
+// values are known.
 //   which_method [--runs N] [--budget N] [--curves FILE.svg]
 #include <algorithm>
 #include <charconv>
@@ -37,7 +38,8 @@ Measured measure(const methods::Method& method, const four::Problem& problem, st
   return sum;
 }
 
-// Root mean squared error against evaluations of f, drawn by gnuplot where it is installed; the numbers are in FILE.dat.
+// Root mean squared error against evaluations of f, drawn by gnuplot where it is installed; the
+// numbers are in FILE.dat.
 int draw_curves(const std::string& file, const std::vector<four::Problem>& problems, int runs) {
   const std::vector<methods::Method> all = methods::all();
   const std::string data = file + ".dat";
@@ -105,7 +107,8 @@ int main(int argc, char* argv[]) {
     for (const four::Problem& problem : problems)
       measured[m].push_back(measure(all[m], problem, static_cast<std::uint32_t>(budget), runs));
 
-  // The gain: how many times fewer evaluations of f reach N3's error, which is the ratio of squared error × evaluations.
+  // The gain: how many times fewer evaluations of f reach N3's error, which is the ratio of squared
+  // error × evaluations.
   const auto table = [&](const char* title, auto cost) {
     std::printf("%s\n\n| method |", title);
     for (const four::Problem& problem : problems) std::printf(" %s |", problem.name);

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Checks every scene below a folder, and renders a small picture of each that is understood.
 
-A line for each file, counts by folder and by reason at the end, and a page with the pictures: FOLDER of --out, index.html.
+A line for each file, counts by folder and by reason at the end, and a page with the pictures:
+FOLDER of --out, index.html.
 
 Usage: wild.py PROGRAM FOLDER [--out OUT] [--lenient] [--pictures N] [--size WxH] [--iterations N] [--seconds LIMIT]
 [--jobs N] [--max-memory BYTES]; --pictures 0 checks alone.
@@ -18,7 +19,8 @@ import sys
 import time
 
 ENDINGS = {".pbrt", ".gltf", ".glb"}
-# What a file lacks is not what the program lacks: a scene without triangles, a part of a scene, a file that is not there.
+# What a file lacks is not what the program lacks: a scene without triangles, a part of a scene, a
+# file that is not there.
 NO_SCENE = re.compile(r"holds no triangle|points and lines alone|no WorldBegin|must stand after WorldBegin|holds no shape")
 INCOMPLETE = re.compile(r"is missing: check its name")
 

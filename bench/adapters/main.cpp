@@ -17,7 +17,8 @@
 #include "gmis/scene/scene_builder.hpp"
 #endif
 
-// The engine over one adapter, on one thread, for its instructions to be counted (bench/adapters.py).
+// The engine over one adapter, on one thread, for its instructions to be counted
+// (bench/adapters.py).
 // Usage: PROGRAM pt|vcm ITERATIONS
 
 namespace {

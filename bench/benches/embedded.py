@@ -1,5 +1,5 @@
-"""The cost of the engine inside another renderer: instructions a pixel over SmallVCM's intersection,
-BSDFs, lights and camera, beside SmallVCM's own integrators.
+"""The cost of the engine inside another renderer: instructions a pixel over SmallVCM's
+intersection, BSDFs, lights and camera, beside SmallVCM's own integrators.
 
 Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), of which nothing is changed, and
 compiles bench/embedded/main.cpp with its headers: one program, so both sides have the same options.
@@ -62,8 +62,8 @@ def pictures_that_differ(program, cases):
 
 
 def owner_in(checkout):
-    """A function from a file to its owner; None for code that works for whoever calls it, such as SmallVCM's
-    vectors."""
+    """A function from a file to its owner; None for code that works for whoever calls it, such as
+    SmallVCM's vectors."""
     headers, theirs = f"{root}/include/gmis/", f"{checkout}/src/"
     owners = {headers + part: library for part in ("transport/", "result/", "render/")}
     owners |= {headers + part: numbers for part in ("core/random.hpp", "core/wyrand.hpp")}

@@ -58,8 +58,8 @@ def iterations_by(law, error):
 
 
 def iterations_between(error, prices):
-    """Iterations to an error between, or beyond, those of a table, by a power law through the two entries
-    nearest to it."""
+    """Iterations to an error between, or beyond, those of a table, by a power law through the two
+    entries nearest to it."""
     nearest = sorted(prices, key=lambda price: abs(math.log(price["error"] / error)))[:2]
     a, b = nearest
     slope = math.log(a["iterations"] / b["iterations"]) / math.log(a["error"] / b["error"])

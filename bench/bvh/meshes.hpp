@@ -43,7 +43,8 @@ inline Vec3<float> random_in_cube(Philox& source) {
   return Vec3<float>(x, y, z) * 2.0F - 1.0F;
 }
 
-/// Adds `rows` × `columns` squares of two triangles; corner (i, j) is at `at(i / rows, j / columns)`.
+/// Adds `rows` × `columns` squares of two triangles; corner (i, j) is at
+/// `at(i / rows, j / columns)`.
 template <class At>
 void add_grid(Mesh& mesh, std::uint32_t rows, std::uint32_t columns, At&& at) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());

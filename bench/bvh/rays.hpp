@@ -4,8 +4,8 @@
 #include "gmis/core/interaction.hpp"
 
 /// \file
-/// Rays as a renderer makes them: from the camera, from where these hit in directions by the cosine, and from there to a
-/// light.
+/// Rays as a renderer makes them: from the camera, from where these hit in directions by the
+/// cosine, and from there to a light.
 
 namespace bench_bvh {
 
@@ -17,7 +17,8 @@ struct RaySet {
   std::vector<Ray<float>> rays;
 };
 
-/// `size`² pixels, each row from left to right; bounces and shadows in the order of the pixels they come from.
+/// `size`² pixels, each row from left to right; bounces and shadows in the order of the pixels they
+/// come from.
 inline std::vector<RaySet> make_rays(const Mesh& mesh, const gmis::scene::BuiltBvh<float>& built, int size) {
   std::vector<RaySet> sets{{"camera", false, {}}, {"diffuse", false, {}}, {"shadow", true, {}}};
   Philox source(3);

@@ -14,8 +14,8 @@
 #include "gmis/core/effects.hpp"
 #include "scene.hxx"
 
-// SmallVCM's intersection, BSDFs, lights and camera behind the concepts of gmis. The headers *.hxx are those of a checkout; their
-// names are in the global namespace.
+// SmallVCM's intersection, BSDFs, lights and camera behind the concepts of gmis. The headers *.hxx
+// are those of a checkout; their names are in the global namespace.
 
 namespace adapter {
 
@@ -79,7 +79,8 @@ class Bsdf {
     if (event == Theirs::kRefract) {
       const float ior = scene_->GetMaterial(material_).mIOR;
       eta = bsdf_.CosThetaFix() < 0.f ? 1.f / ior : ior;
-      // Theirs divides by this square, as radiance changes at refraction; what light subpaths carry does not.
+      // Theirs divides by this square, as radiance changes at refraction; what light subpaths carry
+      // does not.
       if (mode == gmis::TransportMode::importance) scale = eta * eta;
     }
     return gmis::ScatterSample<Spectrum>{to_glm(to_next), to_glm(weight * scale), {{forward}, {forward}}, true, eta};
@@ -99,8 +100,9 @@ struct MakeBsdf {
   operator Bsdf() const { return {scene, bsdf, material}; }
 };
 
-/// One of SmallVCM's lights, with what does not depend on the sample computed once. SmallVCM's densities are products; ours are apart:
-/// that of the point and that of the direction, or of the direction and of the point where the light is infinite.
+/// One of SmallVCM's lights, with what does not depend on the sample computed once. SmallVCM's
+/// densities are products; ours are apart: that of the point and that of the direction, or of the
+/// direction and of the point where the light is infinite.
 class Light {
  public:
   using Spectrum = adapter::Spectrum;

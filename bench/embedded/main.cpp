@@ -11,8 +11,8 @@
 #include "gmis/transport/engine/engine.hpp"
 #include "gmis/transport/state/integrators.hpp"
 
-// One of SmallVCM's scenes, rendered on one thread by the engine over the adapter or by SmallVCM's own integrator. Prints the mean
-// luminance of the picture (bench/embedded.py).
+// One of SmallVCM's scenes, rendered on one thread by the engine over the adapter or by SmallVCM's
+// own integrator. Prints the mean luminance of the picture (bench/embedded.py).
 // Usage: PROGRAM gmis|smallvcm 0|1|2|3 pt|bpt|vcm ITERATIONS
 
 namespace {

@@ -1,5 +1,5 @@
-// Renders one of a few scenes by the engine (`pt`) or by the path tracer written by hand (`hand`), and prints the sum of
-// all values. bench/benches/hand_path_tracer.py counts what each takes.
+// Renders one of a few scenes by the engine (`pt`) or by the path tracer written by hand (`hand`),
+// and prints the sum of all values. bench/benches/hand_path_tracer.py counts what each takes.
 //
 // Usage: hand_path_tracer hand|pt box|glossy|sky|point ITERATIONS
 

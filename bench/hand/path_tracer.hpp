@@ -11,10 +11,11 @@
 #include "gmis/transport/state/first_hit.hpp"
 
 /// \file
-/// A path tracer as one writes it over the built-in scene without this library's transport: next event and emitter hits,
-/// combined by the balance heuristic, roulette by albedo. It draws the same random numbers in the same order, so that it
-/// makes the same picture but for rounding; it passes a surface that the camera stands in. Nothing is counted and nothing is
-/// checked, but that a pixel is finite.
+/// A path tracer as one writes it over the built-in scene without this library's transport: next
+/// event and emitter hits, combined by the balance heuristic, roulette by albedo. It draws the same
+/// random numbers in the same order, so that it makes the same picture but for rounding; it passes
+/// a surface that the camera stands in. Nothing is counted and nothing is checked, but that a pixel
+/// is finite.
 
 namespace hand {
 

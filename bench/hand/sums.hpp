@@ -5,8 +5,8 @@
 #include "gmis/scene/bvh_scene.hpp"
 
 /// \file
-/// The two ways to render. Each is compiled in a file of its own: a compiler limits how much it inlines in one file, and
-/// neither way is to use up the other's share.
+/// The two ways to render. Each is compiled in a file of its own: a compiler limits how much it
+/// inlines in one file, and neither way is to use up the other's share.
 
 namespace hand {
 

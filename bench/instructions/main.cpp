@@ -1,5 +1,5 @@
-// Renders iterations of one integrator, for callgrind to count: the built-in scene and the engines, no more. Counted by
-// `./run bench instructions --check`.
+// Renders iterations of one integrator, for callgrind to count: the built-in scene and the engines,
+// no more. Counted by `./run bench instructions --check`.
 //
 // Usage: instruction_counts SCENE.pbrt INTEGRATOR ITERATIONS SIZE
 

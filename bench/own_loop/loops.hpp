@@ -14,8 +14,9 @@
 #include "gmis/mis/location_scale.hpp"
 #include "schemes/problems.hpp"
 
-/// N3 by `estimate`, and by a loop that one would write for the same result: mean, variance between rounds, and every sample
-/// checked (its own density, the mixture, f, f/φ). Both use the same source, proposals and sums.
+/// N3 by `estimate`, and by a loop that one would write for the same result: mean, variance between
+/// rounds, and every sample checked (its own density, the mixture, f, f/φ). Both use the same
+/// source, proposals and sums.
 namespace own_loop {
 
 struct Result {

@@ -1,6 +1,7 @@
-// own_loop library|hand KIND N ROUNDS: N3 once; prints mean and variance. KIND: static (std::array) and dynamic (std::vector) of
-// logistic proposals; dynamic ones whose densities need no call, one by one (`cauchy`), as a set of the library
-// (`cauchy-side-by-side`) and in batches (`cauchy-batches`); logistic ones in these two ways (`side-by-side`, `batches`).
+// own_loop library|hand KIND N ROUNDS: N3 once; prints mean and variance. KIND: static (std::array)
+// and dynamic (std::vector) of logistic proposals; dynamic ones whose densities need no call, one
+// by one (`cauchy`), as a set of the library (`cauchy-side-by-side`) and in batches
+// (`cauchy-batches`); logistic ones in these two ways (`side-by-side`, `batches`).
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>

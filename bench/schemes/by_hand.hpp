@@ -19,8 +19,8 @@ struct Scratch {
   explicit Scratch(std::size_t n) : order(n), multiplicity(n) {}
 };
 
-/// (1/N) Σ f/φ of one round. `checked`: with the library's checks, the density of a sample under its own proposal and the
-/// denominator, what fails being counted in `unusable`; else with none.
+/// (1/N) Σ f/φ of one round. `checked`: with the library's checks, the density of a sample under
+/// its own proposal and the denominator, what fails being counted in `unusable`; else with none.
 template <gmis::Scheme scheme, bool checked, class P, class F, class Source>
 [[gnu::always_inline]] inline double round_by_hand(std::span<const P> proposals, const F& f, Source& source,
                                                    Scratch& scratch, std::uint64_t& unusable) {

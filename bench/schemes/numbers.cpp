@@ -39,7 +39,8 @@ class Errors {
   std::uint64_t count_ = 0;
 };
 
-/// Eight proposals, scheme N3: samples in X, densities and weights in D. The error is that of 1/ψ at the sample drawn.
+/// Eight proposals, scheme N3: samples in X, densities and weights in D. The error is that of 1/ψ
+/// at the sample drawn.
 template <class X, class D>
 struct Estimator {
   static constexpr std::size_t count = 8;

@@ -13,8 +13,8 @@ struct NumbersRow {
   double nanoseconds, error_rms, error_largest;
 };
 
-/// Time and error of an estimator's weights, and of the recursive weights of a path, in float, in double, and with the weights
-/// alone in double.
+/// Time and error of an estimator's weights, and of the recursive weights of a path, in float, in
+/// double, and with the weights alone in double.
 [[nodiscard]] std::vector<NumbersRow> numbers_of_estimators(const gmis::ComparisonSettings& settings);
 [[nodiscard]] std::vector<NumbersRow> numbers_of_path_weights(const gmis::ComparisonSettings& settings);
 

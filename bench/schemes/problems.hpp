@@ -10,14 +10,15 @@
 #include "gmis/core/random.hpp"
 #include "gmis/mis/diagnostics/quadrature.hpp"
 
-/// The integrals of the benchmark. What the library and the loops by hand have in common is always inlined, so that
-/// their difference is the library and not what the compiler's inliner thought of the one or the other.
+/// The integrals of the benchmark. What the library and the loops by hand have in common is always
+/// inlined, so that their difference is the library and not what the compiler's inliner thought of
+/// the one or the other.
 namespace bench {
 
 using Words = gmis::ComparisonSource;
 
-/// The logistic density: exponential tails, so that every weight of a normal integrand is bounded and all variances are
-/// finite. X is the type of a sample, D that of a density.
+/// The logistic density: exponential tails, so that every weight of a normal integrand is bounded
+/// and all variances are finite. X is the type of a sample, D that of a density.
 template <class X, class D = X>
 struct Logistic {
   X centre, scale;
@@ -32,8 +33,9 @@ struct Logistic {
   }
 };
 
-/// N logistic proposals with centres spread evenly over ±spread, and a mean of three normals at −spread, 0 and spread
-/// to integrate, so that I = 1. The wider, the less any single proposal resembles the integrand.
+/// N logistic proposals with centres spread evenly over ±spread, and a mean of three normals at
+/// −spread, 0 and spread to integrate, so that I = 1. The wider, the less any single proposal
+/// resembles the integrand.
 struct Problem {
   const char* name;
   double spread;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A header as Doxygen reads it: members that a concept asks for, and aliases that mean the same in every class, get their
-description here, once, where the header gives them none.
+"""A header as Doxygen reads it: members that a concept asks for, and aliases that mean the same in
+every class, get their description here, once, where the header gives them none.
 
 Usage: header.py FILE.hpp   (writes to standard output; called by Doxygen)
 """

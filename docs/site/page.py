@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A page of docs/ as Doxygen reads it: formulas, headings with names, links between pages, and the like of GitHub.
+"""A page of docs/ as Doxygen reads it: formulas, headings with names, links between pages, and the
+like of GitHub.
 
 Usage: page.py FILE.md   (writes to standard output; called by Doxygen)
 """

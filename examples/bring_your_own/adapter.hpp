@@ -14,8 +14,8 @@ using Point = gmis::SurfacePoint<double>;
 using glm::dvec3;
 inline constexpr auto ours = [](const theirs::Vector& v) { return dvec3(v.x, v.y, v.z); };
 inline constexpr auto to_theirs = [](const dvec3& v) { return theirs::Vector{v.x, v.y, v.z}; };
-/// A material at one point. gmis gives directions in world space that point away from the surface; the material wants
-/// them in its own frame, the arriving one pointing into the surface.
+/// A material at one point. gmis gives directions in world space that point away from the surface;
+/// the material wants them in its own frame, the arriving one pointing into the surface.
 class Bsdf {
  public:
   using Spectrum = adapter::Spectrum;

@@ -5,7 +5,8 @@
 #include "adapter.hpp"
 #include "world.hpp"
 
-// A renderer of another style renders with gmis: its scene is rendered to picture.pfm. check.cpp checks the adapter.
+// A renderer of another style renders with gmis: its scene is rendered to picture.pfm. check.cpp
+// checks the adapter.
 
 int main() {
   const theirs::World world = theirs::make_world(64, 48);

@@ -8,10 +8,13 @@
 #include <vector>
 
 /// \file
-/// A renderer that exists: it knows nothing of gmis. Everything is in double, with vectors of its own.
+/// A renderer that exists: it knows nothing of gmis. Everything is in double, with vectors of its
+/// own.
 ///
-/// - Directions are those in which light travels: `arriving` points *into* the surface, `leaving` away from it.
-/// - Materials are virtual and see directions in the frame of the surface, whose third axis is the normal.
+/// - Directions are those in which light travels: `arriving` points *into* the surface, `leaving`
+///   away from it.
+/// - Materials are virtual and see directions in the frame of the surface, whose third axis is the
+///   normal.
 /// - The value of a material includes the cosine of `leaving`.
 /// - Rows of pixels count from the *lower* left.
 

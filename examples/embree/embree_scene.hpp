@@ -14,8 +14,8 @@
 #include <vector>
 
 /// \file
-/// Embree as the intersector; materials, lights and camera stay the built-in ones. Tried with Embree 3.13; the lines for
-/// version 4, behind RTC_VERSION_MAJOR, were not.
+/// Embree as the intersector; materials, lights and camera stay the built-in ones. Tried with
+/// Embree 3.13; the lines for version 4, behind RTC_VERSION_MAJOR, were not.
 
 namespace embree {
 #if RTC_VERSION_MAJOR >= 4

@@ -15,8 +15,8 @@
 
 namespace gmis {
 
-/// What a subpath brought to a surface point: light along a light subpath (`mode` radiance: camera subpaths go on to where it
-/// comes from), or importance along a camera subpath.
+/// What a subpath brought to a surface point: light along a light subpath (`mode` radiance: camera
+/// subpaths go on to where it comes from), or importance along a camera subpath.
 template <std::floating_point T>
 struct Incidence {
   Vec3<T> position;    ///< of the surface point
@@ -26,8 +26,8 @@ struct Incidence {
   TransportMode mode;  ///< of the subpaths that are to be guided
 };
 
-/// A part of the surfaces with one dominant axis of the normal, and where light and importance come from there: tables over
-/// the hemisphere around that axis.
+/// A part of the surfaces with one dominant axis of the normal, and where light and importance come
+/// from there: tables over the hemisphere around that axis.
 template <std::floating_point T>
 struct GuideCell {
   /// Over the octahedral map of a hemisphere.
@@ -90,8 +90,8 @@ class LearnedLobe {
   const GuideCell<T>* cell_ = nullptr;
 };
 
-/// Where light and importance come from, by cells of the surfaces: a k-d tree over positions for each dominant axis of the
-/// normal. Made of incidences, and frozen from then on.
+/// Where light and importance come from, by cells of the surfaces: a k-d tree over positions for
+/// each dominant axis of the normal. Made of incidences, and frozen from then on.
 template <std::floating_point T>
 class DirectionGuide {
  public:
@@ -100,7 +100,8 @@ class DirectionGuide {
   /// A part of the surfaces.
   using Cell = GuideCell<T>;
 
-  /// Cells with more incidences are divided: of the mode that has fewer of them, as long as those are enough for a table.
+  /// Cells with more incidences are divided: of the mode that has fewer of them, as long as those
+  /// are enough for a table.
   static constexpr std::size_t most_incidences = 512;
   /// A table of fewer incidences is not made: the BSDF keeps its own sampling.
   static constexpr std::size_t least_incidences = 64;
@@ -134,7 +135,8 @@ class DirectionGuide {
   DirectionGuide& operator=(DirectionGuide&&) noexcept = default;
   ~DirectionGuide() = default;
 
-  /// The lobe at a surface point. None where the BSDF says that it has a narrow lobe, which other directions miss.
+  /// The lobe at a surface point. None where the BSDF says that it has a narrow lobe, which other
+  /// directions miss.
   template <Bsdf B>
   [[nodiscard]] Lobe lobe_at(const SurfacePoint<T>& point, const B& bsdf) const noexcept {
     if (nodes_.empty() || !is_guidable(bsdf)) return {};
@@ -142,7 +144,8 @@ class DirectionGuide {
     while (node->axis < 3) node = &nodes_[node->link + (point.position[node->axis] < node->split ? 0U : 1U)];
     return node->link == none ? Lobe() : Lobe(&cells_[node->link]);
   }
-  /// Whether surfaces with this BSDF are guided: neither purely delta nor with a lobe that is narrow, as far as it tells.
+  /// Whether surfaces with this BSDF are guided: neither purely delta nor with a lobe that is
+  /// narrow, as far as it tells.
   template <Bsdf B>
   [[nodiscard]] static constexpr bool is_guidable(const B& bsdf) noexcept {
     if constexpr (BsdfWithNarrowLobes<B>)

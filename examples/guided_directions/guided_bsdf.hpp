@@ -11,15 +11,17 @@
 
 namespace gmis {
 
-/// A lobe of directions at one surface point that is no part of its BSDF. It may depend on the side of the surface that the
-/// subpath arrives from (`is_front`: that of the shading normal) and on the transport mode, and on nothing else.
-/// Copied into vertices: keep it small.
+/// A lobe of directions at one surface point that is no part of its BSDF. It may depend on the side
+/// of the surface that the subpath arrives from (`is_front`: that of the shading normal) and on the
+/// transport mode, and on nothing else. Copied into vertices: keep it small.
 ///
 /// - `L()`: no lobe.
 /// - `is_empty()`: no lobe at this point, for either side and mode.
-/// - `share(is_front, mode)`: the probability, in [0, 1), with which a direction is drawn from this lobe.
+/// - `share(is_front, mode)`: the probability, in [0, 1), with which a direction is drawn from this
+///   lobe.
 /// - `sample(is_front, uv, mode)`: a unit direction. Called where `share` is positive.
-/// - `pdf(is_front, to_next, mode)`: its density per steradian, which integrates to 1. Called where `share` is positive.
+/// - `pdf(is_front, to_next, mode)`: its density per steradian, which integrates to 1. Called where
+///   `share` is positive.
 template <class L, class T>
 concept DirectionLobe = std::copyable<L> && std::default_initializable<L> &&
     requires(const L& lobe, bool is_front, Vec3<T> w, Vec2<T> uv, TransportMode mode) {
@@ -29,14 +31,16 @@ concept DirectionLobe = std::copyable<L> && std::default_initializable<L> &&
   { lobe.pdf(is_front, w, mode) } -> std::same_as<T>;
 };
 
-/// A BSDF whose directions are drawn from a mixture of its own sampling and one more lobe: radiance by the lobe for
-/// radiance, importance by that for importance. What it scatters is unchanged. The reverse density in one mode is the forward
-/// density in the other mode, asked from the other end; so both ends of a path agree on every weight.
+/// A BSDF whose directions are drawn from a mixture of its own sampling and one more lobe: radiance
+/// by the lobe for radiance, importance by that for importance. What it scatters is unchanged. The
+/// reverse density in one mode is the forward density in the other mode, asked from the other end;
+/// so both ends of a path agree on every weight.
 ///
-/// - The density is (1 − share) × own density + share × density of the lobe, each share that of the mode and the side.
-///   Where f is 0 the lobe makes no sample and adds no density.
+/// - The density is (1 − share) × own density + share × density of the lobe, each share that of the
+///   mode and the side. Where f is 0 the lobe makes no sample and adds no density.
 /// - The selection probabilities of delta lobes are (1 − share) times their own.
-/// - The lobe follows those of the BSDF as the last one (`BsdfWithLobes`), where the BSDF has lobes.
+/// - The lobe follows those of the BSDF as the last one (`BsdfWithLobes`), where the BSDF has
+///   lobes.
 template <Bsdf B, DirectionLobe<ScalarOf<typename B::Spectrum>> Lobe>
 class Guided {
  public:
@@ -44,7 +48,8 @@ class Guided {
   using T = ScalarOf<Spectrum>;
   using Value = BsdfValue<Spectrum>;
   using Sample = ScatterSample<Spectrum>;
-  /// The most lobes of any point, the one that is added included; 0 where `B` does not offer its lobes.
+  /// The most lobes of any point, the one that is added included; 0 where `B` does not offer its
+  /// lobes.
   static constexpr int max_lobes = [] {
     if constexpr (BsdfWithLobes<B>)
       return static_cast<int>(B::max_lobes) + 1;
@@ -144,7 +149,8 @@ class Guided {
   }
   [[nodiscard]] bool is_added(int k) const { return !lobe_.is_empty() && k == static_cast<int>(own_.lobe_count()); }
 
-  /// The density of the mixture at `to`, for a subpath that comes from `from`; `own` is that of the BSDF alone.
+  /// The density of the mixture at `to`, for a subpath that comes from `from`; `own` is that of the
+  /// BSDF alone.
   [[nodiscard]] T mixed(T own, const Vec3<T>& from, const Vec3<T>& to, TransportMode mode, bool is_scattered) const {
     const bool is_front = is_at_front(from);
     const T share = lobe_.share(is_front, mode);

@@ -8,8 +8,8 @@
 
 namespace gmis {
 
-/// Hands out one more lobe for each surface point: `guide.lobe_at(point, bsdf)` is a function of the surface point alone. It is
-/// not asked where the BSDF is purely delta.
+/// Hands out one more lobe for each surface point: `guide.lobe_at(point, bsdf)` is a function of
+/// the surface point alone. It is not asked where the BSDF is purely delta.
 template <class G, class Sc>
 concept LobeSource = Scene<Sc> && DirectionLobe<typename G::Lobe, ScalarOf<typename Sc::Spectrum>> &&
     requires(const G& guide, const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& point,
@@ -17,8 +17,9 @@ concept LobeSource = Scene<Sc> && DirectionLobe<typename G::Lobe, ScalarOf<typen
   { guide.lobe_at(point, bsdf) } -> std::same_as<typename G::Lobe>;
 };
 
-/// A scene like another one, with guided BSDFs: meets `gmis::Scene`, so that every integrator renders it. Both the scene and
-/// the guide must outlive it, and the guide must not change. With an empty guide its pictures have the bits of the scene's own.
+/// A scene like another one, with guided BSDFs: meets `gmis::Scene`, so that every integrator
+/// renders it. Both the scene and the guide must outlive it, and the guide must not change. With an
+/// empty guide its pictures have the bits of the scene's own.
 template <Scene Sc, LobeSource<Sc> Guide = DirectionGuide<ScalarOf<typename Sc::Spectrum>>>
 class GuidedScene : public SceneLike<Sc> {
  public:

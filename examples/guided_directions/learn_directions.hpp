@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "gmis/core/random.hpp"
-#include "guided_directions/guided_scene.hpp"
 #include "gmis/transport/state/first_hit.hpp"
 #include "gmis/transport/state/scatter.hpp"
+#include "guided_directions/guided_scene.hpp"
 
 namespace gmis {
 
@@ -24,8 +24,8 @@ struct GuideTraining {
 
 namespace detail {
 
-/// Follows a subpath from its first ray, without any technique, and calls `found(hit, to_prev, throughput, depth)` at each
-/// vertex that is not purely delta.
+/// Follows a subpath from its first ray, without any technique, and calls
+/// `found(hit, to_prev, throughput, depth)` at each vertex that is not purely delta.
 template <Scene Sc, UniformSource Source, class Found>
 void follow_subpath(const Sc& scene, TransportMode mode, SurfacePoint<ScalarOf<typename Sc::Spectrum>> from,
                     Vec3<ScalarOf<typename Sc::Spectrum>> direction, ScalarOf<typename Sc::Spectrum> throughput,
@@ -51,9 +51,10 @@ void follow_subpath(const Sc& scene, TransportMode mode, SurfacePoint<ScalarOf<t
 
 }  // namespace detail
 
-/// Learns where light and importance come from over the surfaces of a scene, from light subpaths and camera subpaths of its
-/// own, which add nothing to a picture: the guide depends on no sample that it guides. Light straight from a lamp and
-/// importance straight from the camera are left out: next events and splats carry them. Same bits for any number of threads.
+/// Learns where light and importance come from over the surfaces of a scene, from light subpaths
+/// and camera subpaths of its own, which add nothing to a picture: the guide depends on no sample
+/// that it guides. Light straight from a lamp and importance straight from the camera are left out:
+/// next events and splats carry them. Same bits for any number of threads.
 template <Scene Sc, Executor E>
 [[nodiscard]] DirectionGuide<ScalarOf<typename Sc::Spectrum>> learn_directions(const Sc& scene,
                                                                                const GuideTraining& training,

@@ -8,9 +8,9 @@
 #include <guided_directions/learn_directions.hpp>
 #include <vector>
 
-// Path tracing with learned directions, where it pays: the only lamp is inside a glass ball, and no next event reaches it. The
-// guide is trained, frozen, and rendered with; the errors of both ways are printed over time. Both must have the same mean: the
-// program fails where they have not.
+// Path tracing with learned directions, where it pays: the only lamp is inside a glass ball, and no
+// next event reaches it. The guide is trained, frozen, and rendered with; the errors of both ways
+// are printed over time. Both must have the same mean: the program fails where they have not.
 
 namespace {
 
@@ -66,7 +66,8 @@ struct Rendered {
   double mean, standard_error;
 };
 
-/// Renders any scene, guided or not. With a reference it prints the error after 16, 32, 64 … iterations.
+/// Renders any scene, guided or not. With a reference it prints the error after 16, 32, 64 …
+/// iterations.
 template <class Engine, class Scene_>
 Rendered render(const char* name, const Scene_& scene, const gmis::RenderSettings& settings, int iterations,
                 const Picture* reference, double start) {
@@ -116,7 +117,8 @@ int main() {
   const Rendered with_guide = render<gmis::PathTracer<gmis::GuidedScene<Scene>>>("guided", guided, settings, iterations,
                                                                                  &reference.picture, start);
 
-  // Seeds are fixed: this either always passes or never. With others it would fail once in 10,000 runs by chance.
+  // Seeds are fixed: this either always passes or never. With others it would fail once in 10,000
+  // runs by chance.
   const double error = std::hypot(plain.standard_error, with_guide.standard_error);
   const gmis::StatisticalTest test = gmis::t_test(with_guide.mean - plain.mean, error, iterations, 0);
   const bool agree = test.passes(1e-4);

@@ -8,7 +8,8 @@
 #include "their_renderer.hpp"
 
 /// \file
-/// The adapter: everything that gmis needs to know of the renderer in their_renderer.hpp, its grid of lamps included.
+/// The adapter: everything that gmis needs to know of the renderer in their_renderer.hpp, its grid
+/// of lamps included.
 
 namespace many_lights {
 

@@ -5,8 +5,8 @@
 
 #include "adapter.hpp"
 
-// A town with many lamps, rendered with lamps chosen for their receiver and with all lamps chosen alike: the estimated errors
-// of both after as many iterations.
+// A town with many lamps, rendered with lamps chosen for their receiver and with all lamps chosen
+// alike: the estimated errors of both after as many iterations.
 
 namespace {
 

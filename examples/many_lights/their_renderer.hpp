@@ -8,8 +8,9 @@
 #include <vector>
 
 /// \file
-/// A renderer that exists: it knows nothing of gmis. It renders towns at night: patches that are diffuse on both sides,
-/// and many lamps. Single precision, z up. A grid over the town knows which lamps matter in each of its cells.
+/// A renderer that exists: it knows nothing of gmis. It renders towns at night: patches that are
+/// diffuse on both sides, and many lamps. Single precision, z up. A grid over the town knows which
+/// lamps matter in each of its cells.
 
 namespace town {
 
@@ -29,8 +30,9 @@ struct Lamp {
   [[nodiscard]] float power() const { return radius * radius * (radiance.x + radiance.y + radiance.z); }
 };
 
-/// For every cell of a grid over the ground: the lamps in the order of their numbers, with cumulative probabilities. Those
-/// follow the light that reaches the middle of the cell; a tenth is by power alone, so that no lamp has none.
+/// For every cell of a grid over the ground: the lamps in the order of their numbers, with
+/// cumulative probabilities. Those follow the light that reaches the middle of the cell; a tenth is
+/// by power alone, so that no lamp has none.
 class LampGrid {
  public:
   LampGrid() = default;

@@ -9,12 +9,13 @@
 #include "gmis/core/random.hpp"
 #include "gmis/mis/diagnostics/quadrature.hpp"
 
-/// Four integrals on which the methods of docs/mis-methods.md are compared. All densities are sampled by inversion of their
-/// distribution, so that randomised quasi-Monte Carlo can be used too.
+/// Four integrals on which the methods of docs/mis-methods.md are compared. All densities are
+/// sampled by inversion of their distribution, so that randomised quasi-Monte Carlo can be used
+/// too.
 namespace four {
 
-/// Logistic density: exponential tails, which bound all weights of normal integrands. a: centre, b: scale.
-/// Uniform on [a, b). Ramp: 1 + a (x − 1/2) on [0, 1), |a| < 2.
+/// Logistic density: exponential tails, which bound all weights of normal integrands. a: centre, b:
+/// scale. Uniform on [a, b). Ramp: 1 + a (x − 1/2) on [0, 1), |a| < 2.
 struct Density {
   enum class Kind : std::uint8_t { logistic, uniform, ramp } kind;
   double a = 0.0, b = 0.0;
@@ -85,7 +86,8 @@ inline double modes(double x) {
 inline double span(double x) {
   return 0.2 * logistic(-2.0, 0.8).pdf(x) + 0.7 * logistic(0.0, 0.5).pdf(x) + 0.1 * logistic(3.0, 1.0).pdf(x);
 }
-/// A smooth floor and a narrow highlight: the proposals fit the one or the other, two cover a part only.
+/// A smooth floor and a narrow highlight: the proposals fit the one or the other, two cover a part
+/// only.
 inline double highlight(double x) {
   return 0.5 + x + (x >= 0.6 && x < 0.64 ? 20.0 : 0.0);
 }

@@ -19,8 +19,8 @@
 #include "gmis/mis/methods/stochastic_mis.hpp"
 #include "gmis/mis/methods/variance_aware.hpp"
 
-/// Every method of docs/mis-methods.md as one call on one of the four problems, with about `budget` evaluations of f, those of
-/// a pilot included.
+/// Every method of docs/mis-methods.md as one call on one of the four problems, with about `budget`
+/// evaluations of f, those of a pilot included.
 namespace methods {
 
 struct Outcome {

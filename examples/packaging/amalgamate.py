@@ -3,10 +3,11 @@
 
 Usage: amalgamate.py [--root FOLDER] [--out FILE] [HEADER...]
 
-HEADER: what to gather, with all that it includes; by default every header. gmis/mis.hpp gives the MIS core, gmis/gmis.hpp
-everything but what nothing else includes (the checks of a scene, ThreadExecutor). Headers stand in the order in which the
-compiler would read them. A header of gmis that is included under a condition is refused: its lines would be lost where
-the condition does not hold.
+HEADER: what to gather, with all that it includes; by default every header. gmis/mis.hpp gives the
+MIS core, gmis/gmis.hpp everything but what nothing else includes (the checks of a scene,
+ThreadExecutor). Headers stand in the order in which the compiler would read them. A header of gmis
+that is included under a condition is refused: its lines would be lost where the condition does not
+hold.
 """
 import argparse
 import pathlib
@@ -55,8 +56,8 @@ def head(root):
 
 
 def gather(include, header, seen, outer):
-    """The lines of a header with what it includes in front, or nothing if they stand already. What it includes of others
-    goes into `outer`, unless it does so under a condition."""
+    """The lines of a header with what it includes in front, or nothing if they stand already. What
+    it includes of others goes into `outer`, unless it does so under a condition."""
     if header in seen:
         return []
     path = include / header

@@ -16,7 +16,8 @@ namespace {
 
 using Builder = scene::SceneBuilder<float>;
 
-/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of that place.
+/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of
+/// that place.
 template <class Step>
 void at(const SourcePosition& where, Step&& step) {
   try {
@@ -86,8 +87,8 @@ scene::Material<float> material_of(const MaterialDescription& description,
   return scene::with_textures(plain, std::move(textures));
 }
 
-/// The materials as the builder numbers them; those of shapes with an opacity or with media are made when the first such
-/// shape comes.
+/// The materials as the builder numbers them; those of shapes with an opacity or with media are
+/// made when the first such shape comes.
 class Materials {
  public:
   Materials(Builder& builder, const std::vector<MaterialDescription>& descriptions) : builder_(builder) {
@@ -142,7 +143,8 @@ struct AddLight {
   void operator()(const SpotLightDescription& l) const {
     builder.add_spot_light(l.position, l.direction, l.intensity, l.inner, l.outer);
   }
-  // Every integrator lets camera subpaths hit the sky, so that next-event samples may leave out its dark part.
+  // Every integrator lets camera subpaths hit the sky, so that next-event samples may leave out its
+  // dark part.
   void operator()(const EnvironmentLightDescription& l) const {
     builder.add_environment(l.image, l.world_from_sky, 0.5);
   }

@@ -36,7 +36,8 @@ class BuiltScene {
   std::optional<PixelBounds> film_crop_;
 };
 
-/// Hands the description to the scene layer. Throws `InputError` with the place of the element that it refuses.
+/// Hands the description to the scene layer. Throws `InputError` with the place of the element that
+/// it refuses.
 [[nodiscard]] std::unique_ptr<BuiltScene> build_scene(const SceneDescription& description, Diagnostics& diagnostics,
                                                       scene::LightSelection lights = scene::LightSelection::by_power);
 

@@ -49,9 +49,9 @@ void set_counts(RenderRequest& request, const Options& options, const BuiltScene
   request.settings.counts = counts;
   request.sampler.reset();
   if (split == SplitChoice::budgeted || split == SplitChoice::paper)
-    request.sampler = GmisSampler{.scheme = options.scheme,
-                                  .at_end_of_budget =
-                                      split == SplitChoice::paper ? TreeBudget::cut : TreeBudget::softened};
+    request.sampler =
+        GmisSampler{.scheme = options.scheme,
+                    .at_end_of_budget = split == SplitChoice::paper ? TreeBudget::cut : TreeBudget::softened};
 
   // A pilot connects with vertices from the cache and splats.
   request.candidates.clear();

@@ -25,7 +25,8 @@ struct SourcePosition {
   }
 };
 
-/// Something is wrong with what the user gave us. `what()` is one line: where, what, and what to change.
+/// Something is wrong with what the user gave us. `what()` is one line: where, what, and what to
+/// change.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(message) {}
@@ -70,15 +71,17 @@ struct Diagnostic {
   }
 };
 
-/// Collects what the reader has to say. The same message is kept once, at the place where it came up first.
+/// Collects what the reader has to say. The same message is kept once, at the place where it came
+/// up first.
 class Diagnostics {
  public:
   explicit Diagnostics(Strictness strictness = Strictness::strict) : strictness_(strictness) {}
 
   void note(const SourcePosition& where, std::string message) { add(Severity::note, where, std::move(message)); }
   void warning(const SourcePosition& where, std::string message) { add(Severity::warning, where, std::move(message)); }
-  /// Something that changes the picture and is not understood. Throws `InputError` unless `Strictness` says otherwise;
-  /// when this returns, the caller goes on with something plain in its place.
+  /// Something that changes the picture and is not understood. Throws `InputError` unless
+  /// `Strictness` says otherwise; when this returns, the caller goes on with something plain in its
+  /// place.
   void unsupported(const SourcePosition& where, const std::string& message) {
     if (strictness_ == Strictness::strict) throw InputError(where, message);
     add(strictness_ == Strictness::check ? Severity::error : Severity::warning, where, message);
@@ -102,7 +105,8 @@ class Diagnostics {
   std::unordered_set<std::string> seen_;
 };
 
-/// The text in quotation marks, cut to a length that fits a line, with everything but printable ASCII shown as `?`.
+/// The text in quotation marks, cut to a length that fits a line, with everything but printable
+/// ASCII shown as `?`.
 [[nodiscard]] inline std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 48;
   std::string result = "\"";

@@ -8,8 +8,9 @@
 
 namespace gmis::tools {
 
-/// Runs the engine's loops on a number of threads by oneTBB; on one, when this build has no oneTBB. Once `stop` is set,
-/// no further work begins: the iteration under way is then worth nothing and must be thrown away.
+/// Runs the engine's loops on a number of threads by oneTBB; on one, when this build has no oneTBB.
+/// Once `stop` is set, no further work begins: the iteration under way is then worth nothing and
+/// must be thrown away.
 class ThreadedExecutor {
  public:
   static const bool has_threads;
@@ -22,8 +23,9 @@ class ThreadedExecutor {
 
   [[nodiscard]] int thread_count() const { return thread_count_; }
   void stop_when(const std::atomic<bool>* stop) { stop_ = stop; }
-  /// From now on `report` is called after pieces of work, by one of the threads that work and by no two at once, with the
-  /// number of pieces done since this call. An empty function ends this. Not to be called while work is done.
+  /// From now on `report` is called after pieces of work, by one of the threads that work and by no
+  /// two at once, with the number of pieces done since this call. An empty function ends this. Not
+  /// to be called while work is done.
   void report_to(std::function<void(std::size_t done)> report);
   [[nodiscard]] bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
 

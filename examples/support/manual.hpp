@@ -4,11 +4,13 @@
 #include <vector>
 
 /// \file
-/// A manual page and completions of shells, made from what the parser of a command line knows about its options.
+/// A manual page and completions of shells, made from what the parser of a command line knows about
+/// its options.
 
 namespace gmis::tools {
 
-/// One option. The words of its value are those between bars, but for names in capitals; FILE and FOLDER are paths.
+/// One option. The words of its value are those between bars, but for names in capitals; FILE and
+/// FOLDER are paths.
 struct OptionSummary {
   std::string name;         ///< with its dashes
   std::string value;        ///< such as FILE, or auto|pt|lt; empty for a flag

@@ -94,7 +94,8 @@ struct Options {
 inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorChoice::lt,  IntegratorChoice::bpt,
                                             IntegratorChoice::ppm, IntegratorChoice::bpm, IntegratorChoice::vcm,
                                             IntegratorChoice::gmis};
-/// Whether it connects camera vertices with light vertices, whether it merges them; `automatic` may do so.
+/// Whether it connects camera vertices with light vertices, whether it merges them; `automatic` may
+/// do so.
 [[nodiscard]] bool connects(IntegratorChoice integrator);
 [[nodiscard]] bool merges(IntegratorChoice integrator);
 

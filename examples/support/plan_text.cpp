@@ -155,7 +155,8 @@ std::string techniques_left_out(const RenderResult& result, const RenderRequest&
   return names;
 }
 
-/// What made most of a pixel, where images of techniques or of classes are there to tell; empty otherwise.
+/// What made most of a pixel, where images of techniques or of classes are there to tell; empty
+/// otherwise.
 std::string maker_of(const RenderResult& result, std::size_t pixel) {
   const auto brightness = [&](const Image& image) {
     return image.rgb[3 * pixel] + image.rgb[3 * pixel + 1] + image.rgb[3 * pixel + 2];

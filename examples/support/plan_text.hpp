@@ -25,19 +25,21 @@ namespace gmis::tools {
 
 /// "0.25 light trees a pixel, 2 connections a vertex, no merging".
 [[nodiscard]] std::string text_of(const SampleCounts& counts);
-/// Lines of --explain after the run: what a pilot chose, and what the nearest others would have cost.
+/// Lines of --explain after the run: what a pilot chose, and what the nearest others would have
+/// cost.
 [[nodiscard]] std::string explain_choice(const Choice& choice, const Counters& work);
 
 /// A line on what may be wrong with the error of a result; empty where nothing is.
 [[nodiscard]] std::string caution_of(const RenderResult& result, const RenderRequest& request, const Plan& plan);
 /// "18 min", with two digits.
 [[nodiscard]] std::string duration_text(double seconds);
-/// A line for every price: error, iterations, processor time, wall time, whether reached. `last`: the name of the last
-/// error where it is no number.
+/// A line for every price: error, iterations, processor time, wall time, whether reached. `last`:
+/// the name of the last error where it is no number.
 [[nodiscard]] std::string text_of(const std::optional<PriceTable>& prices, const char* last = "half of this");
 /// Lines of --explain after a pilot: what each error is expected to cost.
 [[nodiscard]] std::string explain_forecast(const PriceTable& prices);
-/// "noise 1.2 %, bias of merging probably at most 0.4 %"; empty where nothing was merged or no error is known.
+/// "noise 1.2 %, bias of merging probably at most 0.4 %"; empty where nothing was merged or no
+/// error is known.
 [[nodiscard]] std::string noise_and_bias(const RenderSummary& result);
 
 }  // namespace gmis::tools

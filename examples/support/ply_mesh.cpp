@@ -65,8 +65,8 @@ bool has(const auto& named, const std::string& name) {
   return std::any_of(named.begin(), named.end(), [&](const auto& one) { return one.name == name; });
 }
 
-/// Takes lines off the front of the bytes. They end as the first one does, by \n, \r\n or \r: what comes after the header may
-/// begin with any byte.
+/// Takes lines off the front of the bytes. They end as the first one does, by \n, \r\n or \r: what
+/// comes after the header may begin with any byte.
 class Lines {
  public:
   explicit Lines(std::string_view& rest) : rest_(rest) {

@@ -9,8 +9,8 @@
 
 namespace gmis::tools {
 
-/// How far a rendering is, and how long it will take: within an iteration by the pieces of work that are done, of as many as
-/// the iteration before had.
+/// How far a rendering is, and how long it will take: within an iteration by the pieces of work
+/// that are done, of as many as the iteration before had.
 class Progress {
  public:
   /// `pieces`: about how many pieces of work the first iteration has.
@@ -19,8 +19,8 @@ class Progress {
   /// An iteration has ended; `pieces` are done since the beginning.
   void end_iteration(const RunState& state, std::size_t pieces);
 
-  /// The part of the run that is done, from 0 to 1, by the limit that is nearest. `seconds`: of wall time since the end
-  /// of the latest iteration; `pieces`: done since the beginning.
+  /// The part of the run that is done, from 0 to 1, by the limit that is nearest. `seconds`: of
+  /// wall time since the end of the latest iteration; `pieces`: done since the beginning.
   [[nodiscard]] double fraction_done(double seconds, std::size_t pieces) const;
   /// Wall time until the first limit is met; empty while it is not known.
   [[nodiscard]] std::optional<double> seconds_left(double seconds, std::size_t pieces) const;
@@ -39,7 +39,8 @@ class Progress {
   std::optional<double> seconds_of_iteration_;           ///< of the latest ones
 };
 
-/// A line on the terminal that shows how far a rendering is. Shows nothing when standard error is no terminal.
+/// A line on the terminal that shows how far a rendering is. Shows nothing when standard error is
+/// no terminal.
 class ProgressBar {
  public:
   /// `pieces`: as in `Progress`.

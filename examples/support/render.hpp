@@ -22,7 +22,8 @@ struct RenderRequest : gmis::RenderRequest {
   IntegratorChoice integrator = IntegratorChoice::gmis;
   SplitChoice split = SplitChoice::local;
   std::optional<GmisSampler> sampler;  ///< light trees split by it; empty: they do not split
-  /// Checkpoints: none for a new run, one to go on from, several of runs to be joined without rendering.
+  /// Checkpoints: none for a new run, one to go on from, several of runs to be joined without
+  /// rendering.
   std::vector<std::vector<std::byte>> resume;
 };
 

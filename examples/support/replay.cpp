@@ -44,13 +44,14 @@ ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest&
   RenderSettings settings = request.settings;
   Changes changes;
   if (request.candidates.size() > 1) {
-    // The pilot chooses the counts, and later iterations the disk and merging's gain, after 4, 8, 16 … of them.
+    // The pilot chooses the counts, and later iterations the disk and merging's gain, after 4, 8,
+    // 16 … of them.
     RenderRequest same = request;
     same.interrupt = nullptr;
     ProgressiveRender run(scene, same);
     const auto counts_are_known = [&] {
-      return run.engine().choice() != nullptr &&
-             (!run.engine().engine().counts().merges || run.progress().iterations >= std::bit_floor(path.iteration - 1));
+      return run.engine().choice() != nullptr && (!run.engine().engine().counts().merges ||
+                                                  run.progress().iterations >= std::bit_floor(path.iteration - 1));
     };
     while (!counts_are_known() && run.advance(executor)) {
     }

@@ -143,7 +143,8 @@ std::string replay_text(const ReplayedPath<glm::vec3>& path, const RenderRequest
   }
   text += format("sum         %zu contributions, %zu of them rejected", path.contributions.size(), rejected);
   if (path.name.kind == PathKind::camera) text += "; adds to its pixel " + triple(path.pixel_sum);
-  // All that was left out is said above, but for a sum that is not finite although each of its terms is.
+  // All that was left out is said above, but for a sum that is not finite although each of its
+  // terms is.
   if (path.counters.rejected() > rejected + path.zero_densities.size())
     text += std::string("; REJECTED: ") + text_of(RejectionCause::non_finite);
   return text + "\n";

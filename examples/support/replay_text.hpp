@@ -26,8 +26,8 @@ namespace gmis::tools {
 /// The path that the choice names. Throws `InputError` when there is none such in this picture.
 [[nodiscard]] PathName path_of(const PathChoice& choice, const RenderRequest& request, glm::ivec2 resolution);
 
-/// One path of the run that `request` describes, traced again alone. Throws `InputError` for a light tree that there
-/// is not.
+/// One path of the run that `request` describes, traced again alone. Throws `InputError` for a
+/// light tree that there is not.
 [[nodiscard]] ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest& request,
                                                  ThreadedExecutor& executor, const PathName& path);
 

@@ -16,8 +16,9 @@
 #include "support/diagnostics.hpp"
 
 /// \file
-/// A scene as it was read: plain data in double precision and world coordinates, instances already copied out, every
-/// element with its place in the file. Colours are linear RGB; light is radiance, radiant intensity or irradiance.
+/// A scene as it was read: plain data in double precision and world coordinates, instances already
+/// copied out, every element with its place in the file. Colours are linear RGB; light is radiance,
+/// radiant intensity or irradiance.
 
 namespace gmis::tools {
 
@@ -69,13 +70,15 @@ struct CoatedConductorDescription {
   double coat_eta = 1.5;
   double coat_alpha = 0;
 };
-/// The second material at this share of the points, the first elsewhere; both stand before this one.
+/// The second material at this share of the points, the first elsewhere; both stand before this
+/// one.
 struct MixDescription {
   std::size_t first = 0, second = 0;
   TextureHandle amount;
 };
 
-/// What replaces a number or a colour of the description where it varies over the surface; else null.
+/// What replaces a number or a colour of the description where it varies over the surface; else
+/// null.
 struct MaterialTexturesDescription {
   TextureHandle color, transmittance, roughness, height, normal_map;
   bool is_remapped = false;  ///< α = √roughness
@@ -91,8 +94,9 @@ struct MaterialDescription {
   MaterialTexturesDescription textures{};
 };
 
-/// The geometric normal of a triangle is that of its winding, (b − a) × (c − a); the reader has already applied
-/// ReverseOrientation, mirroring transforms and the side that vertex normals choose.
+/// The geometric normal of a triangle is that of its winding, (b − a) × (c − a); the reader has
+/// already applied ReverseOrientation, mirroring transforms and the side that vertex normals
+/// choose.
 struct MeshDescription {
   std::vector<Point> positions;
   std::vector<glm::dvec3> normals;  ///< one per position, unit, or none
@@ -113,7 +117,8 @@ struct EmissionDescription {
   TextureHandle texture{};  ///< factor of the radiance over a mesh; null where it is the same everywhere
 };
 
-/// What media absorb on both sides of a dielectric, per scene unit: behind the geometric normal and before it.
+/// What media absorb on both sides of a dielectric, per scene unit: behind the geometric normal and
+/// before it.
 struct AbsorptionDescription {
   Rgb inside{0}, outside{0};
 };
@@ -156,7 +161,8 @@ struct LightDescription {
   SourcePosition where;
 };
 
-/// Camera space is left-handed: x to the right of the picture, y up, z forward. `world_from_camera` may mirror.
+/// Camera space is left-handed: x to the right of the picture, y up, z forward. `world_from_camera`
+/// may mirror.
 struct CameraDescription {
   glm::dmat4 world_from_camera{1};
   bool is_orthographic = false;                        ///< parallel rays
@@ -188,8 +194,8 @@ struct SceneDescription {
 /// Adds a file to `SceneDescription::files` unless it is there, or no regular file.
 void add_file(SceneDescription& scene, const std::filesystem::path& file);
 
-/// The rectangle x0, x1, y0, y1 that the picture spans on the plane z = 1 of camera space, y up; with parallel rays on
-/// every plane.
+/// The rectangle x0, x1, y0, y1 that the picture spans on the plane z = 1 of camera space, y up;
+/// with parallel rays on every plane.
 [[nodiscard]] std::array<double, 4> picture_window(const CameraDescription& camera, int width, int height);
 
 }  // namespace gmis::tools

@@ -8,8 +8,8 @@
 #include "support/build_scene.hpp"
 
 /// \file
-/// The engines for the built-in scene. Each is compiled once, in a source file of `engines/`, and not in every file that
-/// renders.
+/// The engines for the built-in scene. Each is compiled once, in a source file of `engines/`, and
+/// not in every file that renders.
 
 namespace gmis::tools {
 

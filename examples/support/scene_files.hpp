@@ -8,7 +8,8 @@
 
 namespace gmis::tools {
 
-/// The folder of the built-in scenes: where it was when this program was built, or else beside the program.
+/// The folder of the built-in scenes: where it was when this program was built, or else beside the
+/// program.
 [[nodiscard]] std::filesystem::path built_in_scene_folder();
 [[nodiscard]] std::vector<std::string> built_in_scene_names();
 /// What a built-in scene shows: the comment in its first line.

@@ -33,7 +33,8 @@ struct LoadedScene {
 /// Reads the scene and builds nothing: all that there is to say of it, errors included.
 [[nodiscard]] Diagnostics check_scene_file(const std::filesystem::path& file, const LoadOptions& options = {});
 
-/// What the options mean for this scene. Throws `InputError` when the crop lies outside the picture.
+/// What the options mean for this scene. Throws `InputError` when the crop lies outside the
+/// picture.
 [[nodiscard]] RenderRequest request_of(const Options& options, const BuiltScene& scene);
 
 /// One line per fact: what will be done, and why.
@@ -42,22 +43,27 @@ struct LoadedScene {
 /// The techniques that run with these counts, in one short line.
 [[nodiscard]] std::string plan_of(const RenderRequest& request, const SampleCounts& counts);
 
-/// Reads a reference and checks its size. One that is as large as the whole picture is cut to the crop.
+/// Reads a reference and checks its size. One that is as large as the whole picture is cut to the
+/// crop.
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);
 
-/// Writes the image, and the halves beside it with `_a` and `_b` before the ending; layers go to the image alone.
+/// Writes the image, and the halves beside it with `_a` and `_b` before the ending; layers go to
+/// the image alone.
 void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves,
                   const ImageExtras& extras);
 /// Where the images of path classes go: `NAME_classes` beside an output.
 [[nodiscard]] std::filesystem::path class_folder(const std::filesystem::path& output);
-/// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of them side by side:
-/// `sheet.png`. Images of other classes that an earlier run left there are removed.
+/// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of
+/// them side by side: `sheet.png`. Images of other classes that an earlier run left there are
+/// removed.
 void write_classes(const RenderResult& result, const std::filesystem::path& folder);
-/// What --aov asks for as layers of the picture's file: its variance, the path classes, and NAME_sS_tT for every technique.
+/// What --aov asks for as layers of the picture's file: its variance, the path classes, and
+/// NAME_sS_tT for every technique.
 [[nodiscard]] std::vector<ImageLayer> layers_of(const RenderResult& result, const Options& options);
-/// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with `_unweighted` for every technique,
-/// and all of them side by side: `pyramid.png` and `pyramid_unweighted.png`.
+/// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with
+/// `_unweighted` for every technique, and all of them side by side: `pyramid.png` and
+/// `pyramid_unweighted.png`.
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder);
 
 /// Set from now on by Ctrl-C, SIGTERM and SIGHUP; a second one ends the program at once.

@@ -31,7 +31,8 @@ void write_text(Image& sheet, int left, int top, const std::string& text) {
   }
 }
 
-/// A whole factor by which images become about a hundred pixels wide: above 1 repeats pixels, below averages them.
+/// A whole factor by which images become about a hundred pixels wide: above 1 repeats pixels, below
+/// averages them.
 struct Zoom {
   int repeat = 1, average = 1;
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// \file
-/// Multiple importance sampling: proposals, the fifteen pairs of selection and weighting, estimates, heuristics. The exact
-/// variances are not here but in gmis/mis/diagnostics.hpp.
+/// Multiple importance sampling: proposals, the fifteen pairs of selection and weighting,
+/// estimates, heuristics. The exact variances are not here but in gmis/mis/diagnostics.hpp.
 
 #include "gmis/mis/arguments.hpp"
 #include "gmis/mis/diagnostics/coverage.hpp"

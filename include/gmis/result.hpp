@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// What a rendering leaves: images with their errors, logs, and what they say about the time it takes.
+/// What a rendering leaves: images with their errors, logs, and what they say about the time it
+/// takes.
 
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/budget.hpp"
@@ -9,9 +10,9 @@
 #include "gmis/result/counters.hpp"
 #include "gmis/result/error_estimate.hpp"
 #include "gmis/result/error_fit.hpp"
-#include "gmis/result/sobol_gain.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
-#include "gmis/result/time_to_error.hpp"
 #include "gmis/result/rejection_limit.hpp"
+#include "gmis/result/sobol_gain.hpp"
+#include "gmis/result/time_to_error.hpp"

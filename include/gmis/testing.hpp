@@ -1,8 +1,8 @@
 #pragma once
 
 /// \file
-/// Tests of estimators, weights and samplers, in any test framework; docs/test-your-estimator.md shows how.
-/// gmis/testing/catch.hpp has the same as matchers for Catch2 and is not included here.
+/// Tests of estimators, weights and samplers, in any test framework; docs/test-your-estimator.md
+/// shows how. gmis/testing/catch.hpp has the same as matchers for Catch2 and is not included here.
 
 #include "gmis/testing/check_estimator.hpp"
 #include "gmis/testing/check_weights.hpp"

@@ -63,8 +63,8 @@ TileMeans tiles_of(const Sc& scene, const gmis::SampleCounts& counts, std::uint6
   return tiles;
 }
 
-/// Every tile of both has the same mean. One false alarm in a million runs for all tiles together; Student's t with the
-/// iterations of both (Welch's degrees of freedom are at least those of one).
+/// Every tile of both has the same mean. One false alarm in a million runs for all tiles together;
+/// Student's t with the iterations of both (Welch's degrees of freedom are at least those of one).
 inline void check_same_picture(const TileMeans& a, const TileMeans& b) {
   REQUIRE(a.mean.size() == b.mean.size());
   const double level = gmis::sidak_level(1e-6, a.mean.size());

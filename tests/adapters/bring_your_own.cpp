@@ -7,7 +7,8 @@
 
 namespace {
 
-/// The world of the other renderer, built of the library's own shapes, materials, lights and camera.
+/// The world of the other renderer, built of the library's own shapes, materials, lights and
+/// camera.
 auto built_in(const theirs::World& world, const std::vector<gmis::scene::Material<double>>& materials) {
   using namespace gmis::scene;
   SceneBuilder<double> builder;
@@ -43,7 +44,8 @@ TEST_CASE("a renderer of another style makes the picture of the built-in scene")
              black = make_diffuse<double>({0, 0, 0});
   const auto scene = built_in(world, {white, white, red, make_dielectric<double>(1.5), red, black, black});
   const adapter::Scene adapted(world);
-  // Two integrators without bias: one pairs every technique of the one with every technique of the other.
+  // Two integrators without bias: one pairs every technique of the one with every technique of the
+  // other.
   const auto a = gmis_test::tiles_of<gmis::Engine<adapter::Scene>>(adapted, gmis::integrators::bpt, 1, 200);
   const auto b = gmis_test::tiles_of<gmis::PathTracer<BvhScene<double>>>(scene, gmis::integrators::pt, 2, 400);
   gmis_test::check_same_picture(a, b);

@@ -14,7 +14,8 @@ using Render = gmis::Render<Furnace>;
 
 const Furnace furnace(0.7F, 1.0F, 10, 2);
 
-/// With a pilot of 4 iterations, unless `with_pilot` is false; then with everything that may be kept.
+/// With a pilot of 4 iterations, unless `with_pilot` is false; then with everything that may be
+/// kept.
 gmis::RenderRequest request(bool with_pilot, std::uint32_t iterations = 9) {
   gmis::RenderSettings settings;
   settings.max_depth = 4;
@@ -58,7 +59,8 @@ TEST_CASE("a run that goes on from any of its iterations has the bits of one tha
       Render first(furnace, request(with_pilot));
       for (int i = 0; i < interrupted_after; ++i) REQUIRE(first.advance(executor));
       const std::vector<std::byte> bytes = first.checkpoint();
-      // The run that goes on was asked for with another limit, which a pilot would choose differently for.
+      // The run that goes on was asked for with another limit, which a pilot would choose
+      // differently for.
       gmis::RenderRequest longer = request(with_pilot, 900);
       longer.budget.iterations = 9;
       Render second(furnace, longer);

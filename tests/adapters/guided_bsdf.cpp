@@ -13,8 +13,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Guided BSDFs alone: built-in materials with one learned lobe more, against quadrature, counts of samples, and the same density
-// asked from the other end.
+// Guided BSDFs alone: built-in materials with one learned lobe more, against quadrature, counts of
+// samples, and the same density asked from the other end.
 
 namespace {
 
@@ -35,7 +35,8 @@ TransportMode other(TransportMode mode) {
   return mode == TransportMode::radiance ? TransportMode::importance : TransportMode::radiance;
 }
 
-/// A cell around one axis with uneven tables: for either mode and side, but none for importance at the back.
+/// A cell around one axis with uneven tables: for either mode and side, but none for importance at
+/// the back.
 struct Cell {
   std::array<Table, 4> tables;
   gmis::GuideCell<T> cell;
@@ -139,7 +140,8 @@ TEST_CASE("A guided diffuse BSDF: the density integrates to one but for what the
       for (const TransportMode mode : modes) {
         const Bsdf bsdf(Own(diffuse, along, along), along, Lobe(&cell.cell));
         const V to_prev = glm::normalize(along + V(0.3, 0.2, 0.25));
-        // By the midpoint rule over the square of each table's bins: all there is lies on this hemisphere.
+        // By the midpoint rule over the square of each table's bins: all there is lies on this
+        // hemisphere.
         double sum = 0;
         bool is_above = true;
         constexpr int cells = 256;

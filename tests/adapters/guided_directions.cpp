@@ -16,7 +16,8 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/quads.hpp"
 
-// Guided directions in built-in scenes: pictures keep their energy, and lobes point to where light and importance come from.
+// Guided directions in built-in scenes: pictures keep their energy, and lobes point to where light
+// and importance come from.
 
 namespace {
 
@@ -28,7 +29,8 @@ using gmis::TransportMode;
 using gmis_test::add_quad;
 using V = gmis::Vec3<double>;
 
-/// A closed room with a lamp, balls of several materials, a mirror, a curtain that lets light through, and a point light.
+/// A closed room with a lamp, balls of several materials, a mirror, a curtain that lets light
+/// through, and a point light.
 Scene make_room() {
   Builder builder;
   const auto white = builder.add_material(gmis::scene::make_diffuse({0.7, 0.7, 0.7}));
@@ -111,8 +113,8 @@ TEST_CASE("Guided directions keep the energy, with every technique") {
 }
 
 TEST_CASE("A furnace with a guide that points anywhere: the closed form") {
-  // L (1 − a^D)/(1 − a), whatever the guide. It is made of incidences that no light brought: at each of a few places mostly
-  // from one direction.
+  // L (1 − a^D)/(1 − a), whatever the guide. It is made of incidences that no light brought: at
+  // each of a few places mostly from one direction.
   using Furnace = gmis_test::FurnaceScene<double>;
   constexpr double albedo = 0.7, radiance = 2;
   constexpr int depth = 6;
@@ -202,10 +204,10 @@ TEST_CASE("What has a narrow lobe is not guided, nor what is purely delta") {
 }
 
 TEST_CASE("Light and importance through a slit: lobes point through it") {
-  // Above a black wall with a slit a spot light shines up at a white patch, and at nothing else; below the wall a camera sees the
-  // floor alone. Light comes to the floor from the patch through the slit, and importance to the patch from the floor through
-  // the slit: the geometry says all of where from. The slit is a fifth of a unit wide and 2 units off: a cosine lobe seldom
-  // passes it.
+  // Above a black wall with a slit a spot light shines up at a white patch, and at nothing else;
+  // below the wall a camera sees the floor alone. Light comes to the floor from the patch through
+  // the slit, and importance to the patch from the floor through the slit: the geometry says all of
+  // where from. The slit is a fifth of a unit wide and 2 units off: a cosine lobe seldom passes it.
   Builder builder;
   const auto white = builder.add_material(gmis::scene::make_diffuse({0.8, 0.8, 0.8}));
   const auto black = builder.add_material(gmis::scene::make_diffuse({0, 0, 0}));
@@ -246,7 +248,8 @@ TEST_CASE("Light and importance through a slit: lobes point through it") {
       }
       if (lobe.is_empty() || lobe.share(is_front, end.mode) == 0) continue;
       ++points;
-      // `beside`: off the edges by up to two bins, by which tables are smoothed: 1 unit, seen from 2.
+      // `beside`: off the edges by up to two bins, by which tables are smoothed: 1 unit, seen
+      // from 2.
       const auto passes = [&](const V& w, double beside) {
         if (w.y * up <= 0) return false;
         const double along = (wall - end.from) / w.y, whole = (end.to - end.from) / w.y;

@@ -130,8 +130,9 @@ TEST_CASE("The variance of joined runs is that of all their iterations") {
     const gmis::RenderResult all = joined(request(5, 1, sampler), {a.checkpoint, b.checkpoint});
     REQUIRE(all.variance.values.size() == 64);
     for (std::size_t i = 0; i < 64; ++i) {
-      // Independent iterations: the sample variance of all of them. Replications: each of the 16, of two or three
-      // iterations, is one part, and the weight of its squared deviation is w² / (1 − w).
+      // Independent iterations: the sample variance of all of them. Replications: each of the 16,
+      // of two or three iterations, is one part, and the weight of its squared deviation is w² / (1
+      // − w).
       std::vector<long double> parts, counts;
       for (const Run* run : {&a, &b})
         for (std::size_t k = 0; k < run->frames.size(); ++k) {
@@ -156,9 +157,10 @@ TEST_CASE("The variance of joined runs is that of all their iterations") {
 }
 
 TEST_CASE("The error of two joined runs agrees with that of one run of all their iterations") {
-  // The means over 30 seeds of the squared error that is stated, joined and of one run; and of the true squared error of the
-  // joined pictures, since the furnace's value is known. Differences of means follow Student's t with about 58 degrees of
-  // freedom; three comparisons share a false-alarm rate of 1e-4 (Šidák), two-sided.
+  // The means over 30 seeds of the squared error that is stated, joined and of one run; and of the
+  // true squared error of the joined pictures, since the furnace's value is known. Differences of
+  // means follow Student's t with about 58 degrees of freedom; three comparisons share a
+  // false-alarm rate of 1e-4 (Šidák), two-sided.
   constexpr int seeds = 30;
   struct Mean {
     std::vector<double> values;
@@ -203,7 +205,8 @@ TEST_CASE("The error of two joined runs agrees with that of one run of all their
         error += gmis::square(static_cast<double>(value) - truth) / (truth * truth + gmis::relative_error_floor) / 64;
       true_error.values.push_back(error);
     }
-    // The error of a Sobol' run falls faster than that of the mean of its replications: one run of all iterations is better.
+    // The error of a Sobol' run falls faster than that of the mean of its replications: one run of
+    // all iterations is better.
     if (sampler == gmis::Sampler::independent) check_equal(stated, one_run);
     check_equal(stated, true_error);
   }

@@ -31,7 +31,8 @@ auto built_in(const town::Town& town) {
   return builder.build();
 }
 
-/// Geometric mean over the tiles of the ratio of their variances. A sum would be ruled by the tiles that see a lamp's edge.
+/// Geometric mean over the tiles of the ratio of their variances. A sum would be ruled by the tiles
+/// that see a lamp's edge.
 double variance_ratio(const gmis_test::TileMeans& a, const gmis_test::TileMeans& b) {
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < a.squares.size(); ++i)

@@ -60,7 +60,8 @@ struct Stopping : gmis::ThreadExecutor {
   int camera_loops = 0;
 };
 
-/// Raises the flag at the first loop behind the camera's rows of the third iteration: that of the estimate of the error.
+/// Raises the flag at the first loop behind the camera's rows of the third iteration: that of the
+/// estimate of the error.
 struct StoppingLate : gmis::ThreadExecutor {
   explicit StoppingLate(std::atomic<bool>& flag_to_set) : gmis::ThreadExecutor(2), flag(flag_to_set) {}
   template <class Work>
@@ -133,8 +134,9 @@ TEST_CASE("in double, and with the counts that a pilot chooses, the furnace has 
   CHECK(result.choice->chosen.has_value());
   CHECK(result.counts == result.choice->forecasts[*result.choice->chosen].counts);
   REQUIRE(result.error.has_value());
-  // L (1 + a + a²) = 3.5 in every pixel. The standard error comes from the run; Student's t with 47 degrees of freedom
-  // exceeds 5.5 once in 700,000 runs. The surface is curved: merging within r = 0.05 has a bias below r² = 0.25 %.
+  // L (1 + a + a²) = 3.5 in every pixel. The standard error comes from the run; Student's t with 47
+  // degrees of freedom exceeds 5.5 once in 700,000 runs. The surface is curved: merging within r =
+  // 0.05 has a bias below r² = 0.25 %.
   const double expected = 2.0 * (1 + 0.5 + 0.25);
   const double standard_error = std::sqrt(result.estimate.variance);  // of one pixel: above that of the mean
   CHECK(std::abs(result.estimate.mean - expected) < 5.5 * standard_error + 0.0025 * expected);
@@ -220,7 +222,8 @@ TEST_CASE("limits: an error, an interrupt, too many rejections") {
   CHECK(stopped.stopped_by == gmis::StopReason::interrupt);
   CHECK(stopped.iterations == 3);
 
-  // With an executor that stops, the iteration under way is left out: what stays has the bits of 2 iterations.
+  // With an executor that stops, the iteration under way is left out: what stays has the bits of 2
+  // iterations.
   interrupt = false;
   open_ended.on_iteration = nullptr;
   Stopping stopping(interrupt);

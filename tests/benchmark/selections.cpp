@@ -64,7 +64,8 @@ TEST_CASE("marginal probabilities of a selection", "[benchmark]") {
   CHECK_THROWS_AS(gmis::marginal_probabilities(test::WithReplacement{9}, 9, 1000), std::invalid_argument);
 }
 
-// Rounds that are drawn against the sum over all outcomes: 2 selections × 5 weightings, false-alarm rate 1e-4 in all.
+// Rounds that are drawn against the sum over all outcomes: 2 selections × 5 weightings, false-alarm
+// rate 1e-4 in all.
 TEST_CASE("rounds of a selection of one's own have its exact moments", "[benchmark]") {
   const double level = test::sidak_level(1e-4, 10);
   const auto problem = problem_of(3);

@@ -1,5 +1,6 @@
-# Configures, builds and runs the project in CONSUMER_DIR, after installing gmis to a fresh prefix if WAY is `installed`, by
-# the vcpkg port if it is `vcpkg`. If it is `pkg_config`, there is no project: pkg-config says how to compile main.cpp.
+# Configures, builds and runs the project in CONSUMER_DIR, after installing gmis to a fresh prefix
+# if WAY is `installed`, by the vcpkg port if it is `vcpkg`. If it is `pkg_config`, there is no
+# project: pkg-config says how to compile main.cpp.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)

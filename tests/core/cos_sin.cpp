@@ -10,8 +10,9 @@ using namespace gmis;
 
 namespace {
 
-/// The rounding of a polynomial in Horner's form whose last sum is at most 1: half a unit of it, as much again of the last product
-/// (at most 0.79) and less of those before; of the sine one product more. In double it is the C library's.
+/// The rounding of a polynomial in Horner's form whose last sum is at most 1: half a unit of it, as
+/// much again of the last product (at most 0.79) and less of those before; of the sine one product
+/// more. In double it is the C library's.
 template <std::floating_point T>
 constexpr T bound = T(2) * std::numeric_limits<T>::epsilon();
 

@@ -35,7 +35,8 @@ TEST_CASE("a film holds the mean of its iterations and the variance of that mean
 }
 
 TEST_CASE("joined films have the mean and the variance of all their iterations") {
-  // Against the two-pass formulas in long double; a film of a single iteration and one without any are among them.
+  // Against the two-pass formulas in long double; a film of a single iteration and one without any
+  // are among them.
   std::mt19937 source(gmis_test::seed(7));
   std::normal_distribution<float> noise(3.0F, 2.0F);
   std::vector<float> all;

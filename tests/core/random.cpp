@@ -77,7 +77,8 @@ TEMPLATE_TEST_CASE("the numbers of a vertex do not depend on what was drawn befo
 }
 
 TEST_CASE("the numbers of different vertices of a path are far apart in the sequence of words") {
-  // Vertex v + d begins n words after vertex v, for n · step = d · vertex_step modulo 2^64: n or −n is never small.
+  // Vertex v + d begins n words after vertex v, for n · step = d · vertex_step modulo 2^64: n or −n
+  // is never small.
   using Blocks = gmis::WyrandBlocks;
   std::uint64_t inverse = 1;  // of the step, by Newton's iteration
   for (int i = 0; i < 6; ++i) inverse *= 2 - Blocks::step * inverse;
@@ -150,7 +151,8 @@ typename Blocks::Block block_at(Moves moves, std::uint32_t i, std::uint32_t base
 
 TEMPLATE_TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uniform", "", gmis::PhiloxBlocks,
                    gmis::WyrandBlocks) {
-  // Cells of 16 × 16 for each pair among the four numbers of a block and those of the block before it: χ² each.
+  // Cells of 16 × 16 for each pair among the four numbers of a block and those of the block before
+  // it: χ² each.
   constexpr std::uint32_t count = 1U << 17U;
   constexpr std::size_t cells = 256, numbers = 8, pairs = numbers * (numbers - 1) / 2;
   const double alpha = gmis::sidak_level(false_alarms, all_moves.size() * pairs);
@@ -191,13 +193,15 @@ std::vector<std::uint32_t> words_of(Moves moves, std::size_t count, std::uint32_
   return words;
 }
 
-/// Probability of at most `count` events where so many are expected of a Poisson distribution: a tail of χ².
+/// Probability of at most `count` events where so many are expected of a Poisson distribution: a
+/// tail of χ².
 double at_most(double count, double expected) {
   return gmis::chi_square_p_value(2.0 * expected, 2.0 * (count + 1.0));
 }
 
-/// How often two distances between 4096 neighbouring words are equal, over all groups of so many words: birthday spacings [Marsaglia; L'Ecuyer
-/// and Simard 2001]. Each group has a Poisson distribution with the mean 4096³ / (4 · 2^32) = 4. The probability of a number as far off.
+/// How often two distances between 4096 neighbouring words are equal, over all groups of so many
+/// words: birthday spacings [Marsaglia; L'Ecuyer and Simard 2001]. Each group has a Poisson
+/// distribution with the mean 4096³ / (4 · 2^32) = 4. The probability of a number as far off.
 double birthday_p_value(const std::vector<std::uint32_t>& words) {
   constexpr std::size_t birthdays = 4096;
   double equal = 0.0;
@@ -240,7 +244,8 @@ double rank_p_value(const std::vector<std::uint32_t>& words) {
   return gmis::chi_square_p_value(chi_squared, 2);
 }
 
-/// Correlation of the numbers of bits that are set in two words, `lag` apart: a sum of terms with mean 0 and variance 1.
+/// Correlation of the numbers of bits that are set in two words, `lag` apart: a sum of terms with
+/// mean 0 and variance 1.
 double weight_p_value(const std::vector<std::uint32_t>& words, std::size_t lag) {
   double sum = 0.0;
   for (std::size_t i = lag; i < words.size(); ++i)
@@ -267,8 +272,9 @@ TEMPLATE_TEST_CASE(
 
 namespace {
 
-/// The largest distance, in standard deviations, of the number of changes of one of 128 bits from half of the trials, where one of `bits`
-/// bits of the input changes. `change(bit)` makes an input and returns the words before and after.
+/// The largest distance, in standard deviations, of the number of changes of one of 128 bits from
+/// half of the trials, where one of `bits` bits of the input changes. `change(bit)` makes an input
+/// and returns the words before and after.
 template <class Change>
 double worst_bit(unsigned bits, int trials, Change&& change) {
   double worst = 0.0;
@@ -311,7 +317,8 @@ TEST_CASE("each bit of the key of wyrand's blocks changes each bit of the number
   gmis::Philox inputs(gmis_test::seed(22));
   constexpr unsigned bits = 64 + 32 + 32 + 8 + 24;
   const double worst = worst_bit(bits, trials, [&](unsigned bit) {
-    // Like the keys of a renderer, but for a seed of any bits: where nearly all bits are 0, there are only so many keys.
+    // Like the keys of a renderer, but for a seed of any bits: where nearly all bits are 0, there
+    // are only so many keys.
     const std::uint64_t seed = std::uint64_t{inputs()} << 32U | inputs();
     const std::array<std::uint32_t, 4> rest{inputs() & 0x3FFU, inputs() & 0xFFFFFU, inputs() & 0x7U, inputs() & 0x1FU};
     const auto words_with = [&](bool changes) {

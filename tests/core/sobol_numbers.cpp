@@ -68,7 +68,8 @@ TEST_CASE("a scrambled bit depends on the bits above it alone, and half of the s
 TEST_CASE("a shuffle keeps the first 2^m points the first, and moves them about otherwise") {
   gmis::Philox source(gmis_test::seed(6));
   using gmis::detail::reverse_bits;
-  // Where the fifth to the eighth of eight points go: each to each of these places in a quarter of the seeds.
+  // Where the fifth to the eighth of eight points go: each to each of these places in a quarter of
+  // the seeds.
   constexpr int count = 1 << 14;
   std::array<std::array<double, 4>, 4> places{};
   for (int n = 0; n < count; ++n) {
@@ -90,8 +91,9 @@ TEST_CASE("a shuffle keeps the first 2^m points the first, and moves them about 
 }
 
 TEST_CASE("the variance of means is that of a nested uniform scrambling") {
-  // Of x and of sin 7x over 64 points of the first dimension, which are numbers with reversed bits; Owen's scrambling flips each
-  // bit by a random function of the bits above it, here a hash of 64 bits.
+  // Of x and of sin 7x over 64 points of the first dimension, which are numbers with reversed bits;
+  // Owen's scrambling flips each bit by a random function of the bits above it, here a hash of 64
+  // bits.
   gmis::Philox source(gmis_test::seed(7));
   constexpr int runs = 4000, points = 64;
   const auto hashed = [](std::uint64_t z) {
@@ -127,7 +129,8 @@ TEST_CASE("the variance of means is that of a nested uniform scrambling") {
   }
   for (std::size_t f = 0; f < 2; ++f) {
     const auto variance = [&](std::size_t kind) { return squares[kind][f] / runs - std::pow(sums[kind][f] / runs, 2); };
-    // Each variance has a standard error of √(2 / runs) where means are normal: 64 strata make them so.
+    // Each variance has a standard error of √(2 / runs) where means are normal: 64 strata make them
+    // so.
     CHECK(std::log(variance(0) / variance(1)) == Approx(0.0).margin(6.0 * std::sqrt(4.0 / runs)));
   }
 }
@@ -156,8 +159,9 @@ TEST_CASE(
 }
 
 TEST_CASE("one point is uniform, and its places are independent of each other") {
-  // Over replications: 16 × 16 cells for each pair of numbers of two places of one path, and of neighbouring points of one
-  // sequence at different places. χ² each; the false-alarm rate of all is 1e-6.
+  // Over replications: 16 × 16 cells for each pair of numbers of two places of one path, and of
+  // neighbouring points of one sequence at different places. χ² each; the false-alarm rate of all
+  // is 1e-6.
   constexpr int count = 1 << 16;
   constexpr std::size_t numbers = 12, pairs = numbers * (numbers - 1) / 2;
   const double alpha = gmis::sidak_level(1e-6, pairs);
@@ -186,7 +190,8 @@ struct Moments {
   double mean = 0.0, variance = 0.0;
 };
 
-/// Of the mean over `points` points, by independent replications: a product over the numbers of two vertices.
+/// Of the mean over `points` points, by independent replications: a product over the numbers of two
+/// vertices.
 Moments mean_of_product(bool is_sobol, std::uint32_t points, int replications) {
   double sum = 0.0, squares = 0.0;
   for (int r = 0; r < replications; ++r) {
@@ -217,8 +222,9 @@ TEST_CASE("means are those of independent numbers, 1 here, with a fraction of th
   const Moments independent = mean_of_product(false, 256, replications);
   CHECK(gmis::z_test(sobol.mean, std::sqrt(sobol.variance / replications), 1.0).p_value > 1e-6);
   CHECK(gmis::z_test(independent.mean, std::sqrt(independent.variance / replications), 1.0).p_value > 1e-6);
-  // Interactions of the two places remain; the rest is integrated nearly exactly. Closed form: (1 + 0.03)^8 − 1 over 256
-  // for independent numbers; what is left is at most that of interactions between the places, ((1.03)^4 − 1)² over 256.
+  // Interactions of the two places remain; the rest is integrated nearly exactly. Closed form: (1 +
+  // 0.03)^8 − 1 over 256 for independent numbers; what is left is at most that of interactions
+  // between the places, ((1.03)^4 − 1)² over 256.
   const double all = std::pow(1.03, 8.0) - 1.0, between = std::pow(std::pow(1.03, 4.0) - 1.0, 2.0);
   const double spread = 1.0 + 6.0 * std::sqrt(2.0 / replications);
   CHECK(independent.variance * 256 < all * spread);

@@ -84,7 +84,8 @@ TEST_CASE("Pearson's statistic and its pooling, by hand", "[statistics]") {
   CHECK(chi_square_test(impossible, certain).p_value == 0.0);
 }
 
-// 2000 p-values of true hypotheses: their share below a level is the level. False-alarm rate 1e-6 a check.
+// 2000 p-values of true hypotheses: their share below a level is the level. False-alarm rate 1e-6 a
+// check.
 TEST_CASE("true hypotheses have uniform p-values, false ones small ones", "[statistics]") {
   Philox source(gmis_test::seed(7));
   std::array<double, 2> below{};
@@ -131,8 +132,9 @@ struct SometimesFails {
   double stated = 0.75;
 };
 
-// A rate that is off by 5 % adds 0.05² · 100,000 = 250 to a χ² with some 65 degrees of freedom, a share of failures that is off
-// by 0.03 adds 520 to one with 400: either is missed in less than 1e-8 of the seeds. What is right fails in 1e-4.
+// A rate that is off by 5 % adds 0.05² · 100,000 = 250 to a χ² with some 65 degrees of freedom, a
+// share of failures that is off by 0.03 adds 520 to one with 400: either is missed in less than
+// 1e-8 of the seeds. What is right fails in 1e-4.
 TEST_CASE("a proposal is checked against its density", "[check]") {
   Philox source(gmis_test::seed(11));
   const auto right = check_proposal(Exponential{2, 2}, 0, 30, source);

@@ -1,7 +1,9 @@
-// Checks the fenced blocks and the links of Markdown files. What a reader copies must be what is built and run here:
+// Checks the fenced blocks and the links of Markdown files. What a reader copies must be what is
+// built and run here:
 // - `cpp`: stands, line for line, in a file that this build compiles (or in a consumer project);
 // - `cmake`: stands, line for line, in a CMakeLists.txt of tests/consumer;
-// - `sh`, `console`: every command is one of a few tools; `./run` knows its own, gmis-render the options it is given;
+// - `sh`, `console`: every command is one of a few tools; `./run` knows its own, gmis-render the
+//   options it is given;
 // - `text` and no name: anything; any other name is an error;
 // - a link to a file of the project leads somewhere.
 // Usage: check_snippets PROJECT_DIR COMPILE_COMMANDS GMIS_RENDER|- FILE.md…
@@ -159,7 +161,8 @@ class Checker {
       report(block.first_line, "this block " + std::string(fault));
   }
 
-  // In a `console` block the commands start with "$ " and the rest is output; in `sh` every line is a command.
+  // In a `console` block the commands start with "$ " and the rest is output; in `sh` every line is
+  // a command.
   void check_commands(const Block& block) {
     for (std::size_t i = 0; i < block.lines.size(); ++i) {
       std::string command = block.lines[i];

@@ -34,8 +34,8 @@ from tokens import headers_in
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 REQUIRED = 0.98
 # A test with a fault that takes more processor time than this factor times that without a fault,
-# and these seconds, does not end. One that only waits is given longer: how busy the machine is decides
-# nothing.
+# and these seconds, does not end. One that only waits is given longer: how busy the machine is
+# decides nothing.
 RUN_LIMIT_FACTOR, RUN_LIMIT_SECONDS, WAITING_LIMIT_FACTOR = 10, 20, 20
 MOST_TOGETHER = 40  # faults in one program
 MOST_TESTS_FOUND = 4

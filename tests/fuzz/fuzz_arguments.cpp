@@ -12,8 +12,8 @@
 #include "gmis/mis/diagnostics.hpp"
 #include "gmis/mis/methods.hpp"
 
-// Arguments of the MIS core, from bytes: every call either throws std::invalid_argument, and then for a reason that is found
-// here again without the library, or does what it says.
+// Arguments of the MIS core, from bytes: every call either throws std::invalid_argument, and then
+// for a reason that is found here again without the library, or does what it says.
 
 namespace {
 
@@ -214,7 +214,8 @@ void check_rules(fuzz::Input& input) {
   check(power);
 }
 
-/// The methods that take counts: each is rejected when counts, rounds or its own arguments do not fit, and only then.
+/// The methods that take counts: each is rejected when counts, rounds or its own arguments do not
+/// fit, and only then.
 void check_methods(fuzz::Input& input) {
   const std::vector<Uniform> proposals(input.below(5));
   const std::size_t n = proposals.size();

@@ -8,9 +8,10 @@
 #include "fuzz/input.hpp"
 #include "gmis/scene/bvh_build.hpp"
 
-// The tree against brute force: a ray through the tree of all primitives meets what it meets through a tree of each alone.
-// The test of a primitive is the same there, so that only the tree can make a difference; where rounding decides whether a
-// primitive is hit at all, or which of two is nearer (its box and it are then told apart by rounding too), long double says so.
+// The tree against brute force: a ray through the tree of all primitives meets what it meets
+// through a tree of each alone. The test of a primitive is the same there, so that only the tree
+// can make a difference; where rounding decides whether a primitive is hit at all, or which of two
+// is nearer (its box and it are then told apart by rounding too), long double says so.
 
 namespace {
 
@@ -56,7 +57,8 @@ long double margin_of(const SphereShape<float>& sphere, const Ray<float>& ray) {
   return std::abs((b * b - glm::dot(f, f) + r * r) / (r * r)) / reach;
 }
 
-/// Where the line really meets the primitive. A long thin triangle's `t` in float can be off by more than all the rest.
+/// Where the line really meets the primitive. A long thin triangle's `t` in float can be off by
+/// more than all the rest.
 long double true_t_of(const TriangleCorners<float>& corners, const Ray<float>& ray, float) {
   const Long normal = glm::cross(Long(corners[1]) - Long(corners[0]), Long(corners[2]) - Long(corners[0]));
   return glm::dot(Long(corners[0]) - Long(ray.origin), normal) / glm::dot(Long(ray.direction), normal);
@@ -117,8 +119,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
 
     const bool agrees = (hit.kind == BvhChild::nothing) == (nearest.kind == BvhChild::nothing) && hit.t == nearest.t;
     fuzz::require(hit.t >= nearest.t, "the tree meets nothing that no primitive is");
-    // The box of a primitive is not entered where something lies before it, even if the primitive's own `t`, being rounded,
-    // is less than the distance to its box. The distance to a box has three roundings.
+    // The box of a primitive is not entered where something lies before it, even if the primitive's
+    // own `t`, being rounded, is less than the distance to its box. The distance to a box has three
+    // roundings.
     const bool is_before = true_t >= static_cast<long double>(hit.t) * (1 - 4e-7L);
     fuzz::require(agrees || margin < 1 || is_before, "the tree misses nothing that a primitive is");
     fuzz::require(built.bvh.is_blocked(ray) == (hit.kind != BvhChild::nothing), "any hit and closest hit agree");

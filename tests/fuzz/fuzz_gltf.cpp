@@ -5,8 +5,8 @@
 #include "fuzz/input.hpp"
 #include "support/gltf/reader.hpp"
 
-// The reader of glTF: whatever the bytes are, a scene whose numbers hold together, or an InputError of one line. There are no
-// other files, and little memory.
+// The reader of glTF: whatever the bytes are, a scene whose numbers hold together, or an InputError
+// of one line. There are no other files, and little memory.
 
 namespace {
 

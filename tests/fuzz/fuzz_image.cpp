@@ -4,8 +4,8 @@
 #include "fuzz/input.hpp"
 #include "support/image/texture_image.hpp"
 
-// The reader of images for textures (PNG, TGA, JPEG, BMP, HDR): whatever the bytes are, an image with all its pixels, or an
-// InputError of one line.
+// The reader of images for textures (PNG, TGA, JPEG, BMP, HDR): whatever the bytes are, an image
+// with all its pixels, or an InputError of one line.
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gmis::tools;

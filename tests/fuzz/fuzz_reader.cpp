@@ -6,8 +6,9 @@
 #include "support/pbrt/reader.hpp"
 #include "support/ply_mesh.hpp"
 
-// The reader of scenes, and that of PLY meshes for an input that starts as one: whatever the bytes are, a scene or a mesh
-// whose numbers hold together, or an InputError that names a place on one line.
+// The reader of scenes, and that of PLY meshes for an input that starts as one: whatever the bytes
+// are, a scene or a mesh whose numbers hold together, or an InputError that names a place on one
+// line.
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include "gmis/mis.hpp"
 #include "hostile/weights_oracle.hpp"
 
-// Weights, from bytes: those of the recursion for a path of up to 64 edges against 200 bits, and those of the heuristics for
-// up to 16 densities of any positive value against long double.
+// Weights, from bytes: those of the recursion for a path of up to 64 edges against 200 bits, and
+// those of the heuristics for up to 16 densities of any positive value against long double.
 
 namespace {
 

@@ -6,7 +6,8 @@
 #include <cstdlib>
 
 /// \file
-/// What fuzz targets share: the bytes of an input taken one after the other, and a way to say what does not hold.
+/// What fuzz targets share: the bytes of an input taken one after the other, and a way to say what
+/// does not hold.
 
 namespace fuzz {
 

@@ -7,8 +7,8 @@
 
 #include "fuzz/input.hpp"
 
-// The main of a fuzz target where there is no libFuzzer: runs the target on the files, and the files of the folders, that it
-// is given.
+// The main of a fuzz target where there is no libFuzzer: runs the target on the files, and the
+// files of the folders, that it is given.
 
 int main(int argc, char** argv) {
   std::vector<std::filesystem::path> files;

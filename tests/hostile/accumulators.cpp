@@ -8,8 +8,8 @@
 #include "gmis/result/film.hpp"
 #include "support/catch.hpp"
 
-// Streams of up to 1e9 samples through everything that adds samples up. The means are sums of few different values, known
-// exactly.
+// Streams of up to 1e9 samples through everything that adds samples up. The means are sums of few
+// different values, known exactly.
 
 namespace {
 
@@ -47,7 +47,8 @@ void check(const Stream& stream, std::uint64_t count, double variance_bound, boo
   const double of_batches =
       error(of_complete_batches, stream.mean(batches.batch_count() * batches.iterations_per_batch()));
   CAPTURE(stream.name, count, of_film, of_moments, of_batches);
-  // Each sample may cost a mean in double half its last place, which adds up to 1e-7 after 1e9 of them; it is less.
+  // Each sample may cost a mean in double half its last place, which adds up to 1e-7 after 1e9 of
+  // them; it is less.
   CHECK(of_film < (stream.usual == stream.rare ? 1e-15 : 1.2e-16 * static_cast<double>(count)));
   CHECK(of_moments < 1e-13);
   CHECK(of_batches < 1e-7);  // each batch is a float, rounded once whenever it is joined

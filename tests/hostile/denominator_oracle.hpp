@@ -7,8 +7,9 @@
 
 namespace hostile {
 
-/// φ of sample n in long double, from the definitions W1–W5 by way of the scheme: what the whole round drew is known by
-/// then. `density_of(k)` is the density of proposal k, one of `count`, at the sample.
+/// φ of sample n in long double, from the definitions W1–W5 by way of the scheme: what the whole
+/// round drew is known by then. `density_of(k)` is the density of proposal k, one of `count`, at
+/// the sample.
 template <class DensityOf>
 [[nodiscard]] long double denominator(gmis::Scheme scheme, std::size_t count, std::span<const std::size_t> drawn,
                                       std::size_t n, const DensityOf& density_of) {

@@ -8,8 +8,9 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Triangles and rays that are special cases of themselves: no area, twice the same, a million in one plane; along an axis,
-// through a corner, with components that are ±0 or too small to be normal numbers. And what is refused.
+// Triangles and rays that are special cases of themselves: no area, twice the same, a million in
+// one plane; along an axis, through a corner, with components that are ±0 or too small to be normal
+// numbers. And what is refused.
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -20,8 +21,8 @@ using scene_test::random_direction;
 
 namespace {
 
-/// A cube from −n to n, each face a lattice of 2n × 2n squares of two triangles, corners at whole numbers: many a ray of
-/// a lattice meets a corner or runs along edges.
+/// A cube from −n to n, each face a lattice of 2n × 2n squares of two triangles, corners at whole
+/// numbers: many a ray of a lattice meets a corner or runs along edges.
 Mesh lattice_cube(int n) {
   Mesh mesh;
   for (int axis = 0; axis < 3; ++axis)
@@ -90,7 +91,8 @@ TEMPLATE_TEST_CASE("hostile: rays along axes, through corners, with zero and sub
             direction[axis] = sign;
             direction[(axis + 1) % 3] = tiny[static_cast<std::size_t>(rays) % tiny.size()];
             direction[(axis + 2) % 3] = tiny[static_cast<std::size_t>(rays / 7) % tiny.size()];
-            // From a plane of the lattice within, and from without: both through a corner of four squares.
+            // From a plane of the lattice within, and from without: both through a corner of four
+            // squares.
             for (const T start : {T(i) * unit, -sign * T(3) * wall}) {
               Vec3<T> origin;
               origin[axis] = start;
@@ -105,11 +107,13 @@ TEMPLATE_TEST_CASE("hostile: rays along axes, through corners, with zero and sub
               Vec3<T> expected = origin;
               expected[axis] = std::abs(start) > wall ? -sign * wall : sign * wall;
               const T error = glm::length(hit->point.position - expected);
-              // A point keeps off edges by some 80 roundings, and off a corner of 45° by 2.6 times as much.
+              // A point keeps off edges by some 80 roundings, and off a corner of 45° by 2.6 times
+              // as much.
               if (!(error <= T(80 * 2.7) * std::numeric_limits<T>::epsilon() * wall)) ++elsewhere;
             }
           }
-    // From the middle to every corner of the lattice, and along the diagonals of squares and of the cube.
+    // From the middle to every corner of the lattice, and along the diagonals of squares and of the
+    // cube.
     for (const glm::dvec3& corner : cube.positions) {
       ++rays;
       const auto hit = scene.intersect({Vec3<T>(T(0)), glm::normalize(Vec3<T>(corner))});
@@ -197,7 +201,8 @@ TEST_CASE("hostile: triangles without area, almost without, and twice the same",
     spoilt.triangles.push_back({t[2], t[2], t[2]});  // a point
     no_area += 2;
   }
-  // Slivers between a corner, its neighbour and a point of the edge between them: an area of rounding errors, or none.
+  // Slivers between a corner, its neighbour and a point of the edge between them: an area of
+  // rounding errors, or none.
   for (std::size_t i = 0; i < count; ++i) {
     const auto& t = clean.triangles[i];
     spoilt.positions.push_back(glm::mix(clean.positions[static_cast<std::size_t>(t[0])],
@@ -213,8 +218,9 @@ TEST_CASE("hostile: triangles without area, almost without, and twice the same",
     const glm::dvec3 target = i % 4 < 2 ? point_near_edge(clean, source) : from + random_direction<double>(source);
     const Ray<double> ray{from, glm::normalize(target - from)};
     const auto a = expected.intersect(ray), b = scene.intersect(ray);
-    // A sliver may stick out of the edge by a rounding error: there, from outside, either may be; and from inside a ray
-    // that just passes an edge which points inwards may meet the sliver there.
+    // A sliver may stick out of the edge by a rounding error: there, from outside, either may be;
+    // and from inside a ray that just passes an edge which points inwards may meet the sliver
+    // there.
     if (i % 4 != 1) REQUIRE(a.has_value() == b.has_value());
     if (!b) continue;
     if (i % 4 == 1) REQUIRE(std::isfinite(b->point.position.x + b->point.position.y + b->point.position.z));
@@ -229,7 +235,8 @@ TEST_CASE("hostile: triangles without area, almost without, and twice the same",
   CHECK(differences == 0);
 }
 
-/// `side` × `side` squares of two triangles in the plane z = 1, and rays to corners, edges and anywhere.
+/// `side` × `side` squares of two triangles in the plane z = 1, and rays to corners, edges and
+/// anywhere.
 void check_plane(int side) {
   Mesh plane;
   plane.positions.reserve(static_cast<std::size_t>(side + 1) * static_cast<std::size_t>(side + 1));
@@ -255,7 +262,8 @@ void check_plane(int side) {
     target.z = 1;
     if (i % 3 == 0) target = glm::round(target);  // a corner
     if (i % 3 == 1) target.x = std::round(target.x);
-    // Straight down, or from the side: in this direction the ray is exact, so the corner is met exactly.
+    // Straight down, or from the side: in this direction the ray is exact, so the corner is met
+    // exactly.
     const glm::dvec3 from =
         i % 2 == 0 ? target - glm::dvec3(0, 0, 16) : target + random_direction<double>(source) * 8.0;
     const glm::dvec3 origin(Vec3<float>{from});
@@ -394,7 +402,8 @@ TEST_CASE("hostile: what is not finite is refused, and the message says what it 
       CHECK(message != "nothing was thrown");
       CHECK(message.find(refusals[i].says) != std::string::npos);
     }
-  // Too far for the arithmetic of the scene, though finite: said when it is built around the camera.
+  // Too far for the arithmetic of the scene, though finite: said when it is built around the
+  // camera.
   SceneBuilder<float> builder;
   builder.add_sphere({1e13, 0, 0}, 1, builder.add_material(make_diffuse<float>({.5, .5, .5})));
   builder.set_camera(camera_at({0, 0, 0}));

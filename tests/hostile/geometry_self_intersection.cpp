@@ -8,10 +8,11 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Rays that leave surfaces: none may meet the surface it leaves, none may slip through an edge. Sizes 1e-4 to 1e6; the
-// camera, which is where the scene's own space has its origin, is up to 1e4 sizes away in float and 1e9 in double, and the
-// world's origin up to 1e9 from both. What is true is known of spheres, planes and convex bodies, and worked out in double
-// precision from the corners as they were given. A few random rays in each run, ten million in the slow test.
+// Rays that leave surfaces: none may meet the surface it leaves, none may slip through an edge.
+// Sizes 1e-4 to 1e6; the camera, which is where the scene's own space has its origin, is up to 1e4
+// sizes away in float and 1e9 in double, and the world's origin up to 1e9 from both. What is true
+// is known of spheres, planes and convex bodies, and worked out in double precision from the
+// corners as they were given. A few random rays in each run, ten million in the slow test.
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -92,7 +93,8 @@ Tally spheres(std::uint64_t rays, std::uint64_t seed) {
         ++tally.leaks;
         continue;
       }
-      // The chord is 2 r cos; of a grazing one the offset is most of the depth, and lengthens it to √(2 r offset).
+      // The chord is 2 r cos; of a grazing one the offset is most of the depth, and lengthens it to
+      // √(2 r offset).
       const double chord = -2 * at.size * glm::dot(glm::dvec3(outward), glm::dvec3(inside));
       const double found = glm::length(glm::dvec3(far->point.position) - glm::dvec3(hit->point.position));
       const double error = static_cast<double>(hit->point.position_error);
@@ -141,7 +143,8 @@ Tally triangles(std::uint64_t rays, std::uint64_t seed) {
   return tally;
 }
 
-/// Corners of the pieces into which the faces of a mesh, seen from `eye`, are cut; those of the faces where none is.
+/// Corners of the pieces into which the faces of a mesh, seen from `eye`, are cut; those of the
+/// faces where none is.
 template <std::floating_point T>
 std::vector<glm::dvec3> corners_of_pieces(const Mesh& mesh, const glm::dvec3& eye) {
   double farthest = 0;
@@ -157,8 +160,9 @@ std::vector<glm::dvec3> corners_of_pieces(const Mesh& mesh, const glm::dvec3& ey
   return corners;
 }
 
-/// Closed convex bodies: half of the rays go to an edge or a corner, exactly or nearly. With `is_near` the camera is so near
-/// a body that most have faces that are cut, and rays go to the corners of the pieces.
+/// Closed convex bodies: half of the rays go to an edge or a corner, exactly or nearly. With
+/// `is_near` the camera is so near a body that most have faces that are cut, and rays go to the
+/// corners of the pieces.
 template <std::floating_point T>
 Tally bodies(std::uint64_t rays, std::uint64_t seed, bool is_near = false) {
   Philox source(gmis_test::seed(seed));
@@ -233,13 +237,14 @@ Tally bodies(std::uint64_t rays, std::uint64_t seed, bool is_near = false) {
         ++undecided;
       }
 
-      // Two points of the inside see each other. Nearer to the other's face than the error of a position there is no
-      // saying on which side of it they are.
+      // Two points of the inside see each other. Nearer to the other's face than the error of a
+      // position there is no saying on which side of it they are.
       if (last && last->point.geometric_normal != normal) {
         const double bound = 2 * static_cast<double>(hit->point.position_error + last->point.position_error);
         if (height(*hit, last->point.position) < -bound && height(*last, hit->point.position) < -bound) {
-          // A ray ends before its target by its own rounding as well, 4 ε of its length. On a piece near the camera that may
-          // be more than the errors by which points are kept off edges, where the ray comes from afar: a limit of `segment`.
+          // A ray ends before its target by its own rounding as well, 4 ε of its length. On a piece
+          // near the camera that may be more than the errors by which points are kept off edges,
+          // where the ray comes from afar: a limit of `segment`.
           const T reach =
               T(4) * std::numeric_limits<T>::epsilon() * glm::length(hit->point.position - last->point.position);
           for (const auto& [start, end] : {std::pair(hit->point, last->point), std::pair(last->point, hit->point)}) {

@@ -29,14 +29,15 @@ gmis::scene::BvhScene<T> scene_of(const Mesh& mesh, const gmis::scene::Material<
   return builder.build();
 }
 
-/// Convex, with outward normals; `inner` is the radius of a ball around the origin that is wholly inside.
+/// Convex, with outward normals; `inner` is the radius of a ball around the origin that is wholly
+/// inside.
 struct Body {
   Mesh mesh;
   double inner = 0;
 };
 
-/// The distance of the nearest face's plane from the origin; the smallest height of a triangle; the smallest angle
-/// between two faces that share an edge, measured within the body.
+/// The distance of the nearest face's plane from the origin; the smallest height of a triangle; the
+/// smallest angle between two faces that share an edge, measured within the body.
 struct BodyMeasures {
   double inner = std::numeric_limits<double>::infinity();
   double lowest_height = std::numeric_limits<double>::infinity();
@@ -79,8 +80,9 @@ inline glm::dvec3 rotated(const glm::dvec3& v, const gmis::Frame<double>& frame)
   return frame.to_world(v);
 }
 
-/// Within the unit ball: a box along the axes, a regular octahedron or icosahedron or a random tetrahedron, the last three
-/// turned at random. Edges of 25° and more, triangles not lower than 0.2.
+/// Within the unit ball: a box along the axes, a regular octahedron or icosahedron or a random
+/// tetrahedron, the last three turned at random. Edges of 25° and more, triangles not lower than
+/// 0.2.
 inline Body random_body(Philox& source) {
   Body body;
   Mesh& mesh = body.mesh;
@@ -133,8 +135,8 @@ inline Body random_body(Philox& source) {
   return body;
 }
 
-/// On an edge of the mesh or at a corner of it (every fourth), exactly or nearly: off by 10^−1 … 10^−9 of the length, or
-/// not at all.
+/// On an edge of the mesh or at a corner of it (every fourth), exactly or nearly: off by 10^−1 …
+/// 10^−9 of the length, or not at all.
 inline glm::dvec3 point_near_edge(const Mesh& mesh, Philox& source) {
   const auto count = static_cast<double>(mesh.triangles.size());
   const auto& t = mesh.triangles[static_cast<std::size_t>(uniform<double>(source) * count)];
@@ -146,7 +148,8 @@ inline glm::dvec3 point_near_edge(const Mesh& mesh, Philox& source) {
   return a + (b - a) * along + random_in_cube(source) * (off * glm::length(b - a));
 }
 
-/// Unit, on the side of the unit `normal` that `side` says, the cosine between them 10^−x: from steep to grazing.
+/// Unit, on the side of the unit `normal` that `side` says, the cosine between them 10^−x: from
+/// steep to grazing.
 template <std::floating_point T>
 Vec3<T> direction_on_side(const Vec3<T>& normal, T side, Philox& source) {
   const double lowest = std::same_as<T, float> ? -7.5 : -16;

@@ -7,8 +7,9 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Lights that are tiny, huge, far, touched, black, or far stronger than the others. What falls on a point has a closed
-// form: of a ball π L (r/d)², of a small surface L A cos cos/d², from all around π L.
+// Lights that are tiny, huge, far, touched, black, or far stronger than the others. What falls on a
+// point has a closed form: of a ball π L (r/d)², of a small surface L A cos cos/d², from all around
+// π L.
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -71,8 +72,8 @@ TEMPLATE_TEST_CASE("hostile: a ball that shines, from touching it to a million r
       for (int i = 0; i < 20'000; ++i) sum.add(scene.lights()[0], receiver<T>({0, 0, d}, {0, 0, -1}), source);
       CAPTURE(radius, distance);
       const double ratio = static_cast<double>(static_cast<T>(radius)) / static_cast<double>(d);
-      // From a ten-thousandth above the surface rounding takes digits of that distance, from a million radii away those of
-      // the angle.
+      // From a ten-thousandth above the surface rounding takes digits of that distance, from a
+      // million radii away those of the angle.
       const bool is_extreme = distance < 1.001 || distance > 1e5;
       check_mean(sum, 2 * pi<double> * ratio * ratio, std::same_as<T, double> ? 1e-9 : is_extreme ? 3e-3 : 1e-6);
     }
@@ -247,7 +248,8 @@ TEMPLATE_TEST_CASE("hostile: lights from 1e-12 to 1e12 and black ones are chosen
     const auto chance = static_cast<double>(scene.selection_probability(scene.lights()[i]));
     sum += chance;
     if (strengths[i] == 0) CHECK(chance == 0);
-    // As near as multiples of the last place of 1 can be, of which each cell of the table rounds one.
+    // As near as multiples of the last place of 1 can be, of which each cell of the table rounds
+    // one.
     CHECK(std::abs(chance - strengths[i] / total) <
           static_cast<double>(strengths.size()) * static_cast<double>(std::numeric_limits<T>::epsilon()));
   }

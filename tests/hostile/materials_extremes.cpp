@@ -12,10 +12,11 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Materials at the ends of their ranges, from steep to grazing, with random numbers that are 0 or nearly 1. A sample is
-// finite, of unit length, on the side it says, and its weight is f |cos| / density; what `evaluate` says of it in double
-// is the oracle in float. Densities integrate to the chance that a sample succeeds: by a rule of our own, made for lobes
-// down to a thousandth of a radian. Energy is that of many samples.
+// Materials at the ends of their ranges, from steep to grazing, with random numbers that are 0 or
+// nearly 1. A sample is finite, of unit length, on the side it says, and its weight is f |cos| /
+// density; what `evaluate` says of it in double is the oracle in float. Densities integrate to the
+// chance that a sample succeeds: by a rule of our own, made for lobes down to a thousandth of a
+// radian. Energy is that of many samples.
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -105,9 +106,9 @@ T hard_cosine(Philox& source) {
   return x < T(0.05) ? T(1) : std::pow(T(10), T(-6) * x * uniform<T>(source));
 }
 
-/// How many rounding errors a density or a value may be off, for one in each of the two directions: what the half vector magnifies
-/// where it nearly vanishes, and then the lobe's width, a facet seen edge-on, and Fresnel's reflectance, which is vertical where
-/// total reflection begins.
+/// How many rounding errors a density or a value may be off, for one in each of the two directions:
+/// what the half vector magnifies where it nearly vanishes, and then the lobe's width, a facet seen
+/// edge-on, and Fresnel's reflectance, which is vertical where total reflection begins.
 template <std::floating_point T>
 double condition(const Material<T>& material, const Vec3<T>& a, const Vec3<T>& b) {
   if (material.kind == Material<T>::Kind::phong) return static_cast<double>(material.exponent) + 1;
@@ -182,12 +183,14 @@ void check_samples(const std::vector<Named<T>>& materials, int count) {
         FAIL(where() << "weight against f " << weight);
       if (!(value.pdf.forward.value == forward))
         FAIL(where() << "density " << forward << " against " << value.pdf.forward.value);
-      // No single sample carries more than a few times the light: densities are those of the lobes that f has.
+      // No single sample carries more than a few times the light: densities are those of the lobes
+      // that f has.
       const T scale = mode == TransportMode::importance || sample->eta == T(1) ? T(1) : sample->eta * sample->eta;
       worst_weight = std::max(worst_weight, static_cast<double>(sample->weight.x * scale));
       // Facets seen edge-on, at the rim of what `uv` covers, leave as little.
       if (uv.x > T(0.99)) continue;
-      // Phong's lobe ends at 90° from the mirror direction, where a rounding error is all that is left of its density.
+      // Phong's lobe ends at 90° from the mirror direction, where a rounding error is all that is
+      // left of its density.
       const Vec3<T> mirrored(-to_prev.x, -to_prev.y, to_prev.z);
       if (material.kind == Material<T>::Kind::phong && glm::dot(mirrored, sample->to_next) < T(0.05)) continue;
       const auto exact =
@@ -257,8 +260,9 @@ TEMPLATE_TEST_CASE("hostile: values for any two directions are finite, reciproca
   CHECK(worst < 40);
 }
 
-/// ∫ pdf over the sphere, for what is drawn as reflection: by points that are even over the hemisphere and others that are as
-/// dense around the mirror direction as the lobe is, weighted together.
+/// ∫ pdf over the sphere, for what is drawn as reflection: by points that are even over the
+/// hemisphere and others that are as dense around the mirror direction as the lobe is, weighted
+/// together.
 double integral_of_density(const Material<double>& material, const Vec3<double>& to_prev) {
   using Kind = Material<double>::Kind;
   const Vec3<double> normal(0, 0, 1);
@@ -273,7 +277,8 @@ double integral_of_density(const Material<double>& material, const Vec3<double>&
     const double d = half.z * half.z * (a2 - 1) + 1;
     return half.z > 0 ? a2 / (pi<double> * d * d) * half.z / (4 * std::abs(glm::dot(half, to_prev))) : 0.0;
   };
-  // A lattice without rows: of the edge of the lobe, where it dips below the horizon, a grid would make too much.
+  // A lattice without rows: of the edge of the lobe, where it dips below the horizon, a grid would
+  // make too much.
   constexpr int count = 45'000;
   constexpr double even_density = 1 / (2 * pi<double>);
   double sum = 0;
@@ -337,7 +342,8 @@ TEST_CASE("hostile: densities integrate to the chance of a sample, and no energy
 
 TEMPLATE_TEST_CASE("hostile: a Phong lobe of a thousandth of a radian has the width it should", "[hostile][materials]",
                    float, double) {
-  // 1 − cosⁿ⁺¹ of the angle to the mirror direction is uniform: χ² over 64 equal bins, false alarms 1e-4 each.
+  // 1 − cosⁿ⁺¹ of the angle to the mirror direction is uniform: χ² over 64 equal bins, false alarms
+  // 1e-4 each.
   using T = TestType;
   Philox source(gmis_test::seed(525));
   for (const double n : {1.0, 1e3, 1e6}) {

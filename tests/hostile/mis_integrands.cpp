@@ -11,8 +11,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Integrands and supports that are hard on an estimator, each with an integral known in closed form. Every family of z-tests
-// has a false-alarm rate of 1e-4.
+// Integrands and supports that are hard on an estimator, each with an integral known in closed
+// form. Every family of z-tests has a false-alarm rate of 1e-4.
 
 namespace {
 
@@ -82,7 +82,8 @@ struct AtZero {
   double pdf(double x) const { return x > 0.0 ? 0.5 / std::sqrt(x) : std::numeric_limits<double>::infinity(); }
 };
 
-/// A point of [0, 1), or an atom beside it. Densities are with respect to length plus a unit mass at the atom.
+/// A point of [0, 1), or an atom beside it. Densities are with respect to length plus a unit mass
+/// at the atom.
 struct Place {
   bool is_atom;
   double x;
@@ -124,8 +125,9 @@ TEST_CASE("hostile: an integrand that is negative, in part and altogether", "[ho
   }
 }
 
-// f = 1/(2√x): f/φ ≤ 2 for the mixture of a proposal of that shape with a uniform one, whose own f/q has no variance. R1, R2,
-// N1 and N2 divide by it alone now and then: unbiased, but no z-test holds there.
+// f = 1/(2√x): f/φ ≤ 2 for the mixture of a proposal of that shape with a uniform one, whose own
+// f/q has no variance. R1, R2, N1 and N2 divide by it alone now and then: unbiased, but no z-test
+// holds there.
 TEST_CASE("hostile: an integrand with a singularity", "[hostile]") {
   const std::tuple<Singular, Flat> proposals;
   const auto f = [](double x) { return 0.5 / std::sqrt(x); };
@@ -138,7 +140,8 @@ TEST_CASE("hostile: an integrand with a singularity", "[hostile]") {
   CHECK(largest <= 2.0 * (1.0 + 1e-15));
 }
 
-// A sample right on the singularity: the density of the proposal that has it is infinite, and the sample is counted.
+// A sample right on the singularity: the density of the proposal that has it is infinite, and the
+// sample is counted.
 TEST_CASE("hostile: a sample on a singularity is counted, not summed", "[hostile]") {
   const std::array<AtZero, 2> proposals{};
   gmis::Philox source(gmis_test::seed(1));
@@ -150,7 +153,8 @@ TEST_CASE("hostile: a sample on a singularity is counted, not summed", "[hostile
   }
 }
 
-// NaN on [0.2, 0.3), +∞ on [0.3, 0.35), −∞ on [0.35, 0.4): what is left of ∫ 3x² is 1 − (0.4³ − 0.2³).
+// NaN on [0.2, 0.3), +∞ on [0.3, 0.35), −∞ on [0.35, 0.4): what is left of ∫ 3x² is 1 − (0.4³ −
+// 0.2³).
 TEST_CASE("hostile: an integrand that is NaN or infinite on a set", "[hostile]") {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const auto f = [](double x) {
@@ -172,7 +176,8 @@ TEST_CASE("hostile: an integrand that is NaN or infinite on a set", "[hostile]")
     }
 }
 
-// f = 2 at the atom and x elsewhere: 2.5, with proposals that put 1e-3, a half and nearly all of their mass on it.
+// f = 2 at the atom and x elsewhere: 2.5, with proposals that put 1e-3, a half and nearly all of
+// their mass on it.
 TEST_CASE("hostile: point masses", "[hostile]") {
   const std::array<WithAtom, 3> proposals{{{1e-3}, {0.5}, {0.999}}};
   const auto f = [](const Place& place) { return place.is_atom ? 2.0 : place.x; };
@@ -190,8 +195,9 @@ TEST_CASE("hostile: point masses", "[hostile]") {
   }
 }
 
-// 64 cells of widths 1e-150 … 1e150 side by side nowhere near each other, f their mean density: f/φ = 1 exactly, so that
-// R3 and N3 make no error at all although densities differ by 300 powers of ten.
+// 64 cells of widths 1e-150 … 1e150 side by side nowhere near each other, f their mean density:
+// f/φ = 1 exactly, so that R3 and N3 make no error at all although densities differ by 300 powers
+// of ten.
 TEST_CASE("hostile: disjoint supports of very different width", "[hostile]") {
   std::vector<Cell> cells;
   for (int k = 0; k < 64; ++k) {
@@ -221,8 +227,9 @@ TEST_CASE("hostile: disjoint supports of very different width", "[hostile]") {
   }
 }
 
-// [0, 0.6) and [0.4, 1) cover f only together; a third proposal beside f changes nothing. With one that leaves [0.9, 1) out
-// altogether, nothing can be right, and check_coverage refuses every scheme.
+// [0, 0.6) and [0.4, 1) cover f only together; a third proposal beside f changes nothing. With one
+// that leaves [0.9, 1) out altogether, nothing can be right, and check_coverage refuses every
+// scheme.
 TEST_CASE("hostile: proposals of which some never cover part of f", "[hostile]") {
   const auto f = [](double x) { return x >= 0.0 && x < 1.0 ? 2.0 * x : 0.0; };
   const std::array<test::Uniform, 3> together{{{0.0, 0.6}, {0.4, 1.0}, {5.0, 6.0}}};
@@ -238,7 +245,8 @@ TEST_CASE("hostile: proposals of which some never cover part of f", "[hostile]")
   }
 }
 
-// Half of the samples have no usable density: counted by cause, and the other half is what is estimated.
+// Half of the samples have no usable density: counted by cause, and the other half is what is
+// estimated.
 TEST_CASE("hostile: faulty densities by logarithms, and under a heuristic", "[hostile]") {
   constexpr double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
   std::uint64_t above = 0;

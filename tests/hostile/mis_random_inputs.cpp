@@ -13,15 +13,17 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Weights for random hard inputs: densities all over the range of their type or near one place in it, some of them zero, all
-// fifteen pairs, and the heuristics; against long double. A few in each run, 1e8 of each type in the slow test.
+// Weights for random hard inputs: densities all over the range of their type or near one place in
+// it, some of them zero, all fifteen pairs, and the heuristics; against long double. A few in each
+// run, 1e8 of each type in the slow test.
 
 namespace {
 
 using Wide = long double;
 using gmis::Scheme;
 
-/// `count` proposals; the density of proposal k at x is the table's entry x + 67 k, so that every x is an input of its own.
+/// `count` proposals; the density of proposal k at x is the table's entry x + 67 k, so that every x
+/// is an input of its own.
 template <class T>
 struct TableSet {
   using Value = std::uint32_t;
@@ -34,7 +36,8 @@ struct TableSet {
   [[nodiscard]] T pdf(std::size_t k, std::uint32_t x) const {
     return table[(x + 67U * static_cast<std::uint32_t>(k)) % entries];
   }
-  /// Any x where proposal k has a density: the samples of a proposal with a density of zero are its own fault.
+  /// Any x where proposal k has a density: the samples of a proposal with a density of zero are its
+  /// own fault.
   [[nodiscard]] std::uint32_t sample(std::size_t k, gmis::UniformSource auto& source) const {
     auto x = static_cast<std::uint32_t>(source()) % entries;
     while (!(pdf(k, x) > T(0))) x = (x + 1) % entries;
@@ -77,7 +80,8 @@ struct Tally {
   }
 };
 
-/// One round of one pair over `set`; `exact(k, x)` is a density relative to anything, and `read(φ)` relative to the same.
+/// One round of one pair over `set`; `exact(k, x)` is a density relative to anything, and `read(φ)`
+/// relative to the same.
 template <class Set, class Exact, class Read>
 void check_round(const Set& set, gmis::Selection selection, gmis::Weighting weighting, gmis::Philox& source,
                  Tally& tally, Exact exact, Read read) {
@@ -117,8 +121,9 @@ void check_rounds(const Set& set, gmis::Philox& source, Tally& tally, const Exac
         check_round(set, selection, weighting, source, tally, exact, read);
 }
 
-/// Powers of ten within which densities are drawn: to the ends of the range of T as far as the sum of `count` densities and
-/// the share of one of them in the mean allow. (docs/numerics.md says what happens beyond.)
+/// Powers of ten within which densities are drawn: to the ends of the range of T as far as the sum
+/// of `count` densities and the share of one of them in the mean allow. (docs/numerics.md says what
+/// happens beyond.)
 template <class T>
 struct Range {
   double low, high;
@@ -288,7 +293,8 @@ TEST_CASE("hostile: every weight of 1e8 random hard inputs", "[.][slow]") {
   check<double>("double", 100'000'000, 1e-13);
 }
 
-// The sums are plain ones, so N equal densities are the worst there is: each addition rounds the same way.
+// The sums are plain ones, so N equal densities are the worst there is: each addition rounds the
+// same way.
 TEST_CASE("hostile: the mixture of 4096 densities that are all alike", "[hostile]") {
   double worst_float = 0.0, worst_double = 0.0;
   std::mt19937_64 random(gmis_test::seed(24));

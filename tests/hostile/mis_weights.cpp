@@ -9,8 +9,9 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// The denominators of all fifteen pairs against long double, for densities anywhere in the range of their type. The oracle
-// knows the indices that a round drew, and works each denominator out from its definition.
+// The denominators of all fifteen pairs against long double, for densities anywhere in the range of
+// their type. The oracle knows the indices that a round drew, and works each denominator out from
+// its definition.
 
 namespace {
 
@@ -50,7 +51,8 @@ double worst_error(const std::vector<P>& proposals, const std::vector<Wide>& exa
         CHECK(counts.zero_density + counts.non_finite_density == 0);
       });
       REQUIRE(drawn.size() == proposals.size());
-      // A long sum costs the oracle N² additions in N2: every sample of a short round, some of a long one.
+      // A long sum costs the oracle N² additions in N2: every sample of a short round, some of a
+      // long one.
       const std::size_t step = std::max<std::size_t>(1, drawn.size() / 64);
       for (std::size_t n = 0; n < drawn.size(); n += step) {
         const Wide expected = hostile::denominator(gmis::scheme_of(selection, weighting), exact.size(), drawn, n,
@@ -89,7 +91,8 @@ TEST_CASE("hostile: denominators of densities from 1e-300 to 1e300, to N = 4096"
   worst_over_random_sets<double>(300.0, 1e-13);
 }
 
-// To 1e34 only: the sum of 4,096 densities near the end of float's range, 3.4e38, is infinite, and then counted.
+// To 1e34 only: the sum of 4,096 densities near the end of float's range, 3.4e38, is infinite, and
+// then counted.
 TEST_CASE("hostile: denominators of float densities", "[hostile]") {
   worst_over_random_sets<float>(34.0, 1e-5);
 }
@@ -127,7 +130,8 @@ TEST_CASE("hostile: W1 without replacement at N = 4096 does not cancel", "[hosti
 }
 
 TEST_CASE("hostile: ten million rounds are summed to the last digit", "[hostile]") {
-  // f/φ = 0.1 and, once in a million, 1e9: naive sums in double would be off in the seventh place for the small ones.
+  // f/φ = 0.1 and, once in a million, 1e9: naive sums in double would be off in the seventh place
+  // for the small ones.
   const std::vector<Constant<double>> proposals{{1.0}};
   gmis::EstimateAccumulator<double> accumulator;
   const auto set = gmis::as_proposal_set(proposals);

@@ -13,9 +13,9 @@
 #include "support/render.hpp"
 #include "support/seed.hpp"
 
-// The scenes of scenes_table.cpp with every integrator. All of them: no contribution is rejected, no pixel is negative or
-// not finite, and the mean is what a closed form says where there is one. In the slow test to a per cent, and else the mean
-// is what `pt` makes of it.
+// The scenes of scenes_table.cpp with every integrator. All of them: no contribution is rejected,
+// no pixel is negative or not finite, and the mean is what a closed form says where there is one.
+// In the slow test to a per cent, and else the mean is what `pt` makes of it.
 
 using namespace gmis::tools;
 using namespace hostile;
@@ -70,7 +70,8 @@ struct Run {
     const auto n = static_cast<double>(means.size());
     return std::sqrt(squares / (n * (n - 1)));
   }
-  /// The same where all pixels have one expected value: as if each were a sample by itself, which all but splats are.
+  /// The same where all pixels have one expected value: as if each were a sample by itself, which
+  /// all but splats are.
   [[nodiscard]] double error_of_values() const {
     constexpr double pixels = picture_size * picture_size;
     return std::sqrt(std::max(0.0, mean_square - mean() * mean()) / (pixels * static_cast<double>(means.size())));
@@ -105,15 +106,16 @@ Run run(const BuiltScene& scene, const RenderRequest& request, int iterations, i
   return true;
 }
 
-/// Those whose pictures three iterations tell something about; `lt` and `ppm` leave most pixels black.
+/// Those whose pictures three iterations tell something about; `lt` and `ppm` leave most pixels
+/// black.
 [[nodiscard]] bool meets_light_in_every_pixel(IntegratorChoice integrator) {
   return integrator != IntegratorChoice::lt && integrator != IntegratorChoice::ppm;
 }
 
 }  // namespace
 
-// Where every pixel has one radiance the mean is compared as well, 4.5 standard errors of some 2 %: 135 comparisons, a false
-// alarm once in 1,000 seeds.
+// Where every pixel has one radiance the mean is compared as well, 4.5 standard errors of some 2 %:
+// 135 comparisons, a false alarm once in 1,000 seeds.
 TEST_CASE("hostile: sixty scenes, every integrator: all finite, none negative, nothing rejected", "[hostile][scenes]") {
   const auto scenes = hostile_scenes();
   CHECK(scenes.size() >= 60);
@@ -210,7 +212,8 @@ Pairing compare(const BuiltScene& left, const BuiltScene& right, IntegratorChoic
     double difference = 0;
     for (std::size_t pixel = 0; pixel < a->engine().frame().size(); ++pixel)
       for (int c = 0; c < 3; ++c) {
-        const auto x = static_cast<double>(a->engine().frame()[pixel][c]), y = static_cast<double>(b->engine().frame()[pixel][c]);
+        const auto x = static_cast<double>(a->engine().frame()[pixel][c]),
+                   y = static_cast<double>(b->engine().frame()[pixel][c]);
         if (x == 0 && y == 0) continue;  // two black pictures are not the same picture
         same += std::abs(x - y) <= 1e-3 * std::max(x, y) ? 1 : 0;
         lit += 1;
@@ -227,8 +230,9 @@ Pairing compare(const BuiltScene& left, const BuiltScene& right, IntegratorChoic
 }  // namespace
 
 TEST_CASE("hostile: a scene made smaller, larger or moved gives the same picture", "[hostile][scenes]") {
-  // The same random numbers make nearly the same paths: what is left is rounding, which now and then takes a path elsewhere.
-  // Pictures as a whole agree within their noise, by 35 z-tests with 1e-3 false alarms in all.
+  // The same random numbers make nearly the same paths: what is left is rounding, which now and
+  // then takes a path elsewhere. Pictures as a whole agree within their noise, by 35 z-tests with
+  // 1e-3 false alarms in all.
   struct Change {
     const char* name;
     double scale;

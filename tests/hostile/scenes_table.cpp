@@ -32,8 +32,8 @@ std::size_t diffuse(Builder& builder, double albedo = 0.5) {
   return builder.add_material(make_diffuse(Colour(albedo)));
 }
 
-/// A closed body seen from within, every point of which emits radiance 1 and reflects the share `albedo`: radiance is
-/// Σ albedoᵏ over the segments of a path.
+/// A closed body seen from within, every point of which emits radiance 1 and reflects the share
+/// `albedo`: radiance is Σ albedoᵏ over the segments of a path.
 void glowing(Builder& builder, const Mesh& body, double albedo, double scale, const Place& shift) {
   Mesh inside = body;
   for (auto& position : inside.positions) position = position * scale + shift;
@@ -53,7 +53,8 @@ void ball_in_sky(Builder& builder, const Material<float>& material, double radiu
   look(builder, Place(0.3, 0.2, -4) * radius, {0, 0, 0}, 25);
 }
 
-/// A ball of this material on a floor under a lamp, the picture on the ball and the floor beside it.
+/// A ball of this material on a floor under a lamp, the picture on the ball and the floor beside
+/// it.
 void ball_under_lamp(Builder& builder, const Material<float>& material) {
   builder.add_sphere({0, 0.5, 0}, 0.5, builder.add_material(material));
   quad(builder, {-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, diffuse(builder));

@@ -16,8 +16,9 @@ enum class Paths {
   all,            ///< each of the seven makes every path
   through_delta,  ///< delta surfaces: lt cannot connect the camera with what is seen by way of them
   narrow,         ///< lobes so narrow that lt and ppm, which do not sample them from the camera, find them too rarely
-  /// Lobes that lt finds, but ppm, which has to find a photon besides, so rarely that its error is not known. At a Phong
-  /// exponent of 100 its pictures have skewness 40, and so the mean of 600 has 1.7; Student's t holds for far less than 1.
+  /// Lobes that lt finds, but ppm, which has to find a photon besides, so rarely that its error is
+  /// not known. At a Phong exponent of 100 its pictures have skewness 40, and so the mean of 600
+  /// has 1.7; Student's t holds for far less than 1.
   narrow_for_ppm
 };
 
@@ -41,8 +42,8 @@ inline constexpr int picture_size = 8;
 
 [[nodiscard]] std::vector<HostileScene> hostile_scenes();
 
-/// A floor, a wall, a ball and two lights, all `scale` times as large and moved by `shift`, the light so that the
-/// picture stays the same.
+/// A floor, a wall, a ball and two lights, all `scale` times as large and moved by `shift`, the
+/// light so that the picture stays the same.
 void make_stage(Builder& builder, double scale, const glm::dvec3& shift);
 
 }  // namespace hostile

@@ -23,8 +23,8 @@ enum class Deltas { none, random, alternating, all };
 constexpr std::array<const char*, 4> delta_names{"no delta vertices", "random delta vertices", "alternating with delta",
                                                  "delta vertices alone"};
 
-/// Densities per area log-uniform in 1e±20, made of cosines in [1e-8, 1], squared distances in 1e±4 and what is left.
-/// `between(low, high)` draws a number.
+/// Densities per area log-uniform in 1e±20, made of cosines in [1e-8, 1], squared distances in 1e±4
+/// and what is left. `between(low, high)` draws a number.
 template <class Between>
 Path hard_path(Between&& between, int edges, Deltas deltas) {
   const auto area = [&] { return between(-20.0, 20.0); };
@@ -72,7 +72,8 @@ Counts hard_counts(Between&& between) {
           static_cast<float>(std::pow(10.0, between(-24.0, 12.0)))};
 }
 
-/// The densities of all techniques, as `technique_densities` has them but with running products from both ends.
+/// The densities of all techniques, as `technique_densities` has them but with running products
+/// from both ends.
 inline std::vector<gmis::TechniqueDensity<Wide>> densities_of(const gmis::PathDensities<Wide>& path,
                                                               const Counts& counts) {
   const std::size_t k = path.from_light.size();

@@ -7,9 +7,9 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// The weights of long paths in float against 200 bits with an unbounded exponent: area densities 1e±20, cosines to 1e-8, η
-// from 1e-24 to 1e12, up to 256 edges, deltas of every arrangement. And what a recursion in plain float makes of far milder
-// ones.
+// The weights of long paths in float against 200 bits with an unbounded exponent: area densities
+// 1e±20, cosines to 1e-8, η from 1e-24 to 1e12, up to 256 edges, deltas of every arrangement. And
+// what a recursion in plain float makes of far milder ones.
 
 namespace {
 
@@ -41,7 +41,8 @@ void check_paths(const char* name, int paths, bool is_reported) {
   }
 }
 
-/// L_i / ρ in plain float, as one would write it down: whether anything in it overflows or becomes NaN.
+/// L_i / ρ in plain float, as one would write it down: whether anything in it overflows or becomes
+/// NaN.
 template <class Heuristic>
 bool plain_float_fails(std::mt19937_64& source, int vertices) {
   std::uniform_real_distribution<double> pdf(-4.0, 6.0), cosine(-4.0, 0.0);
@@ -96,7 +97,8 @@ TEST_CASE("hostile: recursive weights of 160,000 paths of up to 256 edges", "[.]
   check_paths<gmis::PowerRatio>("power", 20000, true);
 }
 
-// Why numbers with an exponent of their own are carried: pdf 1e-4 … 1e6, cosines from 1e-4, nothing extreme.
+// Why numbers with an exponent of their own are carried: pdf 1e-4 … 1e6, cosines from 1e-4, nothing
+// extreme.
 TEST_CASE("hostile: how often a recursion in plain float fails", "[hostile]") {
   const double power_5 = failure_rate<gmis::PowerRatio>(5, 100000),
                power_10 = failure_rate<gmis::PowerRatio>(10, 100000);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Of an inline function that several files have compiled, a program keeps one. This sees that for every function that the
-engines' objects define, it is one of theirs: of a size that one of them has."""
+"""Of an inline function that several files have compiled, a program keeps one. This sees that for
+every function that the engines' objects define, it is one of theirs: of a size that one of them
+has."""
 
 import collections
 import subprocess

@@ -130,7 +130,8 @@ TEST_CASE("population Monte Carlo: unbiased with an honest error", "[mis]") {
       CHECK(test::mean_p_value(test::moments_of(estimates), problem.integral) > level);
       const auto interval = test::bootstrap_variance_interval(estimates, level, source);
       CAPTURE(interval.low, interval.high, stated);
-      // `stated` is a mean of 3000 unbiased estimates of 5 degrees of freedom: known to 2 %, so 8 % are four errors.
+      // `stated` is a mean of 3000 unbiased estimates of 5 degrees of freedom: known to 2 %, so 8 %
+      // are four errors.
       CHECK(interval.low < 1.08 * stated);
       CHECK(interval.high > 0.92 * stated);
     }
@@ -149,7 +150,8 @@ TEST_CASE("population Monte Carlo: unbiased with an honest error", "[mis]") {
 TEST_CASE("population Monte Carlo: who moves where", "[mis]") {
   gmis::Philox source(gmis_test::seed(93));
   const auto move = [](const four::Density& q, double x) { return four::logistic(x, q.b); };
-  // Far apart: a proposal that moves to its own samples stays where it is; all move to one place otherwise.
+  // Far apart: a proposal that moves to its own samples stays where it is; all move to one place
+  // otherwise.
   for (const auto relocation : {gmis::Relocation::local, gmis::Relocation::global}) {
     std::vector<four::Density> population{four::logistic(-40.0, 0.1), four::logistic(40.0, 0.1),
                                           four::logistic(0.0, 0.1)};
@@ -309,7 +311,8 @@ AdaptiveMoments all_outcomes(const std::array<double, 3>& f, std::size_t each, s
 
 }  // namespace
 
-// 4 problems × (mean with its bias, variance, mean of the stated variance). The bias is known, so nothing is allowed for it.
+// 4 problems × (mean with its bias, variance, mean of the stated variance). The bias is known, so
+// nothing is allowed for it.
 TEST_CASE("adaptive MIS: mean, bias and stated error by all outcomes", "[mis]") {
   const double level = test::sidak_level(1e-4, 12);
   gmis::Philox source(gmis_test::seed(96));
@@ -332,7 +335,8 @@ TEST_CASE("adaptive MIS: mean, bias and stated error by all outcomes", "[mis]") 
     CAPTURE(interval.low, interval.high);
     CHECK(interval.contains(static_cast<double>(exact.second - exact.mean * exact.mean)));
 
-    // The bias is of the order 1/n: times n, it stays in one range from 2 to 4 samples an iteration. No chance in this.
+    // The bias is of the order 1/n: times n, it stays in one range from 2 to 4 samples an
+    // iteration. No chance in this.
     const long double truth =
         static_cast<long double>(f[0]) + static_cast<long double>(f[1]) + static_cast<long double>(f[2]);
     std::array<double, 3> scaled;

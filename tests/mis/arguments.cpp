@@ -17,7 +17,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Every argument that cannot serve is rejected before the first sample, and every one that should serve does.
+// Every argument that cannot serve is rejected before the first sample, and every one that should
+// serve does.
 
 namespace {
 
@@ -395,7 +396,8 @@ TEST_CASE("every engine of the standard library is a source", "[mis]") {
     CAPTURE(source.min(), source.max());
     const auto estimate = gmis::estimate<Scheme::R2>(f, ramps, 4000, source);
     CHECK(test::normal_p_value((estimate.mean - 1.0) / estimate.standard_error.value()) > test::sidak_level(1e-4, 12));
-    // Each bit of a word is set in half of them: the largest of 32 deviations, with its own false-alarm rate.
+    // Each bit of a word is set in half of them: the largest of 32 deviations, with its own
+    // false-alarm rate.
     std::array<double, 32> set{};
     for (std::size_t i = 0; i < words; ++i) {
       const std::uint32_t word = gmis::uniform_word(source);
@@ -444,19 +446,22 @@ TEST_CASE("a proposal of logarithms is checked against its density", "[mis]") {
   CHECK_FALSE(gmis::check_proposal(LogRamp{{1.0}, 0.7}, 0.0, 1.0, source).passes(1e-5));
 }
 
-// A failed sample is done with like any other: its proposal no longer counts as undrawn. Two uniform proposals on [0, 2), of
-// which the first fails half the time: it makes samples on [0, 1) alone, with density 1/2 there.
+// A failed sample is done with like any other: its proposal no longer counts as undrawn. Two
+// uniform proposals on [0, 2), of which the first fails half the time: it makes samples on [0, 1)
+// alone, with density 1/2 there.
 TEST_CASE("N2 with an unequal allocation discards the index of a failed sample", "[mis]") {
   const std::array<Half, 2> proposals{{{0.5}, {1.0}}};
   const gmis::SampleAllocation allocation({2, 1});
-  // On [0, 1) both are 1/2, so every mixture of what is left is 1/2; on [1, 2) it is 1/2 times the share of the second in it.
-  // N2 is biased there, and by how much follows from the three places of the second in the order.
+  // On [0, 1) both are 1/2, so every mixture of what is left is 1/2; on [1, 2) it is 1/2 times the
+  // share of the second in it. N2 is biased there, and by how much follows from the three places of
+  // the second in the order.
   gmis::Philox source(gmis_test::seed(6));
   const auto estimate =
       gmis::estimate<Scheme::N2>([](double x) { return x < 1.0 ? 1.0 : 0.0; }, proposals, 20000, source, allocation);
   CHECK(test::normal_p_value((estimate.mean - 1.0) / estimate.standard_error.value()) > 1e-5);
-  // ∫ over [1, 2): the second is drawn in place 0, 1 or 2 (1/3 each), when its share of what is left is 1/3, 1/2 or 1; a
-  // sample falls there with probability 1/2 and adds (1/3) / (share / 2). The mean is (3 + 2 + 1)/9 · … = 2/3.
+  // ∫ over [1, 2): the second is drawn in place 0, 1 or 2 (1/3 each), when its share of what is
+  // left is 1/3, 1/2 or 1; a sample falls there with probability 1/2 and adds (1/3) / (share / 2).
+  // The mean is (3 + 2 + 1)/9 · … = 2/3.
   const auto far =
       gmis::estimate<Scheme::N2>([](double x) { return x < 1.0 ? 0.0 : 1.0; }, proposals, 20000, source, allocation);
   CHECK(test::normal_p_value((far.mean - 2.0 / 3.0) / far.standard_error.value()) > 1e-5);

@@ -14,8 +14,9 @@ namespace {
 using gmis::CostModel;
 using gmis::Scheme;
 
-/// Eight proposals that tile [0, 1), each with `share` of its density spread over all of it; f is the mixture with
-/// `f_share` spread and a slope. With shares equal to one every proposal resembles f; with small ones only the mixture does.
+/// Eight proposals that tile [0, 1), each with `share` of its density spread over all of it; f is
+/// the mixture with `f_share` spread and a slope. With shares equal to one every proposal resembles
+/// f; with small ones only the mixture does.
 struct Problem {
   std::vector<test::Bump> bumps;
   std::vector<gmis::QuadratureNode> nodes;
@@ -30,8 +31,8 @@ struct Problem {
   static double f(double x) { return 1.0 + 0.5 * std::sin(9.0 * x); }
 };
 
-/// The least variance × cost, from exact_variance, exact_moments and the counts written down here again: R2's distinct
-/// indices by their expectation, N2's triangle, P N for groups.
+/// The least variance × cost, from exact_variance, exact_moments and the counts written down here
+/// again: R2's distinct indices by their expectation, N2's triangle, P N for groups.
 struct Exact {
   double score;
   double variance;
@@ -69,7 +70,8 @@ struct Far {
 
 }  // namespace
 
-// Low, medium and high mismatch × densities that are cheap, level and dear: nine problems whose best answers differ.
+// Low, medium and high mismatch × densities that are cheap, level and dear: nine problems whose
+// best answers differ.
 TEST_CASE("best_scheme picks what exact variances and costs say", "[mis]") {
   const double share = GENERATE(1.0, 0.6, 0.02);
   const Problem problem(share);
@@ -83,7 +85,8 @@ TEST_CASE("best_scheme picks what exact variances and costs say", "[mis]") {
     REQUIRE(choice.candidates.size() == exact.size());
     double least = exact[0].score;
     for (const Exact& candidate : exact) least = std::min(least, candidate.score);
-    // The pilot estimates: its choice may be a neighbour of the best, never one that costs a tenth more.
+    // The pilot estimates: its choice may be a neighbour of the best, never one that costs a tenth
+    // more.
     CHECK(exact[choice.best].score <= 1.1 * least);
     for (std::size_t i = 0; i < exact.size(); ++i) {
       CAPTURE(i, choice.candidates[i].variance, exact[i].variance);
@@ -177,11 +180,13 @@ TEST_CASE("a pilot of proposals that fail knows their share", "[mis]") {
   const std::array<Half, 1> proposals{};
   gmis::Philox source(gmis_test::seed(6));
   const gmis::Pilot pilot([](double) { return 1.0; }, proposals, 4000, source);
-  // f/q is 2 or 0, each half the time: variance 1; its estimate 4 p̂ (1/2 − p̂ ...) stays within 5 standard deviations.
+  // f/q is 2 or 0, each half the time: variance 1; its estimate 4 p̂ (1/2 − p̂ ...) stays within 5
+  // standard deviations.
   CHECK(exact_variance(Scheme::R1, pilot.problem()) == Approx(1.0).margin(0.1));
 }
 
-// All weights are alike: what rounding leaves of each variance of 0 must not choose between a cheap and a dear scheme.
+// All weights are alike: what rounding leaves of each variance of 0 must not choose between a cheap
+// and a dear scheme.
 TEST_CASE("best_scheme: rounding does not decide between variances of 0", "[mis]") {
   gmis::Philox source(gmis_test::seed(12));
   const std::array<double, 2> ends{0.0, 1.0};

@@ -9,8 +9,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Densities that pass through denormal numbers to zero, on domains as wide as the documents use: variances are numbers, and
-// those of long double.
+// Densities that pass through denormal numbers to zero, on domains as wide as the documents use:
+// variances are numbers, and those of long double.
 
 namespace {
 
@@ -26,7 +26,8 @@ std::vector<gmis::QuadratureNode> wide_nodes() {
   return gmis::composite_gauss_legendre(breakpoints, 40);
 }
 
-/// The variances of a round of two proposals, with densities that do not underflow: in long double, written out for N = 2.
+/// The variances of a round of two proposals, with densities that do not underflow: in long double,
+/// written out for N = 2.
 struct Reference {
   long double r1 = 0, r3 = 0, n3 = 0, r2 = 0, n2 = 0;
 };
@@ -60,7 +61,8 @@ Reference reference(const std::array<test::Normal, 2>& normals, double (*f)(doub
   variance.n3 = all;
   // N2: half of the second moment is that of q_j alone, half that of the mixture.
   variance.n2 = ((own[0] + own[1]) / 2 + mixed) / 4 - square / 2;
-  // R2: one of the four draws each is (0, 0), (1, 1); two are the mixture. Its conditional means vary with the draw.
+  // R2: one of the four draws each is (0, 0), (1, 1); two are the mixture. Its conditional means
+  // vary with the draw.
   variance.r2 = ((own[0] - square) / 2 + (own[1] - square) / 2) / 4 + all / 2;
   return variance;
 }
@@ -107,7 +109,8 @@ TEST_CASE("variances are numbers on domains where densities are denormal", "[mis
     CHECK(std::isfinite(averaged_variance(scheme, table, 20, source).value));
 }
 
-// f²/q beyond the range of double where q is denormal and f is not zero: infinite, not NaN and not small.
+// f²/q beyond the range of double where q is denormal and f is not zero: infinite, not NaN and not
+// small.
 TEST_CASE("a variance beyond the range of double is infinite", "[mis]") {
   const std::array<test::Normal, 2> normals{{{0.0, 1.0}, {0.5, 1.0}}};
   const auto flat = [](double x) { return std::abs(x) < 38.4 ? 1.0 : 0.0; };

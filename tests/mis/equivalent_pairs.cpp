@@ -27,8 +27,8 @@ std::vector<double> round_estimates(Selection selection, Weighting weighting, st
 
 }  // namespace
 
-// Nine comparisons, Kolmogorov–Smirnov on the estimates of single rounds; the family raises a false alarm with
-// probability 1e-4 over seeds.
+// Nine comparisons, Kolmogorov–Smirnov on the estimates of single rounds; the family raises a false
+// alarm with probability 1e-4 over seeds.
 TEST_CASE("pairs of one scheme agree in distribution", "[mis]") {
   std::array<std::vector<double>, 6> first;
   std::array<std::string, 6> first_name;
@@ -51,7 +51,8 @@ TEST_CASE("pairs of one scheme agree in distribution", "[mis]") {
     }
   CHECK(comparisons == 9);
 
-  // The same test does tell different schemes apart, all pairs but R1 and N1 (whose variances are equal).
+  // The same test does tell different schemes apart, all pairs but R1 and N1 (whose variances are
+  // equal).
   for (std::size_t a = 0; a < 6; ++a)
     for (std::size_t b = a + 1; b < 6; ++b) {
       if (gmis::all_schemes[a] == gmis::Scheme::R1 && gmis::all_schemes[b] == gmis::Scheme::N1) continue;

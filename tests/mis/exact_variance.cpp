@@ -40,7 +40,8 @@ TEST_CASE("exact variances of cases B and D", "[mis]") {
   }
 }
 
-// With all proposals equal to f, every ratio is 1 and nothing varies; with one proposal all schemes coincide.
+// With all proposals equal to f, every ratio is 1 and nothing varies; with one proposal all schemes
+// coincide.
 TEST_CASE("exact variances in the limits", "[mis]") {
   const std::array<double, 2> ends{0.0, 1.0};
   const auto nodes = gmis::composite_gauss_legendre(ends, 4);
@@ -112,7 +113,8 @@ TEST_CASE("sums over multisets and subsets equal the sums over all draws", "[mis
 
 namespace {
 
-/// p-value that an average has the expectation `exact`: its interval of 99 % is 2.576 standard errors wide each way.
+/// p-value that an average has the expectation `exact`: its interval of 99 % is 2.576 standard
+/// errors wide each way.
 double p_value(const gmis::AveragedVariance& averaged, double exact) {
   return test::normal_p_value((averaged.value - exact) / (averaged.half_width / 2.5758293035489004));
 }
@@ -165,8 +167,8 @@ TEST_CASE("the quadrature rule integrates what it should", "[mis]") {
 
 namespace {
 
-/// Mean and variance of one round by its definition, a sum over all tuples of indices with their probabilities, in long double.
-/// `phi(tuple, n, node)` is what sample n is divided by.
+/// Mean and variance of one round by its definition, a sum over all tuples of indices with their
+/// probabilities, in long double. `phi(tuple, n, node)` is what sample n is divided by.
 template <class Phi>
 std::array<long double, 2> moments_over_tuples(const std::vector<std::vector<std::size_t>>& tuples,
                                                const std::vector<long double>& probabilities,

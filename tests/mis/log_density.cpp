@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t dimension = 100;
 using Point = std::array<double, dimension>;
 
-/// Independent normals in 100 dimensions; its density is about 1e-300 or less for sd ≥ 100 and underflows.
+/// Independent normals in 100 dimensions; its density is about 1e-300 or less for sd ≥ 100 and
+/// underflows.
 struct Normal100 {
   double mean, sd;
   Point sample(gmis::UniformSource auto& source) const {
@@ -66,8 +67,8 @@ TEST_CASE("LogSum is log-sum-exp", "[mis]") {
   CHECK(std::isnan(invalid.log()));
 }
 
-// f is itself a density: every estimate of 1 has a known answer although all densities are below 1e-308.
-// 15 z-tests, false-alarm rate 1e-4 for the family.
+// f is itself a density: every estimate of 1 has a known answer although all densities are below
+// 1e-308. 15 z-tests, false-alarm rate 1e-4 for the family.
 TEST_CASE("densities of 100-dimensional normals, far below the range of double", "[mis]") {
   const std::array<Normal100, 2> proposals{{{0.0, 5000.0}, {100.0, 5100.0}}};
   const Normal100 target{30.0, 4990.0};
@@ -88,7 +89,8 @@ TEST_CASE("densities of 100-dimensional normals, far below the range of double",
       CHECK(moments.standard_error < 0.1);
     }
 
-  // Without log_pdf, the same proposals are found out: every sample is rejected and counted, none is summed.
+  // Without log_pdf, the same proposals are found out: every sample is rejected and counted, none
+  // is summed.
   const std::array<UnderflowingNormal100, 2> underflowing{{{{0.0, 5000.0}}, {{100.0, 5100.0}}}};
   gmis::Philox source(gmis_test::seed(9));
   const auto estimate = gmis::estimate<gmis::Scheme::N3>([](const Point&) { return 1.0; }, underflowing, 10, source);

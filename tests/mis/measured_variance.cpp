@@ -10,8 +10,9 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// The variance of single rounds, measured, against the one by quadrature. 6 schemes × N ∈ {1, 2, 4, 8}; a
-// false-alarm rate of 1e-3 for the family (weights are bounded, so the normal approximation serves).
+// The variance of single rounds, measured, against the one by quadrature. 6 schemes × N ∈ {1, 2, 4,
+// 8}; a false-alarm rate of 1e-3 for the family (weights are bounded, so the normal approximation
+// serves).
 TEST_CASE("measured variances are the exact ones", "[mis]") {
   const std::size_t n = GENERATE(1U, 2U, 4U, 8U);
   CAPTURE(n);

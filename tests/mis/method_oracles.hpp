@@ -10,8 +10,8 @@
 #include "mis/statistics.hpp"
 #include "support/seed.hpp"
 
-/// Oracles for the methods on the four problems: integrals in long double by Gauss's rule of five points (Abramowitz,
-/// Stegun 25.4.29) over many panels. Nothing of the library is used.
+/// Oracles for the methods on the four problems: integrals in long double by Gauss's rule of five
+/// points (Abramowitz, Stegun 25.4.29) over many panels. Nothing of the library is used.
 namespace test {
 
 template <class G>

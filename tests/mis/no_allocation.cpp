@@ -13,7 +13,8 @@ namespace {
 std::size_t allocations = 0;
 }
 
-// Counts every allocation of this program. Not inlined, or the compiler takes malloc and free for a mismatch.
+// Counts every allocation of this program. Not inlined, or the compiler takes malloc and free for a
+// mismatch.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size)) return memory;

@@ -6,7 +6,8 @@
 #include "gmis/mis/diagnostics.hpp"
 #include "mis/proposals.hpp"
 
-// Compiled with -fno-exceptions: the headers compile, right arguments serve, and a wrong one ends the program by abort.
+// Compiled with -fno-exceptions: the headers compile, right arguments serve, and a wrong one ends
+// the program by abort.
 
 int main() {
   const std::vector<test::Ramp> ramps{{-1.0}, {1.0}};

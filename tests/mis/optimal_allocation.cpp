@@ -61,7 +61,8 @@ TEST_CASE("optimal fractions: no others are better", "[mis]") {
       }
     }
   }
-  // Where f is a mixture of the proposals, its fractions are the answer, and there is no variance left.
+  // Where f is a mixture of the proposals, its fractions are the answer, and there is no variance
+  // left.
   const auto best = gmis::optimal_fractions(test::tabulated(problems[1]));
   CHECK(best[0] == Approx(0.2).epsilon(1e-4));
   CHECK(best[1] == Approx(0.7).epsilon(1e-4));
@@ -116,7 +117,8 @@ TEST_CASE("optimal counts: no single exchange is better, and small totals are se
     const auto mean_is_right = [&](const std::vector<std::uint32_t>& counts) {
       return std::abs(gmis::exact_moments(gmis::CountsByProposal(counts), table).mean - problem.integral) < 1e-6;
     };
-    // All compositions of 6 into N parts, by brute force on the table; the answer must be within 1 % of the best.
+    // All compositions of 6 into N parts, by brute force on the table; the answer must be within 1
+    // % of the best.
     const auto answer = gmis::optimal_counts(table, 6);
     double least = 1e300;
     std::vector<std::uint32_t> counts(n);
@@ -243,7 +245,8 @@ TEST_CASE("best plan: scheme, groups and allocation from one pilot", "[mis]") {
     for (const auto& candidate : exact.candidates)
       if (candidate.round.is_unbiased)
         CHECK(exact.chosen().round.variance_times_cost() <= 1.000001 * candidate.round.variance_times_cost());
-    // The pilot's choice, judged by quadrature, is not much worse than the best, and never worse than N3.
+    // The pilot's choice, judged by quadrature, is not much worse than the best, and never worse
+    // than N3.
     double judged = 0.0;
     if (!chosen.counts.empty()) {
       const auto moments = gmis::exact_moments(gmis::CountsByProposal(chosen.counts), table);

@@ -14,7 +14,8 @@ namespace {
 
 const std::vector<four::Problem> problems = four::problems();
 
-/// Coefficients from the normal equations, in long double by Gauss and Jordan; the matrices are regular in all four.
+/// Coefficients from the normal equations, in long double by Gauss and Jordan; the matrices are
+/// regular in all four.
 std::vector<double> coefficients_by_definition(const four::Problem& problem, const std::vector<std::uint32_t>& counts) {
   const std::size_t n = counts.size();
   std::vector<std::vector<long double>> rows(n, std::vector<long double>(n + 1));
@@ -154,7 +155,8 @@ TEST_CASE("control variates: measured means and variances are the exact ones", "
     }
 }
 
-// Unbiased, and the variance comes down to the optimum: 4 problems × 2 tests of the mean, 2 of the stated error.
+// Unbiased, and the variance comes down to the optimum: 4 problems × 2 tests of the mean, 2 of the
+// stated error.
 TEST_CASE("optimal weights: progressive and direct estimates", "[mis]") {
   const double level = test::sidak_level(1e-4, 16);
   gmis::Philox source(gmis_test::seed(42));
@@ -189,8 +191,8 @@ TEST_CASE("optimal weights: progressive and direct estimates", "[mis]") {
       CHECK(d.variance < 1e-18);
       continue;
     }
-    // The bias of the direct estimator is below variance/rounds times a constant of the order of N, far below the standard
-    // deviation of a run; the test allows a hundredth of that.
+    // The bias of the direct estimator is below variance/rounds times a constant of the order of N,
+    // far below the standard deviation of a run; the test allows a hundredth of that.
     CHECK(test::normal_p_value(std::max(0.0, std::abs(d.mean - problem.integral) - 0.01 * std::sqrt(d.variance)) /
                                d.standard_error) > level);
     const auto interval = test::bootstrap_variance_interval(progressive, level, source);
@@ -221,7 +223,8 @@ TEST_CASE("optimal weights: sum to one, and give the controlled estimator", "[mi
       total += counts[k] * densities[k];
     }
     CHECK(sum == Approx(1.0).epsilon(1e-12));
-    // w_k f/(n_k q_k) = β_k/n_k + (f − Σ β q)/Σ n q, so that one sample of every kind adds up to the controlled estimate.
+    // w_k f/(n_k q_k) = β_k/n_k + (f − Σ β q)/Σ n q, so that one sample of every kind adds up to
+    // the controlled estimate.
     for (std::size_t k = 0; k < weights.size(); ++k)
       if (densities[k] > 0.0)
         CHECK(weights[k] * problem.f(x) / (counts[k] * densities[k]) ==
@@ -306,8 +309,8 @@ TEST_CASE("control variates: channels are as if each was alone, and fits can be 
   for (std::size_t k = 0; k < 3; ++k) CHECK(merged[k] == Approx(expected[k]).epsilon(1e-10));
 }
 
-// The definition, in long double: least squares of f/ψ by q_k/ψ over all samples, the mean of the residuals and its spread
-// between rounds.
+// The definition, in long double: least squares of f/ψ by q_k/ψ over all samples, the mean of the
+// residuals and its spread between rounds.
 TEST_CASE("optimal weights: the direct estimate and its stated error by definition", "[mis]") {
   for (const four::Problem& problem : problems) {
     CAPTURE(problem.name);
@@ -367,7 +370,8 @@ TEST_CASE("semidefinite systems: columns that are almost copies get nothing eith
 }
 
 TEST_CASE("counted variance: samples that fail contribute zero", "[mis]") {
-  // A uniform proposal that makes a half of its samples only, density 1/2: y = 2 with probability 1/2.
+  // A uniform proposal that makes a half of its samples only, density 1/2: y = 2 with probability
+  // 1/2.
   const std::vector<double> values{1.0}, weights{1.0}, densities{0.5};
   const gmis::TabulatedProblem table(values, weights, densities);
   const std::vector<std::uint32_t> counts{2};

@@ -5,7 +5,8 @@
 #include "gmis/mis/diagnostics.hpp"
 #include "mis/proposals.hpp"
 
-/// The two cases with known variances: normal proposals, normal mixtures as integrands, ∫ f = 1, on [−30, 30].
+/// The two cases with known variances: normal proposals, normal mixtures as integrands, ∫ f = 1, on
+/// [−30, 30].
 namespace test {
 
 inline const std::array<Normal, 3> proposals_b{{{-3.0, 2.0}, {0.0, 2.0}, {3.0, 2.0}}};

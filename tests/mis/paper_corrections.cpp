@@ -11,9 +11,9 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// What the paper prints wrongly about MIS estimators (docs/paper-corrections.md): every printed form is computed here and
-// shown to fail where the corrected one holds. The decisive problem is N = 2 with bounded weights, so that a measured
-// variance tells the forms apart.
+// What the paper prints wrongly about MIS estimators (docs/paper-corrections.md): every printed
+// form is computed here and shown to fail where the corrected one holds. The decisive problem is
+// N = 2 with bounded weights, so that a measured variance tells the forms apart.
 
 namespace {
 
@@ -58,8 +58,8 @@ TwoProposals figures(F f, const P& q, const std::vector<gmis::QuadratureNode>& r
   return result;
 }
 
-/// Var(N2) as printed: (1/N²) Σ_n (E ∫ f²/p_n − E[m_n²]), m_n = ∫ f q_{j_n}/p_n. The first draw has p = ψ, the second p = q_j
-/// and m = I.
+/// Var(N2) as printed: (1/N²) Σ_n (E ∫ f²/p_n − E[m_n²]), m_n = ∫ f q_{j_n}/p_n. The first draw has
+/// p = ψ, the second p = q_j and m = I.
 double printed_n2(const TwoProposals& t) {
   return 0.25 * (t.second_moment_psi + t.mean_second_moment_own) -
          0.25 * (t.mean_squared_mean_under_q + t.integral * t.integral);
@@ -123,8 +123,9 @@ TEST_CASE("Var(R3) and Var(N3) are one integral, with no sum over k before it", 
   CHECK(gmis::exact_variance(Scheme::N3, {integrand, bumps, nodes()}) == Approx(n3).epsilon(1e-12));
 }
 
-// The multi-sample estimator Σ_i (1/n_i) Σ_k w_i(x_{i,k}) f(x_{i,k}) / p(x_{i,k}): with p_i it is unbiased for any weights
-// that sum to one; with one and the same p for all techniques, be it the mixture or any of them, it is not.
+// The multi-sample estimator Σ_i (1/n_i) Σ_k w_i(x_{i,k}) f(x_{i,k}) / p(x_{i,k}): with p_i it is
+// unbiased for any weights that sum to one; with one and the same p for all techniques, be it the
+// mixture or any of them, it is not.
 TEST_CASE("the MIS estimator divides by p_i(x_{i,k}), not by one p", "[mis][paper]") {
   const auto rule = nodes();
   const double integral = integrate(rule, integrand);
@@ -164,8 +165,9 @@ TEST_CASE("S3 takes each index once a round: it is without replacement", "[mis][
   CHECK_FALSE(measured(Scheme::N3).contains(gmis::exact_variance(Scheme::R3, {integrand, bumps, nodes()})));
 }
 
-// ω_n is introduced as f/p; W1–W5 then print the density itself for it. Read literally, the mean of ω_n under W5 would be
-// that of ψ(x_n), whose expectation is ∫ ψ² whatever f is. φ_n is the denominator, f/φ_n the weight.
+// ω_n is introduced as f/p; W1–W5 then print the density itself for it. Read literally, the mean of
+// ω_n under W5 would be that of ψ(x_n), whose expectation is ∫ ψ² whatever f is. φ_n is the
+// denominator, f/φ_n the weight.
 TEST_CASE("W1-W5 define the denominator, not the weight", "[mis][paper]") {
   const auto rule = nodes();
   const double integral = integrate(rule, integrand);

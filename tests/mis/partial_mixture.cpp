@@ -22,8 +22,9 @@ double target(double x) {
   return test::integrand_b(x);
 }
 
-/// Mean and variance of one round, in long double by the trapezoidal rule (which converges geometrically for functions
-/// that vanish at both ends), written straight from the definition: f(x)/ψ_g(x) with x ~ q_k, independent for each k.
+/// Mean and variance of one round, in long double by the trapezoidal rule (which converges
+/// geometrically for functions that vanish at both ends), written straight from the definition:
+/// f(x)/ψ_g(x) with x ~ q_k, independent for each k.
 struct Oracle {
   double mean, variance;
 };
@@ -136,8 +137,9 @@ TEST_CASE("partial mixture: exact mean and variance are those of the definition"
   CHECK(exact_moments(Groups<>(6, 6), problem).variance == Approx(exact_variance(Scheme::N3, problem)).epsilon(1e-12));
 }
 
-// 6 partitions, each a z-test of the mean and a bootstrap interval of the variance: 12 tests, false-alarm rate 1e-4 in all.
-// Tails are heavy for groups of one, so bumps take the place of normals for the variances.
+// 6 partitions, each a z-test of the mean and a bootstrap interval of the variance: 12 tests,
+// false-alarm rate 1e-4 in all. Tails are heavy for groups of one, so bumps take the place of
+// normals for the variances.
 TEST_CASE("partial mixture: measured means and variances are the exact ones", "[mis]") {
   const double level = test::sidak_level(1e-4, 12);
   std::vector<test::Bump> bumps;
@@ -193,7 +195,8 @@ TEST_CASE("partial mixture: faults are counted as in every round", "[mis]") {
   const std::array<Either, 4> proposals{{{0.0}, {1.0}, {std::nan("")}, {1.0}}};
   gmis::Philox source(gmis_test::seed(4));
   const auto estimate = gmis::estimate_partial([](double) { return 1.0; }, proposals, Groups<>(4, 2), 1000, source);
-  // Strided: proposals 0 and 2 are one group, whose four samples in ten above one half see a NaN or a zero.
+  // Strided: proposals 0 and 2 are one group, whose four samples in ten above one half see a NaN or
+  // a zero.
   CHECK(estimate.rejected.zero_density + estimate.rejected.non_finite_density > 900);
   CHECK(estimate.rejected.zero_density + estimate.rejected.non_finite_density < 1100);
   CHECK(estimate.samples == 4000);

@@ -9,8 +9,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// Two proposals that cover [0, 1) only together: [0, 0.6) and [0.4, 1), f = 2x, ∫ f = 1. With A = ∫ f over [0, 0.6) =
-// 0.36 and B = ∫ f over [0.4, 1) = 0.84:
+// Two proposals that cover [0, 1) only together: [0, 0.6) and [0.4, 1), f = 2x, ∫ f = 1. With A = ∫
+// f over [0, 0.6) = 0.36 and B = ∫ f over [0.4, 1) = 0.84:
 //   R1, N1  each draw sees its own proposal's part:                (A + B)/2             = 0.60
 //   R2      both indices equal with probability 1/2, else ψ:       (A + B)/4 + 1/2       = 0.80
 //   N2      the first draw is divided by ψ, the second by q_j:     1/2 + (A + B)/4       = 0.80
@@ -68,7 +68,8 @@ TEST_CASE("exact_mean predicts the bias of partial support", "[mis]") {
   CHECK_THROWS_AS(gmis::exact_variance(Scheme::N2, problem), std::invalid_argument);
 }
 
-// With partial support the variance of R1 is no longer that of N1: in N1 the two parts are no longer noise.
+// With partial support the variance of R1 is no longer that of N1: in N1 the two parts are no
+// longer noise.
 TEST_CASE("exact variances hold with partial support", "[mis]") {
   const std::array<double, 4> breakpoints{0.0, 0.4, 0.6, 1.0};
   const auto nodes = gmis::composite_gauss_legendre(breakpoints, 1);

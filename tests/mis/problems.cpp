@@ -139,7 +139,8 @@ TEST_CASE("check_problem finds a range that cuts off and a rule with too few poi
   CHECK(gmis::check_problem(g, cauchys, gmis::gauss_legendre_over_line(0.0, 1.0, 16),
                             gmis::gauss_legendre_over_line(0.0, 1.0, 32))
             .passes());
-  // A Cauchy integrand with normal proposals: every density is whole, and f goes on where the range ends.
+  // A Cauchy integrand with normal proposals: every density is whole, and f goes on where the range
+  // ends.
   const auto heavy = gmis::check_problem(g, normals, rule(60.0, 64), rule(60.0, 128));
   CHECK(heavy.end_share > 1e-6);
   CHECK_FALSE(heavy.passes());

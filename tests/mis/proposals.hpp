@@ -51,7 +51,8 @@ struct Ramp {
   double pdf(double x) const { return x >= 0.0 && x < 1.0 ? 1.0 + slope * (x - 0.5) : 0.0; }
 };
 
-/// `share` of a uniform density on [0, 1), the rest uniform on [low, high): a bump that still covers everything.
+/// `share` of a uniform density on [0, 1), the rest uniform on [low, high): a bump that still
+/// covers everything.
 struct Bump {
   double low, high, share;
   double sample(gmis::UniformSource auto& source) const {

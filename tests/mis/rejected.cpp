@@ -61,7 +61,8 @@ TEST_CASE("a proposal that gives its own sample no usable density is counted by 
       const std::uint64_t counted = is_zero ? estimate.rejected.zero_density : estimate.rejected.non_finite_density;
       CHECK(estimate.rejected.total() == counted);
       CHECK(estimate.integrand_evaluations == 3000 - counted);
-      // Half of 3000 samples: 1500 ± 27.4; five standard deviations are a false alarm in 6e-7 of seeds, 60 tests.
+      // Half of 3000 samples: 1500 ± 27.4; five standard deviations are a false alarm in 6e-7 of
+      // seeds, 60 tests.
       CHECK(std::abs(static_cast<double>(counted) - 1500.0) < 5.0 * 27.4);
       CHECK(estimate.mean == Approx(static_cast<double>(3000 - counted) / 3000.0).epsilon(1e-12));
     }

@@ -33,7 +33,8 @@ TEST_CASE("resampling: the exact variance is the double integral, for two candid
     CAPTURE(problem.name);
     Counts counts(problem.proposals.size());
     counts[0] = counts[1] = 1;
-    // Not all of `highlight` and `waves` would be covered by others; ψ is what two of the proposals make of it.
+    // Not all of `highlight` and `waves` would be covered by others; ψ is what two of the proposals
+    // make of it.
     const auto table = test::tabulated(problem);
     const auto target = target_at_nodes(problem);
     long double first = 0.0L, second = 0.0L;
@@ -75,7 +76,8 @@ TEST_CASE("resampling: measured means and variances are the exact ones", "[mis]"
   CHECK(once.density_evaluations == 1800);
 }
 
-// Reservoirs with different targets and numbers of candidates, joined: 4 problems × (mean, variance).
+// Reservoirs with different targets and numbers of candidates, joined: 4 problems × (mean,
+// variance).
 TEST_CASE("resampling: joined reservoirs, exact and measured", "[mis]") {
   const double level = test::sidak_level(1e-4, 8);
   gmis::Philox source(gmis_test::seed(72));
@@ -96,7 +98,8 @@ TEST_CASE("resampling: joined reservoirs, exact and measured", "[mis]") {
       totals.push_back(0.0L);
       for (const auto count : list) totals.back() += count;
     }
-    // v_k = m_k(y_k) p̂(y_k) W_k: E[g(y_k) W_k] = ∫ g, and E[g(y_k) W_k²] as for a single reservoir.
+    // v_k = m_k(y_k) p̂(y_k) W_k: E[g(y_k) W_k] = ∫ g, and E[g(y_k) W_k²] as for a single
+    // reservoir.
     const auto m = [&](std::size_t k, double x) {
       long double sum = 0.0L;
       for (std::size_t j = 0; j < reservoir_count; ++j) sum += totals[j] * static_cast<long double>(of(j, x));
@@ -113,7 +116,8 @@ TEST_CASE("resampling: joined reservoirs, exact and measured", "[mis]") {
       sum_v += v;
       sum_vhh += vhh;
       second -= v * vhh;
-      // Σ n E[u² g/p̂_k²] + (Σ n E u)(Σ n E[u g/p̂_k²]) − Σ n E[u] E[u g/p̂_k²], u = p̂_k/Σ n q, g = m_k² f².
+      // Σ n E[u² g/p̂_k²] + (Σ n E u)(Σ n E[u g/p̂_k²]) − Σ n E[u] E[u g/p̂_k²], u = p̂_k/Σ n q,
+      // g = m_k² f².
       long double all_u = 0.0L, all_ug = 0.0L;
       for (std::size_t i = 0; i < counts[k].size(); ++i) {
         const auto mean = [&](int power_of_u, bool with_g) {
@@ -199,7 +203,8 @@ TEST_CASE("scrambled points: strata, elementary intervals, uniformity", "[mis]")
       for (std::size_t i = 0; i < (std::size_t{1} << m); ++i) strata.insert(m == 0 ? 0 : drawn[i][d] >> (64 - m));
       CHECK(strata.size() == std::size_t{1} << m);
     }
-  // The first two dimensions are a (0, 8, 2)-net: one point in each of the 256 boxes of every shape.
+  // The first two dimensions are a (0, 8, 2)-net: one point in each of the 256 boxes of every
+  // shape.
   for (unsigned a = 0; a <= 8; ++a) {
     std::set<std::uint64_t> boxes;
     for (const auto& point : drawn)
@@ -214,7 +219,8 @@ TEST_CASE("scrambled points: strata, elementary intervals, uniformity", "[mis]")
   points.start_round(4);
   points.start_sample(7, 5);
   CHECK(points() != drawn[5][0]);
-  // A fixed point is uniform over randomisations (mean and second moment, 1e-5 each), beyond the last dimension too.
+  // A fixed point is uniform over randomisations (mean and second moment, 1e-5 each), beyond the
+  // last dimension too.
   for (const std::size_t dimension : {std::size_t{0}, std::size_t{4}, std::size_t{11}}) {
     std::vector<double> values(4000), squares(4000);
     for (std::size_t r = 0; r < values.size(); ++r) {
@@ -230,7 +236,8 @@ TEST_CASE("scrambled points: strata, elementary intervals, uniformity", "[mis]")
 }
 
 TEST_CASE("points of Sobol': property A", "[mis]") {
-  // The first 2^10 points have one in each of the 2^10 parts that halve every dimension [Sobol' 1976; Joe, Kuo 2008].
+  // The first 2^10 points have one in each of the 2^10 parts that halve every dimension [Sobol'
+  // 1976; Joe, Kuo 2008].
   std::set<std::uint32_t> parts;
   for (std::uint32_t i = 0; i < 1024; ++i) {
     std::uint32_t part = 0;
@@ -239,8 +246,8 @@ TEST_CASE("points of Sobol': property A", "[mis]") {
     parts.insert(part);
   }
   CHECK(parts.size() == 1024);
-  // The binary digits that point 2^j begins with are the direction numbers v_j = m_j/2^j, from which the recurrence follows:
-  // those of dimensions 4 and 10, as Joe and Kuo publish them.
+  // The binary digits that point 2^j begins with are the direction numbers v_j = m_j/2^j, from
+  // which the recurrence follows: those of dimensions 4 and 10, as Joe and Kuo publish them.
   const auto first = [](std::size_t d, std::uint32_t j) {
     return gmis::ScrambledSobol::coordinate(d, 1U << (j - 1)) >> (32 - j);
   };
@@ -257,8 +264,9 @@ TEST_CASE("points of Sobol': property A", "[mis]") {
 
 namespace {
 
-/// In one dimension 2^m scrambled points are one uniform point in each of 2^m equal parts, independently: the variance is
-/// the mean variance within parts. All samplers here invert their distribution.
+/// In one dimension 2^m scrambled points are one uniform point in each of 2^m equal parts,
+/// independently: the variance is the mean variance within parts. All samplers here invert their
+/// distribution.
 double stratified_variance(const four::Problem& problem, std::uint32_t per_proposal) {
   long double variance = 0.0L;
   const Counts counts(problem.proposals.size(), per_proposal);
@@ -344,7 +352,8 @@ TEST_CASE("randomised quasi-Monte Carlo: the rate, and sets with points of their
   const auto variance = [&](std::uint32_t per_proposal) {
     return gmis::estimate_rqmc(problem.f, problem.proposals, Counts(3, per_proposal), 200, points).variance.value();
   };
-  // Independent points would have 1/16 of the variance; these are at 1/490 here, and at 1/4096 (n^-3) in the end.
+  // Independent points would have 1/16 of the variance; these are at 1/490 here, and at 1/4096
+  // (n^-3) in the end.
   CHECK(variance(256) < 5e-3 * variance(16));
 
   const Own own;

@@ -138,7 +138,8 @@ TEST_CASE("the mixtures of an unequal allocation", "[mis]") {
   });
 }
 
-// What is left is summed afresh: next to a density of 1e17, a remainder made by subtraction would be rounding noise.
+// What is left is summed afresh: next to a density of 1e17, a remainder made by subtraction would
+// be rounding noise.
 TEST_CASE("N2 loses nothing next to a huge density", "[mis]") {
   struct Constant {
     double density;

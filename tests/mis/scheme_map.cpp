@@ -85,7 +85,8 @@ TEST_CASE("every pair, chosen at run time or at compile time, gives the same bit
     }
 }
 
-// What accuracy costs: the calls that really happen, and those that are reported, are those of the design's table.
+// What accuracy costs: the calls that really happen, and those that are reported, are those of the
+// design's table.
 TEST_CASE("density evaluations per round", "[mis]") {
   const std::size_t n = GENERATE(1U, 2U, 5U, 64U);
   CAPTURE(n);

@@ -121,7 +121,8 @@ TEST_CASE("4096 proposals with a workspace of the caller's", "[mis]") {
   }
 }
 
-// Welford's update, merged in two halves, against two passes in long double over numbers with a large common part.
+// Welford's update, merged in two halves, against two passes in long double over numbers with a
+// large common part.
 TEST_CASE("moments neither cancel nor depend on how they were split", "[mis]") {
   gmis::Philox source(gmis_test::seed(23));
   std::vector<double> values(10000);

@@ -71,8 +71,8 @@ inline double normal_two_sided_quantile(double p_value) {
   return low;
 }
 
-/// The interval, at the given two-sided false-alarm rate, for the variance that values were drawn with: sample variance ± z
-/// standard errors, the standard error found by bootstrap.
+/// The interval, at the given two-sided false-alarm rate, for the variance that values were drawn
+/// with: sample variance ± z standard errors, the standard error found by bootstrap.
 struct Interval {
   double low, high;
   bool contains(double value) const { return low <= value && value <= high; }

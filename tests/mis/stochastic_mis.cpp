@@ -12,7 +12,8 @@ namespace {
 
 const std::vector<four::Problem> problems = four::problems();
 
-/// The proposals of a problem that cover f alone (others would bias stochastic MIS), each drawn with its probability.
+/// The proposals of a problem that cover f alone (others would bias stochastic MIS), each drawn
+/// with its probability.
 struct Finite {
   std::vector<four::Density> proposals;
   std::vector<double> probabilities;
@@ -74,7 +75,8 @@ TEST_CASE("stochastic, continuous and marginal MIS: exact and measured", "[mis]"
       CHECK(interval.contains(static_cast<double>(exact)));
     };
 
-    // Three techniques: all 27 draws, each with the variance of its balance heuristic; all have the mean I.
+    // Three techniques: all 27 draws, each with the variance of its balance heuristic; all have the
+    // mean I.
     long double stochastic = 0.0L;
     for (std::size_t a = 0; a < 3; ++a)
       for (std::size_t b = 0; b < 3; ++b)
@@ -117,7 +119,8 @@ TEST_CASE("stochastic MIS: a continuum of techniques", "[mis]") {
   gmis::Philox source(gmis_test::seed(82));
   const Moving family;
   const four::Problem& problem = problems[0];
-  // Two techniques: the variance given both centres, averaged over them by the midpoint rule (smooth in both).
+  // Two techniques: the variance given both centres, averaged over them by the midpoint rule
+  // (smooth in both).
   constexpr int places = 24;
   long double exact = 0.0L;
   for (int i = 0; i < places; ++i)

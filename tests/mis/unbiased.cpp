@@ -12,15 +12,17 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// All fifteen pairs, k ∈ {1, 2, 3} rounds, on integrands whose integral is known in closed form and which every proposal
-// covers. One z-test on the mean of independent estimates each; 9 problems × 45 tests, false-alarm rate 1e-4 in all.
+// All fifteen pairs, k ∈ {1, 2, 3} rounds, on integrands whose integral is known in closed form and
+// which every proposal covers. One z-test on the mean of independent estimates each; 9 problems ×
+// 45 tests, false-alarm rate 1e-4 in all.
 
 namespace {
 
 constexpr std::size_t problem_count = 9;
 constexpr double family_rate = 1e-4;
 
-/// A proposal that throws away the samples it draws outside [0, 1): its density integrates to less than one.
+/// A proposal that throws away the samples it draws outside [0, 1): its density integrates to less
+/// than one.
 struct Truncated {
   test::Normal normal;
   std::optional<double> sample(gmis::UniformSource auto& source) const {

@@ -39,7 +39,8 @@ long double scaled_weight(const four::Problem& problem, const Counts& counts, co
   for (std::size_t j = 0; j < counts.size(); ++j) sum += factors[j] * expected(problem, counts, j, x);
   return factors[k] * expected(problem, counts, k, x) / sum;
 }
-/// The canonical proposal: the one with the heaviest tails, so that contributions are bounded and intervals hold.
+/// The canonical proposal: the one with the heaviest tails, so that contributions are bounded and
+/// intervals hold.
 std::size_t canonical_of(const four::Problem& problem) {
   return problem.f == four::span ? 2 : 0;
 }
@@ -184,7 +185,8 @@ TEST_CASE("variance-aware factors: second moment over variance, alone and under 
   const gmis::TabulatedProblem failing(value, weight, density);
   CHECK(gmis::variance_aware_factors(failing)[0] == Approx(2.0));
   CHECK(gmis::variance_aware_factors_of_balance(Counts{1}, failing)[0] == Approx(2.0));
-  // A density that passes through denormals where f does not: the variance is infinite, and the factor 1.
+  // A density that passes through denormals where f does not: the variance is infinite, and the
+  // factor 1.
   const std::vector<double> two{1.0, 1.0};
   for (const double thin : {5e-324, 1e-200})  // f/q_k out of range, or its square
     CHECK(gmis::variance_aware_factors(gmis::TabulatedProblem(two, two, {1.0, thin}))[0] == 1.0);
@@ -196,7 +198,8 @@ TEST_CASE("variance-aware factors: second moment over variance, alone and under 
 
 namespace {
 
-/// Samples of a proposal that share a quarter of its distribution: the first of each `counts[k]` draws the quarter for all.
+/// Samples of a proposal that share a quarter of its distribution: the first of each `counts[k]`
+/// draws the quarter for all.
 struct Clustered {
   using Value = double;
   using Density = double;
@@ -257,7 +260,8 @@ ClusterMoments cluster_moments(const four::Problem& problem, std::size_t k, H h)
 
 }  // namespace
 
-// Proposal 0 makes 6 samples a round from one quarter of its distribution. 4 problems × 2 heuristics × (mean, variance).
+// Proposal 0 makes 6 samples a round from one quarter of its distribution. 4 problems × 2
+// heuristics × (mean, variance).
 TEST_CASE("correlation-aware weights: correlated samples, exact and measured", "[mis]") {
   const double level = test::sidak_level(1e-4, 16);
   gmis::Philox source(gmis_test::seed(62));

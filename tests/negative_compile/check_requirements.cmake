@@ -1,5 +1,6 @@
-# Compiles requirements.cpp with one fault after another: the compiler's first line must name the type and the member, and it
-# must say no more than ten lines. FAULTS: a list of "fault:question:type and member", an empty one for no fault.
+# Compiles requirements.cpp with one fault after another: the compiler's first line must name the
+# type and the member, and it must say no more than ten lines. FAULTS: a list of
+# "fault:question:type and member", an empty one for no fault.
 set(command ${CMAKE_COMMAND} -E env LC_ALL=C ${COMPILER} ${STANDARD} -fsyntax-only)
 foreach(directory IN LISTS INCLUDES)
   list(APPEND command -I ${directory})

@@ -1,7 +1,8 @@
-# gmis_add_negative_compile_test(NAME SOURCE EXPECTED): a CTest entry that compiles SOURCE twice. With -DGMIS_EXPECT_OK the
-# fault is absent and it must compile; without, it must fail with a message that matches the regular expression EXPECTED.
-# LINES n: and the compiler says no more than n lines. FAULT name: the fault is chosen by -DGMIS_FAULT_name, one of several
-# in SOURCE; that SOURCE compiles without any is an entry of its own, with EXPECTED empty.
+# gmis_add_negative_compile_test(NAME SOURCE EXPECTED): a CTest entry that compiles SOURCE twice.
+# With -DGMIS_EXPECT_OK the fault is absent and it must compile; without, it must fail with a
+# message that matches the regular expression EXPECTED. LINES n: and the compiler says no more than
+# n lines. FAULT name: the fault is chosen by -DGMIS_FAULT_name, one of several in SOURCE; that
+# SOURCE compiles without any is an entry of its own, with EXPECTED empty.
 function(gmis_add_negative_compile_test name source expected)
   cmake_parse_arguments(PARSE_ARGV 3 arg "" "LINES;FAULT" "")
   add_test(

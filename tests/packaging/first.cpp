@@ -3,7 +3,8 @@
 #include <cmath>
 #include <cstdlib>
 
-// The single header alone: an estimate, a scene of the built-in layer and its effects. Another file includes it, too.
+// The single header alone: an estimate, a scene of the built-in layer and its effects. Another file
+// includes it, too.
 
 double from_second_unit();
 

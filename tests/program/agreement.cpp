@@ -15,7 +15,8 @@
 #include "support/render.hpp"
 #include "support/seed.hpp"
 
-// Do the integrators agree with each other, and with images that renderers which share no code with this one have made?
+// Do the integrators agree with each other, and with images that renderers which share no code with
+// this one have made?
 
 using namespace gmis::tools;
 
@@ -71,9 +72,10 @@ gmis_test::BlockStatistics blocks_of(const BuiltScene& scene, RenderRequest requ
 
 }  // namespace
 
-// Blocks of 16×16 pixels, three channels, all pairs of integrators: Welch's t per block and channel at the Šidák level of a
-// false-alarm rate of 1e-3 for the whole family. Merging is biased: where it takes part, its bound is allowed for besides,
-// 3 radii over half the scene's diagonal (0.9 % at the default radius of 0.003), which the next test shows to hold.
+// Blocks of 16×16 pixels, three channels, all pairs of integrators: Welch's t per block and channel
+// at the Šidák level of a false-alarm rate of 1e-3 for the whole family. Merging is biased: where
+// it takes part, its bound is allowed for besides, 3 radii over half the scene's diagonal (0.9 % at
+// the default radius of 0.003), which the next test shows to hold.
 TEST_CASE("pt, bpt, vcm and gmis agree on the Cornell box") {
   const double radius = 0.003;
   const auto scene = load(scenes / "cornell.pbrt", 64);
@@ -105,8 +107,9 @@ TEST_CASE("pt, bpt, vcm and gmis agree on the Cornell box") {
     }
 }
 
-// The bias of merging: the mean over all blocks of |vcm − pt| with a radius that stays what it is (α = 1), less what noise
-// makes of it. It must lie within the bound used above and fall with the radius.
+// The bias of merging: the mean over all blocks of |vcm − pt| with a radius that stays what it is
+// (α = 1), less what noise makes of it. It must lie within the bound used above and fall with the
+// radius.
 TEST_CASE("merging's bias stays within its bound and falls with the radius") {
   const auto scene = load(scenes / "cornell.pbrt", 64);
   const auto truth = blocks_of(*scene, request_for(*scene, IntegratorChoice::pt, 0.003, 8), 16, 16, 128, 77000);
@@ -142,13 +145,16 @@ struct ReferenceCase {
   std::uint32_t iterations;
 };
 
-// Some thirty runs each, so that Student's t is near a normal deviate, and long enough for the 2 % to decide in most blocks.
+// Some thirty runs each, so that Student's t is near a normal deviate, and long enough for the 2 %
+// to decide in most blocks.
 
-/// One family: 256 blocks of 3 channels, 4 scenes, 2 integrators. A false alarm in a thousandth of the seeds.
+/// One family: 256 blocks of 3 channels, 4 scenes, 2 integrators. A false alarm in a thousandth of
+/// the seeds.
 const double block_level = gmis::sidak_level(1e-3, 256 * 3 * 4 * 2);
 
-/// Means of 8×8 blocks within the standard errors that the family allows, of the reference (from its two halves) and of ours
-/// together, or within 2 %, whichever is larger. Returns a description of every block that is not.
+/// Means of 8×8 blocks within the standard errors that the family allows, of the reference (from
+/// its two halves) and of ours together, or within 2 %, whichever is larger. Returns a description
+/// of every block that is not.
 std::vector<std::string> blocks_that_differ(const ReferenceCase& reference, IntegratorChoice integrator) {
   const auto scene = load(references / (reference.name + ".pbrt"), 128, reference.masking);
   const auto ours =
@@ -160,7 +166,8 @@ std::vector<std::string> blocks_that_differ(const ReferenceCase& reference, Inte
     return static_cast<double>(image.rgb[static_cast<std::size_t>(3 * (y * image.width + x) + c)]);
   };
   const auto expected = ours.block_means([&](int x, int y, int c) { return at(mean, x, y, c); });
-  // Of one pixel: ((a − b)/2)² estimates the variance of the mean of both halves; of the mean of 64 pixels, a 64th of it.
+  // Of one pixel: ((a − b)/2)² estimates the variance of the mean of both halves; of the mean of 64
+  // pixels, a 64th of it.
   const auto variance = ours.block_means(
       [&](int x, int y, int c) { return gmis::square((at(a, x, y, c) - at(b, x, y, c)) / 2.0) / 64.0; });
   std::vector<std::string> different;
@@ -180,8 +187,8 @@ std::vector<std::string> blocks_that_differ(const ReferenceCase& reference, Inte
 }  // namespace
 
 TEST_CASE("vcm and gmis match the images that other renderers made") {
-  // svcm0, svcm1: SmallVCM; tung1, tung2: an independent path tracer and Tungsten (reference/README.md), whose GGX multiplies
-  // the two Smith terms.
+  // svcm0, svcm1: SmallVCM; tung1, tung2: an independent path tracer and Tungsten
+  // (reference/README.md), whose GGX multiplies the two Smith terms.
   using gmis::scene::Masking;
   const std::vector<ReferenceCase> cases{{"svcm0", Masking::height_correlated, 32, 12},
                                          {"svcm1", Masking::height_correlated, 32, 6},

@@ -17,8 +17,8 @@
 #include "support/pbrt/reader.hpp"
 #include "support/seed.hpp"
 
-// `--integrator auto`: what the pilot forecasts against what renderings then have, and that nothing is missing in scenes that
-// tempt it.
+// `--integrator auto`: what the pilot forecasts against what renderings then have, and that nothing
+// is missing in scenes that tempt it.
 
 using namespace gmis::tools;
 using gmis::Forecast;
@@ -110,9 +110,10 @@ TEST_CASE("The pilot's picture is that of vcm with its counts and its radius", "
 }
 
 TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto]") {
-  // No fireflies here: a variance with a heavy tail is hard to measure. One radius for all of them. Several pilots, so that
-  // the spread of their forecasts is known. Splitting is not among the candidates: a pilot splits at a fixed quarter of the
-  // pixels, which stand for all only where pixels are alike (test_transport_pilot).
+  // No fireflies here: a variance with a heavy tail is hard to measure. One radius for all of them.
+  // Several pilots, so that the spread of their forecasts is known. Splitting is not among the
+  // candidates: a pilot splits at a fixed quarter of the pixels, which stand for all only where
+  // pixels are alike (test_transport_pilot).
   const auto scene = scene_of(lamp + diffuse_ball);
   ThreadedExecutor executor(1);
   RenderRequest request = request_for(*scene);
@@ -160,14 +161,16 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
       CHECK(forecasts[c].missing_share == 0.0);
     }
   }
-  // False alarms 1e-3 for all candidates together; Welch's t has at least `batches` − 1 degrees of freedom.
+  // False alarms 1e-3 for all candidates together; Welch's t has at least `batches` − 1 degrees of
+  // freedom.
   const double t = gmis::student_t_quantile(1 - gmis::sidak_level(1e-3, some.size()) / 2, batches - 1);
   for (std::size_t c = 0; c < some.size(); ++c) {
     INFO(some[c].light_paths << " light paths, " << some[c].connections << " connections, merging " << some[c].merges);
     const gmis_test::RelativeVariance own = all[c].relative_to(all[0].mean());
     const double pilot_error =
         std::sqrt(std::max(0.0, squares[c] - variance[c] * variance[c]) / (batches - 1)) / variance[c];
-    // A forecast takes the mean number of light vertices for that of each iteration (test_transport_pilot).
+    // A forecast takes the mean number of light vertices for that of each iteration
+    // (test_transport_pilot).
     const double model = some[c].connections > 0 ? vertex_variance[c] : 0.0;
     const double limit = t * std::hypot(own.relative_error, pilot_error) + model;
     CAPTURE(variance[c] / own.value, own.relative_error, pilot_error, model, limit);
@@ -215,7 +218,8 @@ TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto]") {
       source.iterate(executor);
       std::vector<double> block(blocks, 0.0);
       for (std::size_t p = 0; p < source.engine().frame().size(); ++p)
-        block[(p / 24 / 8) * 3 + p % 24 / 8] += static_cast<double>(gmis::mean_channel(source.engine().frame()[p])) / 64;
+        block[(p / 24 / 8) * 3 + p % 24 / 8] +=
+            static_cast<double>(gmis::mean_channel(source.engine().frame()[p])) / 64;
       for (std::size_t k = 0; k < blocks; ++k) sums[k].push_back(block[k]);
     };
     for (int i = 0; i < iterations; ++i) {
@@ -237,8 +241,8 @@ TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto]") {
       };
       const double difference = mean_of(a[k]) - mean_of(b[k]);
       INFO("block " << k << ": " << mean_of(a[k]) << " and " << mean_of(b[k]));
-      // 27 comparisons at 1e-3 in all are 4.1 standard errors each. Merging has a bias, of another radius in each of the two:
-      // 1 % of a block is let pass.
+      // 27 comparisons at 1e-3 in all are 4.1 standard errors each. Merging has a bias, of another
+      // radius in each of the two: 1 % of a block is let pass.
       CHECK(std::abs(difference) <= 4.1 * std::sqrt(error_of(a[k]) + error_of(b[k])) + 0.01 * mean_of(a[k]));
     }
   }
@@ -277,7 +281,8 @@ TEST_CASE("Counts that are asked for are not chosen", "[auto]") {
       CHECK(candidate.light_paths == light_paths);
     }
   }
-  // With an integrator that is named, the number of connections is open, with local counts the light trees and the radius, too.
+  // With an integrator that is named, the number of connections is open, with local counts the
+  // light trees and the radius, too.
   options = {};
   const auto all_of = [&](IntegratorChoice integrator) { return request_for(*scene, integrator, options).candidates; };
   for (const SampleCounts& candidate : all_of(IntegratorChoice::bpt)) {

@@ -10,7 +10,8 @@
 
 namespace gmis_test {
 
-/// Means over square blocks of pixels, with the standard error that the spread between independent frames gives.
+/// Means over square blocks of pixels, with the standard error that the spread between independent
+/// frames gives.
 class BlockStatistics {
  public:
   BlockStatistics(glm::ivec2 resolution, int block_size)

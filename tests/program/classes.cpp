@@ -17,8 +17,9 @@
 #include "support/seed.hpp"
 #include "support/technique_sheet.hpp"
 
-// The images of path classes. Contributions are classified anew from the events of replayed paths, by regular expressions over
-// what happens from the light to the eye; only the names are those of the library.
+// The images of path classes. Contributions are classified anew from the events of replayed paths,
+// by regular expressions over what happens from the light to the eye; only the names are those of
+// the library.
 
 using namespace program;
 using namespace gmis::tools;
@@ -26,7 +27,8 @@ using Json = nlohmann::json;
 
 namespace {
 
-// Walls and a floor, a mirror, a ball of glass, and one that scatters without a diffuse part; an area light and a point light.
+// Walls and a floor, a mirror, a ball of glass, and one that scatters without a diffuse part; an
+// area light and a point light.
 constexpr const char* scene_text = R"(
 LookAt 0 0 -3.4  0 0 0  0 1 0
 Camera "perspective" "float fov" [50]
@@ -66,13 +68,15 @@ std::unique_ptr<BuiltScene> make_scene() {
 
 using Path = gmis::ReplayedPath<glm::vec3>;
 
-/// D or G, by where the point is: rendering space has its origin at the camera, and may be turned by nothing here.
+/// D or G, by where the point is: rendering space has its origin at the camera, and may be turned
+/// by nothing here.
 char scattering_at(const glm::vec3& point) {
   const float distance = glm::length(point + camera_position - glossy_centre);
   return std::abs(distance - glossy_radius) < 1e-3F ? 'G' : 'D';
 }
 
-/// The events from the start of the subpath to vertex `last`, which itself scatters or (`ends`) is the end and has none.
+/// The events from the start of the subpath to vertex `last`, which itself scatters or (`ends`) is
+/// the end and has none.
 std::string events(const Path& path, std::size_t last, bool ends) {
   std::string reversed = ends ? "" : std::string(1, scattering_at(path.vertices[last].point.position));
   for (std::size_t at = last; path.vertices[at].depth > 1; at = path.vertices[at].parent) {

@@ -135,8 +135,8 @@ TEST_CASE("A bad scene: exit code 2 and one line with file and line") {
 
 TEST_CASE("What cannot be written keeps nothing else from being written: exit code 1 and one line") {
   const ScratchFolder folder;
-  // No file may be longer than 512 bytes (in some shells 1024): the log is, in the middle of the run, and the picture is not.
-  // What counts coverage must not try to write here.
+  // No file may be longer than 512 bytes (in some shells 1024): the log is, in the middle of the
+  // run, and the picture is not. What counts coverage must not try to write here.
   const Outcome cut = run(folder, "cornell --size 2x2 --iterations 400 --threads 1 --quiet --out c.pfm --log long.csv",
                           "export GCOV_PREFIX=. GCOV_ERROR_FILE=/dev/null && trap '' XFSZ && ulimit -f 1");
   CHECK(cut.exit_code == 1);
@@ -209,10 +209,10 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
   for (const char* option :
-       {"--integrator", "--effects",     "--split",       "--scheme",  "--size",       "--max-depth", "--radius",
-        "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
-        "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
-        "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov",
+       {"--integrator", "--effects",     "--split",       "--scheme",      "--size",       "--max-depth", "--radius",
+        "--alpha",      "--light-paths", "--seed",        "--threads",     "--iterations", "--time",      "--error",
+        "--crop",       "--techniques",  "--halves",      "--out",         "--stats",      "--log",       "--reference",
+        "--explain",    "--quiet",       "--list-scenes", "--check",       "--lenient",    "--exposure",  "--aov",
         "--lights",     "--resume",      "--emission",    "--pixel-counts"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
@@ -441,7 +441,8 @@ TEST_CASE("The images of all techniques add up to the image") {
     names.erase("pyramid");
     names.erase("pyramid_unweighted");
     CHECK(names.empty());
-    // A frame is a sum of some hundred floats a pixel, each rounded by 6e-8 of what there is so far.
+    // A frame is a sum of some hundred floats a pixel, each rounded by 6e-8 of what there is so
+    // far.
     for (std::size_t i = 0; i < sum.size(); ++i)
       CHECK(sum[i] == Approx(static_cast<double>(whole.rgb[i])).epsilon(1e-5).margin(1e-7));
   }
@@ -815,8 +816,8 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
   const auto receiver = nlohmann::json::parse(text_of(folder / "receiver.json"));
   CHECK(power["lights"] == "power");
   CHECK(receiver["lights"] == "receiver");
-  // The same light with less noise: near a lamp the other one is hardly ever chosen. Means of 51,200 samples: six standard errors
-  // are a false alarm in 1e9 pictures.
+  // The same light with less noise: near a lamp the other one is hardly ever chosen. Means of
+  // 51,200 samples: six standard errors are a false alarm in 1e9 pictures.
   const double variance = power["estimate"]["variance"], other = receiver["estimate"]["variance"];
   CHECK(other < variance / 2);
   CHECK(std::abs(power["estimate"]["mean"].get<double>() - receiver["estimate"]["mean"].get<double>()) <
@@ -850,7 +851,8 @@ Shape "sphere" "float radius" 100
   const auto other = nlohmann::json::parse(text_of(folder / "learned.json"));
   CHECK(power["emission"] == "power");
   CHECK(other["emission"] == "learned");
-  // By power a light subpath meets the floor with a probability of 36/(4π 990²) · 0.8 = 2.4e-6: of 1536, hardly one in 270 runs.
+  // By power a light subpath meets the floor with a probability of 36/(4π 990²) · 0.8 = 2.4e-6: of
+  // 1536, hardly one in 270 runs.
   CHECK(power["counts"]["photons_stored"] < 3);
   CHECK(other["counts"]["photons_stored"] > 400);
 
@@ -1085,7 +1087,8 @@ TEST_CASE(
     CHECK(techniques.rgb[k] == Approx(picture.rgb[k]).margin(1e-5));
     CHECK(classes.rgb[k] == Approx(picture.rgb[k]).margin(1e-5));
   }
-  // The variance, against that of two halves: E (a − b)² / 4, pixel by pixel too noisy, but not in the mean.
+  // The variance, against that of two halves: E (a − b)² / 4, pixel by pixel too noisy, but not in
+  // the mean.
   const Image a = read_image(folder / "a_a.exr"), b = read_image(folder / "a_b.exr"),
               variance = layer("variance", "RGB");
   double by_halves = 0, stated = 0;

@@ -18,9 +18,10 @@
 #include "support/render.hpp"
 #include "support/seed.hpp"
 
-// One small scene for each feature of the scene format, rendered by paths from the camera alone and by paths from both
-// ends. The picture of nearly all of them is known: a surface that fills the picture, under light of radiance 1 from
-// everywhere, is seen with its albedo; a light of radiance 1 shows the shape that it has.
+// One small scene for each feature of the scene format, rendered by paths from the camera alone and
+// by paths from both ends. The picture of nearly all of them is known: a surface that fills the
+// picture, under light of radiance 1 from everywhere, is seen with its albedo; a light of radiance
+// 1 shows the shape that it has.
 
 using namespace gmis::tools;
 namespace fs = std::filesystem;
@@ -65,7 +66,8 @@ Rgb metal(const char* name, double outside = 1) {
   const Rgb eta = *pbrt::named_spectrum(start + "-eta"), k = *pbrt::named_spectrum(start + "-k");
   return gmis::scene::fresnel_conductor(1.0, eta / outside, k / outside);
 }
-/// Distance from a closed uniform cubic B-spline around the square's corners, by its polygon of 400 points.
+/// Distance from a closed uniform cubic B-spline around the square's corners, by its polygon of 400
+/// points.
 bool is_in_spline(double x, double y) {
   const glm::dvec2 corners[] = {{-.9, -.9}, {.9, -.9}, {.9, .9}, {-.9, .9}};
   bool is_inside = false;
@@ -85,13 +87,14 @@ bool is_in_spline(double x, double y) {
   return is_inside;
 }
 
-/// 2 · 0.5/π · max(0, n · l) of a lambertian surface under the light of bump.pbrt and normal_map.pbrt.
+/// 2 · 0.5/π · max(0, n · l) of a lambertian surface under the light of bump.pbrt and
+/// normal_map.pbrt.
 double lit(const glm::dvec3& normal) {
   return 2 * 0.5 / gmis::pi<double> * glm::dot(glm::normalize(normal), glm::normalize(glm::dvec3(3, 0, -4)));
 }
 
-/// A slab of glass of index 1.5 through which `transmittance` passes, in light of radiance 1 from everywhere, seen head on:
-/// what both faces reflect and let through, to and fro.
+/// A slab of glass of index 1.5 through which `transmittance` passes, in light of radiance 1 from
+/// everywhere, seen head on: what both faces reflect and let through, to and fro.
 Picture slab(const Rgb& transmittance) {
   const double r = 0.04;
   const Rgb within = (1 - r) * (1 - r) / (1.0 - r * r * transmittance * transmittance);
@@ -137,7 +140,8 @@ const std::map<std::string, Picture> pictures{
     {"tiny_disk", flat(Rgb(1))},
     {"loopsubdiv", where(is_in_spline)},
     {"plymesh_gz", colored(linear)},
-    // A height of 0.3 over the middle half of a width of 2, towards the light's side of the surface.
+    // A height of 0.3 over the middle half of a width of 2, towards the light's side of the
+    // surface.
     {"bump", [](double x, double) { return Rgb(lit(glm::dvec3(std::abs(x) < .5 ? -.3 : 0., 0, -1))); }},
     {"normal_map", flat(Rgb(lit({.6, .003922, -.80392})))},
     {"absorption", slab(glm::exp(-Rgb(.1, .35, .8)))},

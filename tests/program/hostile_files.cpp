@@ -13,8 +13,8 @@
 #include "support/pbrt/reader.hpp"
 #include "support/read_scene.hpp"
 
-// Files that are made to take all time or all memory, or to look at what is not theirs: each is refused in one line that names
-// the reason.
+// Files that are made to take all time or all memory, or to look at what is not theirs: each is
+// refused in one line that names the reason.
 
 using namespace gmis::tools;
 using gmis_test::ScratchFolder;

@@ -126,7 +126,8 @@ TEST_CASE("PNG holds the sRGB curve and survives any value") {
   const ScratchFolder folder;
   Image image(4, 1);
   const float infinity = std::numeric_limits<float>::infinity();
-  // 0.21404114 is the linear value of sRGB 0.5; 0.002 lies on the straight part: 12.92 * 0.002 * 255 = 6.6.
+  // 0.21404114 is the linear value of sRGB 0.5; 0.002 lies on the straight part: 12.92 * 0.002 *
+  // 255 = 6.6.
   image.rgb = {0, 1, 0.21404114F, 0.002F, -1, 7, infinity, -infinity, std::numeric_limits<float>::quiet_NaN(), 0.5F,
                0, 0};
   write_png(image, folder.path / "a.png");

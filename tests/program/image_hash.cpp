@@ -7,12 +7,13 @@
 #include "support/catch.hpp"
 #include "support/instruction_set.hpp"
 
-// Pictures with fixed counts, bit by bit: at one level of the processor the same for g++ and clang, optimised or not, under the
-// sanitizers, and for any number of threads (docs/numerics.md, "The same bits"). What changes them on purpose is pinned anew:
-// build with both compilers (presets release and clang, then portable and asan-ubsan), run
+// Pictures with fixed counts, bit by bit: at one level of the processor the same for g++ and clang,
+// optimised or not, under the sanitizers, and for any number of threads (docs/numerics.md, "The
+// same bits"). What changes them on purpose is pinned anew: build with both compilers (presets
+// release and clang, then portable and asan-ubsan), run
 //   test_program_image_hash "[pin]"
-// in the build folders, and replace the column of the level where the two compilers agree. The scene has no two surfaces that meet, so the order in
-// which the tree holds them does not matter.
+// in the build folders, and replace the column of the level where the two compilers agree. The
+// scene has no two surfaces that meet, so the order in which the tree holds them does not matter.
 
 using namespace program;
 

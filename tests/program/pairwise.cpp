@@ -17,19 +17,22 @@
 #include "support/render.hpp"
 #include "support/seed.hpp"
 
-// All integrators against each other, in pairs, on every kind of light with every kind of surface and of camera: 8 lights ×
-// 3 cameras × 2 sets of objects (scenes/). Single iterations are the independent estimates; Welch's t for the means of 8×8
-// blocks and of the whole picture, per channel, at the Šidák level of a false-alarm rate of 1e-3 for the whole family.
+// All integrators against each other, in pairs, on every kind of light with every kind of surface
+// and of camera: 8 lights × 3 cameras × 2 sets of objects (scenes/). Single iterations are the
+// independent estimates; Welch's t for the means of 8×8 blocks and of the whole picture, per
+// channel, at the Šidák level of a false-alarm rate of 1e-3 for the whole family.
 //
 // What an integrator cannot make by its nature is left out:
 // - among surfaces without delta lobes (`objects_rough`) each of the seven makes every path;
-// - `lt` cannot connect the camera with what is seen by way of a delta lobe: it takes no part where there are some;
-// - where a delta light shines through or off a delta lobe onto a surface, `pt` and `bpt` lack that light, seen directly
-//   (`pt`) or in a mirror (both): under delta lights and among delta lobes they take part at two segments only, direct
-//   light, which all seven make.
+// - `lt` cannot connect the camera with what is seen by way of a delta lobe: it takes no part where
+//   there are some;
+// - where a delta light shines through or off a delta lobe onto a surface, `pt` and `bpt` lack that
+//   light, seen directly (`pt`) or in a mirror (both): under delta lights and among delta lobes
+//   they take part at two segments only, direct light, which all seven make.
 //
-// Merging is biased. Where it takes part, the difference may be larger by a bound on that, `bias_bound` radii over half the
-// scene's diagonal; the last test shows that the bound holds at several radii, and that the bias falls along the schedule.
+// Merging is biased. Where it takes part, the difference may be larger by a bound on that,
+// `bias_bound` radii over half the scene's diagonal; the last test shows that the bound holds at
+// several radii, and that the bias falls along the schedule.
 
 using namespace gmis::tools;
 
@@ -144,7 +147,8 @@ void compare(const Scene& scene, const std::vector<IntegratorChoice>& integrator
         const bool is_biased = merges(all[a].first) || merges(all[b].first);
         const double difference = std::abs(left.mean(i) - right.mean(i));
         const double excess = std::max(0.0, difference - (is_biased ? bias_bound * radius * mean : 0.0));
-        // Too few photons reach a block this dark, twenty times darker than the picture, for Student's t to hold.
+        // Too few photons reach a block this dark, twenty times darker than the picture, for
+        // Student's t to hold.
         const double whole = std::max(left.mean(left.count() - 1), right.mean(left.count() - 1));
         if (mean < 0.05 * whole || (error == 0.0 && excess == 0.0)) continue;
         const double degrees = std::min(left.blocks.frames(), right.blocks.frames()) - 1.0;
@@ -155,8 +159,8 @@ void compare(const Scene& scene, const std::vector<IntegratorChoice>& integrator
     }
 }
 
-/// Compares in every second scene: `half` is 0 or 1. Each half has every light with every camera, every light with both sets of
-/// objects and every camera with both.
+/// Compares in every second scene: `half` is 0 or 1. Each half has every light with every camera,
+/// every light with both sets of objects and every camera with both.
 void check_agreement(int half) {
   using enum IntegratorChoice;
   const std::vector<IntegratorChoice> all{pt, lt, bpt, ppm, bpm, vcm, gmis};
@@ -197,13 +201,17 @@ void check_agreement(int half) {
 
 }  // namespace
 
-TEST_CASE("all integrators agree: the first half of the scenes") { check_agreement(0); }
-TEST_CASE("all integrators agree: the second half of the scenes") { check_agreement(1); }
+TEST_CASE("all integrators agree: the first half of the scenes") {
+  check_agreement(0);
+}
+TEST_CASE("all integrators agree: the second half of the scenes") {
+  check_agreement(1);
+}
 
 namespace {
 
-/// Means of blocks over independent frames, and the covariances of these means: photons and splats of one light tree fall into
-/// several blocks, and all channels of a block see the same paths.
+/// Means of blocks over independent frames, and the covariances of these means: photons and splats
+/// of one light tree fall into several blocks, and all channels of a block see the same paths.
 class BlockMeans {
  public:
   explicit BlockMeans(std::size_t count) : count_(count), sum_(count), products_(count * count) {}
@@ -275,9 +283,10 @@ struct Differences {
   }
 };
 
-/// How much of a bias is left at a smaller radius. Before it is b, afterwards ρ b. With g = w d_before, w the inverse variances,
-/// g·d_after − ρ g·d_before has at most the mean 0 and is normal with deviations `error_along(g)` (thousands of frames); what the
-/// noise of d_before has to do with g only takes from it. The two have truths of their own, so they are independent.
+/// How much of a bias is left at a smaller radius. Before it is b, afterwards ρ b. With g = w
+/// d_before, w the inverse variances, g·d_after − ρ g·d_before has at most the mean 0 and is normal
+/// with deviations `error_along(g)` (thousands of frames); what the noise of d_before has to do
+/// with g only takes from it. The two have truths of their own, so they are independent.
 struct Decline {
   double left;       ///< g·d_after / g·d_before: estimates ρ, from below
   double by_chance;  ///< what chance may add to it, at `errors` standard errors
@@ -296,11 +305,12 @@ Decline decline(const Differences& before, const Differences& after, double most
 
 }  // namespace
 
-// Photon mapping makes all its light by merging, so its bias is the largest. Runs start at 16 times the radius of the test
-// above; r falls as i^((α − 1)/2) with α = 1/4, so that from row to row (iterations 2, 11 to 20, 101 to 200) it is less than
-// half. The bias of a small disk grows as r², of one that reaches beyond what it lies on less, about as r: 0.6 of it may be left.
-// All comparisons together raise a false alarm in a thousandth of
-// the seeds: 486 differences of blocks and channels (two-sided), and 12 declines.
+// Photon mapping makes all its light by merging, so its bias is the largest. Runs start at 16 times
+// the radius of the test above; r falls as i^((α − 1)/2) with α = 1/4, so that from row to row
+// (iterations 2, 11 to 20, 101 to 200) it is less than half. The bias of a small disk grows as r²,
+// of one that reaches beyond what it lies on less, about as r: 0.6 of it may be left. All
+// comparisons together raise a false alarm in a thousandth of the seeds: 486 differences of blocks
+// and channels (two-sided), and 12 declines.
 TEST_CASE("merging's bias stays within its bound and falls along the radius schedule") {
   constexpr double most_left = 0.6;
   const double errors = gmis::normal_quantile(1.0 - gmis::sidak_level(1e-3, 2 * 486 + 12));

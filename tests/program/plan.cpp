@@ -17,8 +17,8 @@
 #include "support/plan_text.hpp"
 #include "support/seed.hpp"
 
-// Renderings by plan: what is off is off to the last count, what is left out by its class is left out and nothing else, and
-// no light is missing in scenes that tempt a rule.
+// Renderings by plan: what is off is off to the last count, what is left out by its class is left
+// out and nothing else, and no light is missing in scenes that tempt a rule.
 
 using namespace gmis::tools;
 using gmis::Counters;
@@ -133,7 +133,8 @@ TEST_CASE("with all light-side techniques off, auto is pt bit by bit") {
     CHECK_FALSE(plan.traces_light());
     CHECK(are_equal(*by_plan, *pt));
     CHECK(is_black(*pt) == (c.name == "no light"));
-    // Without a light pt traces camera paths all the same; a plan without techniques traces nothing.
+    // Without a light pt traces camera paths all the same; a plan without techniques traces
+    // nothing.
     CHECK(by_plan->counters().rays == (c.name == "no light" ? 0 : pt->counters().rays));
     CHECK(by_plan->engine().photon_bytes() == 0);
     check_counts(by_plan->counters(), plan);
@@ -237,7 +238,8 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
         const Counters &less = part->counters(), &all = whole->counters();
         // What was left out may be what so few paths did not find.
         CHECK(less.contributions <= all.contributions);
-        // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's do.
+        // A camera subpath goes on while it may still meet a light: of caustics, say. Few of pt's
+        // do.
         const bool has_light_side = integrator == IntegratorChoice::vcm;
         if (has_light_side) brightest_of[list] = std::max(brightest_of[list], brightest);
         CHECK((has_light_side ? less.rays < all.rays : less.rays <= all.rays));
@@ -252,8 +254,8 @@ TEST_CASE("with effects switched off the image is the sum of the class images th
 
 namespace {
 
-/// A scene that tempts a rule: with its depth, whether light is to be traced and merged, and whether
-/// path tracing lacks some of its light, so that this test is seen to notice.
+/// A scene that tempts a rule: with its depth, whether light is to be traced and merged, and
+/// whether path tracing lacks some of its light, so that this test is seen to notice.
 struct Temptation {
   const char* name;
   std::string world;
@@ -316,7 +318,8 @@ Estimates estimates_of(const BuiltScene& scene, RenderRequest request, int itera
   return result;
 }
 
-/// The smallest one-sided p-value of `part` being as bright as `all` anywhere, and how many there are.
+/// The smallest one-sided p-value of `part` being as bright as `all` anywhere, and how many there
+/// are.
 struct Deficit {
   double p_value = 1;
   std::size_t count = 0;
@@ -345,8 +348,8 @@ Deficit deficit_of(const Estimates& part, const Estimates& all) {
 
 }  // namespace
 
-// One-sided t for the means of 12×12 blocks and of the whole picture, per channel, at the Šidák level of a false-alarm rate
-// of 1e-3 for the family; fixed seeds.
+// One-sided t for the means of 12×12 blocks and of the whole picture, per channel, at the Šidák
+// level of a false-alarm rate of 1e-3 for the family; fixed seeds.
 TEST_CASE("in scenes that tempt a rule no light is missing") {
   constexpr int iterations = 96;
   const auto scenes = temptations();

@@ -11,7 +11,8 @@
 #include "support/image/formats.hpp"
 #include "support/replay_text.hpp"
 
-// What gmis-render does with contributions that are not finite, negative or of density zero, and how it shows one path.
+// What gmis-render does with contributions that are not finite, negative or of density zero, and
+// how it shows one path.
 
 using namespace program;
 using Json = nlohmann::json;
@@ -69,7 +70,8 @@ TEST_CASE("Past the limit the run ends early with exit code 1, says why, and kee
     REQUIRE(value >= 0.0F);
   }
 
-  // The same paths by any number of threads, and each of them shows when it is replayed what was counted.
+  // The same paths by any number of threads, and each of them shows when it is replayed what was
+  // counted.
   const auto list = lines_of(one.out);
   REQUIRE(list.size() == 16);
   REQUIRE(json["rejected"]["paths"].size() == 16);
@@ -112,7 +114,8 @@ TEST_CASE("A path of a run that has narrowed its merging disk is replayed within
 }
 
 TEST_CASE("What a pilot rejects is not missing in the picture") {
-  // All counts but those of path tracing reject something here, as the cases below show; a pilot has all techniques.
+  // All counts but those of path tracing reject something here, as the cases below show; a pilot
+  // has all techniques.
   const ScratchFolder folder;
   const std::string scene = "'" GMIS_TEST_SCENE_FOLDER "/too_bright.pbrt' --size 16x16 --integrator auto ";
   const Outcome outcome = run(folder, scene + "--iterations 4 --quiet --list-rejected --out a.pfm --stats s.json");

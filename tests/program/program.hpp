@@ -24,7 +24,8 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program with `arguments` (as a shell reads them) in `folder`, after the shell has done what comes `before`.
+/// Runs the program with `arguments` (as a shell reads them) in `folder`, after the shell has done
+/// what comes `before`.
 inline Outcome run(const ScratchFolder& folder, const std::string& arguments, const std::string& before = ":") {
   const std::string command = "cd '" + folder.path.string() + "' && " + before + " && '" GMIS_RENDER_PROGRAM "' " +
                               arguments + " >stdout.txt 2>stderr.txt </dev/null";
@@ -33,8 +34,8 @@ inline Outcome run(const ScratchFolder& folder, const std::string& arguments, co
           text_of(folder.path / "stderr.txt")};
 }
 
-/// Waits until `file` holds `text` so many times, or the program has ended: its exit code is then in `status`, and the answer no.
-/// How long that takes is the machine's business.
+/// Waits until `file` holds `text` so many times, or the program has ended: its exit code is then
+/// in `status`, and the answer no. How long that takes is the machine's business.
 inline bool wait_for(pid_t child, const fs::path& file, const std::string& text, int times, int& status) {
   while (true) {
     const bool has_ended = waitpid(child, &status, WNOHANG) == child;

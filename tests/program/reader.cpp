@@ -180,7 +180,8 @@ TEST_CASE("The side of a surface") {
   CHECK(near(normal_of(mesh(read_world(""))), {0, 0, 1}));
   CHECK(near(normal_of(mesh(read_world("ReverseOrientation\n"))), {0, 0, -1}));
   CHECK(near(normal_of(mesh(read_world("ReverseOrientation ReverseOrientation\n"))), {0, 0, 1}));
-  // A mirroring transform keeps the side: the surface's normal is carried along, whatever its winding becomes.
+  // A mirroring transform keeps the side: the surface's normal is carried along, whatever its
+  // winding becomes.
   CHECK(near(normal_of(mesh(read_world("Scale -1 1 1\n"))), {0, 0, 1}));
   CHECK(near(normal_of(mesh(read_world("Scale 1 1 -1\n"))), {0, 0, -1}));
   CHECK(near(normal_of(mesh(read_world("Scale -1 1 1 ReverseOrientation\n"))), {0, 0, -1}));

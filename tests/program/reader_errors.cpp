@@ -258,7 +258,8 @@ TEST_CASE("What is no scene is refused without a word of it") {
         CHECK(diagnostic.to_string().find("s3cret") == std::string::npos);
     }
   }
-  // Directives of pbrt-v4 that this reader passes over may come first all the same, and so may nothing at all.
+  // Directives of pbrt-v4 that this reader passes over may come first all the same, and so may
+  // nothing at all.
   for (const char* start :
        {"Option \"bool disablepixeljitter\" true\n", "MakeNamedMedium \"fog\"\n", "", "# nothing\n"}) {
     std::ofstream(folder.path / "part", std::ios::binary) << start;

@@ -57,7 +57,8 @@ glm::dvec2 chromaticity(const Rgb& c) {
 }  // namespace
 
 TEST_CASE("Black bodies and spectra have the colours of the CIE") {
-  // The Planckian locus, from CIE 15 (illuminant A; 4000 K; 6500 K). The fit of the matching functions is that good.
+  // The Planckian locus, from CIE 15 (illuminant A; 4000 K; 6500 K). The fit of the matching
+  // functions is that good.
   for (const auto& [kelvins, x, y] :
        {std::tuple{2855.5, 0.4476, 0.4074}, {4000.0, 0.3805, 0.3768}, {6500.0, 0.3135, 0.3237}}) {
     CAPTURE(kelvins);
@@ -78,8 +79,8 @@ TEST_CASE("Black bodies and spectra have the colours of the CIE") {
 }
 
 TEST_CASE("Named metals reflect about as much head on as tables for artists say, named glasses have their order") {
-  // Linear sRGB, from Hoffman, Physically-Based Shading Models in Film and Game Production (2010); those of gold come from
-  // another measurement.
+  // Linear sRGB, from Hoffman, Physically-Based Shading Models in Film and Game Production (2010);
+  // those of gold come from another measurement.
   const std::pair<const char*, Rgb> table[] = {
       {"Au", {1, .71, .29}}, {"Ag", {.95, .93, .88}}, {"Cu", {.95, .64, .54}}, {"Al", {.91, .92, .92}}};
   for (const auto& [name, reflectance] : table) {
@@ -254,7 +255,8 @@ TEST_CASE("Disks, cylinders and parts of spheres have the areas and sides of the
 
 TEST_CASE("Loop's subdivision goes to its limit") {
   using namespace gmis::tools::pbrt;
-  // A flat grid stays flat, an octahedron becomes round and symmetric, and more levels change no vertex of the coarse mesh.
+  // A flat grid stays flat, an octahedron becomes round and symmetric, and more levels change no
+  // vertex of the coarse mesh.
   MeshDescription octahedron;
   octahedron.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   octahedron.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
@@ -265,7 +267,8 @@ TEST_CASE("Loop's subdivision goes to its limit") {
   CHECK(fine->positions.size() == fine->triangles.size() / 2 + 2);  // Euler
   for (std::size_t i = 0; i < coarse->positions.size(); ++i)
     CHECK(glm::length(coarse->positions[i] - fine->positions[i]) < 1e-12);
-  // The limit of a vertex of valence 4 whose ring has its middle at 0: (1 − 4 w) p, w = 1 / (4 + 3 / (8 · 3/32)).
+  // The limit of a vertex of valence 4 whose ring has its middle at 0: (1 − 4 w) p, w = 1 / (4 + 3
+  // / (8 · 3/32)).
   CHECK(fine->positions[4].z == Approx(1 - 4 / (4 + 4.0)));
   for (std::size_t i = 0; i < fine->positions.size(); ++i) {
     CHECK(glm::length(fine->normals[i]) == Approx(1));

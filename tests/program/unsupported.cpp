@@ -10,7 +10,8 @@
 #include "support/pbrt/reader.hpp"
 #include "support/pbrt/transform.hpp"
 
-// Input that changes the picture and is not understood: an error, a warning with --lenient, a line of a list with --check.
+// Input that changes the picture and is not understood: an error, a warning with --lenient, a line
+// of a list with --check.
 
 using namespace gmis::tools;
 using gmis_test::Read;
@@ -229,7 +230,8 @@ TEST_CASE("A camera a hair off orthogonal is made orthonormal, one that is far o
 }
 
 TEST_CASE("ConcatTransform multiplies from the right by a matrix that is listed column by column") {
-  // Transforms points by p' = T(1 2 3) · M · p, M = [ 0 -2 0; 2 0 0; 0 0 2 ] with translation 5 0 0.
+  // Transforms points by p' = T(1 2 3) · M · p, M = [ 0 -2 0; 2 0 0; 0 0 2 ] with translation 5
+  // 0 0.
   for (const std::string last : {"5 0 0 1", "10 0 0 2"}) {
     const double w = last[0] == '5' ? 1 : 2;
     const auto n = [&](double v) { return std::to_string(v * w) + " "; };

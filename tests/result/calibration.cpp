@@ -16,8 +16,9 @@
 #include "support/seed.hpp"
 #include "support/session.hpp"
 
-// Does a stated error mean what it says? Many small renderings of a scene; the truth of each is its own error against the mean
-// of the others, of which there are many more. `./run bench stated_errors` does the same with more scenes and longer references.
+// Does a stated error mean what it says? Many small renderings of a scene; the truth of each is its
+// own error against the mean of the others, of which there are many more.
+// `./run bench stated_errors` does the same with more scenes and longer references.
 
 using namespace gmis::tools;
 
@@ -57,8 +58,8 @@ Calibration calibration_of(const std::filesystem::path& scene_file, IntegratorCh
     REQUIRE(estimate.has_value());
     estimates.push_back(*estimate);
   }
-  // The sums of the even and of the odd runs: two references whose errors are independent, so that the product of the
-  // differences to both has no part of either.
+  // The sums of the even and of the odd runs: two references whose errors are independent, so that
+  // the product of the differences to both has no part of either.
   const std::size_t values = images[0].rgb.size();
   std::vector<std::vector<double>> sums(2, std::vector<double>(values, 0.0));
   for (std::size_t run = 0; run < images.size(); ++run)
@@ -138,8 +139,8 @@ Shape "bilinearmesh" "point3 P" [ -1 2 -3  1 2 -3  -1 2 1  1 2 1 ]
 
 }  // namespace
 
-// Were each of 100 intervals to cover the truth with a probability of 95 %, fewer than 85 would in 1 of 20,000 seeds. At 16
-// iterations samples are still too rare for intervals to be shown.
+// Were each of 100 intervals to cover the truth with a probability of 95 %, fewer than 85 would in
+// 1 of 20,000 seeds. At 16 iterations samples are still too rare for intervals to be shown.
 TEST_CASE("Without fireflies stated errors are true, and their intervals cover the truth") {
   const SceneFile sky(sky_over_balls), hall(glossy_hall);
   struct Case {
@@ -158,8 +159,8 @@ TEST_CASE("Without fireflies stated errors are true, and their intervals cover t
   }
 }
 
-// What has not been seen cannot be estimated: path tracing meets the caustics of this scene so rarely that many runs know
-// little of them. Then there must be no interval.
+// What has not been seen cannot be estimated: path tracing meets the caustics of this scene so
+// rarely that many runs know little of them. Then there must be no interval.
 TEST_CASE("With fireflies there is no interval") {
   const Calibration calibration = calibration_of(scenes / "paper1.pbrt", IntegratorChoice::pt, 64, {24, 24}, 40);
   INFO(calibration);

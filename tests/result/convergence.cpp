@@ -58,7 +58,8 @@ TEST_CASE("The first limit met ends a run") {
   CHECK_FALSE(all.reason_to_stop({10, 1.0, 0.0, false}).has_value());   // … an error of 0 where nothing was found
   CHECK_FALSE(all.reason_to_stop({7, 1.0, 0.01, true}).has_value());    // too few to know the error
   CHECK(all.reason_to_stop({10, 10.0, 0.5}) == StopReason::time);
-  // Iterations of a second each: at 9.4 the tenth would end nearer to the limit than the ninth did; at 9.5 it would not.
+  // Iterations of a second each: at 9.4 the tenth would end nearer to the limit than the ninth did;
+  // at 9.5 it would not.
   CHECK_FALSE(all.reason_to_stop({9, 9.0, 0.5}).has_value());
   CHECK(all.reason_to_stop({9, 9.5, 0.5}) == StopReason::time);
   CHECK_FALSE(Budget{}.reason_to_stop({1000000, 1e9, 1e-9}).has_value());

@@ -17,8 +17,8 @@
 #include "support/seed.hpp"
 
 TEST_CASE("Batches are the means of their iterations, and there are never too many") {
-  // Iteration i is the number i in every pixel: a batch of length L that begins after b L iterations has the mean
-  // b L + (L + 1) / 2.
+  // Iteration i is the number i in every pixel: a batch of length L that begins after b L
+  // iterations has the mean b L + (L + 1) / 2.
   const std::size_t capacity = gmis::BatchMeans<float>::capacity;
   gmis::BatchMeans<float> means({3, 1});
   CHECK(means.batch_count() == 0);
@@ -42,8 +42,8 @@ TEST_CASE("Batches are the means of their iterations, and there are never too ma
 
 namespace {
 
-/// A made-up picture whose truth is known: smooth brightness, noise of a gamma distribution, and in some pixels now and
-/// then a bright sample (a firefly), which is part of the truth.
+/// A made-up picture whose truth is known: smooth brightness, noise of a gamma distribution, and in
+/// some pixels now and then a bright sample (a firefly), which is part of the truth.
 class Picture {
  public:
   Picture(glm::ivec2 size, double firefly_rate, double firefly) : size_(size), rate_(firefly_rate), firefly_(firefly) {
@@ -68,7 +68,8 @@ class Picture {
     return means;
   }
 
-  /// √relMSE of the mean of all iterations against the truth; by the older rule, which divides by the same pixel's mean.
+  /// √relMSE of the mean of all iterations against the truth; by the older rule, which divides by
+  /// the same pixel's mean.
   struct Errors {
     double true_error = 0, by_own_mean = 0;
   };
@@ -103,8 +104,8 @@ namespace {
 
 using Real = long double;
 
-/// The mean around a pixel of what `value_at` says of the pixels, by the definition of `neighbourhood_without`, and how far it
-/// reaches.
+/// The mean around a pixel of what `value_at` says of the pixels, by the definition of
+/// `neighbourhood_without`, and how far it reaches.
 std::pair<Real, int> value_around(glm::ivec2 size, std::size_t pixel, Real added, const auto& value_at) {
   const int x = static_cast<int>(pixel) % size.x, y = static_cast<int>(pixel) / size.x;
   for (int reach = 1;; reach *= 2) {
@@ -207,8 +208,9 @@ Definition by_definition(glm::ivec2 size, int channels, const std::vector<Real>&
 }  // namespace
 
 TEST_CASE("The estimate is its definition, summed by brute force") {
-  // In long double, from the frames themselves, with batches of two iterations and one iteration left over. The estimate takes
-  // pixels in blocks: the larger picture is of three, the last not whole.
+  // In long double, from the frames themselves, with batches of two iterations and one iteration
+  // left over. The estimate takes pixels in blocks: the larger picture is of three, the last not
+  // whole.
   const glm::ivec2 size = GENERATE(glm::ivec2(7, 6), glm::ivec2(83, 71));
   CAPTURE(size.x, size.y);
   const auto pixels = static_cast<std::size_t>(size.x * size.y);
@@ -253,7 +255,8 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
   }
   CHECK(estimate->share_of_worst() == Approx(static_cast<double>(five)).epsilon(1e-4));
 
-  // The interval: how far the products of different parts scatter about the mean that they should have.
+  // The interval: how far the products of different parts scatter about the mean that they should
+  // have.
   Real chance = 0;
   for (std::size_t b = 0; b < shares.size(); ++b)
     for (std::size_t c = 0; c < b; ++c) {
@@ -380,14 +383,14 @@ TEST_CASE("The interval of joined runs covers the true error in at least 90 % of
   CAPTURE(covered, shown, stated / true_errors);
   CHECK(shown > runs * 9 / 10);
   CHECK(covered >= shown * 9 / 10);
-  // A squared error over 256 pixels has a relative standard deviation of √(2/256), its mean over 400 runs one of 0.0044; what
-  // it is relative to, measured values, makes up to 0.01.
+  // A squared error over 256 pixels has a relative standard deviation of √(2/256), its mean over
+  // 400 runs one of 0.0044; what it is relative to, measured values, makes up to 0.01.
   CHECK(stated / true_errors == Approx(1.0).margin(0.03));
 }
 
-// Fireflies carry a fifth of this picture's light. In 6 × 41 runs at most a sixth was above 1.2 or below 0.85, whatever the
-// number of iterations; were it a fifth, the median of 41 would be beyond either limit with a chance of 2e-6. What divides by
-// the same pixel's mean is far off.
+// Fireflies carry a fifth of this picture's light. In 6 × 41 runs at most a sixth was above 1.2 or
+// below 0.85, whatever the number of iterations; were it a fifth, the median of 41 would be beyond
+// either limit with a chance of 2e-6. What divides by the same pixel's mean is far off.
 TEST_CASE("Fireflies: the stated error is the true one, and has no interval") {
   std::mt19937 source(gmis_test::seed(17));
   const Picture picture({24, 24}, 0.006, 20.0);
@@ -411,8 +414,8 @@ TEST_CASE("Fireflies: the stated error is the true one, and has no interval") {
   }
 }
 
-// Intervals are for this very picture's error, so every run has its own truth. Were each covered with a probability of 95 %,
-// fewer than 90 % of 400 would be in 1 of 40,000 seeds.
+// Intervals are for this very picture's error, so every run has its own truth. Were each covered
+// with a probability of 95 %, fewer than 90 % of 400 would be in 1 of 40,000 seeds.
 TEST_CASE("Without fireflies the interval covers the true error in at least 90 % of 400 runs") {
   std::mt19937 source(gmis_test::seed(11));
   const Picture picture({16, 16}, 0.0, 0.0);
@@ -457,8 +460,9 @@ TEST_CASE("Replications are batches: iteration i belongs to (i - 1) mod R, and a
   }
 }
 
-// As above, with iterations that depend on each other within a replication, as those of low-discrepancy numbers do: the
-// samples of a replication are strata of one uniform number, in an order of their own.
+// As above, with iterations that depend on each other within a replication, as those of
+// low-discrepancy numbers do: the samples of a replication are strata of one uniform number, in an
+// order of their own.
 TEST_CASE(
     "With dependent iterations in independent replications the interval covers the true error in at least 90 % of 400 "
     "runs") {
@@ -476,7 +480,8 @@ TEST_CASE(
       for (int i = 0; i < iterations; ++i) {
         std::vector<float> frame;
         for (std::size_t p = 0; p < pixels; ++p) {
-          // Of the golden ratio: any consecutive points are spread evenly. Beside it, noise of its own.
+          // Of the golden ratio: any consecutive points are spread evenly. Beside it, noise of its
+          // own.
           const double turn = shift[static_cast<std::size_t>(i) % replications * pixels + p] +
                               0.6180339887498949 * (i / static_cast<int>(replications));
           const double u = turn - std::floor(turn);
@@ -537,7 +542,8 @@ TEST_CASE("Doubts: what is too little, what is black, what does not vary, what a
   CHECK(estimate->doubt == gmis::ErrorDoubt::rare_events);
   CHECK(estimate->worst[0].pixel == 37);
   CHECK(estimate->worst[0].share > 0.99);
-  // Of 256 pixels none is trimmed; the squared error is that of one sample among 64, relative to a value of 1.
+  // Of 256 pixels none is trimmed; the squared error is that of one sample among 64, relative to a
+  // value of 1.
   CHECK(estimate->relative_error_trimmed == estimate->relative_error);
   CHECK(estimate->relative_error == Approx(500.0 / 64 / std::sqrt(1.01) / 16).epsilon(0.05));
 }

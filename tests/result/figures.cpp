@@ -44,15 +44,16 @@ TEST_CASE("Seconds to an error: reached, reached by some, reached by none") {
 }
 
 TEST_CASE("Efficiency is paired by seed, with Student's interval of its logarithm") {
-  // Twice the error in the same time is a quarter of the efficiency; the time at the end counts too.
+  // Twice the error in the same time is a quarter of the efficiency; the time at the end counts
+  // too.
   const Courses baseline{{{10, 0.1}}, {{10, 0.2}}, {{10, 0.4}}};
   const auto same = relative_efficiency(baseline, baseline);
   CHECK(same->value == Approx(1.0));
   CHECK(same->lower == Approx(1.0));
   CHECK(same->upper == Approx(1.0));
   const Courses worse{{{10, 0.2}}, {{10, 0.4}}, {{20, 0.8}}};
-  // Ratios 1/4, 1/4, 1/8. The logarithms base 2, −2, −2, −3, have the mean −7/3 and the standard error 1/3; t for 2
-  // degrees of freedom is 4.302653.
+  // Ratios 1/4, 1/4, 1/8. The logarithms base 2, −2, −2, −3, have the mean −7/3 and the standard
+  // error 1/3; t for 2 degrees of freedom is 4.302653.
   const auto ratio = relative_efficiency(worse, baseline);
   CHECK(ratio->value == Approx(std::exp2(-7.0 / 3.0)));
   CHECK(ratio->lower == Approx(std::exp2(-7.0 / 3.0 - 4.302652729911275 / 3.0)).epsilon(1e-6));

@@ -9,7 +9,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// ꟻLIP against its definition, written out a second time: filters in two dimensions, the matrices of sRGB in decimals.
+// ꟻLIP against its definition, written out a second time: filters in two dimensions, the matrices
+// of sRGB in decimals.
 
 using namespace gmis::tools;
 

@@ -15,8 +15,8 @@ namespace {
 constexpr int side = 40;
 constexpr std::uint32_t replications = gmis::sobol_replications;
 
-/// A picture whose pixels are 1, or 2 in every other, + `even` (u − ½) + (v − ½), u a coordinate of Sobol' points, v an independent number; and, in one pixel, now and
-/// then a very bright sample.
+/// A picture whose pixels are 1, or 2 in every other, + `even` (u − ½) + (v − ½), u a coordinate of
+/// Sobol' points, v an independent number; and, in one pixel, now and then a very bright sample.
 struct Run {
   gmis::Film<float> film{glm::ivec2(side)};
   gmis::BatchMeans<float> means{glm::ivec2(side), replications};
@@ -41,8 +41,8 @@ struct Run {
 }  // namespace
 
 TEST_CASE("the evenness of a run is what its replications take away, by the closed form") {
-  // The variance of a scrambled mean of n = N / 8 points of u is 1 / (12 n³) for n a power of two: of one value in each n-th part. So
-  // (1 + even² / n²) / (1 + even²) remains.
+  // The variance of a scrambled mean of n = N / 8 points of u is 1 / (12 n³) for n a power of two:
+  // of one value in each n-th part. So (1 + even² / n²) / (1 + even²) remains.
   for (const int iterations : {16, 64, 256})
     for (const double even : {0.0, 0.5, 1.0, 2.0}) {
       const double n = iterations / 8.0, remains = (1 + even * even / (n * n)) / (1 + even * even);
@@ -51,7 +51,8 @@ TEST_CASE("the evenness of a run is what its replications take away, by the clos
       const auto measured = gmis::measured_evenness(run.film, run.means);
       REQUIRE(measured.has_value());
       CAPTURE(iterations, even, remains, *measured);
-      // 1600 pixels with seven degrees of freedom: the ratio has a standard error of √(2 / 11200), and the one from iterations less.
+      // 1600 pixels with seven degrees of freedom: the ratio has a standard error of √(2 / 11200),
+      // and the one from iterations less.
       const double error = std::sqrt(2.0 / (7 * side * side) + 2.0 / ((iterations - 1.0) * side * side));
       CHECK(std::abs(std::min(expected, 0.95) - *measured) <= 6 * error / (1 - std::sqrt(8.0 / iterations)));
       // The law with it has the error that the replications tell.

@@ -13,7 +13,8 @@
 
 namespace {
 
-/// The log of a run whose iterations take 2 s of one processor and 0.5 s of wall time each, after 10 and 3 s of pilots.
+/// The log of a run whose iterations take 2 s of one processor and 0.5 s of wall time each, after
+/// 10 and 3 s of pilots.
 std::vector<gmis::ConvergencePoint> log_of(std::uint64_t iterations, double at_one, double slope) {
   gmis::ConvergenceLog log;
   for (std::uint64_t i = 1; i <= iterations; ++i) {
@@ -107,8 +108,8 @@ TEST_CASE("The price where merging shrinks its disk is that of the fitted law") 
       REQUIRE(fitted.has_value());
       CHECK(fitted->law.merging_share_at(256) == Approx(0.8 * law.merging_share_at(256)).epsilon(0.03));
       CHECK(fitted->law.error_at(256) == Approx(*log.back().estimated_error));
-      // With one it does, too, where the last point has an interval; where it has none the forecast counts for two thirds, and
-      // the law lies between the two at the last point.
+      // With one it does, too, where the last point has an interval; where it has none the forecast
+      // counts for two thirds, and the law lies between the two at the last point.
       const gmis::ErrorLaw half{0.25, merging / 2, alpha};
       auto sure = log;
       sure.back().interval = gmis::Interval{};
@@ -178,7 +179,8 @@ TEST_CASE(
 }
 
 TEST_CASE("Prices before a run: iterations by the variance of one, times by those begun with and those to come") {
-  // 10 iterations took 8 s of four processors, and 2 s; from then on two of them take 1 s, and 0.25 s.
+  // 10 iterations took 8 s of four processors, and 2 s; from then on two of them take 1 s, and 0.25
+  // s.
   const double errors[] = {0.5, 0.2, 0.1, 0.03};
   const gmis::PriceTable table = gmis::forecast_prices({0.64, 0.0, 1.0}, {10, 8, 2}, {2, 1, 0.25}, errors);
   REQUIRE(table.prices.size() == 4);
@@ -208,9 +210,9 @@ TEST_CASE("No price without points") {
   CHECK_FALSE(gmis::price_table(nothing).has_value());
 }
 
-// Independent iterations: errors of means of exponential numbers over 400 pixels, whose true price is known. The estimate of the
-// squared error, and with it a price by a slope of -1/2, has a standard deviation of √(8 / 64 / 400), or 1.8 %: 20 % is eleven of
-// these.
+// Independent iterations: errors of means of exponential numbers over 400 pixels, whose true price
+// is known. The estimate of the squared error, and with it a price by a slope of -1/2, has a
+// standard deviation of √(8 / 64 / 400), or 1.8 %: 20 % is eleven of these.
 TEST_CASE("The price of half and a quarter of the error is within 20 % for independent iterations") {
   std::mt19937 source(gmis_test::seed(31));
   std::exponential_distribution<double> value(1.0);

@@ -18,7 +18,8 @@ using Vec = glm::dvec3;
 
 namespace {
 
-/// A ball of glass of radius 2 with a ball of water of radius 1 in it, in which there is a diffuse ball of radius 0.25.
+/// A ball of glass of radius 2 with a ball of water of radius 1 in it, in which there is a diffuse
+/// ball of radius 0.25.
 template <std::floating_point T>
 auto nested_balls() {
   gmis::scene::SceneBuilder<T> builder;

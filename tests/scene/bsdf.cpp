@@ -132,8 +132,9 @@ TEST_CASE("albedos with a closed form", "[bsdf][energy]") {
     CHECK(reflected({phong, axis, axis}, axis) == Approx(0.8).epsilon(1e-5));
     for (const double cosine : {0.9, 0.5, 0.1}) CHECK(reflected({phong, axis, axis}, at_cosine<double>(cosine)) <= 0.8);
   }
-  // A smooth coat: what it reflects, a delta lobe, and what comes out of the base, which is all there is when the base is
-  // white. The base scatters by the cosine alone: its share by the midpoint rule, to some 1e-6.
+  // A smooth coat: what it reflects, a delta lobe, and what comes out of the base, which is all
+  // there is when the base is white. The base scatters by the cosine alone: its share by the
+  // midpoint rule, to some 1e-6.
   const auto white = make_coated_diffuse<double>({1, 1, 1}, 1.5, 0);
   for (const double cosine : {0.9, 0.5, 0.1}) {
     const SurfaceBsdf<double> bsdf(white, axis, axis);

@@ -150,7 +150,8 @@ TEST_CASE("the size of a scene", "[builder]") {
 }
 
 TEST_CASE("from within glass the sky is brighter by the square of the index", "[builder][glass]") {
-  // Radiance over index² is the same all along a path that only reflects and refracts; flux does not change.
+  // Radiance over index² is the same all along a path that only reflects and refracts; flux does
+  // not change.
   for (const double index : {1.5, 1 / 1.3}) {
     SceneBuilder<double> builder;
     const auto glass = builder.add_material(make_dielectric<double>(index));

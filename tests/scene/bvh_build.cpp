@@ -8,8 +8,8 @@
 #include "support/counted_memory.hpp"
 #include "support/seed.hpp"
 
-// The builder: the same bits for any number of threads, every primitive in one slot and within all boxes above it, and no
-// more memory than stated.
+// The builder: the same bits for any number of threads, every primitive in one slot and within all
+// boxes above it, and no more memory than stated.
 
 using namespace gmis;
 using namespace gmis::scene;

@@ -7,8 +7,9 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// How good the tree is: what a random line and what closest-hit rays visit in it, beside a tree over the same triangles
-// that a full sweep makes. The sweep is written here, in double: at every node it tries all n − 1 cuts along each axis.
+// How good the tree is: what a random line and what closest-hit rays visit in it, beside a tree
+// over the same triangles that a full sweep makes. The sweep is written here, in double: at every
+// node it tries all n − 1 cuts along each axis.
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -27,7 +28,8 @@ struct Bounds {
     const glm::dvec3 size = upper - lower;
     return size.x * size.y + size.y * size.z + size.z * size.x;
   }
-  /// Where a line from `origin` enters, at 0 at the least; infinity where it misses or enters beyond `t_max`.
+  /// Where a line from `origin` enters, at 0 at the least; infinity where it misses or enters
+  /// beyond `t_max`.
   [[nodiscard]] double entry(const glm::dvec3& origin, const glm::dvec3& direction, double t_max) const {
     const glm::dvec3 one = (lower - origin) / direction, other = (upper - origin) / direction;
     const glm::dvec3 near = glm::min(one, other), far = glm::max(one, other);
@@ -42,7 +44,8 @@ Bounds bounds_of(const TriangleCorners<float>& triangle) {
   return bounds;
 }
 
-/// A tree as the measures below see it, whoever built it: nodes of up to eight children, packets of up to eight triangles.
+/// A tree as the measures below see it, whoever built it: nodes of up to eight children, packets of
+/// up to eight triangles.
 struct Tree {
   struct Child {
     Bounds bounds;
@@ -189,7 +192,8 @@ struct Visits {
   [[nodiscard]] double total() const { return nodes + packets; }
 };
 
-/// How many nodes and packets a random line through the root meets on average: ratios of surface areas.
+/// How many nodes and packets a random line through the root meets on average: ratios of surface
+/// areas.
 Visits expected_visits(const Tree& tree) {
   const double whole = tree.root.bounds.half_area();
   Visits visits{tree.root.is_packet ? 0.0 : 1.0, tree.root.is_packet ? 1.0 : 0.0};
@@ -243,7 +247,7 @@ Visits closest_hit_visits(const Tree& tree, const Triangles& triangles, const Li
   return visits;
 }
 
-// --- Inputs ---------------------------------------------------------------------------------------------------------------
+// --- Inputs --------------------------------------------------------------------------------------
 
 void add(Triangles& triangles, const Mesh& mesh) {
   for (const auto& t : mesh.triangles) {
@@ -321,11 +325,12 @@ Triangles room(Philox& source) {
   return triangles;
 }
 
-// Cutting a cube of evenly spread triangles at x costs (1 + 2x) x + (3 − 2x)(1 − x) = 4x² − 4x + 3, least at the middle. The
-// nearest border of 16 bins is at most 1/32 away: 4/32² over 2, which is 0.2 % a level, 3 % over the 15 levels of the largest
-// input. Neither of two greedy builds is bound to be the better one, and among clusters the borders of bins may miss a gap:
-// of ten seeds the ratios lie between 0.95 and 1.04. One in ten is what may be lost to that. Adding empty bins to boxes, a
-// mistake that was made once, gives ratios from 1.5 to 12.
+// Cutting a cube of evenly spread triangles at x costs (1 + 2x) x + (3 − 2x)(1 − x) = 4x² − 4x + 3,
+// least at the middle. The nearest border of 16 bins is at most 1/32 away: 4/32² over 2, which is
+// 0.2 % a level, 3 % over the 15 levels of the largest input. Neither of two greedy builds is bound
+// to be the better one, and among clusters the borders of bins may miss a gap: of ten seeds the
+// ratios lie between 0.95 and 1.04. One in ten is what may be lost to that. Adding empty bins to
+// boxes, a mistake that was made once, gives ratios from 1.5 to 12.
 constexpr double limit = 1.1;
 
 TEST_CASE("the tree is about as good as a full sweep's", "[bvh]") {

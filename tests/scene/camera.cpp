@@ -61,7 +61,8 @@ TEMPLATE_TEST_CASE("a point along a ray of a pixel is seen by that pixel, with t
       const Vec2<T> lens = random_square<T>(source);
       const auto ray = camera.sample_ray(pixel, inside, lens);
       REQUIRE(ray);
-      // Nearer than the size of lens or window, the rounding of the point itself would be what is measured.
+      // Nearer than the size of lens or window, the rounding of the point itself would be what is
+      // measured.
       const bool is_pinhole = description.lens_radius == 0 && !camera.has_parallel_rays();
       const T distance = static_cast<T>(random_magnitude(source, is_pinhole ? -2 : 0.5, 3));
       const auto seen = camera.project(ray->origin.position + ray->direction * distance, lens);
@@ -85,8 +86,8 @@ TEST_CASE("the density of a pixel's rays integrates to one over the pixel", "[ca
   for (const auto& description : cameras()) {
     const scene::Camera<T> camera(description, glm::dvec3(description.world_from_camera[3]));
     const glm::ivec2 pixel(camera.resolution().x - 1, 0);
-    // The size of a small patch from the rays of its corners, independent of the density's formula: solid angle, or area
-    // across rays that are parallel.
+    // The size of a small patch from the rays of its corners, independent of the density's formula:
+    // solid angle, or area across rays that are parallel.
     double integral = 0;
     constexpr int steps = 64;
     const Vec2<T> lens(0.9, 0.3);
@@ -137,7 +138,8 @@ TEST_CASE("the lens is sampled uniformly, and what is at the focal distance is s
     const double t = (6 - glm::dot(ray->origin.position, axis(2))) / glm::dot(ray->direction, axis(2));
     const auto sharp = ray->origin.position + ray->direction * t;
     if (!(glm::length(sharp - middle->direction * to_focus) < 1e-12)) FAIL("the plane of focus is not sharp");
-    // A point at depth z spreads over a disk of radius R |1/z − 1/f| on the plane z = 1 [thin lens].
+    // A point at depth z spreads over a disk of radius R |1/z − 1/f| on the plane z = 1 [thin
+    // lens].
     const auto seen = camera.project(axis(2) * 2.0, uv);
     REQUIRE(seen);
     const double step = (description.window[1] - description.window[0]) / 21;

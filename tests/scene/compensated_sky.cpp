@@ -8,8 +8,8 @@
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 
-// A picture under a compensated sky has the energy of the one under a plain sky, whatever renders it: rays that scatter bring the
-// light of the directions that next-event samples leave out.
+// A picture under a compensated sky has the energy of the one under a plain sky, whatever renders
+// it: rays that scatter bring the light of the directions that next-event samples leave out.
 
 namespace {
 
@@ -43,8 +43,8 @@ Measured render(const Scene& scene, const gmis::SampleCounts& counts, std::uint6
 
 }  // namespace
 
-// 2 skies × 3 comparisons, false-alarm rate 1e-4 in all. Light tracing lacks what is seen in the mirror ball. The glossy ball
-// seldom meets the sun: with fewer iterations means are not normal.
+// 2 skies × 3 comparisons, false-alarm rate 1e-4 in all. Light tracing lacks what is seen in the
+// mirror ball. The glossy ball seldom meets the sun: with fewer iterations means are not normal.
 TEST_CASE("a compensated sky gives no more and no less light", "[environment]") {
   const double level = gmis::sidak_level(1e-4, 6);
   constexpr int iterations = 600;

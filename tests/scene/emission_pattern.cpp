@@ -31,7 +31,8 @@ std::shared_ptr<TextureImage> spotted(unsigned seed) {
   return image;
 }
 
-/// A square of two triangles in the plane z = 0, its coordinates those of the image, seen from above.
+/// A square of two triangles in the plane z = 0, its coordinates those of the image, seen from
+/// above.
 BvhScene<float> square_light(const Tex::Handle& radiance, const Material<float>& material,
                              const glm::dvec3& factor = glm::dvec3(1)) {
   SceneBuilder<float> builder;
@@ -80,7 +81,8 @@ TEST_CASE("next events and light subpaths carry the mean of the image", "[statis
   glm::dvec3 mean(0);
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) mean += glm::dvec3(image->texel(x, y)) / double(side * side);
-  // Irradiance-like sum far away on the axis, by the midpoint rule over texels; and flux = π · area · mean.
+  // Irradiance-like sum far away on the axis, by the midpoint rule over texels; and flux = π · area
+  // · mean.
   const gmis::SurfacePoint<float> from{{0, 0, 20}, {0, 0, -1}, {0, 0, -1}, 0};  // 25 before the light
   std::mt19937_64 random(static_cast<std::mt19937_64::result_type>(seed));
   std::uniform_real_distribution<float> uniform(0, 1);

@@ -65,7 +65,8 @@ TEST_CASE("the octahedral square keeps areas and has the inverse that it states"
         worst_float, static_cast<double>(glm::length(octahedral_sphere_to_square(square_to_octahedral_sphere(u)) - u)));
   }
   CHECK(worst_float < 1e-6);
-  // Where the format puts its landmarks: z up in the middle, x to the right, y down, −z in the corners.
+  // Where the format puts its landmarks: z up in the middle, x to the right, y down, −z in the
+  // corners.
   CHECK(glm::length(square_to_octahedral_sphere(Vec2<T>(0.5, 0.5)) - Vec3<T>(0, 0, 1)) < 1e-12);
   CHECK(glm::length(square_to_octahedral_sphere(Vec2<T>(1, 0.5)) - Vec3<T>(1, 0, 0)) < 1e-12);
   CHECK(glm::length(square_to_octahedral_sphere(Vec2<T>(0.5, 1)) - Vec3<T>(0, 1, 0)) < 1e-12);
@@ -129,7 +130,8 @@ TEMPLATE_TEST_CASE("a sky is sampled with the density that it states, which is e
                                  ? octahedral_sphere_to_square(w)
                                  : Vec2<double>(turn < 0 ? turn + 1 : turn, std::acos(w.z) / pi<double>);
           const auto cell = [&](double x) { return std::min(static_cast<std::size_t>(x * double(side)), side - 1); };
-          // Rounding may put a direction in single precision into the next pixel, which may be black.
+          // Rounding may put a direction in single precision into the next pixel, which may be
+          // black.
           const std::size_t at = cell(place.y) * side + cell(place.x);
           if (expected[at] > 0) ++counts[at];
         }
@@ -138,8 +140,9 @@ TEMPLATE_TEST_CASE("a sky is sampled with the density that it states, which is e
       }
 }
 
-/// The compensated density per steradian of every pixel, in long double, by the definition: the largest λ-level set is found by
-/// adding pixels from the brightest down until the level no longer reaches the next one.
+/// The compensated density per steradian of every pixel, in long double, by the definition: the
+/// largest λ-level set is found by adding pixels from the brightest down until the level no longer
+/// reaches the next one.
 std::vector<double> compensated(const EnvironmentImage& image, const std::vector<double>& angles, double fraction) {
   const long double c = fraction, floor = (1 - c) / (4 * std::numbers::pi_v<long double>);
   std::vector<std::size_t> order(angles.size());
@@ -200,7 +203,8 @@ TEMPLATE_TEST_CASE("a compensated sky: density, samples and energy", "[environme
       CHECK(integral == Approx(1.0).epsilon(1e-5));
       CHECK(compensated_moment < plain_moment);
 
-      // Samples follow it, and with uniform directions they carry all the light: balance weights, t-test at 1e-5.
+      // Samples follow it, and with uniform directions they carry all the light: balance weights,
+      // t-test at 1e-5.
       std::vector<double> counts(64), wanted(64);
       constexpr int samples = 60'000;
       for (std::size_t i = 0; i < 64; ++i) wanted[i] = expected[i] * angles[i] * samples;

@@ -8,8 +8,8 @@ using namespace scene_test;
 
 namespace {
 
-/// What a ray meets, in long double and one primitive after the other. `margin`: how far inside the primitive, relative
-/// to its size; near 0 rounding may decide either way.
+/// What a ray meets, in long double and one primitive after the other. `margin`: how far inside the
+/// primitive, relative to its size; near 0 rounding may decide either way.
 struct Meeting {
   long double t;
   long double margin;
@@ -198,7 +198,8 @@ TEMPLATE_TEST_CASE("no ray leaves a closed mesh", "[bvh][watertight]", float, do
 }
 
 TEMPLATE_TEST_CASE("where a ray meets a sphere it does not run along it", "[bvh]", float, double) {
-  // A cosine of 0 would make the density of the point 0. Rays that all but touch the sphere, on either side of it.
+  // A cosine of 0 would make the density of the point 0. Rays that all but touch the sphere, on
+  // either side of it.
   using T = TestType;
   Philox source(gmis_test::seed(47));
   int hits = 0, along = 0;

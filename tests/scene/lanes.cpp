@@ -31,8 +31,8 @@ Operands<T> random_operands(Philox& source) {
   return result;
 }
 
-/// The same bits, but for the sign and the payload of a number that is none; or within `tolerance`, where a compiler may
-/// round a product and a sum at once.
+/// The same bits, but for the sign and the payload of a number that is none; or within `tolerance`,
+/// where a compiler may round a product and a sum at once.
 template <class T>
 bool are_equal(T x, T y, T tolerance = T(0)) {
   if (std::isnan(x) || std::isnan(y)) return std::isnan(x) && std::isnan(y);

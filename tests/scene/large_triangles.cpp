@@ -88,7 +88,8 @@ double flatness(const Corners& c) {
 }
 
 TEST_CASE("no piece is so thin that rounding takes its area", "[large_triangles]") {
-  // 0 is as far from the triangle as makes it be cut, above its inside, an edge or a corner, exactly or nearly.
+  // 0 is as far from the triangle as makes it be cut, above its inside, an edge or a corner,
+  // exactly or nearly.
   Philox source(gmis_test::seed(635));
   double flattest = 1;
   std::size_t inside = 0;
@@ -130,7 +131,8 @@ TEST_CASE("neighbours are cut at the same points", "[large_triangles]") {
           ++edges[{from, to}];
           --edges[{to, from}];
         }
-    // What has no edge the other way is the outline: it closes without a point where an edge ends within another.
+    // What has no edge the other way is the outline: it closes without a point where an edge ends
+    // within another.
     std::map<Point, int> ends;
     double outline = 0;
     for (const auto& [edge, count] : edges)
@@ -166,7 +168,8 @@ TEST_CASE("a ray that leaves a huge ground does not start inside what lies on it
   builder.set_camera(camera_at({0, 0, 0}));
   const auto scene = builder.build();
   CHECK(scene.statistics().triangle_count == 2);
-  // A ball of radius 0.5 would lie at the foot of the camera's path: the gap beneath it, 0.1 from where it touches, is 0.01.
+  // A ball of radius 0.5 would lie at the foot of the camera's path: the gap beneath it, 0.1 from
+  // where it touches, is 0.01.
   Philox source(gmis_test::seed(633));
   float farthest = 0;
   for (int i = 0; i < 1000; ++i) {

@@ -196,7 +196,8 @@ TEST_CASE(
   for (int i = 0; i < 64; ++i) lights.push_back(Light<float>::point({static_cast<float>(i), 0, 1}, V(1.0F)));
   const auto hierarchy = LightHierarchyBuilder<float>::build(lights);
   const gmis::SurfacePoint<float> from{{20, 0, 0}, {0, 0, 1}, {0, 0, 1}, 1e-5F};
-  // Exactly by irradiance it would be 0.48 for the light above, 1/2.83 of that for either neighbour.
+  // Exactly by irradiance it would be 0.48 for the light above, 1/2.83 of that for either
+  // neighbour.
   CHECK(hierarchy.probability(20, from) > 0.15F);
   CHECK(hierarchy.probability(20, from) > 20 * hierarchy.probability(50, from));
   // Of two lamps, one turns its back.
@@ -289,7 +290,8 @@ TEST_CASE("Next events by the hierarchy make the same picture, with less noise")
   const Picture truth = picture_of<gmis::PathTracer<Scene>>(plain, gmis::integrators::pt, 800, 81);
   const Picture by_receiver = picture_of<gmis::PathTracer<Scene>>(chosen, gmis::integrators::pt, 400, 82);
   const Picture both_sides = picture_of<gmis::Engine<Scene>>(chosen, gmis::integrators::bpt, 400, 83);
-  // Two comparisons of rows of pixels each; the mean of a row is nearly normal. One false alarm in 10,000 seeds.
+  // Two comparisons of rows of pixels each; the mean of a row is nearly normal. One false alarm in
+  // 10,000 seeds.
   const double level = gmis::sidak_level(1e-4, 2 * 12);
   for (const Picture* other : {&by_receiver, &both_sides})
     for (std::size_t row = 0; row < 12; ++row) {
@@ -301,8 +303,8 @@ TEST_CASE("Next events by the hierarchy make the same picture, with less noise")
       CAPTURE(row, difference, std::sqrt(variance));
       CHECK(gmis::t_test(difference, std::sqrt(variance), 400, 0.0).passes(level));
     }
-  // Geometric mean over the pixels: a sum would be ruled by the few that see a lamp's edge or a place next to a lamp.
-  // Pixels that see nothing but the sky have no noise, or hardly any.
+  // Geometric mean over the pixels: a sum would be ruled by the few that see a lamp's edge or a
+  // place next to a lamp. Pixels that see nothing but the sky have no noise, or hardly any.
   double logarithms = 0, count = 0;
   for (std::size_t p = 0; p < truth.mean.size(); ++p) {
     const double least = std::min(truth.variance_of_mean[p], by_receiver.variance_of_mean[p]);

@@ -44,7 +44,8 @@ scene::Light<T> triangle_light(const Vec3<double>& a, const Vec3<double>& b, con
   return scene::Light<T>::triangle(Vec3<T>(a), Vec3<T>(b), Vec3<T>(c), Vec3<T>(normal), T(0), Vec3<T>(2), two_sided);
 }
 
-/// Irradiance of a polygon that the horizon does not cut: L/2 Σ angle · (edge normal · n) [Lambert 1760].
+/// Irradiance of a polygon that the horizon does not cut: L/2 Σ angle · (edge normal · n) [Lambert
+/// 1760].
 double polygon_irradiance(const std::vector<Vec3<double>>& corners, const Vec3<double>& from,
                           const Vec3<double>& normal) {
   double sum = 0;
@@ -113,8 +114,8 @@ TEST_CASE("irradiance of lights at a point, in a direction, all around", "[light
   CHECK(z_test(found.mean, found.standard_error, 3 * pi<T>).passes(level));
 }
 
-/// What a light emits through a plane far below must be the irradiance that next event gives there: flux through a window
-/// by emission, and by integrating next event over the window.
+/// What a light emits through a plane far below must be the irradiance that next event gives there:
+/// flux through a window by emission, and by integrating next event over the window.
 template <std::floating_point T>
 void compare_emission_with_next_event(const scene::Light<T>& light, Philox& source) {
   constexpr int count = 200'000;
@@ -165,8 +166,8 @@ TEMPLATE_TEST_CASE("emission and next event carry the same light", "[light]", fl
   compare_emission_with_next_event(enclosed(scene::Light<T>::environment(Vec3<T>(1))), source);
 }
 
-/// The densities that samples carry are those that `emitted` and `next_event_density` give, and weights are what the
-/// interface says they are.
+/// The densities that samples carry are those that `emitted` and `next_event_density` give, and
+/// weights are what the interface says they are.
 template <std::floating_point T>
 void check_densities(const scene::Light<T>& light, bool is_area, double tolerance, Philox& source) {
   const auto at = receiver<T>({0.3, -3, 0.1}, {0, 1, 0});
@@ -190,7 +191,8 @@ void check_densities(const scene::Light<T>& light, bool is_area, double toleranc
       compare(start->weight.x, emitted.radiance.x / (start->density.origin * start->density.first));
     }
     if (start && light.is_delta()) {
-      // Two units down the way, next event gives the intensity over the square of the distance, or the irradiance.
+      // Two units down the way, next event gives the intensity over the square of the distance, or
+      // the irradiance.
       const auto there = receiver<T>(Vec3<double>(start->origin.position + start->direction * T(2)), {0, 1, 0});
       const auto arriving = light.sample_next_event(there, {T(0.5), T(0.5)});
       // Where a spot fades out, its falloff has few digits.
@@ -268,7 +270,8 @@ TEMPLATE_TEST_CASE("spot lights and image skies: emission, next event and stated
     CHECK_FALSE(sky.is_delta());
     compare_emission_with_next_event(sky, source);
     check_densities(sky, false, tolerance, source);
-    // Compensated, next-event samples leave out the dark part: no comparison with emission, but all densities agree.
+    // Compensated, next-event samples leave out the dark part: no comparison with emission, but all
+    // densities agree.
     const EnvironmentMap<T> compensated(image, glm::dmat3(1), 0.5);
     auto bright = scene::Light<T>::environment(compensated);
     bright.enclose(Vec3<T>(0, -1, 0), T(5));
@@ -276,7 +279,8 @@ TEMPLATE_TEST_CASE("spot lights and image skies: emission, next event and stated
   }
 }
 
-/// `emission_along` and `start_numbers` are inverses of `sample_emission`. `has_numbers`: the light can tell its numbers.
+/// `emission_along` and `start_numbers` are inverses of `sample_emission`. `has_numbers`: the light
+/// can tell its numbers.
 template <std::floating_point T>
 void check_inverse(const scene::Light<T>& light, bool has_numbers, Philox& source) {
   const double tolerance = std::same_as<T, float> ? 2e-4 : 1e-10;
@@ -384,7 +388,8 @@ TEST_CASE("a spot light shines as its falloff says, and gives off the power that
     flux += 3 * falloff(angle) * 2 * pi<T> * std::sin(angle) * outer / steps;
   }
   CHECK(light.power() == Approx(flux).epsilon(1e-6));
-  // Walking over the first number walks outwards, and it is the share of the flux that is further in.
+  // Walking over the first number walks outwards, and it is the share of the flux that is further
+  // in.
   const double a = 1 - std::cos(inner), b = std::cos(inner) - std::cos(outer);
   for (int i = 0; i < 1000; ++i) {
     const double u = (i + 0.5) / 1000;
@@ -446,7 +451,8 @@ TEST_CASE("directions of emission are distributed as stated", "[light]") {
   CHECK(chi_square_test(counts, expected).passes(level));
 }
 
-/// χ² of the directions that next event takes against the density it states, from where a ray meets the light.
+/// χ² of the directions that next event takes against the density it states, from where a ray meets
+/// the light.
 template <std::floating_point T, class Meet>
 void check_next_event_directions(const scene::Light<T>& light, const Vec3<double>& position, const Vec3<double>& axis,
                                  Meet&& meet, Philox& source) {
@@ -526,7 +532,8 @@ TEST_CASE("light subpaths start evenly over a light, and over the disk of an inf
     CHECK(chi_square_test(counts, expected).passes(level));
   };
   const auto turn = [](T y, T x) { return std::atan2(y, x) / (2 * pi<T>)+0.5; };
-  // A triangle folds to the unit square by the share of its area beside an edge and the place across.
+  // A triangle folds to the unit square by the share of its area beside an edge and the place
+  // across.
   const Vec3<T> a(-1, 0, 0), b(1, 0, 0.3), c(0, 0.3, 1);
   check(triangle_light<T>(a, b, c), [&](const auto& start) {
     const Vec3<T> n = glm::cross(b - a, c - a), p = start.origin.position;
@@ -701,7 +708,8 @@ TEST_CASE("a sky over a wide plane does not starve the lamps", "[light]") {
   CHECK(wide[0] + wide[1] + wide[2] + wide[3] == Approx(1).epsilon(1e-6));
 }
 
-/// What a unit of its area emits, by quadrature over the directions of both sides: radiance · |cos|, midpoints in the cosine.
+/// What a unit of its area emits, by quadrature over the directions of both sides: radiance
+/// · |cos|, midpoints in the cosine.
 template <std::floating_point T>
 double emitted_per_area(const scene::Light<T>& light) {
   const SurfacePoint<T> origin{Vec3<T>(0), Vec3<T>(0, 0, 1), Vec3<T>(0, 0, 1), T(0)};
@@ -728,8 +736,9 @@ TEMPLATE_TEST_CASE("the power of an area light is what leaves its area on the si
     const double radius = random_magnitude(source, -1, 1);
     const auto sphere = scene::Light<T>::sphere(Vec3<T>(a), T(radius), false, T(0), Vec3<T>(1, 2, 6), two_sided);
     CAPTURE(two_sided);
-    // The midpoints are exact for a radiance that depends on the side alone. Corners, edges and their product are
-    // rounded in T; the edges are about as long as the corners are far away, and at an angle of 45° or more.
+    // The midpoints are exact for a radiance that depends on the side alone. Corners, edges and
+    // their product are rounded in T; the edges are about as long as the corners are far away, and
+    // at an angle of 45° or more.
     const double rounding = 32 * static_cast<double>(std::numeric_limits<T>::epsilon()) + 1e-9;
     CHECK(triangle.power() == Approx(emitted_per_area(triangle) * triangle_area).epsilon(rounding));
     CHECK(sphere.power() == Approx(emitted_per_area(sphere) * 4 * pi<double> * radius * radius).epsilon(rounding));

@@ -7,8 +7,9 @@
 #include "gmis/scene/bsdf.hpp"
 #include "support/catch.hpp"
 
-// Every Fresnel reflectance and every lobe where its numbers come to an end: indices of 1, extinctions of 0, black and white,
-// directions along the normal and along the surface. Fresnel's equations against complex amplitudes in long double.
+// Every Fresnel reflectance and every lobe where its numbers come to an end: indices of 1,
+// extinctions of 0, black and white, directions along the normal and along the surface. Fresnel's
+// equations against complex amplitudes in long double.
 
 using namespace gmis::scene;
 

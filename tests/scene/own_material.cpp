@@ -13,7 +13,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// The material of examples/cloth.hpp, tested as CONTRIBUTING.md asks of any BSDF, and the two of one scene.
+// The material of examples/cloth.hpp, tested as CONTRIBUTING.md asks of any BSDF, and the two of
+// one scene.
 
 using namespace gmis;
 using namespace gmis::scene;
@@ -52,7 +53,8 @@ CheckSettings settings() {
   return result;
 }
 
-/// f by its definition, with angles, in `long double`; the share of the sheen lobe is taken from the material.
+/// f by its definition, with angles, in `long double`; the share of the sheen lobe is taken from
+/// the material.
 Vec3<double> cloth_by_angles(const Cloth& cloth, const V& to_prev, const V& to_next) {
   using L = long double;
   const Vec3<L> n(axis), a(to_prev), b(to_next);
@@ -209,8 +211,8 @@ TEST_CASE("cloth: nothing is reflected to where the two normals disagree; edges 
 
 namespace {
 
-/// Every function of `whole` gives the bits that `part` gives.
-/// Equal; where the compiler fuses multiplications and additions, which it may do otherwise in each place that a function is
+/// Every function of `whole` gives the bits that `part` gives. Equal; where the compiler fuses
+/// multiplications and additions, which it may do otherwise in each place that a function is
 /// inlined into, equal but for rounding.
 bool are_equal(float a, float b) {
 #ifdef __FMA__

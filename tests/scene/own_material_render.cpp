@@ -10,15 +10,16 @@
 #include "support/seed.hpp"
 #include "transport/ways.hpp"
 
-// Cloth and the materials of the library in one scene: path tracing, bidirectional path tracing and vertex connection and
-// merging have one mean.
+// Cloth and the materials of the library in one scene: path tracing, bidirectional path tracing and
+// vertex connection and merging have one mean.
 
 namespace {
 
 using Bsdf = gmis::scene::EitherBsdf<gmis::scene::SurfaceBsdf<float>, own::ClothBsdf>;
 using Scene = gmis::scene::BvhScene<float, Bsdf>;
 
-/// A box of cloth with a light, a mirror ball and a ball of Phong in it: most light has met cloth more than once.
+/// A box of cloth with a light, a mirror ball and a ball of Phong in it: most light has met cloth
+/// more than once.
 Scene make_scene() {
   gmis::scene::SceneBuilder<float, Bsdf> builder;
   const auto velvet = builder.add_material(own::make_cloth({0.4F, 0.3F, 0.3F}, {0.9F, 0.8F, 0.7F}, 0.3F));
@@ -74,7 +75,8 @@ TEST_CASE("cloth and the library's materials: pt, bpt and vcm have one mean") {
   constexpr int iterations = 400;
   const Measured pt = render<Pt>(scene, 71, iterations), bpt = render<Bpt>(scene, 72, iterations),
                  vcm = render<Vcm>(scene, 73, iterations);
-  // Student's t with the degrees of one run: a false alarm of the three comparisons together in a thousandth of the seeds.
+  // Student's t with the degrees of one run: a false alarm of the three comparisons together in a
+  // thousandth of the seeds.
   const double limit = gmis::student_t_quantile(1 - gmis::sidak_level(1e-3, 3) / 2, iterations - 1);
   const auto compare = [&](const Measured& a, const Measured& b, double bias) {
     const double error = std::hypot(a.standard_error, b.standard_error);

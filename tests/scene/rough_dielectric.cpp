@@ -124,8 +124,9 @@ double over_directions(const SurfaceBsdf<double>& bsdf, const Vec3<double>& to_p
   return over_turns(f, 0, jump) + over_turns(f, jump, 1);
 }
 
-/// … and over the facets that send light there: ∫ D(h) G2 |prev·h| / |prev·n| · {F or 1 − F} g(next) dh, straight from
-/// the model of facets, without any density of a direction [Walter 2007, eq. 4, 6 and 8].
+/// … and over the facets that send light there: ∫ D(h) G2 |prev·h| / |prev·n| · {F or 1 − F}
+/// g(next) dh, straight from the model of facets, without any density of a direction [Walter 2007,
+/// eq. 4, 6 and 8].
 double over_facets(double alpha, Masking masking, double eta, const Vec3<double>& to_prev, bool same_side,
                    const Vec3<double>& g) {
   const bool is_outside = glm::dot(axis, to_prev) > 0;
@@ -184,7 +185,8 @@ TEST_CASE("rough glass sends where its facets do, and as much", "[bsdf][glass]")
 }
 
 TEST_CASE("metal and a rough coat reflect what their facets do", "[bsdf][metal]") {
-  // A metal of index 1.5 without absorption reflects as glass does, and so does a coat on a black base.
+  // A metal of index 1.5 without absorption reflects as glass does, and so does a coat on a black
+  // base.
   for (const double alpha : {0.15, 0.6})
     for (const Masking masking : {Masking::height_correlated, Masking::separable}) {
       const auto metal = make_conductor<double>(glm::dvec3(1.5), glm::dvec3(0), alpha, masking);
@@ -261,7 +263,8 @@ TEST_CASE("glass that is hardly rough does what smooth glass does", "[bsdf][glas
 }
 
 TEST_CASE("in single precision a nearly smooth surface keeps its density", "[bsdf][glass]") {
-  // The oracle is the same formula in double precision, at directions that are exactly representable in both.
+  // The oracle is the same formula in double precision, at directions that are exactly
+  // representable in both.
   Philox source(gmis_test::seed(75));
   const Vec3<float> normal(0, 0, 1);
   for (const float alpha : {0.001F, 0.01F}) {

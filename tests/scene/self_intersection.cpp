@@ -11,7 +11,8 @@ using namespace scene_test;
 
 namespace {
 
-/// Unit, on the side of `normal` that `side` says, its cosine with the normal about 10^−x: from steep to grazing.
+/// Unit, on the side of `normal` that `side` says, its cosine with the normal about 10^−x: from
+/// steep to grazing.
 template <std::floating_point T>
 Vec3<T> direction_on_side(const Vec3<T>& normal, T side, Philox& source) {
   const double lowest = std::same_as<T, float> ? -7 : -15;
@@ -56,7 +57,8 @@ TEMPLATE_TEST_CASE("a ray that leaves a sphere outwards never meets it, inwards 
         ++leaked;
         continue;
       }
-      // The chord, 2 r cos; a grazing one is lengthened by the offset, which is then most of its depth.
+      // The chord, 2 r cos; a grazing one is lengthened by the offset, which is then most of its
+      // depth.
       const double chord = -2 * radius * glm::dot(glm::dvec3(outward), glm::dvec3(inward));
       const double found = glm::length(glm::dvec3(far->point.position) - place);
       const double slack = 20 * std::sqrt(static_cast<double>(hit->point.position_error) * radius) + 1e-5 * chord;
@@ -72,7 +74,8 @@ TEMPLATE_TEST_CASE("a ray that leaves a sphere outwards never meets it, inwards 
 
 TEMPLATE_TEST_CASE("a ray that leaves a sphere from where rounding has its surface meets it at once or never",
                    "[offset]", float, double) {
-  // The origin may be inside by a rounding error: the ray then meets the surface after so little, and never on the far side.
+  // The origin may be inside by a rounding error: the ray then meets the surface after so little,
+  // and never on the far side.
   using T = TestType;
   Philox source(gmis_test::seed(36));
   int at_once = 0, elsewhere = 0;
@@ -156,7 +159,8 @@ TEMPLATE_TEST_CASE("from inside a closed box every ray meets the box, from outsi
         ++leaked;
         continue;
       }
-      // Near an edge the offset can leave through the other face: stay as far from edges as the offset is wide.
+      // Near an edge the offset can leave through the other face: stay as far from edges as the
+      // offset is wide.
       int faces_near = 0;
       for (int axis = 0; axis < 3; ++axis)
         if (half[axis] - std::abs(static_cast<double>(hit->point.position[axis]) - center[axis]) <
@@ -173,7 +177,8 @@ TEMPLATE_TEST_CASE("from inside a closed box every ray meets the box, from outsi
   CHECK(met_again == 0);
 }
 
-/// Two surfaces and nothing between: the points of the one see the points of the other that face them.
+/// Two surfaces and nothing between: the points of the one see the points of the other that face
+/// them.
 template <std::floating_point T>
 int false_shadows(double lowest_cosine, Philox& source, int& pairs) {
   int shadows = 0;

@@ -32,7 +32,8 @@ inline Mesh box(const glm::dvec3& lower, const glm::dvec3& upper) {
   return mesh;
 }
 
-/// A closed, star-shaped surface around `center`, its vertices at random distances: all edges are shared by two triangles.
+/// A closed, star-shaped surface around `center`, its vertices at random distances: all edges are
+/// shared by two triangles.
 inline Mesh bumpy_ball(const glm::dvec3& center, double radius, int rows, Philox& source) {
   Mesh mesh;
   const int columns = 2 * rows;

@@ -15,8 +15,8 @@ inline const char* name_of(Sky sky) {
   return sky == Sky::overcast ? "overcast" : sky == Sky::sunset ? "sunset" : "sun";
 }
 
-/// Latitude and longitude, 64 × 32. Overcast: three times brighter above than at the horizon. Sunset: a wide glow on one
-/// side. Sun: a disk of 6 degrees that carries half of the light.
+/// Latitude and longitude, 64 × 32. Overcast: three times brighter above than at the horizon.
+/// Sunset: a wide glow on one side. Sun: a disk of 6 degrees that carries half of the light.
 inline gmis::scene::EnvironmentImage image_of(Sky sky) {
   gmis::scene::EnvironmentImage image{{64, 32}, {}, gmis::scene::SkyMapping::latitude_longitude};
   for (int y = 0; y < 32; ++y)

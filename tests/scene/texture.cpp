@@ -23,8 +23,8 @@ std::shared_ptr<const TextureImage> random_image(int width, int height, std::mt1
   return image;
 }
 
-/// Bilinear interpolation from its definition: every texel of nine copies of the image side by side, times the product
-/// of two hats of its size.
+/// Bilinear interpolation from its definition: every texel of nine copies of the image side by
+/// side, times the product of two hats of its size.
 glm::dvec3 interpolated(const TextureImage& image, double s, double t, TextureWrap wrap) {
   const int w = image.resolution.x, h = image.resolution.y;
   glm::dvec3 sum(0);

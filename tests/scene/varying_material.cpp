@@ -169,7 +169,8 @@ TEST_CASE("a sheet scatters its reflectance to one side and its transmittance to
     REQUIRE(sample);
     to_side[glm::dot(axis, sample->to_next) > 0 ? 0 : 1] += sample->weight / double(count);
   }
-  // A lobe's weight is a constant, so only how often it is chosen is by chance: six standard deviations.
+  // A lobe's weight is a constant, so only how often it is chosen is by chance: six standard
+  // deviations.
   const double p = 0.6 / 1.1;
   const double sigma = std::sqrt(p * (1 - p) / count);
   for (int c = 0; c < 3; ++c) {
@@ -462,7 +463,8 @@ TEST_CASE("a surface with an opacity is there in that share of its points, the s
   CHECK(is_share(none, 0.49));
   CHECK(is_share(first, 0.3));
   CHECK(blocked == 0);
-  // Rounding moves a point across the border of a cell of 1024 errors, if at all; opacity differs then by chance.
+  // Rounding moves a point across the border of a cell of 1024 errors, if at all; opacity differs
+  // then by chance.
   CHECK(differs < count / 200);
 }
 

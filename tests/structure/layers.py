@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that each layer of include/gmis includes only layers below it, and that folders form no cycle: layers.py
-INCLUDE-FOLDER.
+"""Checks that each layer of include/gmis includes only layers below it, and that folders form no
+cycle: layers.py INCLUDE-FOLDER.
 
 Prints every include that its layer may not have, every arrow between rooms that points up, and one
 cycle between the folders of a layer.

@@ -6,7 +6,8 @@
 #include <new>
 
 /// \file
-/// Counts the bytes that `new` gives out: a program includes this in one file. Memory asked for in other ways is not counted.
+/// Counts the bytes that `new` gives out: a program includes this in one file. Memory asked for in
+/// other ways is not counted.
 
 namespace counted_memory {
 

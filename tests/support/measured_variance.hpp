@@ -15,8 +15,8 @@ struct RelativeVariance {
   double value = 0, relative_error = 0;
 };
 
-/// The variance of every pixel of an iteration, of the mean over channels, in batches: how far these are apart says how well
-/// it is known.
+/// The variance of every pixel of an iteration, of the mean over channels, in batches: how far
+/// these are apart says how well it is known.
 class MeasuredVariance {
  public:
   /// `next_frame()` renders one more iteration and returns its picture.

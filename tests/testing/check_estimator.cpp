@@ -21,7 +21,8 @@ struct Exponential {
 
 }  // namespace
 
-// 1000 checks at the levels 0.05 and 0.01: failures are binomial, within 4.5 standard deviations (1e-5 for both).
+// 1000 checks at the levels 0.05 and 0.01: failures are binomial, within 4.5 standard deviations
+// (1e-5 for both).
 TEST_CASE("check_estimator raises false alarms at its stated rate", "[testing]") {
   for (const double level : {0.05, 0.01}) {
     int failures = 0;
@@ -35,8 +36,9 @@ TEST_CASE("check_estimator raises false alarms at its stated rate", "[testing]")
   }
 }
 
-// 200 seeds each: an error of the size that the check says it sees is seen in 99 of 100. More than 10 misses in 200 have a
-// probability of 8e-6; the t of a variance that is larger has a spread that is larger, so that more are missed there.
+// 200 seeds each: an error of the size that the check says it sees is seen in 99 of 100. More than
+// 10 misses in 200 have a probability of 8e-6; the t of a variance that is larger has a spread that
+// is larger, so that more are missed there.
 TEST_CASE("check_estimator sees the errors that it says it sees", "[testing]") {
   constexpr std::uint64_t rounds = 20000;
   Exponential sound{gmis::Philox(gmis_test::seed(72))};

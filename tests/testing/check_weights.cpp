@@ -15,7 +15,8 @@ using Counts = std::vector<std::uint32_t>;
 const std::vector<test::Uniform> halves{{0.0, 0.6}, {0.4, 1.0}};
 const Counts counts{3, 1};
 
-/// Balance, with one number for each count and a floor under each weight: what a user might write, and get wrong.
+/// Balance, with one number for each count and a floor under each weight: what a user might write,
+/// and get wrong.
 struct Mine {
   std::array<double, 2> n;
   double floor = 0.0;

@@ -11,7 +11,8 @@
 #include "gmis/testing.hpp"
 #include "support/catch.hpp"
 
-// The code of docs/test-your-estimator.md that is in no other file, verbatim, and checks that it does what the text says.
+// The code of docs/test-your-estimator.md that is in no other file, verbatim, and checks that it
+// does what the text says.
 
 namespace {
 

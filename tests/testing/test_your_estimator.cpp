@@ -5,7 +5,8 @@
 #include <numbers>
 #include <vector>
 
-// The code of docs/test-your-estimator.md: an estimator written as one would without the library, and its test.
+// The code of docs/test-your-estimator.md: an estimator written as one would without the library,
+// and its test.
 
 namespace {
 
@@ -71,8 +72,9 @@ gmis::EstimatorCheck check(const MyEstimator& mine) {
 
 }  // namespace
 
-// The four planted bugs of docs/test-your-estimator.md. What the mean alone says is a fact of the seed, and not checked; that
-// the variance shows the bugs is checked for every seed. `-s` prints the figures.
+// The four planted bugs of docs/test-your-estimator.md. What the mean alone says is a fact of the
+// seed, and not checked; that the variance shows the bugs is checked for every seed. `-s` prints
+// the figures.
 TEST_CASE("planted bugs are found") {
   MyEstimator unbiased;
   unbiased.counts_in_weight = {1.0, 1.0};

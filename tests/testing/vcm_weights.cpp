@@ -10,8 +10,9 @@ namespace {
 using Path = gmis::PathDensities<double>;
 using Counts = gmis::TechniqueCounts<double>;
 
-/// The weight of one technique as a renderer may compute it: Σ over the others of the ratios of neighbouring densities, each
-/// a_i/b_i, so that no product leaves the range of double [Veach 1997, section 10.2]. `forgets_delta`: a planted bug.
+/// The weight of one technique as a renderer may compute it: Σ over the others of the ratios of
+/// neighbouring densities, each a_i/b_i, so that no product leaves the range of double [Veach 1997,
+/// section 10.2]. `forgets_delta`: a planted bug.
 double my_vcm_weight(const Path& path, const Counts& counts, gmis::TechniqueIndex technique,
                      bool forgets_delta = false) {
   const int k = static_cast<int>(path.from_light.size());
@@ -20,7 +21,8 @@ double my_vcm_weight(const Path& path, const Counts& counts, gmis::TechniqueInde
   const auto diffuse = [&](int i) {
     return i == 0 || i == k || forgets_delta || !path.is_delta[static_cast<std::size_t>(i)];
   };
-  // In units of U(s) = Π_{i<s} a_i Π_{i≥s} b_i: what connecting with s light vertices, and merging at x_s, make of a path.
+  // In units of U(s) = Π_{i<s} a_i Π_{i≥s} b_i: what connecting with s light vertices, and merging
+  // at x_s, make of a path.
   const auto connecting = [&](int s) {
     if (s == 0) return path.light_can_be_hit ? counts.emitter_hit : 0.0;
     if (s == 1 && k >= 2) return diffuse(1) ? counts.next_event * path.next_event / a(0) : 0.0;

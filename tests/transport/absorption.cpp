@@ -8,8 +8,9 @@
 #include "transport/built_in_engines.hpp"
 #include "transport/technique_estimates.hpp"
 
-// Glass that absorbs, against closed forms and technique against technique: each segment of a path counts once, whichever
-// technique makes it. Some 40 comparisons, each at the level of a false alarm in 100,000 runs.
+// Glass that absorbs, against closed forms and technique against technique: each segment of a path
+// counts once, whichever technique makes it. Some 40 comparisons, each at the level of a false
+// alarm in 100,000 runs.
 
 namespace {
 
@@ -55,7 +56,8 @@ void add_floor(Builder& builder, double half) {
   builder.add_mesh({corners, faces}, builder.add_material(diffuse(albedo)));
 }
 
-/// A camera of parallel rays straight down, whose picture is the square of this half side around the origin.
+/// A camera of parallel rays straight down, whose picture is the square of this half side around
+/// the origin.
 void look_down(Builder& builder, double height, double half, int pixels) {
   auto camera = gmis::scene::look_at({0, 0, height}, {0, 0, 0}, {0, 1, 0}, 40, {pixels, pixels});
   camera.projection = gmis::scene::Projection::orthographic;
@@ -83,7 +85,8 @@ double mean_over_square(double half, const F& f) {
   return sum / (n * n);
 }
 
-/// A diffuse floor in a medium that has no end as far as light goes: its boundary is 60 away, where less than 1e-20 is left.
+/// A diffuse floor in a medium that has no end as far as light goes: its boundary is 60 away, where
+/// less than 1e-20 is left.
 void add_endless_medium(Builder& builder, double sigma) {
   builder.add_sphere({0, 0, 0}, 60,
                      builder.add_material(with_absorption(gmis::scene::make_dielectric(1.5, 0.5), Point(sigma))));
@@ -92,8 +95,8 @@ void add_endless_medium(Builder& builder, double sigma) {
 }  // namespace
 
 TEST_CASE("a slab before a uniform light takes exp(-sigma t) of it") {
-  // With the index of its surroundings it neither reflects nor bends light: no number is random. Rays that are oblique by 30°
-  // have t / cos 30° to go.
+  // With the index of its surroundings it neither reflects nor bends light: no number is random.
+  // Rays that are oblique by 30° have t / cos 30° to go.
   const double thickness = 0.7;
   const Point sigma(0.3, 1.1, 2.7);
   for (const double degrees : {0.0, 30.0, 50.0}) {
@@ -123,8 +126,8 @@ TEST_CASE("a slab before a uniform light takes exp(-sigma t) of it") {
 }
 
 TEST_CASE("a slab of glass between two uniform halves: reflection to and fro within it") {
-  // Reflectance R at each face, transmittance τ through the slab: of the light of radiance 1 all around come
-  // R + (1 − R)² R τ² / (1 − R² τ²) back and (1 − R)² τ / (1 − R² τ²) through.
+  // Reflectance R at each face, transmittance τ through the slab: of the light of radiance 1 all
+  // around come R + (1 − R)² R τ² / (1 − R² τ²) back and (1 − R)² τ / (1 − R² τ²) through.
   const double sigma = 0.9, thickness = 0.8, index = 1.7;
   Builder builder;
   add_box(builder, {-9, -9, -thickness}, {9, 9, 0},

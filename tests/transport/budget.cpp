@@ -8,7 +8,8 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// Algorithm 1 of the paper stops a light tree at its budget and drops what waits in the queue. That loses energy.
+// Algorithm 1 of the paper stops a light tree at its budget and drops what waits in the queue. That
+// loses energy.
 
 namespace {
 
@@ -48,8 +49,8 @@ TEST_CASE("dropping the queue at the budget loses energy; drawing single childre
   const Measured budgeted = mean_of<gmis_test::ways::Gmis>(4);
   const Measured paper = mean_of<gmis_test::ways::PaperGmis>(4);
   CAPTURE(truth, budgeted.mean, budgeted.standard_error, paper.mean, paper.standard_error);
-  // Student's t, two comparisons with a false alarm in a thousandth of the seeds; merging's own bias is below 0.1 % at this
-  // radius.
+  // Student's t, two comparisons with a false alarm in a thousandth of the seeds; merging's own
+  // bias is below 0.1 % at this radius.
   const double most = gmis::student_t_quantile(1 - gmis::sidak_level(1e-3, 2) / 2, iterations - 1);
   CHECK(std::abs(budgeted.mean - truth) < most * budgeted.standard_error + 1e-3 * truth);
   CHECK(paper.mean < truth - 10.0 * paper.standard_error);

@@ -6,8 +6,8 @@
 #include "transport/shifted_lattice.hpp"
 
 /// \file
-/// The engines for the built-in scene, as furnace_engines.hpp has those for the furnace: what links `gmis_built_in_engines`
-/// shares those of built_in_engines.cpp.
+/// The engines for the built-in scene, as furnace_engines.hpp has those for the furnace: what links
+/// `gmis_built_in_engines` shares those of built_in_engines.cpp.
 
 #ifdef GMIS_SHARE_BUILT_IN_ENGINES
 namespace gmis {

@@ -10,10 +10,10 @@
 #include "transport/built_in_engines.hpp"
 #include "transport/technique_estimates.hpp"
 
-// Scenes whose answer is known in closed form (or by an integral of one or two variables), against what each technique finds
-// by itself, with the weight 1, and what all find together. Paths are told apart by their number of edges.
-// Some 95 comparisons, all of them pass in at least 999 of 1000 seeds. Standard errors are 0.05 to 0.2 % but in a few, so that
-// an error of 1 % shows.
+// Scenes whose answer is known in closed form (or by an integral of one or two variables), against
+// what each technique finds by itself, with the weight 1, and what all find together. Paths are
+// told apart by their number of edges. Some 95 comparisons, all of them pass in at least 999 of
+// 1000 seeds. Standard errors are 0.05 to 0.2 % but in a few, so that an error of 1 % shows.
 
 namespace {
 
@@ -57,14 +57,15 @@ std::vector<Point> level_square(double half, double z, bool faces_up, double x =
   return corners;
 }
 
-/// At (x, y, height), looking straight down: the picture is exactly the square of this half side around (x, y) on the floor,
-/// and its mean is the mean of the floor's radiance.
+/// At (x, y, height), looking straight down: the picture is exactly the square of this half side
+/// around (x, y) on the floor, and its mean is the mean of the floor's radiance.
 void look_down(Builder& builder, double height, double half_side, double x = 0.0, double y = 0.0) {
   builder.set_camera(
       gmis::scene::look_at({x, y, height}, {x, y, 0}, {0, 1, 0}, 360.0 / pi * std::atan(half_side / height), {16, 16}));
 }
 
-/// The mean of a function over the square of this half side, by Gauss's rule of 5 points on 20 × 20 cells.
+/// The mean of a function over the square of this half side, by Gauss's rule of 5 points on 20 × 20
+/// cells.
 double mean_over_square(double half, const std::function<double(double, double)>& f) {
   constexpr std::array<double, 5> node{-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683,
                                        0.906179845938664};
@@ -81,8 +82,8 @@ double mean_over_square(double half, const std::function<double(double, double)>
   return sum / (4.0 * cells * cells);
 }
 
-/// The irradiance at `at` with the normal +z from a polygon of radiance 1 above the horizon, as the edges see it
-/// [Lambert 1760].
+/// The irradiance at `at` with the normal +z from a polygon of radiance 1 above the horizon, as the
+/// edges see it [Lambert 1760].
 double polygon_irradiance(const std::vector<Point>& corners, const Point& at) {
   double sum = 0.0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -101,8 +102,8 @@ void add_floor(Builder& builder, double reflectance = albedo, double half = 1.2)
 
 constexpr double merge_radius = 0.1;
 
-/// The mean over the picture of an irradiance, as it is and as merging sees it, by its mean over disks: that of a disk of radius
-/// r is, but for r⁴, that of four points at r / √2.
+/// The mean over the picture of an irradiance, as it is and as merging sees it, by its mean over
+/// disks: that of a disk of radius r is, but for r⁴, that of four points at r / √2.
 struct Irradiance {
   double mean, merged;
 
@@ -237,7 +238,8 @@ TEST_CASE("mirrors that face each other") {
     add_mirrors(3.0, 4.0);
     builder.add_environment(Point(2.0));
     for (const double slope : {0.0, 0.1, 0.3, 0.625, 0.9, 1.4}) {
-      // The way leads up by 3.9 and sideways from 0.2, through the images of the mirrors at 1, 2, ….
+      // The way leads up by 3.9 and sideways from 0.2, through the images of the mirrors at 1, 2,
+      // ….
       const int reflections = static_cast<int>(std::floor(0.2 + slope * 3.9));
       builder.set_camera(gmis::scene::look_at({0.2, 0, 0.1}, {0.2 + slope, 0, 1.1}, {0, 1, 0}, 0.1, {16, 16}));
       const auto estimates = estimate(builder.build(), settings(12, 0.1), 500);
@@ -253,8 +255,10 @@ TEST_CASE("mirrors that face each other") {
                 builder.add_material(gmis::scene::make_diffuse(Point(albedo))));
     builder.add_directional_light({-2.5, 0, 1}, Point(2.0));
     look_down(builder, 0.4, 0.4, 0.5);
-    // From x on the floor the way up goes 2.5 sideways. Leftwards through 3 mirrors where x < 1/2, else 2; rightwards 2, else
-    // 3. It ends in the sun where leftwards has been even or rightwards odd: both where x > 1/2, neither elsewhere.
+    // From x on the floor the way up goes 2.5 sideways. Leftwards through 3 mirrors where x < 1/2,
+    // else 2; rightwards 2, else
+    // 3. It ends in the sun where leftwards has been even or rightwards odd: both where x > 1/2,
+    //    neither elsewhere.
     const double radiance = albedo / pi * 2.0 / std::hypot(2.5, 1.0) / 2.0;
     const auto estimates = estimate(builder.build(), settings(5, 8.0, 0.04), 1300);
     for (const int reflections : {2, 3}) {
@@ -304,7 +308,8 @@ TEST_CASE("a slab of glass lets through what the interfaces say, in both directi
     add_slab(0.5, 0.7, 2.0);
     const double height = 0.2, disk = 0.06;
     builder.add_point_light({0.0, 0.0, height}, Point(2.0));
-    // The picture is half a centimetre wide: all is as it is under the light; merging sees the mean over its disk there.
+    // The picture is half a centimetre wide: all is as it is under the light; merging sees the mean
+    // over its disk there.
     builder.set_camera(gmis::scene::look_at({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 0.1, {8, 8}));
     const double seen = albedo / pi * gmis::square(1.0 - fresnel(1.0, index)) * 2.0;
     const double direct = seen / gmis::square(height);
@@ -334,7 +339,8 @@ TEST_CASE("inside glass radiance is n² times what it is outside, found from the
     add_polygon(builder, level_square(half + 0.05, 0.0, true),
                 builder.add_material(gmis::scene::make_diffuse(Point(albedo))));
     look_down(builder, 0.5, half);
-    // ∫ n² (1 − R) cos dω over the hemisphere; a ray that passes the centre at the distance b leaves the ball under sin = b.
+    // ∫ n² (1 − R) cos dω over the hemisphere; a ray that passes the centre at the distance b
+    // leaves the ball under sin = b.
     const double irradiance = mean_over_square(half, [&](double x, double y) {
       const int rings = 24, steps = 48;
       double sum = 0.0;
@@ -363,8 +369,9 @@ TEST_CASE("a ball of glass in the sun throws on the floor what it lets through")
   builder.add_sphere({0, 0, height}, 1.0, builder.add_material(gmis::scene::make_dielectric(index)));
   builder.add_directional_light({0, 0, 1}, Point(2.0));
   look_down(builder, 0.8, half);
-  // A ray at the distance b from the axis enters under sin i = b, leaves turned by 2 (i − t), from the point of the ball that
-  // is π − 2 t + i away from the top, and meets the floor at the distance s from the axis.
+  // A ray at the distance b from the axis enters under sin i = b, leaves turned by 2 (i − t), from
+  // the point of the ball that is π − 2 t + i away from the top, and meets the floor at the
+  // distance s from the axis.
   double power = 0.0;
   const int steps = 20000;
   for (int n = 0; n < steps; ++n) {
@@ -413,8 +420,8 @@ TEST_CASE("a coarse ball with a smooth look is the same seen from the camera and
   };
   if (can_be_hit) agree("emitter hit", estimates.alone(Technique::emitter_hit, 2), 0.0);
   agree("splat", estimates.alone(Technique::splat, 2), 0.0);
-  // Without merging: where the light comes from below the true surface, but not below the one that is seen, a merge's factor
-  // has no finite variance.
+  // Without merging: where the light comes from below the true surface, but not below the one that
+  // is seen, a merge's factor has no finite variance.
   const auto without_merging = gmis_test::estimate<gmis_test::ways::Bpt>(builder.build(), settings(2, 2.0), 3200);
   CHECK(without_merging.alone(Technique::merge, 2).mean() == 0.0);
   agree("together", without_merging.together(2), 0.0);

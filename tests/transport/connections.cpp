@@ -12,17 +12,18 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// Connections from the cache of all trees and the paired form make the furnace's light,
-// (1 − a^D)/(1 − a). Each figure lies within 4.5 standard errors (a false alarm in 7e-6 each, 1e-4 in all) of the truth
-// plus what merging's own bias may be (0.1 %); a standard error is at most 0.2 %, so that 1 % shows.
+// Connections from the cache of all trees and the paired form make the furnace's light, (1 −
+// a^D)/(1 − a). Each figure lies within 4.5 standard errors (a false alarm in 7e-6 each, 1e-4 in
+// all) of the truth plus what merging's own bias may be (0.1 %); a standard error is at most 0.2 %,
+// so that 1 % shows.
 
 namespace {
 
 using namespace gmis;
 namespace ways = gmis_test::ways;
 
-// The sanitizers look at how memory is used, and take twenty times as long: there a tenth of the iterations is enough, and the
-// standard errors may be larger.
+// The sanitizers look at how memory is used, and take twenty times as long: there a tenth of the
+// iterations is enough, and the standard errors may be larger.
 #if defined(__SANITIZE_ADDRESS__)
 constexpr int fewer = 10;
 #else
@@ -104,7 +105,8 @@ Measured connections_alone(const RenderSettings& settings, int wanted) {
 }  // namespace
 
 TEST_CASE("visibility queries are counted for those who ask") {
-  // In the furnace all is visible, and what is black is not asked for: a query for every contribution.
+  // In the furnace all is visible, and what is black is not asked for: a query for every
+  // contribution.
   const Furnace scene(0.7F, 1.0F, 16, 1);
   Engine<Furnace> engine(scene, ways::Bpt::settings(settings_with(2)));
   engine.keep_contributions(true);
@@ -129,7 +131,8 @@ TEST_CASE("any number of connections from the cache makes the same light as the 
     }
   }
   for (const int connections : {0, 8}) DYNAMIC_SECTION("connections alone, " << connections) {
-      // Within a sphere the geometry term is the same for all pairs of points, so that the spread is small.
+      // Within a sphere the geometry term is the same for all pairs of points, so that the spread
+      // is small.
       const Measured alone = connections_alone(settings_with(connections), 300);
       const double truth = 0.7 * 0.7;
       CAPTURE(alone.mean, alone.standard_error, truth);
@@ -147,7 +150,8 @@ TEST_CASE("a camera vertex is connected as often as asked for, however large the
   RenderSettings settings = settings_with(2);
   settings.counts.light_paths = 3.0;
   const Measured measured = render<ways::Bpt>(settings, 2);
-  // Every camera vertex that next event is made from (one shadow ray) makes two attempts; some are too deep.
+  // Every camera vertex that next event is made from (one shadow ray) makes two attempts; some are
+  // too deep.
   CHECK(measured.counters.connections <= 2 * measured.counters.rays);
   CHECK(measured.counters.connections > 0);
   CHECK(measured.counts.connections == 2);

@@ -9,8 +9,8 @@
 
 namespace gmis_test {
 
-/// The frames after the first iterations of a run that was interrupted there and went on in another engine, one after the other.
-/// `check(engine)` sees that engine in the end.
+/// The frames after the first iterations of a run that was interrupted there and went on in another
+/// engine, one after the other. `check(engine)` sees that engine in the end.
 template <class Engine, class Scene, class Executor, class Check>
 auto frames_after_interrupt(const Scene& scene, const gmis::RenderSettings& settings, std::uint32_t first,
                             std::uint32_t iterations, Executor&& executor, Check&& check) {

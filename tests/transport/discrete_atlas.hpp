@@ -11,17 +11,19 @@
 
 namespace gmis_test {
 
-/// The map of a world of a few points and the laws that hold there. Light goes from point to point; every law (densities, f,
-/// emission, response) is an arbitrary smooth function with nothing symmetric about it: no density equals the one of the way
-/// back, no two cosines or distances are equal. `T` is the scalar: the renderer works in float or double, the oracle in long
-/// double on the same map.
+/// The map of a world of a few points and the laws that hold there. Light goes from point to point;
+/// every law (densities, f, emission, response) is an arbitrary smooth function with nothing
+/// symmetric about it: no density equals the one of the way back, no two cosines or distances are
+/// equal. `T` is the scalar: the renderer works in float or double, the oracle in long double on
+/// the same map.
 template <std::floating_point T>
 struct DiscreteAtlas {
   using V = gmis::Vec3<T>;
 
   enum class Kind : std::uint8_t { surface, point_light, sun, sky, camera };
 
-  /// A sun, a direction of the sky and a camera of parallel rays are infinitely far: `position` is the direction to them.
+  /// A sun, a direction of the sky and a camera of parallel rays are infinitely far: `position` is
+  /// the direction to them.
   struct Node {
     Kind kind;
     bool is_infinite;
@@ -67,7 +69,7 @@ struct DiscreteAtlas {
     return cosine / distance_squared(node, from);
   }
 
-  // ---- laws -------------------------------------------------------------------------------------------------------
+  // ---- laws -------------------------------------------------------------------------------------
 
   /// Any positive number between `low` and `high` that depends on all that is given.
   [[nodiscard]] static T law(int which, std::size_t node, T low, T high, const V& a = V(T(0)), const V& b = V(T(0))) {
@@ -90,7 +92,8 @@ struct DiscreteAtlas {
   [[nodiscard]] T lobe_pdf(std::size_t node, int lobe, const V& to_prev, const V& to_next) const {
     return law(4 + lobe, node, T(0.05), T(0.6), to_prev, to_next);
   }
-  /// The chance that `sample` chooses a delta lobe, which depends on where it comes from as Fresnel's does.
+  /// The chance that `sample` chooses a delta lobe, which depends on where it comes from as
+  /// Fresnel's does.
   [[nodiscard]] T delta_probability(std::size_t node, int lobe, const V& to_prev) const {
     if (nodes[node].delta_lobes == 0) return T(0);
     if (nodes[node].smooth_lobes > 0) return law(6, node, T(0.3), T(0.7), to_prev);
@@ -142,9 +145,10 @@ struct DiscreteAtlas {
   }
 };
 
-/// Five surfaces (smooth with one lobe and with two, a shading normal of its own, a delta lobe beside a smooth one, two delta
-/// lobes alone), two of them an area light, besides a point light, a sun, a sky of two directions and a camera of two points
-/// (or of parallel rays). Everything is at least 0.6 apart in place or direction, no cosine is below 0.15.
+/// Five surfaces (smooth with one lobe and with two, a shading normal of its own, a delta lobe
+/// beside a smooth one, two delta lobes alone), two of them an area light, besides a point light, a
+/// sun, a sky of two directions and a camera of two points (or of parallel rays). Everything is at
+/// least 0.6 apart in place or direction, no cosine is below 0.15.
 template <std::floating_point T>
 [[nodiscard]] DiscreteAtlas<T> make_atlas(std::uint64_t seed, bool has_parallel_rays) {
   using A = DiscreteAtlas<double>;

@@ -11,10 +11,11 @@
 
 namespace gmis_test {
 
-/// The world of a `DiscreteAtlas` as a renderer would show it to the engine. Where it goes next is chosen evenly among the
-/// nodes, whatever density it claims for that: a weight, and a value times its density, are functions of the claims alone.
-/// So the same path comes again and again by every technique, and merged vertices coincide.
-/// For one thread: the rays are numbered. `is_choosy`: lights are chosen for their receiver.
+/// The world of a `DiscreteAtlas` as a renderer would show it to the engine. Where it goes next is
+/// chosen evenly among the nodes, whatever density it claims for that: a weight, and a value times
+/// its density, are functions of the claims alone. So the same path comes again and again by every
+/// technique, and merged vertices coincide. For one thread: the rays are numbered. `is_choosy`:
+/// lights are chosen for their receiver.
 template <std::floating_point T, bool is_choosy = false>
 class DiscreteWorld {
  public:
@@ -124,7 +125,8 @@ class DiscreteWorld {
       if (node == receiver) return std::nullopt;
       const V to_light = laws.direction(receiver, node);
       const T density = laws.next_event_density(node, from.position);
-      // Radiance per density per steradian; intensity and irradiance as the plain irradiance they make.
+      // Radiance per density per steradian; intensity and irradiance as the plain irradiance they
+      // make.
       const T weight = laws.emitted(node, -to_light) * laws.to_area(node, receiver) / density;
       auto origin = world_->point_of(node);
       if (is_delta()) origin.geometric_normal = -to_light;  // it is no surface, and nobody may ask
@@ -145,7 +147,8 @@ class DiscreteWorld {
       const T weight = laws.emitted(node, direction) * cosine / (density.origin * density.first);
       return gmis::EmissionSample<Spectrum>{origin, direction, Spectrum(weight, tag(node)), density};
     }
-    /// The direction is turned to the nearest surface, and the line through `origin` is moved to it.
+    /// The direction is turned to the nearest surface, and the line through `origin` is moved to
+    /// it.
     [[nodiscard]] std::optional<gmis::EmissionSample<Spectrum>> emission_along(const gmis::SurfacePoint<T>& origin,
                                                                                const V& direction) const {
       const Atlas& laws = world_->atlas_;

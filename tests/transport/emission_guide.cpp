@@ -11,8 +11,8 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// The parts of guided emission alone: the table on the unit square and the aim, against quadrature, counts and the definition
-// of an inverse.
+// The parts of guided emission alone: the table on the unit square and the aim, against quadrature,
+// counts and the definition of an inverse.
 
 using namespace gmis;
 
@@ -118,8 +118,9 @@ TEMPLATE_TEST_CASE("An aim: its densities integrate to what does not fail, at an
     const auto away = Vec3<T>(glm::normalize(Vec3<double>(2, -1, 3)));
     const Vec3<T> point = centre + away * static_cast<T>(distance);
     const Frame<T> frame = Frame<T>::around(-away);
-    // ∫ 2π sin θ q(θ) dθ = ∫ 2π q sin θ / (d cos θ) db over b = d sin θ. In each ring the density is constant, and the
-    // solid angle between two angles is 2π times the difference of the cosines.
+    // ∫ 2π sin θ q(θ) dθ = ∫ 2π q sin θ / (d cos θ) db over b = d sin θ. In each ring the density
+    // is constant, and the solid angle between two angles is 2π times the difference of the
+    // cosines.
     double integral = 0;
     for (std::size_t k = 0; k < Aim<T>::rings; ++k) {
       const double inner = static_cast<double>(aim.radii()[k]), outer = static_cast<double>(aim.radii()[k + 1]);

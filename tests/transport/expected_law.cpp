@@ -6,7 +6,8 @@
 
 namespace {
 
-/// Forecasts for these factors on the radius, of the variance V₀ + V₁ / factor²; and others that tell nothing of it.
+/// Forecasts for these factors on the radius, of the variance V₀ + V₁ / factor²; and others that
+/// tell nothing of it.
 gmis::Choice choice_of(double independent, double merging) {
   gmis::Choice choice;
   choice.expected_iterations = 300;

@@ -8,13 +8,15 @@
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
 
-// A BSDF with `evaluate_forward` and `sample_forward`: path tracing asks it for no reverse density, everything else for all.
+// A BSDF with `evaluate_forward` and `sample_forward`: path tracing asks it for no reverse density,
+// everything else for all.
 
 namespace {
 
 using Base = gmis_test::FurnaceScene<float>;
 
-/// The furnace's BSDF. It counts which functions are called; reverse densities that were not asked for are NaN.
+/// The furnace's BSDF. It counts which functions are called; reverse densities that were not asked
+/// for are NaN.
 class Bsdf {
  public:
   using Spectrum = float;

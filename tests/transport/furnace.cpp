@@ -9,9 +9,10 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// The uniform furnace has a closed form at every depth, for every integrator, scalar and way of splitting.
-// Each case compares the image mean, an average over iterations, with it, by Student's t: a false alarm of all cases together
-// in a thousandth of the seeds; merging adds its bias, at most 1 % at radius 0.1 by the curvature.
+// The uniform furnace has a closed form at every depth, for every integrator, scalar and way of
+// splitting. Each case compares the image mean, an average over iterations, with it, by Student's
+// t: a false alarm of all cases together in a thousandth of the seeds; merging adds its bias, at
+// most 1 % at radius 0.1 by the curvature.
 
 namespace {
 
@@ -125,8 +126,8 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
 }
 
 TEST_CASE("where merging makes nearly all of the light it makes the right amount") {
-  // Emitter hits and merging alone, with so many photons that merging has nine tenths of all that is not seen directly: a
-  // wrong area of its disk or number of photons shows in full.
+  // Emitter hits and merging alone, with so many photons that merging has nine tenths of all that
+  // is not seen directly: a wrong area of its disk or number of photons shows in full.
   gmis::RenderSettings settings;
   settings.max_depth = 4;
   settings.radius = 0.05;
@@ -142,8 +143,9 @@ TEST_CASE("where merging makes nearly all of the light it makes the right amount
 }
 
 TEST_CASE("each iteration merges within the radius of its own") {
-  // As above, with a radius that shrinks fast, iterations 2 and 3 of many runs: photons found within the radius of the
-  // iteration before would be 1.7 and 1.4 times too many, photons divided by the number of another disk likewise.
+  // As above, with a radius that shrinks fast, iterations 2 and 3 of many runs: photons found
+  // within the radius of the iteration before would be 1.7 and 1.4 times too many, photons divided
+  // by the number of another disk likewise.
   gmis::RenderSettings settings;
   settings.max_depth = 4;
   settings.radius = 0.08;

@@ -6,8 +6,9 @@
 #include "transport/furnace_scene.hpp"
 
 /// \file
-/// The engines for the furnace are the longest part of many tests to compile. Programs that link `gmis_furnace_engines` share
-/// those of furnace_engines.cpp; without it this header declares nothing, and each program has its own.
+/// The engines for the furnace are the longest part of many tests to compile. Programs that link
+/// `gmis_furnace_engines` share those of furnace_engines.cpp; without it this header declares
+/// nothing, and each program has its own.
 
 #ifdef GMIS_SHARE_FURNACE_ENGINES
 namespace gmis {

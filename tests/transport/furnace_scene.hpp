@@ -9,9 +9,10 @@
 
 namespace gmis_test {
 
-/// The uniform furnace, written as a renderer of someone's own would adapt itself: a sphere of radius 1 seen from inside, every
-/// point emitting radiance L and reflecting the share a diffusely. Radiance is the same everywhere and in every direction: with
-/// paths of at most D edges it is L (1 + a + … + a^{D-1}) = L (1 − a^D)/(1 − a).
+/// The uniform furnace, written as a renderer of someone's own would adapt itself: a sphere of
+/// radius 1 seen from inside, every point emitting radiance L and reflecting the share a diffusely.
+/// Radiance is the same everywhere and in every direction: with paths of at most D edges it is L
+/// (1 + a + … + a^{D-1}) = L (1 − a^D)/(1 − a).
 template <std::floating_point T>
 class FurnaceScene {
  public:
@@ -20,7 +21,8 @@ class FurnaceScene {
   /// Where the camera is, if nothing else is said: not in the middle, so that pixels differ.
   static constexpr gmis::Vec3<T> usual_eye{T(0.2), T(0.1), T(0)};
 
-  /// Lambert's f, offered as two proposals of very different shape: cosine-weighted and uniform over the hemisphere.
+  /// Lambert's f, offered as two proposals of very different shape: cosine-weighted and uniform
+  /// over the hemisphere.
   class Bsdf {
    public:
     using Spectrum = T;

@@ -5,11 +5,12 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/technique_estimates.hpp"
 
-// In the uniform furnace each technique by itself, with the weight 1, must find a^{k−1} for paths of k edges: within a sphere
-// every pair of points has the same form factor, so all of them have little noise, and photons lie evenly. What shows here and
-// not in single contributions is how often things are drawn: roulette, lobes, children, vertices of the cache. Some 90
-// comparisons, a false alarm in less than a thousandth of the runs; standard errors are 0.01 to 0.5 %, and up to 1 % for the few
-// splats that the camera sees and for photons.
+// In the uniform furnace each technique by itself, with the weight 1, must find a^{k−1} for paths
+// of k edges: within a sphere every pair of points has the same form factor, so all of them have
+// little noise, and photons lie evenly. What shows here and not in single contributions is how
+// often things are drawn: roulette, lobes, children, vertices of the cache. Some 90 comparisons, a
+// false alarm in less than a thousandth of the runs; standard errors are 0.01 to 0.5 %, and up to 1
+// % for the few splats that the camera sees and for photons.
 
 namespace {
 
@@ -36,8 +37,9 @@ void check_techniques(const gmis_test::ways::Settings& render_settings, int lobe
     CAPTURE(edges);
     gmis_test::check_closed_form("emitter hit", estimates.alone(Technique::emitter_hit, edges), truth, power);
     gmis_test::check_closed_form("together", estimates.together(edges), truth, power);
-    // What comes to a photon's place on the curved wall from below the camera vertex's horizon is lost to merging: of diffuse
-    // light the share (1 − cos α)/2 at the angle α, a quarter of the squared distance, r²/8 in the mean.
+    // What comes to a photon's place on the curved wall from below the camera vertex's horizon is
+    // lost to merging: of diffuse light the share (1 − cos α)/2 at the angle α, a quarter of the
+    // squared distance, r²/8 in the mean.
     const double merged = truth * (edges - 1) * (1.0 - gmis::square(*render_settings.radius) / 8.0);
     // Merging and connecting can make a path in several ways.
     gmis_test::check_closed_form("next event", estimates.alone(Technique::next_event, edges), truth, power);

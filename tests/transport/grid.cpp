@@ -26,7 +26,8 @@ std::vector<std::uint32_t> by_force(const std::vector<Point>& points, const Poin
   return found;
 }
 
-/// The number of queries, of those around the points and far outside them, whose answer differs from the brute-force one.
+/// The number of queries, of those around the points and far outside them, whose answer differs
+/// from the brute-force one.
 int wrong_answers(const std::vector<Point>& points, float radius, std::mt19937& source, int queries) {
   gmis::LightVertexGrid<float> grid;
   grid.build(points.size(), radius, [&](std::size_t i) { return points[i]; });
@@ -180,7 +181,8 @@ Layout<T> random_layout(std::mt19937_64& source) {
   return layout;
 }
 
-/// Wrong answers to queries at points, at the radius from points and a little to either side, between points, and outside.
+/// Wrong answers to queries at points, at the radius from points and a little to either side,
+/// between points, and outside.
 template <class T>
 int wrong_answers(const Layout<T>& layout, std::mt19937_64& source) {
   using V = gmis::Vec3<T>;
@@ -291,6 +293,7 @@ TEST_CASE("memory of a grid is that of its largest build") {
     const auto points = random_points(count, source);
     grid.build(points.size(), 0.05F, [&](std::size_t i) { return points[i]; });
   }
-  // 16 bytes a point, 8 for its bucket and its place, 4 for each of at most 4 buckets a point; chunks.
+  // 16 bytes a point, 8 for its bucket and its place, 4 for each of at most 4 buckets a point;
+  // chunks.
   CHECK(grid.byte_count() <= 20000U * (16 + 8 + 4 * 4) + 16 * 4096);
 }

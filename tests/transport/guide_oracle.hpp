@@ -9,7 +9,8 @@
 #include "transport/discrete_world.hpp"
 
 /// \file
-/// A guide of emission for a discrete world, and what it says of one start, written down afresh in long double.
+/// A guide of emission for a discrete world, and what it says of one start, written down afresh in
+/// long double.
 
 namespace gmis_test {
 
@@ -34,8 +35,8 @@ template <class World>
   return {lights, T(0.3)};
 }
 
-/// The density of the start from a node of a light to a surface under the guide, over that of the light alone: with the
-/// probability s as the light has it, else
+/// The density of the start from a node of a light to a surface under the guide, over that of the
+/// light alone: with the probability s as the light has it, else
 ///   (probability of the light) · (density of its numbers) · (1/16 per ring) / (solid angle or area of the ring),
 /// or as the light has it for a ring that begins beyond the point.
 template <class World>

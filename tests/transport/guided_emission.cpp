@@ -14,8 +14,8 @@
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 
-// Learned emission in built-in scenes: starts follow the stated density, pictures keep their energy, and light trees hit what is
-// seen as often as the geometry says.
+// Learned emission in built-in scenes: starts follow the stated density, pictures keep their
+// energy, and light trees hit what is seen as often as the geometry says.
 
 namespace {
 
@@ -35,7 +35,8 @@ void add_quad(Builder& builder, std::size_t material, const V& centre, const V& 
 
 enum class Lights { far_sphere, sky, image, sun, ceiling, spot_and_point, all };
 
-/// A floor of 2 × 2 with a diffuse ball and a mirror, which throws light onto the floor and is seen from behind.
+/// A floor of 2 × 2 with a diffuse ball and a mirror, which throws light onto the floor and is seen
+/// from behind.
 Scene make_scene(Lights lights, int size = 24) {
   Builder builder;
   const auto grey = builder.add_material(gmis::scene::make_diffuse({0.6, 0.6, 0.6}));
@@ -73,7 +74,8 @@ Guide learn(const Scene& scene, std::uint64_t seed = gmis_test::seed(7)) {
 constexpr std::array every_kind{Lights::far_sphere,     Lights::sky, Lights::image, Lights::sun, Lights::ceiling,
                                 Lights::spot_and_point, Lights::all};
 
-/// Where the line of a start passes the floor's middle: the place of its nearest point, among 12; nothing beyond 2 units.
+/// Where the line of a start passes the floor's middle: the place of its nearest point, among 12;
+/// nothing beyond 2 units.
 struct Passing {
   gmis::Vec3<float> point;
   std::size_t place;
@@ -114,7 +116,8 @@ TEST_CASE("Guided starts follow the stated density, which is nowhere below its f
       const auto sample = guide.sample(*choice.light, guided, two(), two());
       if (sample)
         if (const auto place = passing(scene, *sample)) drawn[place->place] += 1.0 / count;
-      // The same places by emission as the lights have it, each start weighted by the ratio of the densities.
+      // The same places by emission as the lights have it, each start weighted by the ratio of the
+      // densities.
       for (int repeat = 0; repeat < repeats; ++repeat) {
         const auto own = scene.sample_light(gmis::uniform<float>(source));
         const auto start = own.light->sample_emission(two(), two());
@@ -241,8 +244,8 @@ TEST_CASE("Learned emission keeps the energy, with every technique and under eve
 }
 
 TEST_CASE("A far sun over a small floor: light trees hit it as much more often as the geometry says") {
-  // The sun of radius R at a distance d emits 4π²R²L. The floor of area A receives A cos θ π L (R/d)²: a share of
-  // A cos θ / (4π d²) of all light trees, exact as long as the sun is far away.
+  // The sun of radius R at a distance d emits 4π²R²L. The floor of area A receives A cos θ π L
+  // (R/d)²: a share of A cos θ / (4π d²) of all light trees, exact as long as the sun is far away.
   constexpr double distance = 3000, radius = 300, area = 4;
   Builder builder;
   const auto grey = builder.add_material(gmis::scene::make_diffuse({0.6, 0.6, 0.6}));
@@ -267,8 +270,9 @@ TEST_CASE("A far sun over a small floor: light trees hit it as much more often a
   const double trees = static_cast<double>(engine.counters().light_subpaths);
   const double hits = static_cast<double>(engine.counters().photons_stored) / trees;  // the floor is all they can hit
 
-  // The share of the guided starts that hit the floor is that by power times the mean ratio of the densities over the lines
-  // between the floor and the sun. All those lines carry about the same light.
+  // The share of the guided starts that hit the floor is that by power times the mean ratio of the
+  // densities over the lines between the floor and the sun. All those lines carry about the same
+  // light.
   const Guide& guide = *engine.emission_guide();
   const auto& sun = scene.lights()[0];
   gmis::Philox source(gmis_test::seed(46));
@@ -289,11 +293,13 @@ TEST_CASE("A far sun over a small floor: light trees hit it as much more often a
     mean += ratio * carried * by_power / count;
     squares += gmis::square(ratio * carried * by_power) / count;
   }
-  // Floats: a direction over 3000 units is off by 2e-4 units at the floor, of 2 across, and 1 % of the sun's edge is dark.
+  // Floats: a direction over 3000 units is off by 2e-4 units at the floor, of 2 across, and 1 % of
+  // the sun's edge is dark.
   const double error = std::hypot(std::sqrt(hits * (1 - hits) / trees), std::sqrt((squares - mean * mean) / count));
   CAPTURE(hits, mean, hits / by_power, error);
   CHECK(std::abs(hits - mean) < gmis::normal_quantile(1 - 1e-4) * error + 0.01 * mean);
-  // The rings that the floor fills, the half of the sun that faces it, and a quarter as by power: more than 0.4 of all.
+  // The rings that the floor fills, the half of the sun that faces it, and a quarter as by power:
+  // more than 0.4 of all.
   CHECK(hits > 0.4);
   CHECK(hits / by_power > 4e6);
 }

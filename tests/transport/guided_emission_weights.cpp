@@ -1,8 +1,9 @@
 #include "transport/path_by_path.hpp"
 
-// Guided emission: every weight and every value that the engine forms, against brute force. The density of a start depends on
-// the light, its numbers, and how near its line passes the centre; next events, hits and escapes ask for it, too. With the
-// factor forgotten at one of these places, single contributions are wrong by factors.
+// Guided emission: every weight and every value that the engine forms, against brute force. The
+// density of a start depends on the light, its numbers, and how near its line passes the centre;
+// next events, hits and escapes ask for it, too. With the factor forgotten at one of these places,
+// single contributions are wrong by factors.
 
 namespace {
 

@@ -10,12 +10,13 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// A light cut in two that next events choose between with probabilities that depend on the receiver: the picture is that of
-// the whole light.
+// A light cut in two that next events choose between with probabilities that depend on the
+// receiver: the picture is that of the whole light.
 
 namespace {
 
-/// The uniform furnace whose light is two: the halves of the sphere above and below the plane y = 0.
+/// The uniform furnace whose light is two: the halves of the sphere above and below the plane
+/// y = 0.
 class SplitFurnace {
  public:
   using Inner = gmis_test::FurnaceScene<float>;
@@ -107,8 +108,8 @@ static_assert(gmis::SceneWithReceiverChoice<SplitFurnace>);
 static_assert(gmis::chooses_for_receiver<SplitFurnace>());
 static_assert(!gmis::chooses_for_receiver<SplitFurnace::Inner>());
 
-/// Means of pictures against the closed form of the furnace, by Student's t: one false alarm of all comparisons together in a
-/// thousandth of the seeds. `bias`: what merging may be off by.
+/// Means of pictures against the closed form of the furnace, by Student's t: one false alarm of all
+/// comparisons together in a thousandth of the seeds. `bias`: what merging may be off by.
 constexpr std::size_t comparisons = 24;
 
 template <class I>

@@ -1,8 +1,9 @@
 #include "transport/path_by_path.hpp"
 
-// Lights chosen for their receiver: every weight and every value that the engine forms, against brute force. The probability
-// of a light depends on place and normals at x_1; with the one of light subpaths in its place, or with that of another vertex,
-// single contributions are wrong by factors.
+// Lights chosen for their receiver: every weight and every value that the engine forms, against
+// brute force. The probability of a light depends on place and normals at x_1; with the one of
+// light subpaths in its place, or with that of another vertex, single contributions are wrong by
+// factors.
 
 namespace {
 

@@ -12,12 +12,13 @@
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 
-// The energy of a local count of merging, at radii so large that a factor forgotten at one end of a path shows: the means of
-// whole pictures against path tracing, which has no part in it.
+// The energy of a local count of merging, at radii so large that a factor forgotten at one end of a
+// path shows: the means of whole pictures against path tracing, which has no part in it.
 
 namespace {
 
-/// The built-in surfaces without the optional member `has_narrow_lobe()`: every one of them counts as narrow then.
+/// The built-in surfaces without the optional member `has_narrow_lobe()`: every one of them counts
+/// as narrow then.
 class SilentBsdf {
  public:
   using Inner = gmis::scene::SurfaceBsdf<float>;
@@ -48,8 +49,8 @@ static_assert(!gmis::BsdfWithNarrowLobes<SilentBsdf>);
 
 using gmis::scene::Material;
 
-/// A closed box lit by a panel and by a ball that shines and has the material `lamp`; in it a ball of the material `ball` and a
-/// coated one, which has a delta lobe beside a diffuse one.
+/// A closed box lit by a panel and by a ball that shines and has the material `lamp`; in it a ball
+/// of the material `ball` and a coated one, which has a delta lobe beside a diffuse one.
 template <class Bsdf>
 auto box(const Material<float>& ball, const Material<float>& lamp) {
   gmis::scene::SceneBuilder<float, Bsdf> builder;
@@ -105,8 +106,8 @@ constexpr gmis::SampleCounts local_vcm = [] {
   return counts;
 }();
 
-/// A family of 8 comparisons: a false alarm in a thousandth of the seeds. `bias`: what merging may be off by, relative to
-/// all light; merged light is a small part of it.
+/// A family of 8 comparisons: a false alarm in a thousandth of the seeds. `bias`: what merging may
+/// be off by, relative to all light; merged light is a small part of it.
 void check_equal(const Mean& a, const Mean& b, double bias) {
   const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 8) / 2);
   const double error = std::hypot(a.standard_error, b.standard_error);
@@ -166,8 +167,8 @@ TEST_CASE(
 }
 
 TEST_CASE("With every count global, local merging with all surfaces narrow differs by the lights' photons alone") {
-  // Nothing but the first vertices is missing: with a radius too small to merge anything the pictures are equal but for
-  // the weights that count on those merges.
+  // Nothing but the first vertices is missing: with a radius too small to merge anything the
+  // pictures are equal but for the weights that count on those merges.
   const auto scene = box<SilentBsdf>(mirror, diffuse);
   gmis::SampleCounts counts = local_vcm;
   const Mean local = mean_of(scene, counts, 3), plain = mean_of(scene, gmis::integrators::vcm, 3);

@@ -72,7 +72,8 @@ TEST_CASE("The bias follows its definition, summed by brute force") {
       std::vector<float> changes;
       std::vector<glm::vec3> frame;
       for (std::size_t p = 0; p < pixels; ++p) {
-        // Smooth light, or stripes of two pixels, whose mean over a large tile is 0 but for its own end.
+        // Smooth light, or stripes of two pixels, whose mean over a large tile is 0 but for its own
+        // end.
         const float sign = p % 19 / 2 % 2 == 0 ? 1.0F : -1.0F;
         changes.push_back(noise(source) + (edges > 0 ? sign * edges : 0.5F));
         frame.emplace_back(2 + noise(source), 1, 0.1F * static_cast<float>(p % 13));
@@ -95,7 +96,8 @@ TEST_CASE("The bias follows its definition, summed by brute force") {
     CHECK(bias.relative_bias == Approx(static_cast<double>(std::sqrt(std::max(0.0L, expected.square)))).epsilon(1e-5));
     CHECK(bias.standard_error == Approx(static_cast<double>(std::sqrt(expected.error))).epsilon(1e-5));
     CHECK(bias.bound() == Approx(static_cast<double>(std::sqrt(expected.bound()))).epsilon(1e-5));
-    // Of the mean: twice the mean change, with the distance of the halves in each large tile for its error.
+    // Of the mean: twice the mean change, with the distance of the halves in each large tile for
+    // its error.
     Real values = 0, changes = 0, squares = 0;
     for (int gy = 0; gy < size.y; gy += 8)
       for (int gx = 0; gx < size.x; gx += 8) {
@@ -134,7 +136,8 @@ TEST_CASE("What merges nothing has no bias, what merges once an unknown one, and
 }
 
 TEST_CASE("The change of merging is the picture less that with half the radius") {
-  // All light comes from a point and is merged: no weight depends on the radius. The two engines have the same photons.
+  // All light comes from a point and is merged: no weight depends on the radius. The two engines
+  // have the same photons.
   using Scene = gmis::scene::BvhScene<float>;
   gmis::scene::SceneBuilder<float> builder;
   const auto grey = builder.add_material(gmis::scene::make_diffuse<float>({0.6, 0.5, 0.4}));
@@ -175,7 +178,8 @@ TEST_CASE("The change of merging is the picture less that with half the radius")
 }
 
 TEST_CASE("At an edge of the light the bias of a disk is this much of its change from half the radius") {
-  // By the midpoint rule; the share of the disk beyond a line by quadrature, too, of chords over the distance.
+  // By the midpoint rule; the share of the disk beyond a line by quadrature, too, of chords over
+  // the distance.
   constexpr int steps = 4000;
   std::vector<double> beyond(2 * steps + 1, 0.0);  // at distances i / steps
   for (int i = steps - 1; i >= 0; --i) {
@@ -212,8 +216,9 @@ TEST_CASE("What merging takes from the mean of a picture is what a run says, at 
   CHECK(missing < most + noise(result));
 }
 
-/// The share of a bias c r² that is left, with the other sign, when a run makes up for it as if it were proportional to r: by its recurrence
-/// without noise, for biases that are small beside the light.
+/// The share of a bias c r² that is left, with the other sign, when a run makes up for it as if it
+/// were proportional to r: by its recurrence without noise, for biases that are small beside the
+/// light.
 double left_on_curved_wall(std::uint32_t iterations) {
   const auto radius = [](std::uint32_t i) { return std::pow(static_cast<double>(i), -1.0 / 6); };
   double bias = 0, radii = 0, made_up = 0, per_radius = 0;
@@ -230,11 +235,12 @@ double left_on_curved_wall(std::uint32_t iterations) {
 }
 
 TEST_CASE("The bias of merging is at most what a run says, and a long run says not much more", "[long]") {
-  // On the furnace's curved wall merging loses light everywhere alike (furnace_techniques.cpp), and the true value is known.
-  // A bound holds with a probability of 97.7 % were its estimate normal: of 40, seven or more would not with a chance of 3e-5.
-  // A run of 24 iterations has a pilot of two with a larger disk, or none. What takes the bias for that of an edge is 2.08 /
-  // (4/3) = 1.56 times the true one where the light is smooth; two standard errors over nine large tiles make twice the true one
-  // of it, and noise adds to that.
+  // On the furnace's curved wall merging loses light everywhere alike (furnace_techniques.cpp), and
+  // the true value is known. A bound holds with a probability of 97.7 % were its estimate normal:
+  // of 40, seven or more would not with a chance of 3e-5. A run of 24 iterations has a pilot of two
+  // with a larger disk, or none. What takes the bias for that of an edge is 2.08 / (4/3) = 1.56
+  // times the true one where the light is smooth; two standard errors over nine large tiles make
+  // twice the true one of it, and noise adds to that.
   using Scene = gmis_test::FurnaceScene<float>;
   constexpr int size = 24;
   const Scene scene(0.7F, 1.0F, size, 2, {0, 0, 0});
@@ -278,7 +284,8 @@ TEST_CASE("The bias of merging is at most what a run says, and a long run says n
     CHECK(below <= one.most_below);
     const double error = std::sqrt(std::max(0.0, squares - mean * mean) / std::max(1, one.runs - 1)) / truth;
     if (one.has_pilot) {
-      // It makes up for the bias of the mean as if it were that of edges, which is too much here, where the bias is c r².
+      // It makes up for the bias of the mean as if it were that of edges, which is too much here,
+      // where the bias is c r².
       CHECK(std::abs(bias) < left_on_curved_wall(one.iterations) * without + 4.5 * (error + error_without));
       continue;
     }

@@ -19,8 +19,8 @@ namespace {
 using Real = long double;
 using Scene = gmis_test::FurnaceScene<float>;
 
-/// The squared error in the end that the disk can change, by definition, when the iterations left begin at the squared radius
-/// `u`.
+/// The squared error in the end that the disk can change, by definition, when the iterations left
+/// begin at the squared radius `u`.
 Real squared_error(const gmis::DisksSoFar& so_far, Real merging, Real alpha, std::uint32_t iterations, Real u) {
   Real area = so_far.area, variance = 0;
   for (std::uint32_t i = so_far.iterations + 1; i <= iterations; ++i) {
@@ -89,8 +89,9 @@ TEST_CASE("an engine merges within another radius from the next iteration on, an
 }
 
 TEST_CASE("a run whose disk is too wide narrows it to the one with the least error, and comes nearer to the truth") {
-  // On the furnace's curved wall merging loses light everywhere alike, and the true value is known. A sixth of the bias of the
-  // fixed disk is left, with a standard deviation from seed to seed of a fifteenth (12 seeds); half is allowed.
+  // On the furnace's curved wall merging loses light everywhere alike, and the true value is known.
+  // A sixth of the bias of the fixed disk is left, with a standard deviation from seed to seed of a
+  // fifteenth (12 seeds); half is allowed.
   const Scene scene(0.7F, 1.0F, 24, 2, {0, 0, 0});
   const double truth = (1 - std::pow(0.7, 4)) / (1 - 0.7);
   constexpr std::uint32_t iterations = 256;
@@ -158,7 +159,8 @@ TEST_CASE("no bias, however small, makes a disk larger than the pilot's choice")
     for (int i = 0; i < 32; ++i) {
       REQUIRE(render.advance(executor));
       if (const gmis::Choice* const choice = render.engine().choice())
-        REQUIRE(render.engine().engine().counts().radius_factor <= choice->forecasts[*choice->chosen].counts.radius_factor);
+        REQUIRE(render.engine().engine().counts().radius_factor <=
+                choice->forecasts[*choice->chosen].counts.radius_factor);
     }
   }
 }

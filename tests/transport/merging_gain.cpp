@@ -108,8 +108,8 @@ TEST_CASE("An engine multiplies what it merges, and nothing else, and says how m
 }
 
 TEST_CASE("A run makes up for what merging loses at the edges of a surface") {
-  // What the run measures is 2 (L(ρ) − L(ρ/2)), so that at most 2 c ρ² is left; without a gain it would be 4.2 %, or seven tenths of it
-  // where disks shrink.
+  // What the run measures is 2 (L(ρ) − L(ρ/2)), so that at most 2 c ρ² is left; without a gain it
+  // would be 4.2 %, or seven tenths of it where disks shrink.
   using namespace gmis_test::sun_on_square;
   const Scene scene = make_scene();
   gmis::RenderRequest request = merging_alone(GENERATE(1.0, 0.9), gmis_test::seed(92));

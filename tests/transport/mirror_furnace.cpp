@@ -8,10 +8,12 @@
 #include "transport/built_in_engines.hpp"
 #include "transport/ways.hpp"
 
-// A furnace without symmetry: a closed box whose walls emit 1 and reflect the share a; in it a mirror ball that does the same
-// and a ball of clear glass, which in uniform light cannot be seen. Radiance is 1/(1 − a) everywhere but in the glass, in
-// every direction; with a = 0.5 and 24 edges (a chain through glass is longer than its reflections are many) all but 1e-6 of
-// it is there. Every weight, cosine and density of delta and diffuse vertices, of lights hit by chance, must be right for it.
+// A furnace without symmetry: a closed box whose walls emit 1 and reflect the share a; in it a
+// mirror ball that does the same and a ball of clear glass, which in uniform light cannot be seen.
+// Radiance is 1/(1 − a) everywhere but in the glass, in every direction; with a = 0.5 and 24 edges
+// (a chain through glass is longer than its reflections are many) all but 1e-6 of it is there.
+// Every weight, cosine and density of delta and diffuse vertices, of lights hit by chance, must be
+// right for it.
 
 namespace {
 
@@ -80,7 +82,8 @@ Measured render(double light_paths, double radius, int iterations, bool with_bal
 /// `bias`: what merging may be off by.
 void check(const Measured& measured, double bias) {
   CAPTURE(measured.mean, measured.standard_error, measured.smallest, measured.largest);
-  // 4.5 standard errors: a false alarm in 7e-6 of the cases. Each sees an error of 1.5 %, most one of 0.7 %.
+  // 4.5 standard errors: a false alarm in 7e-6 of the cases. Each sees an error of 1.5 %, most one
+  // of 0.7 %.
   CHECK(std::abs(measured.mean - 2.0) < 4.5 * measured.standard_error + 2.0 * bias);
   CHECK(measured.standard_error < 0.006);
 }
@@ -107,8 +110,8 @@ TEST_CASE("a furnace with a mirror and glass in it is uniform for every integrat
 }
 
 TEST_CASE("light that only connections, splats and merges make is right in a furnace") {
-  // Without emitter hits the empty box shows what has been reflected at least once: 1/(1 − a) − 1 = 1. Every such path has a
-  // splat; connections and merges share the longer ones.
+  // Without emitter hits the empty box shows what has been reflected at least once: 1/(1 − a) −
+  // 1 = 1. Every such path has a splat; connections and merges share the longer ones.
   using namespace gmis_test::ways;
   const auto off = [](const Measured& measured, double bias) {
     CAPTURE(measured.mean, measured.standard_error);

@@ -7,8 +7,9 @@
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
 
-// The paper's recursion for w_{i,VC} and w_{i,VM}, as printed and as corrected, against the brute-force sum over techniques.
-// Paths of the paper's own kind: no delta vertices, equal counts for all techniques of vertex connection.
+// The paper's recursion for w_{i,VC} and w_{i,VM}, as printed and as corrected, against the
+// brute-force sum over techniques. Paths of the paper's own kind: no delta vertices, equal counts
+// for all techniques of vertex connection.
 
 namespace {
 
@@ -34,7 +35,8 @@ LightSide recursion(const gmis::PathDensities<Wide>& path, Wide eta, bool as_pri
   return w;
 }
 
-/// What they claim to be: the densities of all techniques to the left over that of connecting behind x_i, or merging at x_i.
+/// What they claim to be: the densities of all techniques to the left over that of connecting
+/// behind x_i, or merging at x_i.
 LightSide by_force(const gmis::PathDensities<Wide>& path, Wide eta) {
   const auto k = path.from_light.size();
   gmis::TechniqueCounts<Wide> counts{1, 1, 1, 1, eta};
@@ -85,7 +87,8 @@ TEST_CASE("the merging weights are off by orders of magnitude as printed, and ex
 }
 
 TEST_CASE("the two partial sums of the paper are one sum over absolute counts") {
-  // partial_weights.hpp: w_VC = L / ρ, w_VM = (L / b − μ) / μ, with L the densities to the left over U(i+1).
+  // partial_weights.hpp: w_VC = L / ρ, w_VM = (L / b − μ) / μ, with L the densities to the left
+  // over U(i+1).
   std::mt19937_64 source(gmis_test::seed(6));
   for (int n = 0; n < 200; ++n) {
     auto invented = gmis_test::random_path<double>(source, 2 + n % 8, 1.0, 0.0);
@@ -104,8 +107,8 @@ TEST_CASE("the two partial sums of the paper are one sum over absolute counts") 
       CHECK((left + static_cast<double>(mu)) * static_cast<double>(path.from_camera[i]) ==
             Approx(static_cast<double>(w.connection[i])).epsilon(1e-12));
       if (i + 1 < path.from_light.size())
-        partial =
-            weights.extend_light(partial, {true, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1)});
+        partial = weights.extend_light(partial,
+                                       {true, false, invented.reverse[i], invented.to_area_from_camera[i], a(i + 1)});
     }
   }
 }

@@ -17,9 +17,10 @@
 #include "transport/ways.hpp"
 
 /// \file
-/// The engine's own paths, each contribution against brute force: its weight against the densities of all techniques that can
-/// make that path, its value against the light the path carries over the density of the technique that made it. Nothing is
-/// estimated: an error of any size in a weight, a density, a cosine, a Jacobian or a count shows in single contributions.
+/// The engine's own paths, each contribution against brute force: its weight against the densities
+/// of all techniques that can make that path, its value against the light the path carries over the
+/// density of the technique that made it. Nothing is estimated: an error of any size in a weight, a
+/// density, a cosine, a Jacobian or a count shows in single contributions.
 
 namespace gmis_test::path_by_path {
 
@@ -118,8 +119,8 @@ NominalCounts nominal_counts(const ways::Settings& render_settings) {
   return nominal;
 }
 
-/// `connect`: the count of connections, for one light vertex that a tree makes. The disk of merging is that of the iteration,
-/// r_i = r_1 i^((α−1)/2).
+/// `connect`: the count of connections, for one light vertex that a tree makes. The disk of merging
+/// is that of the iteration, r_i = r_1 i^((α−1)/2).
 template <class I>
 gmis::TechniqueCounts<long double> technique_counts(const ways::Settings& render_settings, int iteration,
                                                     long double trees, long double connect) {
@@ -145,8 +146,8 @@ void update(double& worst, std::string& worst_at, long double ratio, Where&& whe
   worst_at = where();
 }
 
-/// The count of connections that a weight was made with, when the other counts are known: the pilot's mean number of
-/// vertices of a tree is the engine's own business.
+/// The count of connections that a weight was made with, when the other counts are known: the
+/// pilot's mean number of vertices of a tree is the engine's own business.
 template <class I>
 long double connect_count(const PathOracle& oracle, const DiscretePath& path, std::size_t place,
                           const gmis::TechniqueCounts<long double>& counts, long double weight) {
@@ -185,8 +186,7 @@ Outcome run(bool has_parallel_rays, const ways::Settings& render_settings, int i
   if (render_settings.emission == gmis::Emission::learned) engine.use_emission_guide(guide);
   gmis::SerialExecutor executor;
   engine.iterate(executor);
-  const bool uses_cache =
-      I::has(gmis::Technique::connect) && !render_settings.counts.connects_paired_tree;
+  const bool uses_cache = I::has(gmis::Technique::connect) && !render_settings.counts.connects_paired_tree;
   if (uses_cache) {
     bool is_found = false;
     engine.for_each_contribution([&](const auto& record) {
@@ -243,7 +243,8 @@ Outcome run(bool has_parallel_rays, const ways::Settings& render_settings, int i
   return outcome;
 }
 
-/// `whole`: at least so many paths were seen by every one of their techniques, so that the sum over them means something.
+/// `whole`: at least so many paths were seen by every one of their techniques, so that the sum over
+/// them means something.
 inline void check(const Outcome& outcome, double tolerance, std::size_t whole) {
   CAPTURE(outcome.worst_weight_at, outcome.worst_value_at, outcome.worst_weight / tolerance,
           outcome.worst_value / tolerance, outcome.worst_sum / tolerance);

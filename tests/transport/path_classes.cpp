@@ -10,8 +10,8 @@
 #include "gmis/transport/state/path_filter.hpp"
 #include "support/catch.hpp"
 
-// The classes of paths against regular expressions over the events of a path, written from the light to the camera: an
-// oracle that knows nothing of subpaths and their states.
+// The classes of paths against regular expressions over the events of a path, written from the
+// light to the camera: an oracle that knows nothing of subpaths and their states.
 
 namespace {
 
@@ -79,7 +79,8 @@ HalfPath half_of(Iterator begin, Iterator end) {
   return half;
 }
 
-/// The class of the whole, from a light subpath of the first `split` events and a camera subpath of the others.
+/// The class of the whole, from a light subpath of the first `split` events and a camera subpath of
+/// the others.
 PathClass class_of_split(const std::string& events, std::size_t split) {
   const auto middle = static_cast<std::ptrdiff_t>(split);
   return class_of(half_of(events.begin(), events.begin() + middle), half_of(events.rbegin(), events.rend() - middle));

@@ -15,7 +15,8 @@
 
 namespace gmis_test {
 
-/// A path through a discrete world, from the light (index 0) to the camera: nodes, and by which lobe each scatters.
+/// A path through a discrete world, from the light (index 0) to the camera: nodes, and by which
+/// lobe each scatters.
 struct DiscretePath {
   std::vector<std::uint8_t> nodes;
   std::vector<std::uint8_t> lobes;  ///< those at the ends are `Tag::smooth`
@@ -52,26 +53,29 @@ template <std::floating_point T>
   return path;
 }
 
-/// The nominal numbers of children at a surface, without survival. The defaults are those of undivided subpaths.
+/// The nominal numbers of children at a surface, without survival. The defaults are those of
+/// undivided subpaths.
 struct NominalCounts {
   long double light_per_lobe =
-      0.0L;  ///< of a light subpath at a surface with smooth lobes, for each of them; 0: one in all
-  bool camera_stops = false;        ///< camera subpaths go on by delta events alone
-  bool local_merges = false;        ///< photons are what comes from a surface with a narrow lobe
-  /// Guided emission: the density of the start from a node of a light to a surface, relative to that of the light alone.
+      0.0L;                   ///< of a light subpath at a surface with smooth lobes, for each of them; 0: one in all
+  bool camera_stops = false;  ///< camera subpaths go on by delta events alone
+  bool local_merges = false;  ///< photons are what comes from a surface with a narrow lobe
+  /// Guided emission: the density of the start from a node of a light to a surface, relative to
+  /// that of the light alone.
   std::function<long double(std::size_t, std::size_t)> emission_ratio;
   bool chooses_for_receiver = false;  ///< next events choose their light for the surface x_1
-  /// Guided directions: whether the surface has one lobe more, how often subpaths of the camera or of a light that come from a
-  /// direction take it, and its density. Empty: no surface has one.
+  /// Guided directions: whether the surface has one lobe more, how often subpaths of the camera or
+  /// of a light that come from a direction take it, and its density. Empty: no surface has one.
   std::function<bool(std::size_t)> has_lobe;
   std::function<long double(std::size_t, const gmis::Vec3<long double>&, bool)> lobe_share;
   std::function<long double(std::size_t, const gmis::Vec3<long double>&, const gmis::Vec3<long double>&, bool)>
       lobe_pdf;
 };
 
-/// What a path carries and with which densities each technique makes it, all in area measure, written down from the laws of
-/// the world vertex by vertex. A delta event is taken per unit of étendue, n² |cos| dω with the shading normal, on either side
-/// of it: so it has one and the same δ in the light it carries and in the densities of both ways, which cancels.
+/// What a path carries and with which densities each technique makes it, all in area measure,
+/// written down from the laws of the world vertex by vertex. A delta event is taken per unit of
+/// étendue, n² |cos| dω with the shading normal, on either side of it: so it has one and the same δ
+/// in the light it carries and in the densities of both ways, which cancels.
 class PathOracle {
  public:
   using Atlas = DiscreteAtlas<long double>;
@@ -84,8 +88,8 @@ class PathOracle {
     long double value;
   };
 
-  /// With the densities that weights are to count on, or (`as_drawn`) with those of what is really drawn: rounds of one child
-  /// a lobe have the lobes' even mixture, where `sample` has its own.
+  /// With the densities that weights are to count on, or (`as_drawn`) with those of what is really
+  /// drawn: rounds of one child a lobe have the lobes' even mixture, where `sample` has its own.
   [[nodiscard]] Path operator()(const DiscretePath& path, bool as_drawn = false) const {
     const auto k = static_cast<std::size_t>(path.edges());
     const auto node = [&](std::size_t i) { return std::size_t{path.nodes[i]}; };
@@ -135,7 +139,8 @@ class PathOracle {
       if (!densities.is_delta[i]) {
         value *= atlas_.f(node(i), to_light, to_camera);
       } else {
-        // L_camera / n_camera² = τ L_light / n_light², and |cos| dω on the light's side is étendue over n_light².
+        // L_camera / n_camera² = τ L_light / n_light², and |cos| dω on the light's side is étendue
+        // over n_light².
         const long double index = atlas_.index(node(i + 1));
         value *= atlas_.transmittance(node(i), path.lobes[i], to_light, to_camera) * index * index;
       }
@@ -145,7 +150,8 @@ class PathOracle {
   }
 
  private:
-  /// The density of going on from x_i to x_next when coming from x_prev: per steradian, or per δ of étendue.
+  /// The density of going on from x_i to x_next when coming from x_prev: per steradian, or per δ of
+  /// étendue.
   [[nodiscard]] long double step(const DiscretePath& path, std::size_t i, std::size_t prev, std::size_t next,
                                  bool is_camera, bool as_drawn) const {
     const std::size_t node = path.nodes[i], to = path.nodes[next];

@@ -7,7 +7,8 @@
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
 
-// The recursion against the brute-force sum over all techniques, in long double, for invented paths.
+// The recursion against the brute-force sum over all techniques, in long double, for invented
+// paths.
 
 namespace {
 

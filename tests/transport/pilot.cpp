@@ -16,15 +16,17 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// What a pilot forecasts, against the variance that renderings with each candidate then have, pixel by pixel, in a furnace
-// whose radiance is known. One radius for all iterations, since that of the pilot is fixed.
+// What a pilot forecasts, against the variance that renderings with each candidate then have, pixel
+// by pixel, in a furnace whose radiance is known. One radius for all iterations, since that of the
+// pilot is fixed.
 
 namespace {
 
 using Scene = gmis_test::FurnaceScene<float>;
 constexpr float albedo = 0.7F;
 constexpr int size = 12, pixels = size * size;
-/// From here all pixels are alike: the pilot draws two children in a quarter of them, and these speak for all.
+/// From here all pixels are alike: the pilot draws two children in a quarter of them, and these
+/// speak for all.
 constexpr gmis::Vec3<float> centre{0, 0, 0};
 
 gmis::RenderSettings settings() {
@@ -41,10 +43,12 @@ std::vector<double> truth(int max_depth) {
   return std::vector<double>(pixels, (1 - std::pow(a, max_depth)) / (1 - a));
 }
 
-/// Each forecast is compared with a measurement, all in one family: a false alarm in a thousandth of the seeds.
+/// Each forecast is compared with a measurement, all in one family: a false alarm in a thousandth
+/// of the seeds.
 constexpr std::size_t comparisons = 18;
 const double level = gmis::sidak_level(1e-3, comparisons);
-/// Independent renderings, and independent pilots: how far they are apart says how well their mean is known.
+/// Independent renderings, and independent pilots: how far they are apart says how well their mean
+/// is known.
 constexpr std::size_t batches = 25;
 
 struct Measured {
@@ -121,12 +125,13 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
     const gmis::SampleCounts& candidate = candidates[c];
     const double value = measured[c].variance.value;
     const double error = std::hypot(measured[c].variance.relative_error, forecasts[c].relative_error());
-    // A connection is worth V / (m n_L), V the vertices of that iteration; a forecast has the mean of V in place of V, and so a
-    // second moment of connections that is too small by up to the relative variance of V. Welch's t has at least `batches` − 1
-    // degrees of freedom.
+    // A connection is worth V / (m n_L), V the vertices of that iteration; a forecast has the mean
+    // of V in place of V, and so a second moment of connections that is too small by up to the
+    // relative variance of V. Welch's t has at least `batches` − 1 degrees of freedom.
     const double model = candidate.connections > 0 ? measured[c].vertex_variance : 0.0;
     const double limit = gmis::student_t_quantile(1 - level / 2, batches - 1) * error + model;
-    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.local_merges, candidate.radius_factor);
+    CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.local_merges,
+            candidate.radius_factor);
     CAPTURE(forecasts[c].variance / value, error, model, forecasts[c].cost, measured[c].cost);
     CHECK(std::abs(forecasts[c].variance / value - 1) < limit);
     CHECK(limit < 0.15);  // so that it says something
@@ -140,9 +145,9 @@ TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings ha
   using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
-      {1.0, 1, true, true},   {0.0, 0, false, false}, {0.5, 0, true, false}, {1.0, 4, true, false},
-      {0.25, 1, true, false}, {0.5, 0, true, true},   {2.0, 1, true, true},  {0.25, 2, true, true},
-      {2.0, 16, true, false}};
+      {1.0, 1, true, true},  {0.0, 0, false, false}, {0.5, 0, true, false},
+      {1.0, 4, true, false}, {0.25, 1, true, false}, {0.5, 0, true, true},
+      {2.0, 1, true, true},  {0.25, 2, true, true},  {2.0, 16, true, false}};
   const auto all = settings();
   check_forecasts(scene, all, candidates,
                   {measure<Vcm>(scene, all, candidates[0]), measure<Pt>(scene, all, candidates[1]),
@@ -215,8 +220,9 @@ TEST_CASE("A pilot takes one pixel of every so many, and not always the same one
 }
 
 TEST_CASE("A pilot that takes every second pixel forecasts what one that takes all of them does", "[pilot]") {
-  // From the centre all pixels are alike. In the larger picture half are taken; the cost is that of all. Nothing is merged: pixels
-  // that share photons are not independent, and more trees would be merged within one radius.
+  // From the centre all pixels are alike. In the larger picture half are taken; the cost is that of
+  // all. Nothing is merged: pixels that share photons are not independent, and more trees would be
+  // merged within one radius.
   const Scene all(albedo, 1.0F, 45, 2, centre), larger(albedo, 1.0F, 64, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
       {0.0, 0, false, false}, {1.0, 1, true, false}, {0.5, 0, true, false}, {0.5, 2, true, false}};
@@ -264,7 +270,8 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
     check_equal(variances[1][c], variances[0][c], 0.2);
     check_equal(variances[3][c], variances[2][c], 0.2);
     for (std::size_t kind = 0; kind < 2; ++kind) {
-      // The mean of 1 / value² is larger than with the true value [Jensen], by a few per cent here: noise that pixels share.
+      // The mean of 1 / value² is larger than with the true value [Jensen], by a few per cent here:
+      // noise that pixels share.
       const Series &own_picture = variances[2 + kind][c], &with_truth = variances[kind][c];
       const double limit = t * std::sqrt(own_picture.squared_error() + with_truth.squared_error());
       CHECK(own_picture.mean() > with_truth.mean() - limit);
@@ -303,8 +310,9 @@ TEST_CASE("What merging changes in the pilot's picture is what it says of the ca
 }
 
 TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
-  // On the curved wall a photon whose light comes from below the camera vertex's horizon is lost: r²/8 of the light that is
-  // merged (furnace_techniques.cpp). What a run loses is measured, what the pilot says of it is its first order.
+  // On the curved wall a photon whose light comes from below the camera vertex's horizon is lost:
+  // r²/8 of the light that is merged (furnace_techniques.cpp). What a run loses is measured, what
+  // the pilot says of it is its first order.
   using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2, centre);
   auto wide = settings();
@@ -344,8 +352,8 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
     add(forecasts[0].squared_bias, forecast, forecast_squares);
     of_half += forecasts[1].squared_bias / count;
   }
-  // The first order leaves out the square of r²/8, 8 % of the loss; the forecast is a lower bound. It sees at least 0.7 of the
-  // loss: noise takes away less.
+  // The first order leaves out the square of r²/8, 8 % of the loss; the forecast is a lower bound.
+  // It sees at least 0.7 of the loss: noise takes away less.
   const double limit = gmis::student_t_quantile(1 - level / 2, count - 1) *
                        std::hypot(2 * loss * error(loss, loss_squares), error(forecast, forecast_squares));
   CAPTURE(loss, std::sqrt(forecast), limit);
@@ -354,8 +362,8 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   CHECK(of_half < forecast / 4);            // a sixteenth, and noise
   CHECK(limit < gmis::square(0.5 * loss));  // so that it says something: it is 0.17 ± 0.02 of the squared loss
 
-  // In two iterations no tile shows it, the whole of a larger picture does. A lower bound by one standard error of much noise:
-  // half of the loss is seen at least.
+  // In two iterations no tile shows it, the whole of a larger picture does. A lower bound by one
+  // standard error of much noise: half of the loss is seen at least.
   constexpr int side = 24, short_pilots = 10;
   const Scene larger(albedo, 1.0F, side, 2, centre);
   double seen = 0, seen_squares = 0;

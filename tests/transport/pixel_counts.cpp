@@ -13,10 +13,10 @@
 #include "gmis/core/state_archive.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/render/thread_executor.hpp"
-#include "gmis/transport/pixel_counts/pixel_count_learner.hpp"
 #include "gmis/transport/engine/engine.hpp"
-#include "gmis/transport/state/integrators.hpp"
+#include "gmis/transport/pixel_counts/pixel_count_learner.hpp"
 #include "gmis/transport/replay/replay.hpp"
+#include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/continued_run.hpp"
@@ -233,7 +233,8 @@ TEST_CASE("The subpaths of a pixel take the points of its sequences one after th
 }
 
 TEST_CASE("Numbers of subpaths follow the variance that subpaths do not share") {
-  // The right quarter of the picture has noise of its own in each subpath, the lower half noise that all subpaths of a pixel share.
+  // The right quarter of the picture has noise of its own in each subpath, the lower half noise
+  // that all subpaths of a pixel share.
   constexpr std::size_t width = 40, height = 30;
   const gmis::CropPixels crop{width, height, 0, width, height};
   gmis::Philox source(gmis_test::seed(41), 1, 0);
@@ -274,8 +275,9 @@ TEST_CASE("Numbers of subpaths follow the variance that subpaths do not share") 
 }
 
 TEST_CASE("What the subpaths of an iteration share is no reason for more of them") {
-  // Three fifths of the variance of one subpath are its own, and half of the cost is not that of subpaths. Two subpaths make the variance 0.7 times
-  // as large and the cost 1.5 times: no gain. Were all variance divided, it would be 0.5 × 1.5.
+  // Three fifths of the variance of one subpath are its own, and half of the cost is not that of
+  // subpaths. Two subpaths make the variance 0.7 times as large and the cost 1.5 times: no gain.
+  // Were all variance divided, it would be 0.5 × 1.5.
   constexpr std::size_t width = 40, height = 30;
   gmis::Philox source(gmis_test::seed(45), 1, 0);
   const auto normal = [&] {
@@ -297,7 +299,8 @@ TEST_CASE("What the subpaths of an iteration share is no reason for more of them
 }
 
 TEST_CASE("Learned numbers of subpaths: the same bits for any number of threads and after a run that was interrupted") {
-  // The iterations that are learned from, and what follows, here without a table: more subpaths gain little in a furnace.
+  // The iterations that are learned from, and what follows, here without a table: more subpaths
+  // gain little in a furnace.
   const Scene scene(0.9F, 1.0F, size, 2, {0.0F, 0.0F, 0.9F});
   for (const auto sampler : {gmis::Sampler::independent, gmis::Sampler::sobol}) {
     auto settings = settings_for(gmis::integrators::pt_lt, gmis_test::seed(51), sampler);

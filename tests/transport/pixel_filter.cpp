@@ -11,10 +11,12 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
-// A camera with a reconstruction filter wider than a pixel, by the rule of docs/your-renderer.md: `sample_ray` draws the point
-// of the film with the density h(x − c_p) of its pixel, `project` chooses pixel p with the probability h(x − c_p) / H(x),
-// H(x) = Σ_p h(x − c_p), and both state the density of all pixels' rays together, H(x) / (A cos³). All techniques then have one
-// factor h / H in common, which cancels in the weights. Here h is a tent, with H = 1, or a truncated Gaussian, whose H varies.
+// A camera with a reconstruction filter wider than a pixel, by the rule of docs/your-renderer.md:
+// `sample_ray` draws the point of the film with the density h(x − c_p) of its pixel, `project`
+// chooses pixel p with the probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p), and both state the
+// density of all pixels' rays together, H(x) / (A cos³). All techniques then have one factor h / H
+// in common, which cancels in the weights. Here h is a tent, with H = 1, or a truncated Gaussian,
+// whose H varies.
 
 namespace {
 
@@ -22,7 +24,8 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::ivec2;
 
-/// A filter in one dimension, 0 beyond a pixel's width from the centre; the filter of the film is a product of two.
+/// A filter in one dimension, 0 beyond a pixel's width from the centre; the filter of the film is a
+/// product of two.
 struct Tent {
   static double h(double x) { return std::max(0.0, 1.0 - std::abs(x)); }
   /// The inverse of its distribution function.
@@ -93,8 +96,8 @@ struct FilteredPinhole {
   }
 };
 
-/// A wall, half white and half black, a lamp in front of it, and a strip that covers a part of the wall: sharp edges within
-/// pixels and at the border of the picture.
+/// A wall, half white and half black, a lamp in front of it, and a strip that covers a part of the
+/// wall: sharp edges within pixels and at the border of the picture.
 template <class Filter>
 class Room {
  public:
@@ -188,8 +191,9 @@ double difference(const PixelMeans& a, const PixelMeans& b) {
   return (a.total - b.total) / std::sqrt(a.total_variance + b.total_variance);
 }
 
-// 80 pixels and their mean, two filters, two comparisons each, at a rate of 1e-6 in all: 3e-9 for each, 6.0 standard errors of a normal
-// distribution. A mean of 64 batches follows Student's t with about 120 degrees of freedom: 6.4.
+// 80 pixels and their mean, two filters, two comparisons each, at a rate of 1e-6 in all: 3e-9 for
+// each, 6.0 standard errors of a normal distribution. A mean of 64 batches follows Student's t with
+// about 120 degrees of freedom: 6.4.
 constexpr double limit = 6.4;
 constexpr int batches = 64, iterations = 40;
 

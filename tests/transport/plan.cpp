@@ -10,8 +10,8 @@
 #include "support/seed.hpp"
 #include "transport/ways.hpp"
 
-// The rules, over all scenes that effects can describe, against paths enumerated event by event: whatever path any of the
-// five techniques makes, one that the plan has on makes too.
+// The rules, over all scenes that effects can describe, against paths enumerated event by event:
+// whatever path any of the five techniques makes, one that the plan has on makes too.
 
 namespace {
 
@@ -46,8 +46,9 @@ bool scatters(PathEvent event) {
   return event != PathEvent::specular;
 }
 
-/// From what a technique does: it joins two points that both scatter, or ends at one. With a local count, merging joins at a
-/// point that the light reaches from a narrow lobe; in `effects` either all glossy surfaces have one or none.
+/// From what a technique does: it joins two points that both scatter, or ends at one. With a local
+/// count, merging joins at a point that the light reaches from a narrow lobe; in `effects` either
+/// all glossy surfaces have one or none.
 bool makes(Technique technique, const Events& events, bool is_delta_light, bool local_merges, const Effects& effects) {
   const auto is_narrow = [&](PathEvent event) {
     return event == PathEvent::specular || (event == PathEvent::glossy && effects.least_roughness < 0.25);

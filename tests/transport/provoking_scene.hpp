@@ -23,9 +23,9 @@ enum class Provocation {
   seen_light,  ///< a light that is seen has the radiance `bad`, whatever it sends
 };
 
-/// The furnace in two channels, of which the second is there to be marked, with the provocation at surface points to the right
-/// of an edge. Numbers and densities are those of the furnace whatever is provoked, so a marked run tells what a
-/// provoked one must leave out.
+/// The furnace in two channels, of which the second is there to be marked, with the provocation at
+/// surface points to the right of an edge. Numbers and densities are those of the furnace whatever
+/// is provoked, so a marked run tells what a provoked one must leave out.
 class ProvokingScene {
   using Base = FurnaceScene<float>;
 

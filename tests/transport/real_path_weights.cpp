@@ -4,7 +4,8 @@
 
 #include "transport/path_by_path.hpp"
 
-// Each integrator takes long to compile with the sanitizers on: there, three of them run all the lines that there are.
+// Each integrator takes long to compile with the sanitizers on: there, three of them run all the
+// lines that there are.
 #ifdef __SANITIZE_ADDRESS__
 #define GMIS_SKIP_UNDER_SANITIZER(...)
 #else
@@ -21,7 +22,8 @@ gmis_test::ways::Settings settings() {
 }
 
 template <class I, class T = double>
-void check_both_cameras(double tolerance, std::size_t whole, const gmis_test::ways::Settings& render_settings = settings()) {
+void check_both_cameras(double tolerance, std::size_t whole,
+                        const gmis_test::ways::Settings& render_settings = settings()) {
   gmis_test::path_by_path::check_both_cameras<I, DiscreteWorld<T>>(tolerance, whole, render_settings);
 }
 
@@ -127,8 +129,9 @@ Rendering render(int max_depth) {
   return result;
 }
 
-/// The image of every depth is what the records add up to, and the records of a depth are those of the depth before and those
-/// with one edge more, bit by bit: the same paths, with the same weights.
+/// The image of every depth is what the records add up to, and the records of a depth are those of
+/// the depth before and those with one edge more, bit by bit: the same paths, with the same
+/// weights.
 template <class I>
 void check_path_lengths() {
   Rendering before;

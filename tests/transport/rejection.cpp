@@ -12,8 +12,8 @@
 #include "transport/provoking_scene.hpp"
 #include "transport/ways.hpp"
 
-// Surfaces and lights of somebody's own that do wrong. The oracle is the same scene without the wrong, whose contributions say
-// by their second channel how often they met what would be wrong.
+// Surfaces and lights of somebody's own that do wrong. The oracle is the same scene without the
+// wrong, whose contributions say by their second channel how often they met what would be wrong.
 
 namespace {
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "gmis/transport/plan/effect_switches.hpp"
-#include "gmis/transport/plan/plan.hpp"
 #include "gmis/transport/allocation/engines_with_pilot.hpp"
 #include "gmis/transport/allocation/render_engine.hpp"
+#include "gmis/transport/plan/effect_switches.hpp"
+#include "gmis/transport/plan/plan.hpp"
 #include "gmis/transport/splitting/gmis_engines.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -179,8 +179,9 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
 
   const std::vector<gmis::SampleCounts> two{{1.0, 1, true, true}, {0.5, 2, true, true}};
   for (const auto& engines : {gmis::engines_of(scene), gmis::gmis_engines(scene, {})})
-    CHECK(message_of([&] { gmis::RenderEngine<float> engine(engines, settings(), two, 64); })
-              .find("engines_with_pilot") != std::string::npos);
+    CHECK(message_of([&] {
+            gmis::RenderEngine<float> engine(engines, settings(), two, 64);
+          }).find("engines_with_pilot") != std::string::npos);
 }
 
 TEST_CASE("The merging radius that nobody sets follows the picture") {

@@ -16,7 +16,8 @@ template <std::size_t root_count>
     bool is_prime = true;
     for (std::uint64_t d = 2; d * d <= n; ++d) is_prime = is_prime && n % d != 0;
     if (!is_prime) continue;
-    // Two bits of n, then two zeros at a time: the school's method for √(n · 2^2b). The remainder stays below 2^54.
+    // Two bits of n, then two zeros at a time: the school's method for √(n · 2^2b). The remainder
+    // stays below 2^54.
     std::uint64_t root = 0, rest = 0;
     for (int bit = 62; bit >= -48; bit -= 2) {
       rest = (rest << 2U) | (bit >= 0 ? (n >> static_cast<unsigned>(bit)) & 3U : 0U);
@@ -32,10 +33,11 @@ template <std::size_t root_count>
   return result;
 }
 
-/// Random numbers for the engine that lie evenly from path to path: number j of path i is i √p_j + a shift, all modulo 1, p_j
-/// the primes [Richtmyer 1951; Cranley, Patterson 1976]. The shifts are independent random numbers, new in every iteration:
-/// each path by itself has independent uniform numbers, so the mean of an iteration is as unbiased as with any others and
-/// iterations are independent, but it has far less noise. A vertex may use 16 numbers.
+/// Random numbers for the engine that lie evenly from path to path: number j of path i is i √p_j +
+/// a shift, all modulo 1, p_j the primes [Richtmyer 1951; Cranley, Patterson 1976]. The shifts are
+/// independent random numbers, new in every iteration: each path by itself has independent uniform
+/// numbers, so the mean of an iteration is as unbiased as with any others and iterations are
+/// independent, but it has far less noise. A vertex may use 16 numbers.
 class ShiftedLattice {
  public:
   using result_type = std::uint32_t;

@@ -9,8 +9,8 @@
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
-// Low-discrepancy numbers in the engine: the same means as ever, less noise, errors that are told truly. The scene is the
-// uniform furnace, whose every pixel is known.
+// Low-discrepancy numbers in the engine: the same means as ever, less noise, errors that are told
+// truly. The scene is the uniform furnace, whose every pixel is known.
 
 namespace {
 
@@ -70,7 +70,8 @@ double squared_error(const Run& of) {
   return sum;
 }
 
-/// Student's t over replications: their means are independent. All cases together fail in a thousandth of the seeds.
+/// Student's t over replications: their means are independent. All cases together fail in a
+/// thousandth of the seeds.
 template <class I>
 void check_mean(double bias) {
   const Run of = run<I>(gmis::Sampler::sobol, gmis_test::seed(31), 12 * static_cast<int>(replications));
@@ -121,8 +122,8 @@ TEST_CASE("pictures of low-discrepancy numbers do not depend on who renders them
   CHECK(of(gmis::Sampler::independent, gmis::SerialExecutor{}) != serial);
 }
 
-// The variance is the mean over 64 pixels and 6 runs; it was 0.35 to 0.5 of that of independent numbers with path tracing,
-// whatever the seed.
+// The variance is the mean over 64 pixels and 6 runs; it was 0.35 to 0.5 of that of independent
+// numbers with path tracing, whatever the seed.
 TEST_CASE("low-discrepancy numbers leave less noise, and the stated error is the true one") {
   using gmis_test::ways::Pt;
   constexpr int runs = 6, iterations = 8 * 32;
@@ -138,6 +139,7 @@ TEST_CASE("low-discrepancy numbers leave less noise, and the stated error is the
   }
   CAPTURE(independent, sobol, stated);
   CHECK(sobol < 0.8 * independent);
-  // Seven degrees of freedom a pixel, 384 pixels: 2.7 % standard error, and that of the true error, 7 %.
+  // Seven degrees of freedom a pixel, 384 pixels: 2.7 % standard error, and that of the true error,
+  // 7 %.
   CHECK(stated / sobol == Approx(1.0).margin(5.0 * 0.077));
 }

@@ -10,8 +10,8 @@
 
 namespace gmis_test {
 
-/// The elementary densities of an invented path, from which both the recursion and the brute-force sum are fed.
-/// Index i is the vertex x_i; `T` is what the recursion computes in.
+/// The elementary densities of an invented path, from which both the recursion and the brute-force
+/// sum are fed. Index i is the vertex x_i; `T` is what the recursion computes in.
 template <class T>
 struct SyntheticPath {
   std::vector<T> forward;              ///< at x_i towards x_{i+1}, as a light subpath, per steradian, i ≥ 1
@@ -21,23 +21,26 @@ struct SyntheticPath {
   std::vector<bool> is_delta;
   std::vector<bool> makes_photons;  ///< s(x_i)
   T origin{}, first{}, next_event{}, camera{};
-  /// Probabilities of choosing the light: of light subpaths, and of next events at x_1, which may depend on x_1.
+  /// Probabilities of choosing the light: of light subpaths, and of next events at x_1, which may
+  /// depend on x_1.
   T emission_choice{1}, next_event_choice{1};
   bool light_can_be_hit = true;
 
   [[nodiscard]] int edges() const { return static_cast<int>(is_delta.size()) - 1; }
 };
 
-/// Factors log-uniform in 10^±`decades`; every vertex between the ends is delta with probability `delta_chance`. The count
-/// of merging is local with probability `local_chance`: then the light makes no photons, and half of the surfaces do.
-/// With `chooses_for_receiver` next events choose the light with another probability than light subpaths do.
+/// Factors log-uniform in 10^±`decades`; every vertex between the ends is delta with probability
+/// `delta_chance`. The count of merging is local with probability `local_chance`: then the light
+/// makes no photons, and half of the surfaces do. With `chooses_for_receiver` next events choose
+/// the light with another probability than light subpaths do.
 template <class T>
 SyntheticPath<T> random_path(std::mt19937_64& source, int edges, double decades, double delta_chance,
                              double local_chance = 0.0, bool chooses_for_receiver = false) {
   std::uniform_real_distribution<double> exponent(-decades, decades);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto factor = [&] { return static_cast<T>(std::pow(10.0, exponent(source))); };
-  // Nominal numbers of children: 1 without splitting, otherwise any number of a few, less what roulette ends.
+  // Nominal numbers of children: 1 without splitting, otherwise any number of a few, less what
+  // roulette ends.
   const auto children = [&] { return static_cast<T>(unit(source) < 0.5 ? 1.0 : 0.2 + 4.0 * unit(source)); };
   const auto count = static_cast<std::size_t>(edges) + 1;
   SyntheticPath<T> path;
@@ -60,8 +63,8 @@ SyntheticPath<T> random_path(std::mt19937_64& source, int edges, double decades,
   path.origin = factor();
   path.first = factor();
   path.camera = factor();
-  // An area light (both densities alike), a light sampled by direction, a light that only next event and emission
-  // reach.
+  // An area light (both densities alike), a light sampled by direction, a light that only next
+  // event and emission reach.
   const double kind = unit(source);
   path.next_event = kind < 0.3 ? path.origin : factor();
   path.light_can_be_hit = kind < 0.7;
@@ -92,7 +95,8 @@ gmis::PathDensities<Wide> path_densities(const SyntheticPath<T>& path) {
   return result;
 }
 
-/// Runs the recursion along the path from both ends, as a renderer would, and gives the weight of any technique.
+/// Runs the recursion along the path from both ends, as a renderer would, and gives the weight of
+/// any technique.
 template <class T, class Heuristic, class Sums = gmis::WholeSum<T>>
 class RecursiveWeights {
  public:
@@ -103,14 +107,14 @@ class RecursiveWeights {
       light_[1] = weights_.first_light_vertex({origin(), next_event(), light_density(1)},
                                               path.light_can_be_hit ? path.to_area_from_camera[0] : T(0));
       for (std::size_t i = 1; i + 1 < k; ++i)
-        light_[i + 1] = weights_.extend_light(
-            light_[i], {is_photon(i), path.is_delta[i], path.reverse[i], path.to_area_from_camera[i], light_density(i + 1)});
+        light_[i + 1] = weights_.extend_light(light_[i], {is_photon(i), path.is_delta[i], path.reverse[i],
+                                                          path.to_area_from_camera[i], light_density(i + 1)});
     }
     camera_[k - 1] = weights_.first_camera_vertex(camera_density(k - 1));
     for (std::size_t j = k - 1; j >= 1; --j)
-      camera_[j - 1] = weights_.extend_camera(camera_[j], {j == k - 1, path.makes_photons[j - 1], path.is_delta[j],
-                                                          path.forward[j], path.to_area_from_light[j],
-                                                          camera_density(j - 1)});
+      camera_[j - 1] =
+          weights_.extend_camera(camera_[j], {j == k - 1, path.makes_photons[j - 1], path.is_delta[j], path.forward[j],
+                                              path.to_area_from_light[j], camera_density(j - 1)});
   }
 
   [[nodiscard]] auto weight(const gmis::TechniqueIndex& technique) const {
@@ -119,7 +123,8 @@ class RecursiveWeights {
     if (technique.is_merge)
       return weights_.merge(light_[s], path_.reverse[s], camera_[s], {s == k - 1, path_.forward[s], T(0)});
     if (s == 0)
-      return k == 1 ? weights_.seen_directly() : weights_.emitter_hit(camera_[0], {origin(), next_event(), path_.first});
+      return k == 1 ? weights_.seen_directly()
+                    : weights_.emitter_hit(camera_[0], {origin(), next_event(), path_.first});
     if (s == 1)
       return weights_.next_event({origin(), next_event(), T(0)}, path_.light_can_be_hit ? camera_density(0) : T(0),
                                  camera_[1], {k == 2, path_.forward[1], light_density(1)});

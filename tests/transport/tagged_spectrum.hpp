@@ -13,7 +13,8 @@ namespace gmis_test {
 /// What put a tag on a throughput.
 enum class TagRole : std::uint8_t { camera, light, scattered_radiance, scattered_importance };
 
-/// One vertex of a path. `order` counts the ray that found the vertex, so that it grows along a subpath.
+/// One vertex of a path. `order` counts the ray that found the vertex, so that it grows along a
+/// subpath.
 struct Tag {
   std::uint32_t order;
   std::uint8_t node;
@@ -22,8 +23,8 @@ struct Tag {
   static constexpr std::uint8_t smooth = 255;
 };
 
-/// One channel of light that remembers by which vertices it came: every factor brings its tag along, so a contribution tells
-/// its whole path, whatever the renderer computed it by.
+/// One channel of light that remembers by which vertices it came: every factor brings its tag
+/// along, so a contribution tells its whole path, whatever the renderer computed it by.
 template <std::floating_point T>
 struct Tagged {
   static constexpr std::size_t most_tags = 12;

@@ -32,8 +32,8 @@ class Series {
   double mean_ = 0.0, squares_ = 0.0;
 };
 
-/// The image mean (of one channel) that each technique gives by itself, with the weight 1, and what all of them give together,
-/// by number of edges.
+/// The image mean (of one channel) that each technique gives by itself, with the weight 1, and what
+/// all of them give together, by number of edges.
 class TechniqueEstimates {
  public:
   static constexpr std::size_t most_edges = 12;
@@ -88,11 +88,12 @@ template <class Integrator, class Source = ShiftedLattice, class Scene>
   return estimates;
 }
 
-/// Level of one comparison so that a hundred of them raise a false alarm in a thousandth of the runs.
+/// Level of one comparison so that a hundred of them raise a false alarm in a thousandth of the
+/// runs.
 inline const double single_level = gmis::sidak_level(1e-3, 100);
 
-/// Is the estimate compatible with the closed form? `power`: the relative standard error must be below this, so that the test
-/// means something. `bias`: relative, of merging.
+/// Is the estimate compatible with the closed form? `power`: the relative standard error must be
+/// below this, so that the test means something. `bias`: relative, of merging.
 inline void check_closed_form(const char* what, const Series& series, double truth, double power, double bias = 0.0) {
   const double off = series.mean() - truth;
   const double beyond = std::copysign(std::max(0.0, std::abs(off) - bias * truth), off);

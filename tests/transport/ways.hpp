@@ -8,11 +8,13 @@
 #include "gmis/transport/state/integrators.hpp"
 
 /// \file
-/// The integrators as types, so that a test can be written once for all: each with the engine that it needs.
+/// The integrators as types, so that a test can be written once for all: each with the engine that
+/// it needs.
 
 namespace gmis_test::ways {
 
-/// The settings of a run, and those of light trees that split; integrators that do not split leave the latter alone.
+/// The settings of a run, and those of light trees that split; integrators that do not split leave
+/// the latter alone.
 struct Settings : gmis::RenderSettings {
   Settings() = default;
   Settings(const gmis::RenderSettings& of_run) : gmis::RenderSettings(of_run) {}  // NOLINT: meant to convert
@@ -44,7 +46,8 @@ struct Way {
     }
   };
 
-  /// The same settings for this integrator: its techniques, with the numbers that `asked` has for them.
+  /// The same settings for this integrator: its techniques, with the numbers that `asked` has for
+  /// them.
   [[nodiscard]] static Settings settings(Settings asked = {}) {
     gmis::SampleCounts counts = base;
     if (base.traces_light()) counts.light_paths = asked.counts.light_paths;

@@ -13,8 +13,8 @@
 #include "support/seed.hpp"
 #include "transport/synthetic_path.hpp"
 
-// Sums by technique: from one run of the recursion, the weights under any other counts, against the brute-force sum over all
-// techniques with those counts in long double.
+// Sums by technique: from one run of the recursion, the weights under any other counts, against the
+// brute-force sum over all techniques with those counts in long double.
 
 namespace {
 
@@ -169,8 +169,7 @@ TEST_CASE("Every candidate has its place, and none on the light side when nothin
     if (!candidate.traces_light()) CHECK((candidate.connections == 0 && !candidate.splats && !candidate.merges));
   // What is off in all is off in each.
   for (const auto& candidate : gmis::all_candidates(gmis::integrators::bpt)) CHECK_FALSE(candidate.merges);
-  CHECK(gmis::all_candidates(gmis::integrators::pt) ==
-        std::vector<gmis::SampleCounts>{gmis::integrators::pt});
+  CHECK(gmis::all_candidates(gmis::integrators::pt) == std::vector<gmis::SampleCounts>{gmis::integrators::pt});
   gmis::CountChoices few;
   few.light_paths = {1.0};
   few.connections = {2};

@@ -16,9 +16,10 @@ namespace gmis::tools::gltf {
 
 using Json = nlohmann::json;
 
-/// A glTF file as it was parsed, with the data that it refers to. Whatever is asked for is checked: the functions throw
-/// `InputError` for what is not there, is of the wrong type, or goes beyond the end of its data. Data come from inside the
-/// folder of the file alone, and count against the budget before they are read.
+/// A glTF file as it was parsed, with the data that it refers to. Whatever is asked for is checked:
+/// the functions throw `InputError` for what is not there, is of the wrong type, or goes beyond the
+/// end of its data. Data come from inside the folder of the file alone, and count against the
+/// budget before they are read.
 class Document {
  public:
   /// Reads the file. `used` hears of every other file that is read.
@@ -49,7 +50,8 @@ class Document {
   /// "mesh 3", or "mesh "chair"" where it has a name.
   [[nodiscard]] std::string named(const char* kind, const Json& object, std::size_t number) const;
 
-  /// The numbers of an accessor with so many components, in a row; normalised integers from −1 or 0 to 1.
+  /// The numbers of an accessor with so many components, in a row; normalised integers from −1 or 0
+  /// to 1.
   [[nodiscard]] std::vector<double> accessor(std::size_t number, std::size_t components) const;
   [[nodiscard]] std::size_t components_of(std::size_t accessor) const;
   /// The bytes of a view, unpacked where EXT_meshopt_compression packs them.

@@ -45,7 +45,8 @@ std::shared_ptr<const scene::TextureImage> channel_of(const scene::TextureImage&
   return result;
 }
 
-/// Normals that are turned further from or nearer to the shading normal: x and y of 2 c − 1 times `scale`.
+/// Normals that are turned further from or nearer to the shading normal: x and y of 2 c − 1 times
+/// `scale`.
 std::shared_ptr<const scene::TextureImage> scaled_normals(const scene::TextureImage& image, double scale) {
   auto result = std::make_shared<scene::TextureImage>();
   result->resolution = image.resolution;
@@ -67,8 +68,9 @@ struct MetalOf {
   double metallic;
 };
 
-/// Metallic-roughness of a diffuse and a specular colour, as Khronos's convertPbr.js has it: the metalness m that solves
-/// 0.04 m² + (d (1 − s)/0.96 + s − 0.08) m + 0.04 − s = 0 for their brightnesses d and s.
+/// Metallic-roughness of a diffuse and a specular colour, as Khronos's convertPbr.js has it: the
+/// metalness m that solves 0.04 m² + (d (1 − s)/0.96 + s − 0.08) m + 0.04 − s = 0 for their
+/// brightnesses d and s.
 MetalOf metal_of(const glm::dvec3& diffuse, const glm::dvec3& specular) {
   constexpr double plastic = 0.04, tiny = 1e-6;
   const double rest = 1 - std::max({specular.x, specular.y, specular.z});
@@ -283,7 +285,8 @@ Materials::Layers Materials::specular_glossiness(const Json& packed) {
     layers.color = diffuse_image;
     return layers;
   }
-  // Texel by texel, over the coordinates that both images have; finer than 1024 × 1024 nothing is looked at.
+  // Texel by texel, over the coordinates that both images have; finer than 1024 × 1024 nothing is
+  // looked at.
   constexpr int side = 1024;
   document_.budget().take(std::uintmax_t{side} * side, 4 * sizeof(float), name_ + ", converted,", document_.where());
   auto base = std::make_shared<scene::TextureImage>(), metal = std::make_shared<scene::TextureImage>();
@@ -376,7 +379,8 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
 
 std::optional<AbsorptionDescription> Materials::volume_of(const Json& material) {
   const Json& volume = Document::extension(material, "KHR_materials_volume");
-  // Without a thickness the surface is a thin wall, which absorbs nothing. How thick it is says the mesh.
+  // Without a thickness the surface is a thin wall, which absorbs nothing. How thick it is says the
+  // mesh.
   if (!(document_.number(volume, "thicknessFactor", 0) > 0)) return {};
   const double distance = document_.number(volume, "attenuationDistance", std::numeric_limits<double>::infinity());
   if (!(distance > 0)) throw document_.error(name_ + " has an attenuationDistance that is not above 0");
@@ -403,7 +407,8 @@ std::size_t Materials::glass_of(const Json& material, const Layers& layers, std:
   const Json& normals = Document::member(material, "normalTexture");
   clear.normal_map = texture(normals, Use::normal, document_.number(normals, "scale", 1));
   const double alpha = layers.rough ? 0.5 : layers.roughness * layers.roughness;
-  // Where the index hardly bends light, roughness changes nothing, and there is no lobe for a texture of it.
+  // Where the index hardly bends light, roughness changes nothing, and there is no lobe for a
+  // texture of it.
   if (alpha * std::abs(ior - 1) < 1e-4) clear.roughness = nullptr;
   const std::size_t glass = add(DielectricDescription{ior == 0 ? 1.5 : ior, smooth(alpha), layers.base}, clear);
   absorption = volume_of(material);

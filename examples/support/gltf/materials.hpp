@@ -23,7 +23,8 @@ struct MadeMaterial {
 
 /// How textures and colours lie on one part of a mesh.
 struct SurfaceLayout {
-  /// A texture over this set of coordinates, as a function of those that the part has; null: of that set itself.
+  /// A texture over this set of coordinates, as a function of those that the part has; null: of
+  /// that set itself.
   std::function<TextureHandle(std::size_t set, TextureHandle)> over;
   TextureHandle vertex_color, vertex_alpha;  ///< null where vertices have none
 };
@@ -34,7 +35,8 @@ class Materials {
   Materials(const Document& document, SceneDescription& scene, Diagnostics& diagnostics)
       : document_(document), scene_(scene), diagnostics_(diagnostics) {}
 
-  /// The sets of coordinates that the textures of a material are over; no number is the default material.
+  /// The sets of coordinates that the textures of a material are over; no number is the default
+  /// material.
   [[nodiscard]] std::set<std::size_t> coordinate_sets(std::optional<std::size_t> number) const;
   /// The set that its normal map is over.
   [[nodiscard]] std::optional<std::size_t> normal_map_set(std::optional<std::size_t> number) const;
@@ -61,8 +63,8 @@ class Materials {
   [[nodiscard]] std::optional<EmissionDescription> emission_of(const Json& material);
   [[nodiscard]] TextureHandle opacity_of(const Json& material, const Layers& layers);
   void refuse_extensions(const Json& material);
-  /// A texture as an object like `baseColorTexture` names it; null where there is none, or its image is missing (a grey for
-  /// a colour).
+  /// A texture as an object like `baseColorTexture` names it; null where there is none, or its
+  /// image is missing (a grey for a colour).
   [[nodiscard]] TextureHandle texture(const Json& info, Use use, double normal_scale = 1);
   [[nodiscard]] std::shared_ptr<const scene::TextureImage> pixels(std::size_t image, Use use, double normal_scale);
   [[nodiscard]] TextureHandle tinted(const TextureHandle& image, const Rgb& factor) const;

@@ -40,8 +40,8 @@ class Nodes {
   std::vector<std::size_t> shown_;
 };
 
-/// The value of an animation's sampler at a time: keys with so many numbers each; before the first and after the last key
-/// theirs. `is_rotation` interpolates along the sphere.
+/// The value of an animation's sampler at a time: keys with so many numbers each; before the first
+/// and after the last key theirs. `is_rotation` interpolates along the sphere.
 [[nodiscard]] std::vector<double> sampled(const std::vector<double>& times, const std::vector<double>& values,
                                           const std::string& interpolation, double seconds, bool is_rotation);
 

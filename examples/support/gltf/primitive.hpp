@@ -41,13 +41,13 @@ class Primitive {
   std::optional<Unpacked> unpacked_;
 };
 
-/// Coordinates of a mesh in which each triangle has a patch of an image of its own. Whatever is linear over a triangle, as
-/// colours at vertices or another set of coordinates, is then an image of four texels a triangle, and exact: a patch of 2 × 2
-/// texels holds any linear function.
+/// Coordinates of a mesh in which each triangle has a patch of an image of its own. Whatever is
+/// linear over a triangle, as colours at vertices or another set of coordinates, is then an image
+/// of four texels a triangle, and exact: a patch of 2 × 2 texels holds any linear function.
 class TriangleCharts {
  public:
-  /// `corners` are coordinates, three a triangle, whose directions the new ones keep, so that normal maps keep their
-  /// tangents; or none.
+  /// `corners` are coordinates, three a triangle, whose directions the new ones keep, so that
+  /// normal maps keep their tangents; or none.
   TriangleCharts(std::size_t triangles, const std::vector<glm::dvec2>& corners);
 
   /// Three a triangle.

@@ -25,7 +25,8 @@ bool can_read_gltf() {
 namespace gltf {
 namespace {
 
-/// Throws for a file that says that it cannot be read without what is not understood here: before anything else is read.
+/// Throws for a file that says that it cannot be read without what is not understood here: before
+/// anything else is read.
 void require_extensions(const Document& document, Diagnostics& diagnostics) {
   static const std::set<std::string> understood {
     "KHR_lights_punctual", "KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume",
@@ -114,7 +115,8 @@ class Reader {
     }
   }
 
-  /// What takes a vertex to the world, for each joint of the skin of a node; none where it has no skin.
+  /// What takes a vertex to the world, for each joint of the skin of a node; none where it has no
+  /// skin.
   [[nodiscard]] std::vector<glm::dmat4> bones_of(const Json& node) const {
     const auto number = document_.index(node, "skin");
     if (!number) return {};
@@ -247,8 +249,9 @@ class Reader {
     }
   }
 
-  /// The coordinates of a mesh and its material. Where one set of coordinates does for all textures, and vertices have no
-  /// colours, the mesh keeps its vertices; else each triangle gets coordinates of its own.
+  /// The coordinates of a mesh and its material. Where one set of coordinates does for all
+  /// textures, and vertices have no colours, the mesh keeps its vertices; else each triangle gets
+  /// coordinates of its own.
   [[nodiscard]] MadeMaterial dress(const Primitive& primitive, MeshDescription& mesh) {
     const auto number = document_.index(primitive.json(), "material");
     std::map<std::size_t, std::vector<glm::dvec2>> sets;

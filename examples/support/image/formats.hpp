@@ -6,8 +6,8 @@
 #include "support/load_budget.hpp"
 
 /// \file
-/// One pair of functions per format; `write_image` and `read_image` choose among them. They throw `InputError` or,
-/// when a file cannot be written, `OutputError`.
+/// One pair of functions per format; `write_image` and `read_image` choose among them. They throw
+/// `InputError` or, when a file cannot be written, `OutputError`.
 
 namespace gmis::tools {
 
@@ -23,7 +23,8 @@ void write_pfm(const Image& image, const std::filesystem::path& file);
 /// Colour or grey, either byte order.
 [[nodiscard]] Image read_pfm(const std::filesystem::path& file, LoadBudget* budget = nullptr);
 
-/// Float RGB, ZIP-compressed; a layer has its name and a dot before the letters of its channels, notes are attributes.
+/// Float RGB, ZIP-compressed; a layer has its name and a dot before the letters of its channels,
+/// notes are attributes.
 [[nodiscard]] bool has_exr();
 void write_exr(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
 [[nodiscard]] Image read_exr(const std::filesystem::path& file, LoadBudget* budget = nullptr);

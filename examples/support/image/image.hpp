@@ -31,21 +31,23 @@ struct Image {
 /// Of all pixels and channels.
 [[nodiscard]] double mean_of(const Image& image);
 
-/// The exposure, in powers of two from −10 to 10, that brings the log-average of the luminance of all pixels that are not
-/// black to 0.25 (Reinhard et al. 2002, eq. 1); 0 for a black picture.
+/// The exposure, in powers of two from −10 to 10, that brings the log-average of the luminance of
+/// all pixels that are not black to 0.25 (Reinhard et al. 2002, eq. 1); 0 for a black picture.
 [[nodiscard]] double automatic_exposure(const Image& image);
 
 /// A 64-bit digest of size and bits of every float (FNV-1a), as 16 hexadecimal digits.
 [[nodiscard]] std::string image_hash(const Image& image);
 
-/// The curve from linear values x ≥ 0 to the values from 0 to 1 that sRGB then codes, channel by channel but for Reinhard's.
+/// The curve from linear values x ≥ 0 to the values from 0 to 1 that sRGB then codes, channel by
+/// channel but for Reinhard's.
 enum class ToneCurve {
   clamp,     ///< min(x, 1)
   reinhard,  ///< x / (1 + Y), Y the luminance of the pixel [Reinhard et al. 2002, eq. 3], and then min(·, 1)
   filmic     ///< x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), Narkowicz's fit (2016) of the ACES curve, cut to 1
 };
 
-/// A picture of the same size as the main one, in the same file; `channels` is RGB, XYZ or Z (the first of three).
+/// A picture of the same size as the main one, in the same file; `channels` is RGB, XYZ or Z (the
+/// first of three).
 struct ImageLayer {
   std::string name, channels;
   Image image;
@@ -59,9 +61,9 @@ struct ImageExtras {
   std::vector<ImageLayer> layers{};                          ///< of .exr alone
 };
 
-/// Picks the format by the ending of the name. These throw `InputError` when it is not known or not in this build or
-/// when the file cannot be read or is no regular file, and `OutputError` when it cannot be written. A file that is
-/// there already stays as it is until the new one is whole.
+/// Picks the format by the ending of the name. These throw `InputError` when it is not known or not
+/// in this build or when the file cannot be read or is no regular file, and `OutputError` when it
+/// cannot be written. A file that is there already stays as it is until the new one is whole.
 void write_image(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
 /// With a `budget`, the pixels are counted before there is memory for them.
 [[nodiscard]] Image read_image(const std::filesystem::path& file, LoadBudget* budget = nullptr);

@@ -66,7 +66,8 @@ Shared from_floats(const Image& image, TexturePart part) {
 template <class Value>
 using Pixels = std::unique_ptr<Value, void (*)(void*)>;
 
-/// The channels of `part`, of pixels with `channels` of these values; `linear` makes a number of one.
+/// The channels of `part`, of pixels with `channels` of these values; `linear` makes a number of
+/// one.
 template <class Value, class Linear>
 std::vector<float> picked(const Value* pixels, std::size_t count, int channels, TexturePart part,
                           const Linear& linear) {

@@ -16,8 +16,9 @@ struct TextureEncoding {
 /// The mean of the colours as one channel; or the fourth channel, 1 where there is none.
 enum class TexturePart { color, grey, alpha };
 
-/// Reads .png, .tga, .jpg, .bmp and .hdr by the library stb_image, .exr and .pfm as all images. Files of floats are linear
-/// whatever the encoding. Throws `InputError`, which names `where`, when the image is missing or cannot be read.
+/// Reads .png, .tga, .jpg, .bmp and .hdr by the library stb_image, .exr and .pfm as all images.
+/// Files of floats are linear whatever the encoding. Throws `InputError`, which names `where`, when
+/// the image is missing or cannot be read.
 [[nodiscard]] std::shared_ptr<const scene::TextureImage> read_texture_image(const std::filesystem::path& file,
                                                                             const TextureEncoding& encoding,
                                                                             TexturePart part, LoadBudget& budget,

@@ -16,7 +16,8 @@ constexpr double farthest = 1e9;
 Transform matrix_of(const std::vector<double>& numbers) {
   Transform m(1);
   for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = numbers[static_cast<std::size_t>(i)];
-  // Written with few digits the last column may be a hair off; a common factor is divided out, as pbrt does.
+  // Written with few digits the last column may be a hair off; a common factor is divided out, as
+  // pbrt does.
   const double w = m[3][3];
   if (w == 0 || !(std::abs(m[0][3]) + std::abs(m[1][3]) + std::abs(m[2][3]) <= 1e-9 * std::abs(w))) return m;
   m /= w;
@@ -44,11 +45,12 @@ void Parser::ignored_with_note() {
   diagnostics_.note(directive_.where, named_directive(kind) + " is ignored");
 }
 
-// ---- transforms ----------------------------------------------------------------------------------------------------
+// ---- transforms ---------------------------------------------------------------------------------
 
 namespace {
 
-/// Affine, and of finite numbers. It may flatten space: meshes are then flat, as pbrt has them, and other shapes vanish.
+/// Affine, and of finite numbers. It may flatten space: meshes are then flat, as pbrt has them, and
+/// other shapes vanish.
 bool is_affine(const Transform& m) {
   for (int column = 0; column < 4; ++column)
     for (int row = 0; row < 4; ++row)
@@ -138,7 +140,7 @@ void Parser::transform_times() {
   (void)expect_numbers(2);  // without a motion there is nothing that they change
 }
 
-// ---- media -----------------------------------------------------------------------------------------------------------
+// ---- media --------------------------------------------------------------------------------------
 
 void Parser::make_named_medium() {
   const std::string name = expect_string("the name of a medium");
@@ -206,7 +208,7 @@ void Parser::require_closed_media() {
           where, "the medium " + in_quotes(name) + " is not supported without an end: put it inside of a dielectric");
 }
 
-// ---- settings that only sometimes change the picture -------------------------------------------------------------------
+// ---- settings that only sometimes change the picture --------------------------------------------
 
 void Parser::color_space() {
   const std::string name = expect_string("the name of a colour space");
@@ -243,7 +245,7 @@ void Parser::coord_sys_transform() {
   if (state_.is_end_active) state_.end_transform = end;
 }
 
-// ---- blocks --------------------------------------------------------------------------------------------------------
+// ---- blocks -------------------------------------------------------------------------------------
 
 void Parser::save(const std::string& closed_by) {
   constexpr std::size_t deepest = 10000;
@@ -318,7 +320,7 @@ void Parser::world_begin() {
   coordinate_systems_["world"] = {Transform(1), Transform(1)};
 }
 
-// ---- the picture ---------------------------------------------------------------------------------------------------
+// ---- the picture --------------------------------------------------------------------------------
 
 void Parser::film() {
   const std::string kind = expect_string("a kind of film");
@@ -430,7 +432,7 @@ void Parser::camera() {
   coordinate_systems_["camera"] = {camera.world_from_camera, camera.world_from_camera};
 }
 
-// ---- surfaces and light --------------------------------------------------------------------------------------------
+// ---- surfaces and light -------------------------------------------------------------------------
 
 void Parser::texture() {
   const std::string name = expect_string("the name of a texture");

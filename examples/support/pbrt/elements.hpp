@@ -10,8 +10,9 @@
 #include "support/scene_description.hpp"
 
 /// \file
-/// What the directives Material, LightSource, AreaLightSource and Shape make of their parameters. Each function throws
-/// `InputError` for a kind it does not know and for parameters that make no sense.
+/// What the directives Material, LightSource, AreaLightSource and Shape make of their parameters.
+/// Each function throws `InputError` for a kind it does not know and for parameters that make no
+/// sense.
 
 namespace gmis::tools::pbrt {
 
@@ -47,7 +48,8 @@ struct AreaLight {
 /// The emission of `light` on `shape`; nothing when it is black.
 [[nodiscard]] std::optional<EmissionDescription> emission_of(const AreaLight& light, const ShapeDescription& shape);
 
-/// A shape in its own space, without material and emission; nothing when it is of a kind that is not supported.
+/// A shape in its own space, without material and emission; nothing when it is of a kind that is
+/// not supported.
 [[nodiscard]] std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& parameters,
                                                          bool reverse_orientation, const Files& files,
                                                          Diagnostics& diagnostics);

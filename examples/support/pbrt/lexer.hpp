@@ -16,8 +16,8 @@ struct Token {
   SourcePosition where;
 };
 
-/// Splits the text of one scene file into tokens. Throws `InputError` for a number that is not finite and for a string
-/// that is not closed on its line.
+/// Splits the text of one scene file into tokens. Throws `InputError` for a number that is not
+/// finite and for a string that is not closed on its line.
 class Lexer {
  public:
   Lexer(std::string text, const std::string& file_name);
@@ -25,8 +25,8 @@ class Lexer {
   [[nodiscard]] const Token& peek();
   Token next();
 
-  /// The word that stands first, without reading it; empty when something else stands there. To be asked before the first
-  /// token is read, like `is_at_end` and `here`.
+  /// The word that stands first, without reading it; empty when something else stands there. To be
+  /// asked before the first token is read, like `is_at_end` and `here`.
   [[nodiscard]] std::string_view first_word() const;
   [[nodiscard]] bool is_at_end() const { return position_ >= text_.size(); }
   [[nodiscard]] SourcePosition here() const { return {file_, line_}; }
@@ -45,8 +45,8 @@ class Lexer {
   bool has_ahead_ = false;
 };
 
-/// The finite number that is all of `text`; false when it is anything else. A number too small for a double is 0.
-/// Throws `InputError` for one that is too large.
+/// The finite number that is all of `text`; false when it is anything else. A number too small for
+/// a double is 0. Throws `InputError` for one that is too large.
 [[nodiscard]] bool parse_number(std::string_view text, const SourcePosition& where, double& value);
 
 }  // namespace gmis::tools::pbrt

@@ -46,7 +46,8 @@ double alpha_of(Parameters& parameters, Diagnostics& diagnostics) {
   return alpha < specular_below ? 0 : alpha;
 }
 
-/// The same where it may vary over the surface: then `textures` has it, and the value is any of a rough surface.
+/// The same where it may vary over the surface: then `textures` has it, and the value is any of a
+/// rough surface.
 double alpha_of(Parameters& parameters, Diagnostics& diagnostics, MaterialTexturesDescription& textures) {
   const char* varying = nullptr;
   for (const char* name : {"roughness", "uroughness", "vroughness"})

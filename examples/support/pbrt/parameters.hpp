@@ -31,8 +31,9 @@ struct Textures {
   glm::dmat3 to_srgb{1};  ///< of colours given as rgb, where ColorSpace names another space
 };
 
-/// The parameters of one directive, with typed access. A getter marks its parameter as understood, and throws
-/// `InputError` when it has the wrong type, the wrong number of values, or a value that cannot be meant.
+/// The parameters of one directive, with typed access. A getter marks its parameter as understood,
+/// and throws `InputError` when it has the wrong type, the wrong number of values, or a value that
+/// cannot be meant.
 class Parameters {
  public:
   /// `directive` is what messages call it, e.g. `Shape "sphere"`.
@@ -65,8 +66,8 @@ class Parameters {
   [[nodiscard]] std::vector<int> integers(const std::string& name);
   [[nodiscard]] std::vector<double> numbers(const std::string& name);
 
-  /// A colour given as `rgb`, `spectrum` (named, a file, or pairs), `blackbody` or `texture`; of a texture that varies,
-  /// its mean, which is reported as not supported.
+  /// A colour given as `rgb`, `spectrum` (named, a file, or pairs), `blackbody` or `texture`; of a
+  /// texture that varies, its mean, which is reported as not supported.
   [[nodiscard]] std::optional<Rgb> color(const std::string& name);
   /// The same as a texture, constant or not; and that of a number.
   [[nodiscard]] std::optional<TextureHandle> color_texture(const std::string& name);

@@ -273,7 +273,8 @@ void Parser::parse_value(Parameter& parameter) {
 }
 
 std::filesystem::path Parser::resolve(const std::string& file) const {
-  // pbrt-v4 looks beside the scene that was asked for; files written for older readers mean their own folder.
+  // pbrt-v4 looks beside the scene that was asked for; files written for older readers mean their
+  // own folder.
   const std::filesystem::path beside_scene = folder_ / file;
   std::error_code error;
   if (std::filesystem::exists(beside_scene, error) || !directive_.where.file) return beside_scene;

@@ -61,7 +61,8 @@ class Parser {
   [[nodiscard]] Parameter parse_parameter();
   void parse_value(Parameter& parameter);
   void parse_nested(Lexer& lexer);
-  /// Throws, without a word of the file, when it begins with no directive: what is no scene may be somebody's secret.
+  /// Throws, without a word of the file, when it begins with no directive: what is no scene may be
+  /// somebody's secret.
   static void require_scene(const Lexer& lexer);
   [[nodiscard]] std::filesystem::path resolve(const std::string& file) const;
   /// `resolve`, for a file that will be read.
@@ -71,7 +72,8 @@ class Parser {
 
   // State.
   void concat(const Transform& m);
-  /// Applies `change` to the transforms that ActiveTransform chooses. Throws where space leaves the range of numbers.
+  /// Applies `change` to the transforms that ActiveTransform chooses. Throws where space leaves the
+  /// range of numbers.
   template <class Change>
   void change_transforms(const Change& change);
   /// Reports a shape, a light or a camera that moves.
@@ -149,7 +151,8 @@ class Parser {
   std::set<std::string> enclosed_media_;             ///< inside of a dielectric
   std::map<std::string, SourcePosition> outside_media_;  ///< outside of some shape
   std::map<std::string, std::vector<ShapeDescription>> objects_;
-  /// An ObjectInstance. They are copied at the end, when it is known that there is room for all of them.
+  /// An ObjectInstance. They are copied at the end, when it is known that there is room for all of
+  /// them.
   struct Instance {
     const std::vector<ShapeDescription>* shapes;
     Transform world_from_object;

@@ -57,7 +57,8 @@ MeshDescription make_cylinder(Parameters& parameters) {
   return mesh_of(cylinder);
 }
 
-/// Indices in groups of `corners`; when there are none and one group's worth of positions, these in order.
+/// Indices in groups of `corners`; when there are none and one group's worth of positions, these in
+/// order.
 std::vector<int> checked_indices(Parameters& parameters, std::size_t positions, std::size_t corners) {
   std::vector<int> indices = parameters.integers("indices");
   if (indices.empty()) {
@@ -111,12 +112,14 @@ MeshDescription make_bilinear_mesh(Parameters& parameters, Diagnostics& diagnost
   if (mesh.positions.empty()) throw InputError(parameters.where(), parameters.directive() + ": add \"point3 P\"");
   const std::vector<int> indices = checked_indices(parameters, mesh.positions.size(), 4);
   for (std::size_t i = 0; i < indices.size(); i += 4) {
-    // The corners come as (u, v) = (0,0) (1,0) (0,1) (1,1); the patch's side is that of ∂p/∂u × ∂p/∂v.
+    // The corners come as (u, v) = (0,0) (1,0) (0,1) (1,1); the patch's side is that of ∂p/∂u ×
+    // ∂p/∂v.
     const std::array corner{indices[i], indices[i + 1], indices[i + 2], indices[i + 3]};
     mesh.triangles.push_back({corner[0], corner[1], corner[3]});
     mesh.triangles.push_back({corner[0], corner[3], corner[2]});
     if (!parameters.has("uv")) {
-      // The corners of the patch are those of the unit square; vertices that patches share are not told apart.
+      // The corners of the patch are those of the unit square; vertices that patches share are not
+      // told apart.
       mesh.uv.resize(mesh.positions.size());
       for (std::size_t k = 0; k < 4; ++k)
         mesh.uv[static_cast<std::size_t>(corner[k])] = {static_cast<double>(k % 2), static_cast<double>(k / 2)};

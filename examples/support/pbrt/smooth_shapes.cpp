@@ -21,8 +21,8 @@ struct SurfaceVertex {
   glm::dvec3 normal;
 };
 
-/// A grid over (u, v) in [0, 1]²; the normal of a triangle is on the side of ∂p/∂u × ∂p/∂v. Triangles without area at a
-/// pole are left out.
+/// A grid over (u, v) in [0, 1]²; the normal of a triangle is on the side of ∂p/∂u × ∂p/∂v.
+/// Triangles without area at a pole are left out.
 template <class At>
 MeshDescription grid_mesh(int columns, int rows, bool has_normals, const At& at) {
   MeshDescription mesh;
@@ -89,7 +89,7 @@ MeshDescription mesh_of(const PartialSphere& sphere) {
   });
 }
 
-// ---- subdivision -----------------------------------------------------------------------------------------------------
+// ---- subdivision --------------------------------------------------------------------------------
 
 namespace {
 

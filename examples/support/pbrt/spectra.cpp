@@ -17,9 +17,9 @@ struct NamedMetal {
   Rgb eta, k;
 };
 
-// The measured spectra behind pbrt-v4's names (src/pbrt/util/spectrum.cpp), each brought to linear sRGB by `rgb_of_spectrum`.
-// CuZn is there that of Querry (1985), 70 % copper and 30 % zinc; TiO2 rutile, extraordinary ray, as by Devore (1951); both
-// as refractiveindex.info lists them.
+// The measured spectra behind pbrt-v4's names (src/pbrt/util/spectrum.cpp), each brought to linear
+// sRGB by `rgb_of_spectrum`. CuZn is there that of Querry (1985), 70 % copper and 30 % zinc; TiO2
+// rutile, extraordinary ray, as by Devore (1951); both as refractiveindex.info lists them.
 constexpr std::array known_metals{
     NamedMetal{"Cu", {0.1697, 0.9709, 1.213}, {3.236, 2.594, 2.355}},
     NamedMetal{"Au", {0.1213, 0.3926, 1.587}, {3.296, 2.522, 1.762}},
@@ -35,7 +35,8 @@ struct NamedGlass {
   double eta;  ///< at 587.56 nm (helium d)
 };
 
-// n_d of Schott's catalogue. pbrt's program calls the flints SF5, SF10 and SF11 F5, F10 and F11, its documentation does not.
+// n_d of Schott's catalogue. pbrt's program calls the flints SF5, SF10 and SF11 F5, F10 and F11,
+// its documentation does not.
 constexpr std::array known_glasses{
     NamedGlass{"glass-BK7", 1.51680},   NamedGlass{"glass-BAF10", 1.67003}, NamedGlass{"glass-FK51A", 1.48656},
     NamedGlass{"glass-LASF9", 1.85025}, NamedGlass{"glass-SF5", 1.67270},   NamedGlass{"glass-F5", 1.67270},

@@ -12,17 +12,20 @@
 
 namespace gmis::tools::pbrt {
 
-/// The CIE 1931 colour-matching functions at a wavelength in nanometres, by the fit of Wyman, Sloan and Shirley (Simple
-/// analytic approximations to the CIE XYZ color matching functions, JCGT 2013).
+/// The CIE 1931 colour-matching functions at a wavelength in nanometres, by the fit of Wyman, Sloan
+/// and Shirley (Simple analytic approximations to the CIE XYZ color matching functions, JCGT 2013).
 [[nodiscard]] glm::dvec3 color_matching(double wavelength);
 
-/// A black body of this temperature in kelvins, with luminance 1; channels outside the gamut are cut to 0.
+/// A black body of this temperature in kelvins, with luminance 1; channels outside the gamut are
+/// cut to 0.
 [[nodiscard]] Rgb blackbody(double kelvins);
 
-/// A spectrum given by pairs of wavelength (in nanometres, growing) and value, linear between and constant beyond them.
+/// A spectrum given by pairs of wavelength (in nanometres, growing) and value, linear between and
+/// constant beyond them.
 [[nodiscard]] Rgb rgb_of_spectrum(std::span<const double> pairs);
 
-/// pbrt's names of metals ("metal-Cu-eta"), glasses ("glass-BK7") and illuminants ("stdillum-D65"); nothing for others.
+/// pbrt's names of metals ("metal-Cu-eta"), glasses ("glass-BK7") and illuminants ("stdillum-D65");
+/// nothing for others.
 [[nodiscard]] std::optional<Rgb> named_spectrum(const std::string& name);
 /// All of them, between commas.
 [[nodiscard]] std::string known_spectra();

@@ -45,7 +45,8 @@ std::optional<Transform> look_at(const Point& eye, const Point& target, const gl
   if (glm::length(right) < 1e-9) return {};
   const glm::dvec3 x = glm::normalize(right);
   const glm::dvec3 y = glm::cross(forward, x);
-  // The inverse of a rotation is its transpose; written out, so that no rounding reaches the last row.
+  // The inverse of a rotation is its transpose; written out, so that no rounding reaches the last
+  // row.
   Transform camera_from_world = glm::transpose(Transform(glm::dmat3(x, y, forward)));
   camera_from_world[3] = glm::dvec4(-glm::dot(x, eye), -glm::dot(y, eye), -glm::dot(forward, eye), 1);
   return camera_from_world;
@@ -93,7 +94,8 @@ std::optional<double> similarity_scale(const Transform& m) {
 std::optional<Transform> made_similarity(const Transform& m) {
   const std::optional<double> scale = similarity_scale(m, 4e-3);  // of squares and products: 1e-3 of the axes
   if (!scale) return {};
-  // The polar decomposition by Newton's iteration: R ← (R + R⁻ᵀ)/2 ends at the nearest orthogonal matrix.
+  // The polar decomposition by Newton's iteration: R ← (R + R⁻ᵀ)/2 ends at the nearest orthogonal
+  // matrix.
   glm::dmat3 axes = glm::dmat3(m) / *scale;
   for (int step = 0; step < 8; ++step) axes = (axes + glm::transpose(glm::inverse(axes))) * 0.5;
   Transform result(axes * *scale);

@@ -14,7 +14,8 @@ using Transform = glm::dmat4;
 [[nodiscard]] Transform scaling(const glm::dvec3& by);
 /// About an axis of any length but zero, by `degrees`, counter-clockwise seen from its tip.
 [[nodiscard]] Transform rotation(double degrees, const glm::dvec3& axis);
-/// World to camera, camera space left-handed. Nothing when the eye is the target or `up` is parallel to the view.
+/// World to camera, camera space left-handed. Nothing when the eye is the target or `up` is
+/// parallel to the view.
 [[nodiscard]] std::optional<Transform> look_at(const Point& eye, const Point& target, const glm::dvec3& up);
 
 [[nodiscard]] Point transform_point(const Transform& m, const Point& p);
@@ -23,15 +24,15 @@ using Transform = glm::dmat4;
 /// Affine, finite, and not squashed to a plane.
 [[nodiscard]] bool is_invertible_affine(const Transform& m);
 [[nodiscard]] bool swaps_handedness(const Transform& m);
-/// The factor by which a similarity (rotation, reflection, uniform scale, translation) scales lengths; nothing when `m`
-/// is no similarity to 1e-5.
+/// The factor by which a similarity (rotation, reflection, uniform scale, translation) scales
+/// lengths; nothing when `m` is no similarity to 1e-5.
 [[nodiscard]] std::optional<double> similarity_scale(const Transform& m);
 
 /// The similarity nearest to `m`, which is one to 1e-3; nothing when `m` is farther from any.
 [[nodiscard]] std::optional<Transform> made_similarity(const Transform& m);
 
-/// Moves a shape from the space it is described in by `m`; the surface keeps the side its normals point to.
-/// Nothing when `m` would make an ellipsoid of a sphere.
+/// Moves a shape from the space it is described in by `m`; the surface keeps the side its normals
+/// point to. Nothing when `m` would make an ellipsoid of a sphere.
 [[nodiscard]] std::optional<ShapeDescription> transformed(ShapeDescription shape, const Transform& m);
 
 }  // namespace gmis::tools::pbrt

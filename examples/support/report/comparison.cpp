@@ -48,7 +48,8 @@ std::string file_name_of(const std::string& name) {
   return result;
 }
 
-/// The same run as a command line of gmis-render. A pilot chooses anew, for that number of iterations.
+/// The same run as a command line of gmis-render. A pilot chooses anew, for that number of
+/// iterations.
 std::string command_of(const ComparisonRequest& request, const std::string& scene,
                        const ComparisonRequest::Contender& contender, glm::ivec2 size, const RunRecord& run) {
   const Options defaults;

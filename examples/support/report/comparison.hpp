@@ -42,8 +42,9 @@ struct ComparisonRequest {
 /// "vcm", "gmis" or, with a way to split, "gmis/paper". Throws `InputError`.
 [[nodiscard]] ComparisonRequest::Contender contender_of(const std::string& name);
 
-/// Runs the integrators on every scene, seed after seed: after each iteration the turn goes to the one that has had the least
-/// processor time. Ends early when interrupted; what there is then is valid.
+/// Runs the integrators on every scene, seed after seed: after each iteration the turn goes to the
+/// one that has had the least processor time. Ends early when interrupted; what there is then is
+/// valid.
 [[nodiscard]] Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor);
 
 }  // namespace gmis::tools

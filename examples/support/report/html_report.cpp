@@ -101,8 +101,8 @@ void add_runs(std::ostream& html, const SceneRecord& scene) {
   html << "</ul></details>\n";
 }
 
-/// Four bytes a pixel: red, green and blue over a common power of two, whose exponent plus 128 is the fourth. Values that are
-/// negative or not finite become 0.
+/// Four bytes a pixel: red, green and blue over a common power of two, whose exponent plus 128 is
+/// the fourth. Values that are negative or not finite become 0.
 std::vector<std::uint8_t> shared_exponent(const Image& image) {
   std::vector<std::uint8_t> bytes;
   bytes.reserve(image.rgb.size() / 3 * 4);

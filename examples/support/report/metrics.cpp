@@ -17,7 +17,7 @@ using Colour = std::array<double, 3>;
 
 constexpr double pixels_per_degree = 0.7 * 3840 / 0.7 * pi<double> / 180;
 
-// --- Colour spaces ------------------------------------------------------------------------------------------------------
+// --- Colour spaces -------------------------------------------------------------------------------
 
 /// Linear sRGB to XYZ, divided by the XYZ of white (the sums of the rows).
 constexpr std::array<Colour, 3> to_xyz{{{10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794},
@@ -75,7 +75,7 @@ double colour_distance(const Colour& a, const Colour& b) {
   return std::pow(std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]), 0.7);
 }
 
-// --- Filters ------------------------------------------------------------------------------------------------------------
+// --- Filters -------------------------------------------------------------------------------------
 
 /// One number for each pixel.
 struct Plane {
@@ -90,7 +90,8 @@ struct Plane {
 /// From −r to r.
 using Kernel = std::vector<double>;
 
-/// The plane under the product of two kernels, one along each axis; beyond its edge a plane goes on with the edge's values.
+/// The plane under the product of two kernels, one along each axis; beyond its edge a plane goes on
+/// with the edge's values.
 Plane filtered(const Plane& plane, const Kernel& along_x, const Kernel& along_y) {
   const auto pass = [](const Plane& from, const Kernel& kernel, bool is_x) {
     Plane to(from.width, from.height);
@@ -137,7 +138,8 @@ Plane seen_with(const Plane& plane, std::span<const SensitivityTerm> terms) {
   return sum;
 }
 
-/// The strength of edges or of points (lines, too) in a plane: first or second derivatives of Gaussians.
+/// The strength of edges or of points (lines, too) in a plane: first or second derivatives of
+/// Gaussians.
 Plane features_of(const Plane& plane, bool points) {
   constexpr double width = 0.082;  // of a feature, in degrees
   constexpr double deviation = 0.5 * width * pixels_per_degree;
@@ -159,7 +161,7 @@ Plane features_of(const Plane& plane, bool points) {
   return strength;
 }
 
-// --- ꟻLIP ---------------------------------------------------------------------------------------------------------------
+// --- ꟻLIP ----------------------------------------------------------------------------------------
 
 /// What its two halves, colours and features, need of one picture.
 struct Seen {
@@ -207,7 +209,8 @@ Image smape_map(const Image& image, const Image& reference) {
 
 Image flip_map(const Image& image, const Image& reference, float exposure) {
   const Seen ours = seen(image, exposure), theirs = seen(reference, exposure);
-  // The largest distance of two colours is that of green and blue. Distances up to 0.4 of it take 0.95 of the range.
+  // The largest distance of two colours is that of green and blue. Distances up to 0.4 of it take
+  // 0.95 of the range.
   const double largest = colour_distance(adjusted_lab({0, 1, 0}), adjusted_lab({0, 0, 1}));
   constexpr double knee = 0.4, at_knee = 0.95;
   Image map(image.width, image.height);

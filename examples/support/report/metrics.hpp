@@ -3,7 +3,8 @@
 #include "support/image/image.hpp"
 
 /// \file
-/// How far a picture is from its reference, by four measures. Both pictures are linear RGB of one size.
+/// How far a picture is from its reference, by four measures. Both pictures are linear RGB of one
+/// size.
 
 namespace gmis::tools {
 
@@ -27,10 +28,11 @@ struct PictureError {
 /// |x − ref| / (|x| + |ref| + 0.01), pixel by pixel and channel by channel.
 [[nodiscard]] Image smape_map(const Image& image, const Image& reference);
 
-/// ꟻLIP of every pixel, the same number in all three channels: the difference that a person sees who flips between the two
-/// pictures on a screen, 67 pixels a degree (0.7 m before a screen that is 0.7 m and 3840 pixels wide). Each picture is shown
-/// as value × exposure, cut to [0, 1]. [Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "ꟻLIP: A Difference
-/// Evaluator for Alternating Images", 2020; equations 1 to 13, table 1]
+/// ꟻLIP of every pixel, the same number in all three channels: the difference that a person sees
+/// who flips between the two pictures on a screen, 67 pixels a degree (0.7 m before a screen that
+/// is 0.7 m and 3840 pixels wide). Each picture is shown as value × exposure, cut to [0, 1].
+/// [Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "ꟻLIP: A Difference Evaluator
+/// for Alternating Images", 2020; equations 1 to 13, table 1]
 [[nodiscard]] Image flip_map(const Image& image, const Image& reference, float exposure);
 
 }  // namespace gmis::tools

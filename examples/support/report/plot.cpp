@@ -47,7 +47,8 @@ std::string data_of(const SceneRecord& scene) {
   return text.str();
 }
 
-/// Both axes begin and end at a tick that has its number. A time of many decades has numbers at the decades alone.
+/// Both axes begin and end at a tick that has its number. A time of many decades has numbers at the
+/// decades alone.
 std::string ranges_and_ticks_of(const SceneRecord& scene) {
   double least[2] = {1e300, 1e300}, most[2] = {0, 0};
   for (const ContenderRecord& contender : scene.contenders)

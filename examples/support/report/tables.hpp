@@ -13,15 +13,17 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 };
 
-/// Integrator, iterations, error at the end, seconds to reach each of `targets_of` ("not reached" where a seed missed it), efficiency
-/// relative to the baseline with its interval, slope, merging's bias.
+/// Integrator, iterations, error at the end, seconds to reach each of `targets_of` ("not reached"
+/// where a seed missed it), efficiency relative to the baseline with its interval, slope, merging's
+/// bias.
 [[nodiscard]] Table table_of(const SceneRecord& scene);
 
-/// One row per integrator: the picture of its first seed at the end against the reference, by four measures (metrics.hpp). No
-/// rows without a reference.
+/// One row per integrator: the picture of its first seed at the end against the reference, by four
+/// measures (metrics.hpp). No rows without a reference.
 [[nodiscard]] Table metrics_table_of(const SceneRecord& scene);
 
-/// A sentence (with a space before it) when the reference's own noise is more than a third of the smallest error.
+/// A sentence (with a space before it) when the reference's own noise is more than a third of the
+/// smallest error.
 [[nodiscard]] std::string reference_warning(const SceneRecord& scene);
 
 /// The tables of all scenes, as Markdown.

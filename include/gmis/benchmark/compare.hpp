@@ -23,7 +23,8 @@ struct ComparisonSettings {
   double slice_seconds = 0.002;   ///< length of one
   double measure_seconds = 0.04;  ///< for the variance of each, at least 400 rounds and at most 1,000,000
   std::uint64_t seed = 1;         ///< of all samples
-  /// Seconds of processor time so far. Another one makes a comparison a function of the seed, for tests.
+  /// Seconds of processor time so far. Another one makes a comparison a function of the seed, for
+  /// tests.
   std::function<double()> clock = [] {
     return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
   };
@@ -167,12 +168,13 @@ struct Comparison {
   }
 };
 
-/// Times and measures contenders side by side: the variance of a round, exact where the contender has one and measured with its
-/// interval elsewhere; the processor time of a round, the least of several slices that are interleaved in random order, so that a
-/// busy machine is fair to each; what follows from both; and the densities of a round.
+/// Times and measures contenders side by side: the variance of a round, exact where the contender
+/// has one and measured with its interval elsewhere; the processor time of a round, the least of
+/// several slices that are interleaved in random order, so that a busy machine is fair to each;
+/// what follows from both; and the densities of a round.
 ///
-/// Throws std::invalid_argument for an integral of 0 (errors are relative to it), no contenders, and settings that are not
-/// positive.
+/// Throws std::invalid_argument for an integral of 0 (errors are relative to it), no contenders,
+/// and settings that are not positive.
 [[nodiscard]] inline Comparison compare(std::string problem, double integral, std::vector<Contender> contenders,
                                         const ComparisonSettings& settings = {}) {
   require_argument(integral != 0.0 && std::isfinite(integral), "errors are relative to the integral, which is 0 here");

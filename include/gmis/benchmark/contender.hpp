@@ -24,7 +24,8 @@
 
 namespace gmis {
 
-/// SplitMix64: the cheapest source of random words there is, so that the time of a round is that of the round.
+/// SplitMix64: the cheapest source of random words there is, so that the time of a round is that of
+/// the round.
 class ComparisonSource {
  public:
   using result_type = std::uint64_t;
@@ -55,9 +56,11 @@ concept ComparableRound = requires(R& round, ComparisonSource& source) {
   double > || std::same_as<std::invoke_result_t<R&, ComparisonSource&>, RoundValue>;
 };
 
-/// One of the estimators that `compare` puts side by side: a name, its rounds, and its exact variance where there is one.
+/// One of the estimators that `compare` puts side by side: a name, its rounds, and its exact
+/// variance where there is one.
 struct Contender {
-  /// Runs rounds into `values`, or only adds them up where that is empty: returns the sum, and the densities evaluated.
+  /// Runs rounds into `values`, or only adds them up where that is empty: returns the sum, and the
+  /// densities evaluated.
   using Run = std::function<RoundValue(std::uint64_t rounds, std::span<double> values, ComparisonSource& source)>;
 
   std::string name;  ///< in the first column
@@ -65,8 +68,8 @@ struct Contender {
   std::optional<double> exact_variance;  ///< of one round; without it the variance is measured
   double half_width = 0.0;  ///< of the 99 % interval of `exact_variance`, where that is itself an average over draws
 
-  /// A round of one's own. `round` is any function of a source: with a `source` parameter of type `auto&`, or
-  /// `ComparisonSource&`.
+  /// A round of one's own. `round` is any function of a source: with a `source` parameter of type
+  /// `auto&`, or `ComparisonSource&`.
   template <ComparableRound Round>
   Contender(std::string its_name, Round round, std::optional<double> its_exact_variance = {})
       : name(std::move(its_name)), run(in_a_loop(std::move(round))), exact_variance(its_exact_variance) {}
@@ -98,8 +101,9 @@ struct Contender {
   }
 };
 
-/// An integral, its proposals and a quadrature rule: what `compare` compares over. Makes contenders of what the library has, each
-/// with its exact variance. f has one channel. Copies share what they hold.
+/// An integral, its proposals and a quadrature rule: what `compare` compares over. Makes contenders
+/// of what the library has, each with its exact variance. f has one channel. Copies share what they
+/// hold.
 template <class Integrand, class P>
 class ComparedProblem {
  public:
@@ -113,8 +117,8 @@ class ComparedProblem {
   [[nodiscard]] const TabulatedProblem& table() const noexcept { return shared_->table; }
   [[nodiscard]] double integral() const noexcept { return shared_->table.integral(); }
 
-  /// One of the six schemes, run as its cheapest pair. R2 and N2 of many proposals have their variance averaged over 512 draws of
-  /// the indices.
+  /// One of the six schemes, run as its cheapest pair. R2 and N2 of many proposals have their
+  /// variance averaged over 512 draws of the indices.
   [[nodiscard]] Contender scheme(Scheme scheme) const {
     const SelectionAndWeighting both = cheapest_pair(scheme);
     return pair(both.selection, both.weighting, std::string(name_of(scheme)));
@@ -148,7 +152,8 @@ class ComparedProblem {
     if (has_full_support(partition, table())) contender.exact_variance = exact_moments(partition, table()).variance;
     return contender;
   }
-  /// A selection of one's own under one of the five weightings. Its variance is exact for up to 100,000 outcomes.
+  /// A selection of one's own under one of the five weightings. Its variance is exact for up to
+  /// 100,000 outcomes.
   template <IndexSelection S>
   [[nodiscard]] Contender selection(std::string name, S selection, Weighting weighting) const {
     const std::size_t n = table().proposal_count();

@@ -13,7 +13,8 @@
 namespace gmis {
 
 namespace detail {
-/// The density of a camera ray is 1 / |∂x/∂u × ∂x/∂v|, with x the direction or, for parallel rays, the origin.
+/// The density of a camera ray is 1 / |∂x/∂u × ∂x/∂v|, with x the direction or, for parallel rays,
+/// the origin.
 template <Camera C, class T>
 void check_camera_density(const C& camera, glm::ivec2 pixel, const Vec2<T>& uv, const Vec2<T>& lens,
                           const CameraSample<typename C::Spectrum>& ray, Findings& findings) {

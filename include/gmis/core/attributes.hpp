@@ -8,14 +8,16 @@
 #define GMIS_ALWAYS_INLINE [[gnu::always_inline]]
 /// Never inlined: what seldom runs must not take registers of the code around it.
 #define GMIS_NEVER_INLINE [[gnu::noinline]]
-/// Runs seldom: compiled for size, apart from the code around it. It takes less time to compile, too.
+/// Runs seldom: compiled for size, apart from the code around it. It takes less time to compile,
+/// too.
 #define GMIS_RARE [[gnu::cold, gnu::noinline]]
 /// Inlines all that the function calls: the walks where nearly all time is spent.
 #define GMIS_FLATTEN [[gnu::flatten]]
 /// The same for lambdas, after their parameters.
 #define GMIS_ALWAYS_INLINE_LAMBDA __attribute__((always_inline))
 #define GMIS_RARE_LAMBDA __attribute__((cold, noinline))
-/// A vector of this many bytes, after the name in an alias of its element type; arithmetic is by element.
+/// A vector of this many bytes, after the name in an alias of its element type; arithmetic is by
+/// element.
 #define GMIS_VECTOR_OF_BYTES(count) __attribute__((vector_size(count)))
 /// Asks for memory that is read soon.
 #define GMIS_PREFETCH(address) __builtin_prefetch(address)

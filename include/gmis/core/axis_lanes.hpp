@@ -19,8 +19,8 @@ namespace gmis {
 template <class T>
 using AxisArray = std::array<T, 4>;
 
-/// The three coordinates of a vector worked on at once: a plain loop, and a register for `float` where the compiler may use SSE2,
-/// with the same bits.
+/// The three coordinates of a vector worked on at once: a plain loop, and a register for `float`
+/// where the compiler may use SSE2, with the same bits.
 template <std::floating_point T>
 struct AxisLanes {
   Vec3<T> value;
@@ -38,12 +38,14 @@ struct AxisLanes {
   [[nodiscard]] friend AxisLanes operator*(const AxisLanes& a, const AxisLanes& b) noexcept {
     return {a.value * b.value};
   }
-  /// True when both differences are at most `bound` in every coordinate; false where one is not a number.
+  /// True when both differences are at most `bound` in every coordinate; false where one is not a
+  /// number.
   [[nodiscard]] friend bool are_at_most(const AxisLanes& a, const AxisLanes& b, T bound) noexcept {
     const auto is_below = [&](const Vec3<T>& v) { return v.x <= bound && v.y <= bound && v.z <= bound; };
     return is_below(a.value) && is_below(b.value);
   }
-  /// The largest integers that are not above the coordinates, which must be within the range of the integers.
+  /// The largest integers that are not above the coordinates, which must be within the range of the
+  /// integers.
   [[nodiscard]] AxisArray<std::int32_t> floors() const noexcept {
     const auto floor = [](T x) { return static_cast<std::int32_t>(std::floor(x)); };
     return {floor(value.x), floor(value.y), floor(value.z), 0};

@@ -2,10 +2,11 @@
 
 namespace gmis {
 
-/// A running sum with about twice the precision of `T`. The sum is stored in two `T`, renormalised after every term;
-/// the error is about n ε² Σ|terms| for n terms [Dekker 1971; Knuth's two-sum].
+/// A running sum with about twice the precision of `T`. The sum is stored in two `T`, renormalised
+/// after every term; the error is about n ε² Σ|terms| for n terms [Dekker 1971; Knuth's two-sum].
 ///
-/// `T` is a floating-point type. After an infinite or NaN term, `value` is infinite or NaN like a plain sum.
+/// `T` is a floating-point type. After an infinite or NaN term, `value` is infinite or NaN like a
+/// plain sum.
 template <class T>
 class CompensatedSum {
  public:

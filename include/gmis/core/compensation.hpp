@@ -9,15 +9,18 @@
 
 namespace gmis {
 
-/// MIS compensation [Karlík, Šik, Vévoda, Skřivan, Křivánek: MIS compensation, 2019]: the density that a free technique (a
-/// table: an environment map, a guiding grid) should have beside others that are given. In cells i with `target` t_i = ∫ |f|
-/// and `others` o_i = the probability of the rest of the mixture, and with the fraction c of all samples, it returns
-/// p_i = max(0, λ t_i − (1 − c) o_i)/c with λ such that Σ p_i = 1: samples go where the others leave f short, none where
-/// they have more than enough. For densities that are constant in a cell no other p has a smaller ∫ f²/ψ.
+/// MIS compensation [Karlík, Šik, Vévoda, Skřivan, Křivánek: MIS compensation, 2019]: the density
+/// that a free technique (a table: an environment map, a guiding grid) should have beside others
+/// that are given. In cells i with `target` t_i = ∫ |f| and `others` o_i = the probability of the
+/// rest of the mixture, and with the fraction c of all samples, it returns p_i = max(0, λ t_i − (1
+/// − c) o_i)/c with λ such that Σ p_i = 1: samples go where the others leave f short, none where
+/// they have more than enough. For densities that are constant in a cell no other p has a smaller ∫
+/// f²/ψ.
 ///
-/// Only a zero of ψ = c p + (1 − c) o would bias; where the others are zero, p is positive wherever the target is. Where `others`
-/// is an approximation, keep a defence of your own. Throws std::invalid_argument for lists of different or no length, values
-/// that are negative or not finite, a target without mass, others beyond probabilities, or a fraction outside (0, 1].
+/// Only a zero of ψ = c p + (1 − c) o would bias; where the others are zero, p is positive wherever
+/// the target is. Where `others` is an approximation, keep a defence of your own. Throws
+/// std::invalid_argument for lists of different or no length, values that are negative or not
+/// finite, a target without mass, others beyond probabilities, or a fraction outside (0, 1].
 [[nodiscard]] inline std::vector<double> compensated_density(std::span<const double> target,
                                                              std::span<const double> others, double fraction) {
   if (target.empty() || target.size() != others.size())
@@ -33,7 +36,8 @@ namespace gmis {
   if (!(mass > 0.0 && std::isfinite(mass))) reject_argument("the target has no mass");
   if (!(rest <= 1.5)) reject_argument("the others are probabilities, which sum to one at most");
 
-  // With Σ t = 1, Σ max(0, λ t − (1 − c) o) rises with λ, from 0 to at least c at λ = c + (1 − c) Σ o.
+  // With Σ t = 1, Σ max(0, λ t − (1 − c) o) rises with λ, from 0 to at least c at λ = c + (1 − c) Σ
+  // o.
   const auto excess = [&](double lambda) {
     double sum = 0.0;
     for (std::size_t i = 0; i < target.size(); ++i)

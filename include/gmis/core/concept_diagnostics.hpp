@@ -8,10 +8,11 @@
 #include "gmis/core/random.hpp"
 
 /// \file
-/// Short messages for types that do not meet a concept. `static_assert(gmis::IsBsdf<MyBsdf>())` holds where `gmis::Bsdf<MyBsdf>`
-/// does. Where it does not, the first line of the compiler's message names the type and the first
-/// member that it lacks (`gmis::bsdf_lacks::sample<MyBsdf>`), and the note quotes the declaration that is wanted. A
-/// member with other arguments or another result counts as missing.
+/// Short messages for types that do not meet a concept. `static_assert(gmis::IsBsdf<MyBsdf>())`
+/// holds where `gmis::Bsdf<MyBsdf>` does. Where it does not, the first line of the compiler's
+/// message names the type and the first member that it lacks (`gmis::bsdf_lacks::sample<MyBsdf>`),
+/// and the note quotes the declaration that is wanted. A member with other arguments or another
+/// result counts as missing.
 
 namespace gmis {
 
@@ -261,7 +262,8 @@ consteval auto source_verdict() {
 }  // namespace detail
 /// \endcond
 
-/// `IsBsdf<B>()` is true where `gmis::Bsdf<B>` holds; else the compiler's first line names what is missing.
+/// `IsBsdf<B>()` is true where `gmis::Bsdf<B>` holds; else the compiler's first line names what is
+/// missing.
 template <class B>
 using IsBsdf = typename decltype(detail::bsdf_verdict<B>())::type;
 /// The same for `gmis::BsdfWithLobes<B>`.

@@ -9,19 +9,22 @@
 
 /// \file
 /// The interface that a renderer supplies. Put `static_assert(gmis::IsBsdf<MyBsdf>())` (and so on,
-/// core/concept_diagnostics.hpp) beside your type: the compiler's first line then names the member that it lacks.
+/// core/concept_diagnostics.hpp) beside your type: the compiler's first line then names the member
+/// that it lacks.
 
 namespace gmis {
 
-/// How a surface scatters at one point. The object holds all data that it needs. It is copied into the vertices of
-/// light subpaths, so keep it small.
+/// How a surface scatters at one point. The object holds all data that it needs. It is copied into
+/// the vertices of light subpaths, so keep it small.
 ///
-/// - `evaluate(to_prev, to_next, mode)`: f [1/sr] without the cosine, and both densities per steradian; delta lobes
-///   count as zero.
-/// - `sample(to_prev, u, uv, mode)`: a direction, with `u` free to choose a lobe; nothing when no light is scattered.
-/// - `is_purely_delta()`: `evaluate` is zero everywhere, so that connections and merging are impossible here.
-/// - `albedo()`: approximate share of the light that is scattered, a function of the surface point alone. Its largest
-///   channel is the continuation probability of Russian roulette.
+/// - `evaluate(to_prev, to_next, mode)`: f [1/sr] without the cosine, and both densities per
+///   steradian; delta lobes count as zero.
+/// - `sample(to_prev, u, uv, mode)`: a direction, with `u` free to choose a lobe; nothing when no
+///   light is scattered.
+/// - `is_purely_delta()`: `evaluate` is zero everywhere, so that connections and merging are
+///   impossible here.
+/// - `albedo()`: approximate share of the light that is scattered, a function of the surface point
+///   alone. Its largest channel is the continuation probability of Russian roulette.
 template <class B>
 concept Bsdf = std::copyable<B> && requires {
   typename B::Spectrum;
@@ -34,18 +37,22 @@ concept Bsdf = std::copyable<B> && requires {
   { bsdf.albedo() } -> std::convertible_to<typename B::Spectrum>;
 };
 
-/// A BSDF that offers its non-delta lobes as separate proposals, so that one vertex can draw from several lobes.
+/// A BSDF that offers its non-delta lobes as separate proposals, so that one vertex can draw from
+/// several lobes.
 ///
 /// - `B::max_lobes`: the greatest number of lobes of any point, a constant expression.
 /// - `lobe_count()`: the number of non-delta lobes at this point; 0 on a purely delta surface.
-/// - `lobe_weight(k)`: α_k, which sums to one over the lobes. It is the probability with which `sample` chooses lobe k,
-///   given that it chooses no delta lobe. Where that probability depends on the directions (Fresnel), α_k is a fixed
-///   share; the densities of `sample` then come from `evaluate` alone.
-/// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when the direction goes under the
-///   surface.
-/// - `lobe_pdfs(to_prev, to_next, pdfs)`: writes the density of every lobe at `to_next`, per steradian, to `pdfs`.
-///   A BSDF whose lobes depend on the transport mode takes `mode` as a last argument, with a default.
-/// - `has_delta_lobes()`: `sample` may also choose a delta lobe here. Children are then drawn by `sample` alone.
+/// - `lobe_weight(k)`: α_k, which sums to one over the lobes. It is the probability with which
+///   `sample` chooses lobe k, given that it chooses no delta lobe. Where that probability depends
+///   on the directions (Fresnel), α_k is a fixed share; the densities of `sample` then come from
+///   `evaluate` alone.
+/// - `sample_lobe(k, to_prev, uv, mode)`: a direction from lobe k alone; nothing when the direction
+///   goes under the surface.
+/// - `lobe_pdfs(to_prev, to_next, pdfs)`: writes the density of every lobe at `to_next`, per
+///   steradian, to `pdfs`. A BSDF whose lobes depend on the transport mode takes `mode` as a last
+///   argument, with a default.
+/// - `has_delta_lobes()`: `sample` may also choose a delta lobe here. Children are then drawn by
+///   `sample` alone.
 /// - `lobes_have_full_support()`: every lobe has a positive density wherever f is not zero.
 template <class B>
 concept BsdfWithLobes = Bsdf<B> &&
@@ -60,15 +67,16 @@ concept BsdfWithLobes = Bsdf<B> &&
   { bsdf.lobes_have_full_support() } -> std::same_as<bool>;
 };
 
-/// A BSDF with the optional member `has_narrow_lobe()`: true when the surface has a lobe that is delta or narrower than
-/// `narrow_roughness` (core/effects.hpp). It is a function of the surface point alone.
+/// A BSDF with the optional member `has_narrow_lobe()`: true when the surface has a lobe that is
+/// delta or narrower than `narrow_roughness` (core/effects.hpp). It is a function of the surface
+/// point alone.
 template <class B>
 concept BsdfWithNarrowLobes = Bsdf<B> && requires(const B& bsdf) {
   { bsdf.has_narrow_lobe() } -> std::same_as<bool>;
 };
 
-/// `bsdf.has_narrow_lobe()`, or true for a BSDF without this member. A local count of merging (docs/weights.md) is right
-/// with any answer; an answer of true without need costs time.
+/// `bsdf.has_narrow_lobe()`, or true for a BSDF without this member. A local count of merging
+/// (docs/weights.md) is right with any answer; an answer of true without need costs time.
 template <Bsdf B>
 [[nodiscard]] constexpr bool has_narrow_lobe(const B& bsdf) noexcept {
   if constexpr (BsdfWithNarrowLobes<B>)
@@ -77,9 +85,10 @@ template <Bsdf B>
     return true;
 }
 
-/// A BSDF with the optional type `Compact`: what it holds beside the normals of its `SurfacePoint`, so that a light vertex need not
-/// keep them twice. `bsdf.compact()` gives it, `B(compact, point)` is the BSDF again. `Compact::Whole` is `B` itself, so that a
-/// class derived from `B` is not mistaken for it.
+/// A BSDF with the optional type `Compact`: what it holds beside the normals of its `SurfacePoint`,
+/// so that a light vertex need not keep them twice. `bsdf.compact()` gives it, `B(compact, point)`
+/// is the BSDF again. `Compact::Whole` is `B` itself, so that a class derived from `B` is not
+/// mistaken for it.
 template <class B>
 concept BsdfWithCompactForm = Bsdf<B> && std::same_as<typename B::Compact::Whole, B> &&
     requires(const B& bsdf, const SurfacePoint<ScalarOf<typename B::Spectrum>>& point) {
@@ -87,9 +96,10 @@ concept BsdfWithCompactForm = Bsdf<B> && std::same_as<typename B::Compact::Whole
   {B(bsdf.compact(), point)};
 };
 
-/// `bsdf.evaluate(…)` and `bsdf.sample(…)`, or with `needs_reverse` false the optional members `evaluate_forward` and
-/// `sample_forward` with the same arguments and results, where a BSDF has them: their reverse densities are not read, so
-/// they need not be computed. Path tracing calls these.
+/// `bsdf.evaluate(…)` and `bsdf.sample(…)`, or with `needs_reverse` false the optional members
+/// `evaluate_forward` and `sample_forward` with the same arguments and results, where a BSDF has
+/// them: their reverse densities are not read, so they need not be computed. Path tracing calls
+/// these.
 template <bool needs_reverse, Bsdf B, class V>
 [[nodiscard]] constexpr auto evaluate_bsdf(const B& bsdf, const V& to_prev, const V& to_next, TransportMode mode) {
   if constexpr (!needs_reverse && requires { bsdf.evaluate_forward(to_prev, to_next, mode); })
@@ -106,9 +116,9 @@ template <bool needs_reverse, Bsdf B, class V, std::floating_point T>
     return bsdf.sample(to_prev, u, uv, mode);
 }
 
-/// `bsdf.reflects_only()`, an optional member, or false for a BSDF without it. True promises that `evaluate` is zero
-/// unless the cosines of both directions with the shading normal have one sign. Connections that would be zero then end
-/// before the BSDF is evaluated.
+/// `bsdf.reflects_only()`, an optional member, or false for a BSDF without it. True promises that
+/// `evaluate` is zero unless the cosines of both directions with the shading normal have one sign.
+/// Connections that would be zero then end before the BSDF is evaluated.
 template <Bsdf B>
 [[nodiscard]] constexpr bool reflects_only(const B& bsdf) noexcept {
   if constexpr (requires {
@@ -123,13 +133,16 @@ template <Bsdf B>
 ///
 /// - `is_delta()`: no ray can hit the light (point, spot, directional).
 /// - `is_infinite()`: the light has directions but no position (directional, environment).
-/// - `sample_next_event(from, uv)`: a sample of the light that arrives at `from`; nothing when no light arrives.
-/// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath; nothing when the sample fails.
-/// - `emitted(origin, direction)`: the radiance that leaves `origin` along `direction`, and the densities with which
-///   `sample_emission` makes this start. An infinite light ignores `origin`; `direction` is the one in which its light
-///   propagates, into the scene.
-/// - `next_event_density(origin, direction, from)`: the density with which `sample_next_event(from, …)` makes `origin`
-///   (for an infinite light: the direction), in the measure of `EmissionDensity::origin`; 1 for a delta light.
+/// - `sample_next_event(from, uv)`: a sample of the light that arrives at `from`; nothing when no
+///   light arrives.
+/// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath; nothing when the
+///   sample fails.
+/// - `emitted(origin, direction)`: the radiance that leaves `origin` along `direction`, and the
+///   densities with which `sample_emission` makes this start. An infinite light ignores `origin`;
+///   `direction` is the one in which its light propagates, into the scene.
+/// - `next_event_density(origin, direction, from)`: the density with which
+///   `sample_next_event(from, …)` makes `origin` (for an infinite light: the direction), in the
+///   measure of `EmissionDensity::origin`; 1 for a delta light.
 template <class L>
 concept Light = requires {
   typename L::Spectrum;
@@ -148,16 +161,19 @@ concept Light = requires {
 /// A camera.
 ///
 /// - `resolution()`: width and height in pixels.
-/// - `sample_ray(pixel, uv_pixel, uv_lens)`: a ray through a pixel (x to the right, y *down*, from the upper left);
-///   nothing when the sample fails.
-/// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing when no pixel does.
+/// - `sample_ray(pixel, uv_pixel, uv_lens)`: a ray through a pixel (x to the right, y *down*, from
+///   the upper left); nothing when the sample fails.
+/// - `project(point, uv_lens)`: the pixel that sees `point`, without a test of visibility; nothing
+///   when no pixel does.
 /// - `has_parallel_rays()`: densities are per area perpendicular to the rays, not per steradian.
 /// - `has_lens()`, optional: false when `uv_lens` is not read. No numbers are then drawn for it.
-/// - `filter_radius()`, optional: the reach of a reconstruction filter h in pixels; without it 0.5, a box. A wider filter
-///   follows this rule: `sample_ray` draws the point x of the film with the density h(x − c_p), c_p the centre of its
-///   pixel; `project` returns pixel p with the probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p) over the pixels
-///   inside and outside of the picture (`uv_lens` may choose it), and nothing for a pixel outside; both state H(x) times
-///   the density of a box. The factor h / H is then common to all techniques, and cancels in their weights.
+/// - `filter_radius()`, optional: the reach of a reconstruction filter h in pixels; without it 0.5,
+///   a box. A wider filter follows this rule: `sample_ray` draws the point x of the film with the
+///   density h(x − c_p), c_p the centre of its pixel; `project` returns pixel p with the
+///   probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p) over the pixels inside and outside of the
+///   picture (`uv_lens` may choose it), and nothing for a pixel outside; both state H(x) times the
+///   density of a box. The factor h / H is then common to all techniques, and cancels in their
+///   weights.
 template <class C>
 concept Camera = requires {
   typename C::Spectrum;
@@ -204,13 +220,13 @@ concept OneSpectrum = std::same_as<typename S::Bsdf::Spectrum, typename S::Spect
 ///
 /// - `intersect(ray)`: the nearest hit with 0 < t < t_max, or nothing.
 /// - `visible(ray)`: true when nothing blocks 0 < t < t_max.
-/// - `sample_light(u)`: a light, chosen with a probability that does not depend on the receiver; a null light when the
-///   scene has none.
+/// - `sample_light(u)`: a light, chosen with a probability that does not depend on the receiver; a
+///   null light when the scene has none.
 /// - `selection_probability(light)`: the probability with which `sample_light` chooses this light.
-/// - `sample_light(from, u)`, `selection_probability(light, from)`, optional: the choice of next events at the surface
-///   point `from` (`SceneWithReceiverChoice`, core/light_choice.hpp).
-/// - `infinite_lights()`: a range of `const Light*` with the infinite lights, which rays that leave the scene hit.
-///   Delta lights may be left out.
+/// - `sample_light(from, u)`, `selection_probability(light, from)`, optional: the choice of next
+///   events at the surface point `from` (`SceneWithReceiverChoice`, core/light_choice.hpp).
+/// - `infinite_lights()`: a range of `const Light*` with the infinite lights, which rays that leave
+///   the scene hit. Delta lights may be left out.
 /// - `camera()`: the camera.
 template <class S>
 concept Scene = requires {
@@ -234,16 +250,17 @@ concept Scene = requires {
 };
 
 namespace detail {
-/// A lambda with captures, like the work that the engine passes. It does not convert to a function pointer.
+/// A lambda with captures, like the work that the engine passes. It does not convert to a function
+/// pointer.
 inline auto work_with_captures(std::size_t& sum) {
   return [&sum](std::size_t i) { sum += i; };
 }
 using WorkWithCaptures = decltype(work_with_captures(std::declval<std::size_t&>()));
 }  // namespace detail
 
-/// Runs loops for the engine, which never starts a thread itself. `parallel_for(count, work)` calls `work(i)` once for
-/// each i from 0 to count − 1, in any order and possibly concurrently, and returns when all calls are done. `work` is a
-/// temporary lambda with captures.
+/// Runs loops for the engine, which never starts a thread itself. `parallel_for(count, work)` calls
+/// `work(i)` once for each i from 0 to count − 1, in any order and possibly concurrently, and
+/// returns when all calls are done. `work` is a temporary lambda with captures.
 template <class E>
 concept Executor = requires(E& executor, std::size_t count, detail::WorkWithCaptures work) {
   executor.parallel_for(count, std::move(work));

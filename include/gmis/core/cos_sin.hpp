@@ -10,8 +10,8 @@
 #include "gmis/core/attributes.hpp"
 
 /// \file
-/// Cosine and sine of the angles that sampling draws: without a call and without a choice for `float`, whose digits a short
-/// polynomial has.
+/// Cosine and sine of the angles that sampling draws: without a call and without a choice for
+/// `float`, whose digits a short polynomial has.
 
 namespace gmis {
 
@@ -23,7 +23,8 @@ struct CosSin {
 
 namespace detail {
 
-/// (b, a) when `swapped`, else (a, b). In integers, because a choice between floats would be a branch.
+/// (b, a) when `swapped`, else (a, b). In integers, because a choice between floats would be a
+/// branch.
 template <std::floating_point T>
 [[nodiscard]] GMIS_ALWAYS_INLINE constexpr CosSin<T> swapped_if(bool swapped, T a, T b) noexcept {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
@@ -43,8 +44,8 @@ template <std::floating_point T>
 
 }  // namespace detail
 
-/// Of π/4 · `t`, −1 ≤ t ≤ 1. For `float` the minimax polynomials in t² of sin(π/4 t)/t (error 2.4e-9) and of cos(π/4 t) (4.7e-11),
-/// so that what is left is the rounding: within 2.4e-7.
+/// Of π/4 · `t`, −1 ≤ t ≤ 1. For `float` the minimax polynomials in t² of sin(π/4 t)/t (error
+/// 2.4e-9) and of cos(π/4 t) (4.7e-11), so that what is left is the rounding: within 2.4e-7.
 template <std::floating_point T>
 [[nodiscard]] inline CosSin<T> cos_sin_of_eighths(T t) noexcept {
   if constexpr (std::same_as<T, float>) {

@@ -17,13 +17,15 @@
 #include "gmis/core/statistics.hpp"
 
 /// \file
-/// Checks that a sampler draws with the density that it states: for proposals, BSDFs and lights, in any test framework.
-/// Each check compares the number of samples in a bin with the density integrated over the bin [Subr, Arvo 2007].
+/// Checks that a sampler draws with the density that it states: for proposals, BSDFs and lights, in
+/// any test framework. Each check compares the number of samples in a bin with the density
+/// integrated over the bin [Subr, Arvo 2007].
 
 namespace gmis {
 
-/// How much a check draws, and how finely it compares. With fewer than `smallest_expected` samples a bin, or fewer than
-/// 1,000 in all, nearly every sampler passes: the checks then throw std::invalid_argument.
+/// How much a check draws, and how finely it compares. With fewer than `smallest_expected` samples
+/// a bin, or fewer than 1,000 in all, nearly every sampler passes: the checks then throw
+/// std::invalid_argument.
 struct CheckSettings {
   std::size_t samples = 100'000;  ///< draws
   std::size_t bins = 400;         ///< on the sphere: columns are twice the rows
@@ -38,7 +40,8 @@ struct DensityCheck {
   double success_share = 0;  ///< measured share of the samples that succeeded
   std::size_t outside = 0;   ///< samples where the density is 0, negative or not finite
 
-  /// True when nothing is found; a sound sampler fails with probability `level` at most. `tolerance`: of the integral above 1.
+  /// True when nothing is found; a sound sampler fails with probability `level` at most.
+  /// `tolerance`: of the integral above 1.
   [[nodiscard]] bool passes(double level, double tolerance = 1e-4) const noexcept {
     return outside == 0 && integral <= 1 + tolerance && test.passes(level);
   }
@@ -46,7 +49,8 @@ struct DensityCheck {
 
 namespace detail {
 
-/// Throws std::invalid_argument where the samples are too few to tell a wrong density from a right one.
+/// Throws std::invalid_argument where the samples are too few to tell a wrong density from a right
+/// one.
 inline void require_power(const CheckSettings& settings) {
   require_argument(settings.bins > 0, "the check needs at least one bin");
   const double least = std::max(1000.0, settings.smallest_expected * static_cast<double>(settings.bins));
@@ -58,8 +62,8 @@ inline void require_power(const CheckSettings& settings) {
   require_argument(false, text.c_str());
 }
 
-/// ∫∫ f over a rectangle, by Gauss's rule with 3×3 points. The rectangle is halved both ways until the sum of its parts
-/// agrees with the whole, and at least `least_depth` times.
+/// ∫∫ f over a rectangle, by Gauss's rule with 3×3 points. The rectangle is halved both ways until
+/// the sum of its parts agrees with the whole, and at least `least_depth` times.
 template <class F>
 [[nodiscard]] double integrate_rectangle(const F& f, double x0, double x1, double y0, double y1, double precision,
                                          int depth, int least_depth = 1) {
@@ -100,7 +104,8 @@ template <class F>
   for (double& integral : integrals) integral *= total;
   counts.push_back(total - succeeded);
   integrals.push_back(std::max(0.0, total * (1 - result.integral)));
-  // The quadrature has an error. A density whose integral is 1 within that error leaves no samples that fail.
+  // The quadrature has an error. A density whose integral is 1 within that error leaves no samples
+  // that fail.
   if (integrals.back() < 1e-5 * total && counts.back() == 0) integrals.back() = 0;
   result.success_share = succeeded / total;
   result.outside = outside;
@@ -110,10 +115,10 @@ template <class F>
 
 }  // namespace detail
 
-/// Checks a sampler of directions against its density per steradian. `sample()` returns an `std::optional` of a unit
-/// vector, `pdf(direction)` the density. Bins are cells of equal solid angle in coordinates around `axis`. Choose the axis
-/// of symmetry of the discontinuities, such as the normal of a surface. Throws std::invalid_argument where samples are too
-/// few for the bins.
+/// Checks a sampler of directions against its density per steradian. `sample()` returns an
+/// `std::optional` of a unit vector, `pdf(direction)` the density. Bins are cells of equal solid
+/// angle in coordinates around `axis`. Choose the axis of symmetry of the discontinuities, such as
+/// the normal of a surface. Throws std::invalid_argument where samples are too few for the bins.
 template <std::floating_point T, class Sample, class Pdf>
 [[nodiscard]] DensityCheck check_directions(const Vec3<T>& axis, Sample&& sample, Pdf&& pdf,
                                             const CheckSettings& settings = {}) {
@@ -153,8 +158,9 @@ template <std::floating_point T, class Sample, class Pdf>
     for (std::size_t column = 0; column < columns; ++column)
       integrals[row * columns + column] = integral_over(row, column, settings.precision, 6, 1);
 
-  // Where counts and integrals disagree, the quadrature may have missed a sliver with a positive density: it is refined
-  // there. This does not favour the sampler, because a refined integral is closer to the true one whatever the counts are.
+  // Where counts and integrals disagree, the quadrature may have missed a sliver with a positive
+  // density: it is refined there. This does not favour the sampler, because a refined integral is
+  // closer to the true one whatever the counts are.
   const auto samples = static_cast<double>(settings.samples);
   const auto deviation = [](double count, double expected) { return std::abs(count - expected) / std::sqrt(expected); };
   const double share = std::accumulate(counts.begin(), counts.end(), 0.0) / samples;
@@ -185,9 +191,10 @@ template <class P, class X>
 }
 }  // namespace detail
 
-/// Checks a proposal for numbers (`sample(source)` and `pdf(x)` or `log_pdf(x)`, as in `gmis::Proposal`) against its density
-/// on [lower, upper]. Samples outside the interval count as failed. Throws std::invalid_argument unless lower < upper are
-/// finite and there are enough samples for the bins.
+/// Checks a proposal for numbers (`sample(source)` and `pdf(x)` or `log_pdf(x)`, as in
+/// `gmis::Proposal`) against its density on [lower, upper]. Samples outside the interval count as
+/// failed. Throws std::invalid_argument unless lower < upper are finite and there are enough
+/// samples for the bins.
 template <class P, UniformSource Source>
 [[nodiscard]] DensityCheck check_proposal(const P& proposal, double lower, double upper, Source& source,
                                           const CheckSettings& settings = {}) {
@@ -226,7 +233,8 @@ template <class P, UniformSource Source>
 }
 
 namespace detail {
-/// ∫ f |cos| over all directions, without delta lobes, of the largest channel: quadrature over cells of the sphere.
+/// ∫ f |cos| over all directions, without delta lobes, of the largest channel: quadrature over
+/// cells of the sphere.
 template <Bsdf B, class V>
 [[nodiscard]] double smooth_share(const B& bsdf, const V& normal, const V& to_prev, TransportMode mode,
                                   double precision) {
@@ -253,8 +261,9 @@ template <Bsdf B, class V>
 }
 }  // namespace detail
 
-/// The share of light from `to_prev` that a BSDF scatters, largest channel: ∫ f |cos| by quadrature, and delta lobes by the
-/// mean weight of `samples` draws. For importance, so that refraction changes no radiance: at most 1.
+/// The share of light from `to_prev` that a BSDF scatters, largest channel: ∫ f |cos| by
+/// quadrature, and delta lobes by the mean weight of `samples` draws. For importance, so that
+/// refraction changes no radiance: at most 1.
 template <Bsdf B, UniformSource Source>
 [[nodiscard]] double reflected_share(const B& bsdf, const Vec3<ScalarOf<typename B::Spectrum>>& normal,
                                      const Vec3<ScalarOf<typename B::Spectrum>>& to_prev, Source& source,
@@ -279,19 +288,22 @@ struct BsdfCheck {
   double sample_error = 0;       ///< largest difference of `sample` from `evaluate` at the same directions
   double reflected_share = 0;    ///< ∫ f |cos|, delta lobes included, largest channel: at most 1
 
-  /// True when nothing is found; a sound BSDF fails with probability `level` at most. `tolerance`: of the relative errors.
+  /// True when nothing is found; a sound BSDF fails with probability `level` at most. `tolerance`:
+  /// of the relative errors.
   [[nodiscard]] bool passes(double level, double tolerance = 1e-3) const noexcept {
     return directions.passes(level) && reverse_error <= tolerance && reciprocity_error <= tolerance &&
            sample_error <= tolerance && reflected_share <= 1 + tolerance;
   }
 };
 
-/// Checks a BSDF at one point with the shading normal `normal`, for light from `to_prev`: the sampler against its density,
-/// reverse densities, reciprocity and energy. Reciprocity compares importance in one direction with radiance in the other
-/// direction, so that it holds for refraction too [Veach 1997, section 5.2].
+/// Checks a BSDF at one point with the shading normal `normal`, for light from `to_prev`: the
+/// sampler against its density, reverse densities, reciprocity and energy. Reciprocity compares
+/// importance in one direction with radiance in the other direction, so that it holds for
+/// refraction too [Veach 1997, section 5.2].
 ///
-/// `bsdf_for(to_prev)` returns the BSDF that a ray arriving from `to_prev` finds. An engine evaluates a BSDF only with the
-/// `to_prev` of the ray that made its hit, so a BSDF may store values that depend on `to_prev`.
+/// `bsdf_for(to_prev)` returns the BSDF that a ray arriving from `to_prev` finds. An engine
+/// evaluates a BSDF only with the `to_prev` of the ray that made its hit, so a BSDF may store
+/// values that depend on `to_prev`.
 template <class BsdfFor, std::floating_point T, UniformSource Source>
 requires Bsdf < std::remove_cvref_t < std::invoke_result_t < const BsdfFor&, const Vec3<T>
 & >>> [[nodiscard]] BsdfCheck check_bsdf(const BsdfFor& bsdf_for, const Vec3<T>& normal, const Vec3<T>& to_prev,

@@ -6,13 +6,13 @@
 
 namespace gmis {
 
-/// GGX roughness α below which a lobe counts as narrow: a sample of a light or of another subpath seldom falls into it.
-/// For a lobe like cosⁿ it is an exponent above 30.
+/// GGX roughness α below which a lobe counts as narrow: a sample of a light or of another subpath
+/// seldom falls into it. For a lobe like cosⁿ it is an exponent above 30.
 inline constexpr double narrow_roughness = 0.25;
 
-/// The properties of a scene that determine which kinds of paths it has. A technique that a missing property makes
-/// useless may be left out. A property that is set without need costs time; a property that is wrongly missing loses
-/// light.
+/// The properties of a scene that determine which kinds of paths it has. A technique that a missing
+/// property makes useless may be left out. A property that is set without need costs time; a
+/// property that is wrongly missing loses light.
 ///
 /// Roughness is α of GGX, or an approximation of it: √(2 / (n + 2)) for a lobe like cosⁿ.
 struct Effects {
@@ -41,7 +41,8 @@ struct Effects {
   [[nodiscard]] constexpr bool has_narrow_lobes() const noexcept {
     return has_specular() || (glossy && least_roughness < narrow_roughness);
   }
-  /// True when some surface scatters by a non-delta lobe: connections, merging and next events can work there.
+  /// True when some surface scatters by a non-delta lobe: connections, merging and next events can
+  /// work there.
   [[nodiscard]] constexpr bool has_scattering() const noexcept { return diffuse || glossy || purely_glossy; }
   /// True when the scene has a light that a ray can hit.
   [[nodiscard]] constexpr bool has_extended_lights() const noexcept { return area_lights || environment_lights; }
@@ -59,7 +60,8 @@ struct Effects {
     greatest_roughness = std::max(greatest_roughness, roughness);
   }
 
-  /// All properties set, with lobes of any roughness: the default for a scene that does not report its effects.
+  /// All properties set, with lobes of any roughness: the default for a scene that does not report
+  /// its effects.
   [[nodiscard]] static constexpr Effects everything() noexcept {
     return {true, true, true, 0, 1, true, true, true, true, true, true, true, true, true};
   }

@@ -10,21 +10,23 @@
 
 namespace gmis {
 
-/// An executor that can be told to begin no further work. `stop_when(flag)`: from now on, or never again for a null
-/// pointer, work that has not begun is left out while `*flag` is true. `is_stopped()`: whether work is being left out.
+/// An executor that can be told to begin no further work. `stop_when(flag)`: from now on, or never
+/// again for a null pointer, work that has not begun is left out while `*flag` is true.
+/// `is_stopped()`: whether work is being left out.
 template <class E>
 concept StoppableExecutor = Executor<E> && requires(E& executor, const std::atomic<bool>* flag) {
   executor.stop_when(flag);
   { executor.is_stopped() } -> std::convertible_to<bool>;
 };
 
-/// A reference to an executor of any type, so that code which runs work need not be a template of that type. One call by
-/// pointer for each part of the work. The executor must outlive the reference. Models `StoppableExecutor`; an executor
-/// that cannot be stopped is never stopped.
+/// A reference to an executor of any type, so that code which runs work need not be a template of
+/// that type. One call by pointer for each part of the work. The executor must outlive the
+/// reference. Models `StoppableExecutor`; an executor that cannot be stopped is never stopped.
 class ExecutorRef {
  public:
   template <class E>
-  requires(!std::same_as<std::remove_const_t<E>, ExecutorRef> && Executor<E>) ExecutorRef(E& executor) noexcept
+  requires(!std::same_as<std::remove_const_t<E>, ExecutorRef> && Executor<E>) ExecutorRef(E& executor)
+  noexcept
       : executor_(std::addressof(executor)),
         run_([](const void* of, std::size_t count, void* work, void (*call)(void*, std::size_t)) {
           executor_of<E>(of).parallel_for(count, [work, call](std::size_t i) { call(work, i); });

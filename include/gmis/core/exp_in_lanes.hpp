@@ -8,17 +8,19 @@
 
 namespace gmis {
 
-/// e^x without a call and without a choice, so that compilers turn a loop over it into vector instructions, those of plain x86-64
-/// too. Within 1.5 units in the last place for x from −708 to 709.78; 0 below −708, where e^x nears the denormal numbers; 0 or
-/// NaN for NaN. Without meaning above 709.78.
+/// e^x without a call and without a choice, so that compilers turn a loop over it into vector
+/// instructions, those of plain x86-64 too. Within 1.5 units in the last place for x from −708 to
+/// 709.78; 0 below −708, where e^x nears the denormal numbers; 0 or NaN for NaN. Without meaning
+/// above 709.78.
 ///
-/// x = n ln 2 + r with |r| ≤ ln 2/2, ln 2 in two parts [Cody, Waite 1980]; e^r by its Taylor polynomial of degree 13, whose
-/// remainder is below 5e-18.
+/// x = n ln 2 + r with |r| ≤ ln 2/2, ln 2 in two parts [Cody, Waite 1980]; e^r by its Taylor
+/// polynomial of degree 13, whose remainder is below 5e-18.
 [[nodiscard]] GMIS_ALWAYS_INLINE constexpr double exp_in_lanes(double x) noexcept {
   static_assert(std::numeric_limits<double>::is_iec559 && sizeof(double) == sizeof(std::uint64_t));
   constexpr double to_nearest = 0x1.8p52;  // added, it leaves the nearest integer in the low bits
   constexpr double ln2_high = 0x1.62e42feep-1, ln2_low = 0x1.a39ef35793c76p-33;
-  // All bits for x ≥ −708, none below: from the sign of the difference, since a choice between two values would be a branch.
+  // All bits for x ≥ −708, none below: from the sign of the difference, since a choice between two
+  // values would be a branch.
   const std::uint64_t in_range = (std::bit_cast<std::uint64_t>(x + 708.0) >> 63U) - 1U;
   const double inside = std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & in_range);
   const double shifted = inside * 1.4426950408889634 + to_nearest;

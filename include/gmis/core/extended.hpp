@@ -9,15 +9,18 @@
 
 namespace gmis {
 
-/// A non-negative number with the precision of `T` and practically no bound on its exponent, in 8 bytes for float.
+/// A non-negative number with the precision of `T` and practically no bound on its exponent, in 8
+/// bytes for float.
 ///
-/// The recursive weights of a path are products of up to 256 ratios of densities, each ratio anywhere in 1e±40: they
-/// leave the range of double after 8 vertices, and clamping is wrong because later factors bring the value back. The
-/// value here is mantissa · (2^64)^exponent (float) or mantissa · (2^512)^exponent (double), with the mantissa kept in
-/// the middle half of its range, so that one product never overflows or becomes denormal. In ordinary scenes the
-/// exponent stays 0 and the branches that renormalise are never taken.
+/// The recursive weights of a path are products of up to 256 ratios of densities, each ratio
+/// anywhere in 1e±40: they leave the range of double after 8 vertices, and clamping is wrong
+/// because later factors bring the value back. The value here is mantissa · (2^64)^exponent (float)
+/// or mantissa · (2^512)^exponent (double), with the mantissa kept in the middle half of its range,
+/// so that one product never overflows or becomes denormal. In ordinary scenes the exponent stays 0
+/// and the branches that renormalise are never taken.
 ///
-/// Zero is represented; negative, infinite and NaN inputs are outside the contract (they propagate as T would do).
+/// Zero is represented; negative, infinite and NaN inputs are outside the contract (they propagate
+/// as T would do).
 template <std::floating_point T>
 class Extended {
   static_assert(std::numeric_limits<T>::is_iec559);

@@ -3,8 +3,8 @@
 #include "gmis/core/attributes.hpp"
 
 /// \file
-/// Intended IEEE 754 arithmetic: divisions by ±0 that are meant to give ±infinity. They use the function below, so that
-/// the sanitizer's check of division by zero stays on everywhere else.
+/// Intended IEEE 754 arithmetic: divisions by ±0 that are meant to give ±infinity. They use the
+/// function below, so that the sanitizer's check of division by zero stays on everywhere else.
 
 namespace gmis {
 

@@ -6,15 +6,17 @@
 #include "gmis/core/spectrum.hpp"
 
 /// \file
-/// The plain data that passes between the user's scene and the transport layer. `T` is the scalar (float or double),
-/// `S` the spectrum. Positions and distances are in scene units; directions have unit length, are in the world frame
-/// and point away from the surface: `to_prev` to the previous vertex of the subpath, `to_next` to the next one.
+/// The plain data that passes between the user's scene and the transport layer. `T` is the scalar
+/// (float or double), `S` the spectrum. Positions and distances are in scene units; directions have
+/// unit length, are in the world frame and point away from the surface: `to_prev` to the previous
+/// vertex of the subpath, `to_next` to the next one.
 
 namespace gmis {
 
-/// The quantity that a BSDF transports: `radiance` for a subpath that starts at the camera, `importance` for a subpath
-/// that starts at a light. The two modes differ in refraction (radiance scales with the square of the index, flux does
-/// not) and under shading normals [Veach 1997, ch. 5].
+/// The quantity that a BSDF transports: `radiance` for a subpath that starts at the camera,
+/// `importance` for a subpath that starts at a light. The two modes differ in refraction (radiance
+/// scales with the square of the index, flux does not) and under shading normals [Veach 1997, ch.
+/// 5].
 enum class TransportMode { radiance, importance };
 
 /// The points `origin` + t · `direction` with 0 < t < `t_max`.
@@ -31,13 +33,14 @@ struct SurfacePoint {
   Vec3<T> position;          ///< in scene units
   Vec3<T> geometric_normal;  ///< unit, on the surface's own side: not turned towards the ray
   Vec3<T> shading_normal;    ///< unit, in the hemisphere of the geometric normal
-  /// Offset along the normal that is sure to clear the surface: a bound on the error of `position`, including the
-  /// rounding of the offset itself. A scene that keeps rays off surfaces in another way leaves it 0.
+  /// Offset along the normal that is sure to clear the surface: a bound on the error of `position`,
+  /// including the rounding of the offset itself. A scene that keeps rays off surfaces in another
+  /// way leaves it 0.
   T position_error{};
 };
 
-/// The ray that leaves `from` along `direction` (unit). Its origin is moved off the surface by `position_error`, to the
-/// side that `direction` points to.
+/// The ray that leaves `from` along `direction` (unit). Its origin is moved off the surface by
+/// `position_error`, to the side that `direction` points to.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> leave(const SurfacePoint<T>& from, const Vec3<T>& direction,
                                   T t_max = std::numeric_limits<T>::infinity()) noexcept {
@@ -45,11 +48,11 @@ template <std::floating_point T>
   return {from.position + from.geometric_normal * side, direction, t_max};
 }
 
-/// The ray that tests whether `to` can be seen from `from`. Both ends are moved off their surfaces towards each other.
-/// `direction` is the unit vector from `from` to `to`. When one of the points lies on no surface, the ray starts at the
-/// other one: the start is sure to be on the right side of all surfaces near it, whereas the rounding of the direction
-/// moves the far end. Points nearer to each other than their offsets give an empty ray (`t_max` = 0): they see each
-/// other.
+/// The ray that tests whether `to` can be seen from `from`. Both ends are moved off their surfaces
+/// towards each other. `direction` is the unit vector from `from` to `to`. When one of the points
+/// lies on no surface, the ray starts at the other one: the start is sure to be on the right side
+/// of all surfaces near it, whereas the rounding of the direction moves the far end. Points nearer
+/// to each other than their offsets give an empty ray (`t_max` = 0): they see each other.
 template <std::floating_point T>
 [[nodiscard]] inline Ray<T> segment(const SurfacePoint<T>& from, const SurfacePoint<T>& to, const Vec3<T>& direction) {
   constexpr T nearly_one = T(1) - T(8) * std::numeric_limits<T>::epsilon();
@@ -72,9 +75,9 @@ template <std::floating_point T>
   return {origin, between / length, length * nearly_one};
 }
 
-/// A BSDF for one pair of directions. `value` is f [1/sr] *without* the cosine and without delta lobes. `pdf` holds the
-/// densities per steradian with which `sample` makes non-delta directions, including the probability of choosing a
-/// lobe.
+/// A BSDF for one pair of directions. `value` is f [1/sr] *without* the cosine and without delta
+/// lobes. `pdf` holds the densities per steradian with which `sample` makes non-delta directions,
+/// including the probability of choosing a lobe.
 template <class S>
 struct BsdfValue {
   /// F [1/sr] without the cosine; delta lobes count as 0.
@@ -82,9 +85,10 @@ struct BsdfValue {
   DirectionPdfs<ScalarOf<S>> pdf{};  ///< densities of `to_next` and of `to_prev`, per steradian
 };
 
-/// A direction drawn at a surface. `weight` = f |cos| / pdf, with the cosine of the shading normal. For a delta lobe
-/// (`is_delta`), `pdf` holds the selection probabilities of this lobe, forward and reverse, and `weight` is the
-/// reflectance or transmittance of the lobe divided by the forward selection probability.
+/// A direction drawn at a surface. `weight` = f |cos| / pdf, with the cosine of the shading normal.
+/// For a delta lobe (`is_delta`), `pdf` holds the selection probabilities of this lobe, forward and
+/// reverse, and `weight` is the reflectance or transmittance of the lobe divided by the forward
+/// selection probability.
 template <class S>
 struct ScatterSample {
   Vec3<ScalarOf<S>> to_next;  ///< unit, away from the surface
@@ -96,7 +100,8 @@ struct ScatterSample {
       ScalarOf<S>(1);  ///< index of refraction on the side of `to_next` over that on the side of `to_prev`
 };
 
-/// The hit of a ray: the point, the BSDF there, and the light that the surface belongs to (null when it emits nothing).
+/// The hit of a ray: the point, the BSDF there, and the light that the surface belongs to (null
+/// when it emits nothing).
 template <std::floating_point T, class Bsdf_, class Light_>
 struct Hit {
   using Bsdf = Bsdf_;
@@ -120,9 +125,9 @@ struct EmissionDensity {
   T first{};   ///< of the direction, or of the point on the disk: second column of the table
 };
 
-/// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance · |cos| / (origin ·
-/// first) for an area light, intensity / first for a point light, irradiance / first for a directional light, radiance
-/// / (origin · first) for an environment.
+/// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance
+/// · |cos| / (origin · first) for an area light, intensity / first for a point light, irradiance /
+/// first for a directional light, radiance / (origin · first) for an environment.
 template <class S>
 struct EmissionSample {
   SurfacePoint<ScalarOf<S>> origin;      ///< where the subpath starts
@@ -131,9 +136,9 @@ struct EmissionSample {
   EmissionDensity<ScalarOf<S>> density;  ///< of this start
 };
 
-/// A sample of the light that arrives at a given point, the receiver. `weight` = incident radiance / (density per
-/// steradian at the receiver); for a delta light it is the incident irradiance on a plane perpendicular to the
-/// direction. The BSDF and the cosine of the receiver are not included.
+/// A sample of the light that arrives at a given point, the receiver. `weight` = incident radiance
+/// / (density per steradian at the receiver); for a delta light it is the incident irradiance on a
+/// plane perpendicular to the direction. The BSDF and the cosine of the receiver are not included.
 template <class S>
 struct NextEventSample {
   SurfacePoint<ScalarOf<S>> origin;      ///< on the light; for an infinite light only the normals (zero) are read
@@ -143,8 +148,8 @@ struct NextEventSample {
   EmissionDensity<ScalarOf<S>> density;  ///< density of emission from `origin` towards the receiver
 };
 
-/// The radiance that a light emits at one of its points along one direction, and the density of that emission; both 0
-/// where it emits nothing.
+/// The radiance that a light emits at one of its points along one direction, and the density of
+/// that emission; both 0 where it emits nothing.
 template <class S>
 struct Emitted {
   /// Per steradian and area perpendicular to the direction.
@@ -159,9 +164,10 @@ struct LightChoice {
   T selection_probability;  ///< with which it was chosen
 };
 
-/// A camera ray through one pixel. `weight` is the factor on the incident radiance (1 for an ideal pinhole, whose pixel
-/// value is the mean radiance over the pixel). `density` is the density of the rays of this pixel: per steradian, or
-/// per area perpendicular to the ray for a camera with parallel rays.
+/// A camera ray through one pixel. `weight` is the factor on the incident radiance (1 for an ideal
+/// pinhole, whose pixel value is the mean radiance over the pixel). `density` is the density of the
+/// rays of this pixel: per steradian, or per area perpendicular to the ray for a camera with
+/// parallel rays.
 template <class S>
 struct CameraSample {
   SurfacePoint<ScalarOf<S>> origin;  ///< on the lens
@@ -170,8 +176,9 @@ struct CameraSample {
   ScalarOf<S> density;               ///< of the rays of one pixel: per steradian, or per area for parallel rays
 };
 
-/// The projection of a point: the pixel that sees it, the point of the lens, and the density of that pixel's camera
-/// rays along this direction. `weight` and `density` are those of `CameraSample`.
+/// The projection of a point: the pixel that sees it, the point of the lens, and the density of
+/// that pixel's camera rays along this direction. `weight` and `density` are those of
+/// `CameraSample`.
 template <class S>
 struct CameraProjection {
   glm::ivec2 pixel;                  ///< x to the right, y down, from the upper left

@@ -3,22 +3,24 @@
 #include "gmis/core/concepts.hpp"
 
 /// \file
-/// Which light is chosen, and with which probability. Light subpaths choose by `Scene::sample_light(u)`. Next events
-/// choose by the optional member `sample_light(from, u)` of the scene, or as light subpaths do when the scene does not
-/// have it.
+/// Which light is chosen, and with which probability. Light subpaths choose by
+/// `Scene::sample_light(u)`. Next events choose by the optional member `sample_light(from, u)` of
+/// the scene, or as light subpaths do when the scene does not have it.
 
 namespace gmis {
 
-/// A scene that chooses the lights of next events for their receiver, by a light tree for example. It has two optional
-/// members, always both:
+/// A scene that chooses the lights of next events for their receiver, by a light tree for example.
+/// It has two optional members, always both:
 ///
-/// - `sample_light(from, u)`: a light for a next event at the surface point `from`; a null light to take none.
-/// - `selection_probability(light, from)`: the probability with which `sample_light(from, u)` chooses `light`.
+/// - `sample_light(from, u)`: a light for a next event at the surface point `from`; a null light to
+///   take none.
+/// - `selection_probability(light, from)`: the probability with which `sample_light(from, u)`
+///   chooses `light`.
 ///
-/// The probability must be positive wherever the light reaches `from`: otherwise path tracing loses the light. It may
-/// depend on the position and the normals of `from`, which are the same from both sides of a surface. It must not
-/// depend on anything else, because a light subpath that arrives at `from` asks for it, too.
-/// `from.position_error` is not part of the receiver.
+/// The probability must be positive wherever the light reaches `from`: otherwise path tracing loses
+/// the light. It may depend on the position and the normals of `from`, which are the same from both
+/// sides of a surface. It must not depend on anything else, because a light subpath that arrives at
+/// `from` asks for it, too. `from.position_error` is not part of the receiver.
 template <class S>
 concept SceneWithReceiverChoice = Scene<S> &&
     requires(const S& scene, const SurfacePoint<ScalarOf<typename S::Spectrum>>& from, ScalarOf<typename S::Spectrum> u,
@@ -28,7 +30,8 @@ concept SceneWithReceiverChoice = Scene<S> &&
 };
 
 namespace detail {
-/// True for a scene that has one of the two members of `SceneWithReceiverChoice`, or one with another result: a mistake.
+/// True for a scene that has one of the two members of `SceneWithReceiverChoice`, or one with
+/// another result: a mistake.
 template <Scene Sc, class Point, class Light, class T>
 inline constexpr bool has_part_of_receiver_choice =
     !SceneWithReceiverChoice<Sc> &&
@@ -58,8 +61,8 @@ template <Scene Sc, std::floating_point T>
     return scene.sample_light(u);
 }
 
-/// The probability with which a light subpath starts on the light of a next event. `choice` is the result of
-/// `sample_light_for`.
+/// The probability with which a light subpath starts on the light of a next event. `choice` is the
+/// result of `sample_light_for`.
 template <Scene Sc, std::floating_point T>
 [[nodiscard]] inline T emission_probability(const Sc& scene, const LightChoice<T, typename Sc::Light>& choice) {
   if constexpr (chooses_for_receiver<Sc>())
@@ -68,8 +71,8 @@ template <Scene Sc, std::floating_point T>
     return choice.selection_probability;
 }
 
-/// The probability with which a next event at `from` chooses the light of a light subpath. `choice` holds the light and
-/// its probability in `sample_light(u)`.
+/// The probability with which a next event at `from` chooses the light of a light subpath. `choice`
+/// holds the light and its probability in `sample_light(u)`.
 template <Scene Sc, std::floating_point T>
 [[nodiscard]] inline T next_event_probability(const Sc& scene, const LightChoice<T, typename Sc::Light>& choice,
                                               const SurfacePoint<T>& from) {

@@ -56,7 +56,8 @@ struct Frame {
   }
 };
 
-/// Mirror image of `direction` about the unit `normal`. Both directions point away from the surface.
+/// Mirror image of `direction` about the unit `normal`. Both directions point away from the
+/// surface.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> reflect_about(const Vec3<T>& direction, const Vec3<T>& normal) noexcept {
   return normal * (T(2) * glm::dot(direction, normal)) - direction;

@@ -21,15 +21,17 @@ struct AreaPdf {
   T value{};  ///< the density
 };
 
-/// Both densities of one scattering event, per steradian without the cosine: `forward` of `to_next` given `to_prev`,
-/// `reverse` of `to_prev` given `to_next` (for a subpath from the other end of the path).
+/// Both densities of one scattering event, per steradian without the cosine: `forward` of `to_next`
+/// given `to_prev`, `reverse` of `to_prev` given `to_next` (for a subpath from the other end of the
+/// path).
 template <std::floating_point T>
 struct DirectionPdfs {
   SolidAnglePdf<T> forward;  ///< of `to_next` given `to_prev`
   SolidAnglePdf<T> reverse;  ///< of `to_prev` given `to_next`
 };
 
-/// d(solid angle)/d(area) = |cos θ| / d² of a point at the squared distance d², with θ between its normal and the ray.
+/// d(solid angle)/d(area) = |cos θ| / d² of a point at the squared distance d², with θ between its
+/// normal and the ray.
 template <std::floating_point T>
 [[nodiscard]] constexpr T solid_angle_per_area(T cos_at_point, T distance_squared) noexcept {
   return (cos_at_point < T(0) ? -cos_at_point : cos_at_point) / distance_squared;

@@ -1,9 +1,9 @@
 #pragma once
 
 /// \file
-/// Names for what a type lacks that is to meet a concept (core/concept_diagnostics.hpp). They are never defined: a compiler that
-/// has to use one names it, and quotes its line, which ends with the declaration that is wanted. T stands for the scalar of
-/// the spectrum.
+/// Names for what a type lacks that is to meet a concept (core/concept_diagnostics.hpp). They are
+/// never defined: a compiler that has to use one names it, and quotes its line, which ends with the
+/// declaration that is wanted. T stands for the scalar of the spectrum.
 
 /// \cond
 namespace gmis {

@@ -10,10 +10,11 @@
 
 namespace gmis {
 
-/// What the library draws from: every `std::uniform_random_bit_generator`, so every engine of `<random>` (also
-/// `std::default_random_engine`, `std::minstd_rand`, `std::ranlux48`, `std::random_device`), the `Philox` below, or a class of
-/// one's own. One whose words have 32 or 64 full bits (`Philox`, `std::mt19937`, `std::mt19937_64`) is used as it is; the bits
-/// of any other are put together, and the words that would make them uneven are drawn again.
+/// What the library draws from: every `std::uniform_random_bit_generator`, so every engine of
+/// `<random>` (also `std::default_random_engine`, `std::minstd_rand`, `std::ranlux48`,
+/// `std::random_device`), the `Philox` below, or a class of one's own. One whose words have 32 or
+/// 64 full bits (`Philox`, `std::mt19937`, `std::mt19937_64`) is used as it is; the bits of any
+/// other are put together, and the words that would make them uneven are drawn again.
 template <class S>
 concept UniformSource = std::invocable<S&> && std::unsigned_integral<std::invoke_result_t<S&>> && requires {
   { S::min() } -> std::same_as<std::invoke_result_t<S&>>;
@@ -35,7 +36,8 @@ template <UniformSource S>
   } else if constexpr (last == std::numeric_limits<std::uint64_t>::max()) {
     return static_cast<std::uint32_t>(next() >> 32U);
   } else {
-    // Each word gives 16, 8, 4, 2 or 1 bits, or all 32: as many as it has. They number equal parts of its range.
+    // Each word gives 16, 8, 4, 2 or 1 bits, or all 32: as many as it has. They number equal parts
+    // of its range.
     constexpr unsigned bits = [] {
       unsigned count = 32;
       while (last < (std::uint64_t{1} << count) - 1) count /= 2;
@@ -52,7 +54,8 @@ template <UniformSource S>
   }
 }
 
-/// One number uniform on [0, 1), never 1, on the grid of 2^-24 (float) or 2^-53 (double, long double).
+/// One number uniform on [0, 1), never 1, on the grid of 2^-24 (float) or 2^-53 (double, long
+/// double).
 template <std::floating_point T, UniformSource S>
 [[nodiscard]] constexpr T uniform(S& source) {
   if constexpr (std::same_as<T, float>) {
@@ -71,8 +74,8 @@ template <std::floating_point T, UniformSource S>
   }
 }
 
-/// An integer uniform on {0, …, count − 1}; `count` ≥ 1. The bias of the multiplication is below count / 2^64
-/// for 64-bit words made here, so at most 2^-32 for any count that fits 32 bits.
+/// An integer uniform on {0, …, count − 1}; `count` ≥ 1. The bias of the multiplication is below
+/// count / 2^64 for 64-bit words made here, so at most 2^-32 for any count that fits 32 bits.
 template <UniformSource S>
 [[nodiscard]] constexpr std::uint32_t uniform_index(S& source, std::uint32_t count) {
   std::uint64_t word = 0;
@@ -116,9 +119,9 @@ struct Product128 {
 
 }  // namespace detail
 
-/// Two random 64-bit words from a 128-bit counter and a 64-bit key: Philox2x64 with a number of rounds
-/// (Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3. SC 2011). Its authors found no failure of
-/// BigCrush from 6 rounds on.
+/// Two random 64-bit words from a 128-bit counter and a 64-bit key: Philox2x64 with a number of
+/// rounds (Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3. SC 2011). Its
+/// authors found no failure of BigCrush from 6 rounds on.
 template <int rounds>
 [[nodiscard]] constexpr std::array<std::uint64_t, 2> philox2x64(std::array<std::uint64_t, 2> counter,
                                                                 std::uint64_t key) noexcept {
@@ -130,8 +133,8 @@ template <int rounds>
   return counter;
 }
 
-/// Blocks of four random 32-bit words, keyed by (seed, iteration, path, stream) and laid out by vertex; made by
-/// `philox2x64<7>`: one round more than the tests of its authors ask for.
+/// Blocks of four random 32-bit words, keyed by (seed, iteration, path, stream) and laid out by
+/// vertex; made by `philox2x64<7>`: one round more than the tests of its authors ask for.
 class PhiloxBlocks {
  public:
   using Block = std::array<std::uint32_t, 4>;
@@ -159,13 +162,14 @@ class PhiloxBlocks {
   std::uint64_t place_;  // stream, vertex, block within the vertex
 };
 
-/// A counter-based uniform source: a number is a pure function of where it is used and not of what was drawn before. It is
-/// keyed by (seed, iteration, path) and laid out by vertex: `at_vertex(v)` starts the numbers of vertex `v`, whatever its
-/// siblings used. A `std::uniform_random_bit_generator` of 32-bit words, made in blocks of four (`PhiloxBlocks`).
+/// A counter-based uniform source: a number is a pure function of where it is used and not of what
+/// was drawn before. It is keyed by (seed, iteration, path) and laid out by vertex: `at_vertex(v)`
+/// starts the numbers of vertex `v`, whatever its siblings used. A
+/// `std::uniform_random_bit_generator` of 32-bit words, made in blocks of four (`PhiloxBlocks`).
 ///
-/// Outside a renderer (seed, iteration, path) number streams: sources that differ in any of the three draw from disjoint
-/// parts of one sequence, 2^34 words each (then they repeat), so `Philox(seed, 0, i)` is the source of the i-th of several
-/// threads or blocks.
+/// Outside a renderer (seed, iteration, path) number streams: sources that differ in any of the
+/// three draw from disjoint parts of one sequence, 2^34 words each (then they repeat), so
+/// `Philox(seed, 0, i)` is the source of the i-th of several threads or blocks.
 class Philox {
  public:
   using result_type = std::uint32_t;
@@ -173,7 +177,8 @@ class Philox {
   static constexpr result_type min() noexcept { return 0; }
   static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
 
-  /// The numbers of one path: the same arguments give the same numbers, and others independent ones.
+  /// The numbers of one path: the same arguments give the same numbers, and others independent
+  /// ones.
   constexpr explicit Philox(std::uint64_t seed = 0, std::uint32_t iteration = 0, std::uint32_t path = 0,
                             std::uint32_t stream = 0) noexcept
       : blocks_(seed, iteration, path, stream) {}
@@ -192,7 +197,8 @@ class Philox {
     return block_[used_++];
   }
 
-  /// The next four words that no call has begun to use: words of a block that is partly used are passed over.
+  /// The next four words that no call has begun to use: words of a block that is partly used are
+  /// passed over.
   constexpr Block next_block() noexcept {
     used_ = 4;
     return blocks_.next();
@@ -204,8 +210,9 @@ class Philox {
   std::uint32_t used_ = 4;
 };
 
-/// `n` ≤ 4 numbers, each as by `uniform<T>`. From a source that makes words in blocks (`next_block`), floats are the
-/// first `n` of a fresh block: this costs neither a place in memory nor a test a number.
+/// `n` ≤ 4 numbers, each as by `uniform<T>`. From a source that makes words in blocks
+/// (`next_block`), floats are the first `n` of a fresh block: this costs neither a place in memory
+/// nor a test a number.
 template <std::floating_point T, std::size_t n, UniformSource S>
 [[nodiscard]] constexpr std::array<T, n> uniforms(S& source) {
   static_assert(n <= 4);

@@ -6,7 +6,8 @@
 
 namespace gmis {
 
-/// A scene that is another one, member by member: a base for scenes that change one thing about a scene. The scene must outlive it.
+/// A scene that is another one, member by member: a base for scenes that change one thing about a
+/// scene. The scene must outlive it.
 template <Scene Sc>
 class SceneLike {
  public:

@@ -14,8 +14,8 @@
 #endif
 
 /// \file
-/// Low-discrepancy numbers for subpaths: Sobol' points in four dimensions, scrambled and shuffled anew for every four
-/// numbers of every vertex [Burley 2020: Practical hash-based Owen scrambling].
+/// Low-discrepancy numbers for subpaths: Sobol' points in four dimensions, scrambled and shuffled
+/// anew for every four numbers of every vertex [Burley 2020: Practical hash-based Owen scrambling].
 
 namespace gmis {
 
@@ -25,8 +25,8 @@ enum class Sampler : std::uint8_t {
   sobol         ///< scrambled Sobol' points in `sobol_replications` independent replications
 };
 
-/// Iteration i belongs to replication (i − 1) mod this. Replications are independent of each other; the iterations of one
-/// replication are not.
+/// Iteration i belongs to replication (i − 1) mod this. Replications are independent of each other;
+/// the iterations of one replication are not.
 inline constexpr std::uint32_t sobol_replications = 8;
 
 namespace detail {
@@ -66,10 +66,11 @@ template <>
 }
 #endif
 
-/// A permutation in which each bit of the result depends on itself, on the bits below it and on the seeds alone: on a number
-/// with its bits reversed, a nested scrambling [as Laine, Karras 2011, whose factors are constants]. Uniform when `shift` is,
-/// whatever the factors are. With random factors two products are as good as a nested uniform scrambling [Owen 1995]: the
-/// variances of means are the same, where those of four constant factors differ in either direction.
+/// A permutation in which each bit of the result depends on itself, on the bits below it and on the
+/// seeds alone: on a number with its bits reversed, a nested scrambling [as Laine, Karras 2011,
+/// whose factors are constants]. Uniform when `shift` is, whatever the factors are. With random
+/// factors two products are as good as a nested uniform scrambling [Owen 1995]: the variances of
+/// means are the same, where those of four constant factors differ in either direction.
 template <class Word>
 [[nodiscard]] constexpr Word scramble(Word x, Word shift, Word first, Word second) noexcept {
   x += shift;
@@ -78,8 +79,8 @@ template <class Word>
   return x;
 }
 
-/// The first four dimensions of Sobol' [direction numbers: Joe, Kuo 2008], with reversed bits: entry j is the one that bit
-/// 31 − j of a point's number adds.
+/// The first four dimensions of Sobol' [direction numbers: Joe, Kuo 2008], with reversed bits:
+/// entry j is the one that bit 31 − j of a point's number adds.
 [[nodiscard]] constexpr std::array<std::array<std::uint32_t, 4>, 32> reversed_directions() noexcept {
   struct Primitive {
     unsigned degree, coefficients;
@@ -106,7 +107,8 @@ template <class Word>
 }
 inline constexpr auto sobol_directions = reversed_directions();
 
-/// What four bits of a point's number add, for every value of them: entry [n][value] is for the bits from 4 n on.
+/// What four bits of a point's number add, for every value of them: entry [n][value] is for the
+/// bits from 4 n on.
 struct alignas(16) SobolSums {
   std::array<std::array<std::array<std::uint32_t, 4>, 16>, 8> of{};
 };
@@ -120,18 +122,19 @@ inline constexpr SobolSums sobol_sums = [] {
   return sums;
 }();
 
-/// Shuffles the number of a point, with reversed bits: `scramble` without a shift, so that the lowest bit that is set stays
-/// where it is, and for every m the first 2^m points stay the first. The shift of a nested uniform shuffle would make no
-/// difference to points that are scrambled afterwards.
+/// Shuffles the number of a point, with reversed bits: `scramble` without a shift, so that the
+/// lowest bit that is set stays where it is, and for every m the first 2^m points stay the first.
+/// The shift of a nested uniform shuffle would make no difference to points that are scrambled
+/// afterwards.
 [[nodiscard]] constexpr std::uint32_t shuffle(std::uint32_t reversed_index, std::uint64_t seed) noexcept {
   return scramble(reversed_index, 0U, static_cast<std::uint32_t>(seed >> 32U), static_cast<std::uint32_t>(seed >> 16U));
 }
 
 }  // namespace detail
 
-/// The uniform source of the engine: words of `WyrandBlocks` as they are, or with `sobol` a low-discrepancy one: the
-/// numbers of many subpaths at one place of one vertex are then spread evenly over [0, 1), four by four together. A
-/// single subpath has uniform numbers either way.
+/// The uniform source of the engine: words of `WyrandBlocks` as they are, or with `sobol` a
+/// low-discrepancy one: the numbers of many subpaths at one place of one vertex are then spread
+/// evenly over [0, 1), four by four together. A single subpath has uniform numbers either way.
 class SampleNumbers {
  public:
   using result_type = std::uint32_t;
@@ -144,8 +147,8 @@ class SampleNumbers {
                                    std::uint32_t stream = 0) noexcept
       : blocks_(seed, iteration, path, stream) {}
 
-  /// Point `index` of a sequence. The first 2^m points with the same other arguments, for any m ≤ `index_bits`, are
-  /// spread evenly; after 2^`index_bits` points another sequence begins.
+  /// Point `index` of a sequence. The first 2^m points with the same other arguments, for any m ≤
+  /// `index_bits`, are spread evenly; after 2^`index_bits` points another sequence begins.
   [[nodiscard]] static constexpr SampleNumbers sobol(std::uint64_t seed, std::uint32_t replication, std::uint32_t path,
                                                      std::uint32_t stream, std::uint64_t index,
                                                      unsigned index_bits) noexcept {
@@ -179,19 +182,20 @@ class SampleNumbers {
   }
 
  private:
-  /// The coordinates of a point, scrambled by the words of a block. The words also shuffle the numbers of the points: so,
-  /// places with other words are independent of each other.
+  /// The coordinates of a point, scrambled by the words of a block. The words also shuffle the
+  /// numbers of the points: so, places with other words are independent of each other.
   [[nodiscard]] GMIS_NEVER_INLINE static Block point(std::array<std::uint64_t, 2> words,
                                                      std::uint32_t reversed_index) noexcept {
-    // Four bits at a time, from the highest. Nearly all points of an iteration take equally many steps.
+    // Four bits at a time, from the highest. Nearly all points of an iteration take equally many
+    // steps.
     std::uint32_t bits = detail::shuffle(reversed_index, (words[0] ^ std::rotl(words[1], 21)) * 0x9E3779B97F4A7C15U);
     detail::FourWords sum{};
     for (std::size_t n = 7; bits != 0; --n, bits <<= 4U) {
       const auto& added = detail::sobol_sums.of[n][bits >> 28U];
       for (std::size_t d = 0; d < 4; ++d) sum[d] ^= added[d];
     }
-    // Each coordinate has a shift of its own, and the shifts of two others are its factors: bit k of a factor is made of lower
-    // bits than k, so the four together are uniform for every `sum`.
+    // Each coordinate has a shift of its own, and the shifts of two others are its factors: bit k
+    // of a factor is made of lower bits than k, so the four together are uniform for every `sum`.
     Block coordinates{};
 #if defined(GMIS_FOUR_WORDS)
     const auto four = [](std::uint64_t low, std::uint64_t high) {

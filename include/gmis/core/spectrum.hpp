@@ -1,6 +1,7 @@
 #pragma once
 
-// Under -ffast-math the compiler takes every number for finite and removes the tests that keep NaN out of the film.
+// Under -ffast-math the compiler takes every number for finite and removes the tests that keep NaN
+// out of the film.
 #if defined(__FAST_MATH__) && !defined(GMIS_ALLOW_FAST_MATH)
 #error "gmis: -ffast-math removes the tests for NaN; compile without it, or define GMIS_ALLOW_FAST_MATH"
 #endif
@@ -12,10 +13,11 @@
 
 namespace gmis {
 
-/// The interface through which the library reads a spectrum. It is specialised for a floating-point number and for GLM
-/// vectors of them (RGB is `glm::vec3`). For another type, specialise it with the same three members. Without a
-/// specialisation there are no channels, and the type is no `Spectrum`; its scalar counts as float, so that the compiler
-/// complains once, where a concept is asked for, and not at every mention of the type.
+/// The interface through which the library reads a spectrum. It is specialised for a floating-point
+/// number and for GLM vectors of them (RGB is `glm::vec3`). For another type, specialise it with
+/// the same three members. Without a specialisation there are no channels, and the type is no
+/// `Spectrum`; its scalar counts as float, so that the compiler complains once, where a concept is
+/// asked for, and not at every mention of the type.
 template <class S>
 struct SpectrumTraits {
   using Scalar = float;
@@ -40,7 +42,8 @@ struct SpectrumTraits<glm::vec<N, T, Q>> {
 template <class S>
 using ScalarOf = typename SpectrumTraits<S>::Scalar;
 
-/// Light in `SpectrumTraits<S>::channel_count` channels: a vector space with a channel-wise product.
+/// Light in `SpectrumTraits<S>::channel_count` channels: a vector space with a channel-wise
+/// product.
 template <class S>
 concept Spectrum = std::copyable<S> && requires(const S& s, S m, ScalarOf<S> scalar, int i) {
   { SpectrumTraits<S>::channel(s, i) } -> std::convertible_to<ScalarOf<S>>;

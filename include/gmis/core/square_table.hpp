@@ -10,7 +10,8 @@
 
 namespace gmis {
 
-/// A density on the unit square, constant on each of 16 × 16 equal bins, with the inverse of its distribution. Its mean is 1.
+/// A density on the unit square, constant on each of 16 × 16 equal bins, with the inverse of its
+/// distribution. Its mean is 1.
 template <std::floating_point T>
 class SquareTable {
  public:
@@ -25,12 +26,13 @@ class SquareTable {
 
   /// The uniform density.
   SquareTable() noexcept { set(std::array<double, size>{}, 1.0); }
-  /// A density in proportion to `masses` (rows of bins with the same y, from y = 0), which are not negative, mixed with the
-  /// uniform one: `uniform_share` in (0, 1] is its part. Masses that are all 0 give the uniform density.
+  /// A density in proportion to `masses` (rows of bins with the same y, from y = 0), which are not
+  /// negative, mixed with the uniform one: `uniform_share` in (0, 1] is its part. Masses that are
+  /// all 0 give the uniform density.
   SquareTable(std::span<const double, size> masses, double uniform_share) noexcept { set(masses, uniform_share); }
 
-  /// Masses in bins, spread by (1 2 1)/4 along either axis; what would leave the square stays at its border. 16 times as much
-  /// mass in all.
+  /// Masses in bins, spread by (1 2 1)/4 along either axis; what would leave the square stays at
+  /// its border. 16 times as much mass in all.
   [[nodiscard]] static std::array<double, size> smoothed(std::span<const double, size> masses) noexcept {
     constexpr int bins = static_cast<int>(side);
     std::array<double, size> spread{};
@@ -53,7 +55,8 @@ class SquareTable {
   /// The densities of all bins.
   [[nodiscard]] const std::array<T, size>& bins() const noexcept { return bins_; }
 
-  /// Turns a uniform point of the unit square into one with this density: a bijection, continuous within each row of bins.
+  /// Turns a uniform point of the unit square into one with this density: a bijection, continuous
+  /// within each row of bins.
   [[nodiscard]] Sample warp(const Vec2<T>& u) const noexcept {
     const Found row = find(rows_, u.y);
     const Found column = find(columns_[row.place], u.x);

@@ -15,9 +15,10 @@
 #include "gmis/core/attributes.hpp"
 
 /// \file
-/// The state of a run as bytes, to go on with it later in the same build of the same program on the same kind of machine.
-/// A class that takes part has one member for both ways, `exchange_state(archive)`, which names its data once:
-/// `archive(first_, second_)` writes them to a `StateWriter` and reads them from a `StateReader`.
+/// The state of a run as bytes, to go on with it later in the same build of the same program on the
+/// same kind of machine. A class that takes part has one member for both ways,
+/// `exchange_state(archive)`, which names its data once: `archive(first_, second_)` writes them to
+/// a `StateWriter` and reads them from a `StateReader`.
 
 namespace gmis {
 

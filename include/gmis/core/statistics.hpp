@@ -10,13 +10,14 @@
 #include <vector>
 
 /// \file
-/// A small statistical kit for tests of samplers and estimators. A p-value is the chance that a correct program does
-/// at least this badly; a test with level a raises a false alarm in a share a of its runs.
+/// A small statistical kit for tests of samplers and estimators. A p-value is the chance that a
+/// correct program does at least this badly; a test with level a raises a false alarm in a share a
+/// of its runs.
 
 namespace gmis {
 
-/// P(a, x) = γ(a, x)/Γ(a), the regularised lower incomplete gamma function, and Q = 1 − P; a > 0, x ≥ 0. Each to about
-/// 1e-13 relative, so that small tails keep their digits.
+/// P(a, x) = γ(a, x)/Γ(a), the regularised lower incomplete gamma function, and Q = 1 − P; a > 0, x
+/// ≥ 0. Each to about 1e-13 relative, so that small tails keep their digits.
 struct RegularisedGamma {
   /// P(a, x), from 0 to x.
   double lower;
@@ -100,7 +101,8 @@ struct RegularisedGamma {
   if (p == 0 || p == 1)
     return p == 0 ? -std::numeric_limits<double>::infinity() : std::numeric_limits<double>::infinity();
   if (p > 0.5) return -normal_quantile(1 - p);
-  // Start at the tail's leading term or the middle's slope, then Newton on log Φ, which is concave: no overshooting far.
+  // Start at the tail's leading term or the middle's slope, then Newton on log Φ, which is concave:
+  // no overshooting far.
   double z = p < 0.1 ? -std::sqrt(-2 * std::log(p)) : (p - 0.5) * std::sqrt(2 * std::numbers::pi);
   for (int step = 0; step < 60; ++step) {
     const double below = normal_cdf(z);
@@ -117,12 +119,14 @@ struct RegularisedGamma {
   return regularised_gamma(degrees / 2, statistic / 2).upper;
 }
 
-/// Chance of a t at least this far from 0 on either side, Student's distribution with `degrees` of freedom.
+/// Chance of a t at least this far from 0 on either side, Student's distribution with `degrees` of
+/// freedom.
 [[nodiscard]] inline double student_t_p_value(double t, double degrees) noexcept {
   return regularised_beta(degrees / 2, 0.5, degrees / (degrees + t * t));
 }
 
-/// The t below which Student's distribution with `degrees` of freedom has the share `p`; NaN outside ]0, 1[.
+/// The t below which Student's distribution with `degrees` of freedom has the share `p`; NaN
+/// outside ]0, 1[.
 [[nodiscard]] inline double student_t_quantile(double p, double degrees) noexcept {
   if (!(p > 0 && p < 1)) return std::numeric_limits<double>::quiet_NaN();
   if (p < 0.5) return -student_t_quantile(1 - p, degrees);
@@ -143,8 +147,8 @@ struct RegularisedGamma {
   return std::erfc(std::abs(z) / std::numbers::sqrt2);
 }
 
-/// The level for each of `count` independent tests so that all together raise a false alarm with chance `family_level`
-/// [Šidák 1967].
+/// The level for each of `count` independent tests so that all together raise a false alarm with
+/// chance `family_level` [Šidák 1967].
 [[nodiscard]] inline double sidak_level(double family_level, std::size_t count) noexcept {
   return -std::expm1(std::log1p(-family_level) / static_cast<double>(std::max<std::size_t>(count, 1)));
 }
@@ -158,7 +162,8 @@ struct StatisticalTest {
   [[nodiscard]] bool passes(double level) const noexcept { return p_value >= level; }
 };
 
-/// Is `mean` compatible with `expected`, given its standard error? With no error at all only equality is.
+/// Is `mean` compatible with `expected`, given its standard error? With no error at all only
+/// equality is.
 [[nodiscard]] inline StatisticalTest z_test(double mean, double standard_error, double expected) noexcept {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   if (!(standard_error > 0)) return {0, infinity, mean == expected ? 1.0 : 0.0};
@@ -175,9 +180,9 @@ struct StatisticalTest {
   return {t, degrees, student_t_p_value(t, degrees)};
 }
 
-/// Pearson's χ² test of counts against expected counts (same total). Bins that expect less than `smallest_expected` are
-/// pooled, from the smallest up. A count where nothing is expected fails the test outright. With fewer than two bins
-/// left there is nothing to test: p = 1.
+/// Pearson's χ² test of counts against expected counts (same total). Bins that expect less than
+/// `smallest_expected` are pooled, from the smallest up. A count where nothing is expected fails
+/// the test outright. With fewer than two bins left there is nothing to test: p = 1.
 [[nodiscard]] inline StatisticalTest chi_square_test(std::span<const double> observed, std::span<const double> expected,
                                                      double smallest_expected = 5) {
   std::vector<std::size_t> order(std::min(observed.size(), expected.size()));

@@ -6,17 +6,19 @@
 #include "gmis/core/concepts.hpp"
 
 /// \file
-/// Light that is absorbed between two surfaces, as in coloured glass. Nothing scatters there, so absorption changes no
-/// density and no path weight: it is a factor on the throughput of both kinds of subpath and on what joins two vertices.
+/// Light that is absorbed between two surfaces, as in coloured glass. Nothing scatters there, so
+/// absorption changes no density and no path weight: it is a factor on the throughput of both kinds
+/// of subpath and on what joins two vertices.
 
 namespace gmis {
 
 /// A scene with two optional members for absorption.
 ///
-/// - `has_absorption()`: false promises that `transmittance` is 1 along every segment. It is read once a segment.
-/// - `transmittance(ray)`: the share of the light, per channel, that passes from one end of `ray` to the other: exp(−∫σ)
-///   over 0 < t < `t_max`, which is finite, and where nothing blocks the ray. It is the same for light that goes the
-///   other way.
+/// - `has_absorption()`: false promises that `transmittance` is 1 along every segment. It is read
+///   once a segment.
+/// - `transmittance(ray)`: the share of the light, per channel, that passes from one end of `ray`
+///   to the other: exp(−∫σ) over 0 < t < `t_max`, which is finite, and where nothing blocks the
+///   ray. It is the same for light that goes the other way.
 ///
 /// The engine takes light to and from infinite lights as not absorbed.
 template <class S>
@@ -25,7 +27,8 @@ concept SceneWithAbsorption = Scene<S> && requires(const S& scene, const Ray<Sca
   { scene.transmittance(ray) } -> std::convertible_to<typename S::Spectrum>;
 };
 
-/// True when light is absorbed somewhere in the scene. Where it is false, nothing else of this file runs.
+/// True when light is absorbed somewhere in the scene. Where it is false, nothing else of this file
+/// runs.
 template <Scene Sc>
 [[nodiscard]] constexpr bool absorbs(const Sc& scene) noexcept {
   if constexpr (SceneWithAbsorption<Sc>)
@@ -34,13 +37,13 @@ template <Scene Sc>
     return false;
 }
 
-/// Multiplies `value` by the transmittance of the segment from `from` along `direction` (unit) to the point `to`, which is
-/// visible from there. Call it where `absorbs(scene)`.
+/// Multiplies `value` by the transmittance of the segment from `from` along `direction` (unit) to
+/// the point `to`, which is visible from there. Call it where `absorbs(scene)`.
 template <Scene Sc>
 GMIS_ALWAYS_INLINE inline void attenuate(const Sc& scene, const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& from,
-                                             const Vec3<ScalarOf<typename Sc::Spectrum>>& direction,
-                                             const Vec3<ScalarOf<typename Sc::Spectrum>>& to,
-                                             typename Sc::Spectrum& value) noexcept {
+                                         const Vec3<ScalarOf<typename Sc::Spectrum>>& direction,
+                                         const Vec3<ScalarOf<typename Sc::Spectrum>>& to,
+                                         typename Sc::Spectrum& value) noexcept {
   if constexpr (SceneWithAbsorption<Sc>)
     value = value * scene.transmittance(leave(from, direction, glm::length(to - from.position)));
 }

@@ -7,10 +7,12 @@
 
 namespace gmis {
 
-/// Blocks of four random 32-bit words, keyed by (seed, iteration, path, stream) and laid out by vertex: the same arguments give the same
-/// blocks, whatever was drawn before. For less than half of the instructions of `Philox`: a word of 64 bits is w(s) = high ⊕ low half of the
-/// product s · (s ⊕ c) at a place s of an arithmetic sequence (wyrand; Wang Yi, wyhash, 2019; its author reports that it passes BigCrush and PractRand). All paths
-/// read this one function, from places that a hash of the key selects among 2^64.
+/// Blocks of four random 32-bit words, keyed by (seed, iteration, path, stream) and laid out by
+/// vertex: the same arguments give the same blocks, whatever was drawn before. For less than half
+/// of the instructions of `Philox`: a word of 64 bits is w(s) = high ⊕ low half of the product s ·
+/// (s ⊕ c) at a place s of an arithmetic sequence (wyrand; Wang Yi, wyhash, 2019; its author
+/// reports that it passes BigCrush and PractRand). All paths read this one function, from places
+/// that a hash of the key selects among 2^64.
 class WyrandBlocks {
  public:
   using Block = std::array<std::uint32_t, 4>;

@@ -12,12 +12,13 @@
 
 namespace gmis {
 
-/// Splits `total` samples among proposals in proportion to `weights` (non-negative, finite, not all zero) by the method of
-/// largest remainders; ties go to the lower index. The counts sum to `total`, and each differs from its exact quota by
-/// less than one. A pure function, so that every path vertex of one kind gets the same counts.
+/// Splits `total` samples among proposals in proportion to `weights` (non-negative, finite, not all
+/// zero) by the method of largest remainders; ties go to the lower index. The counts sum to
+/// `total`, and each differs from its exact quota by less than one. A pure function, so that every
+/// path vertex of one kind gets the same counts.
 ///
-/// Throws std::invalid_argument for other weights, for a number of `counts` that is not that of the weights, and for 2^32
-/// samples or more.
+/// Throws std::invalid_argument for other weights, for a number of `counts` that is not that of the
+/// weights, and for 2^32 samples or more.
 template <std::floating_point T>
 constexpr void apportion(std::span<const T> weights, std::size_t total, std::span<std::uint32_t> counts) {
   using Q =
@@ -43,7 +44,8 @@ constexpr void apportion(std::span<const T> weights, std::size_t total, std::spa
     given += counts[i];
   }
   while (given != total) {
-    // Rounding can hand out one too many as well as too few; both are put right where the quota is missed the most.
+    // Rounding can hand out one too many as well as too few; both are put right where the quota is
+    // missed the most.
     const bool too_few = given < total;
     std::size_t worst = 0;
     Q worst_error(-2);
@@ -61,9 +63,10 @@ constexpr void apportion(std::span<const T> weights, std::size_t total, std::spa
   }
 }
 
-/// The same, but every positive weight gets at least one sample: a proposal without any would leave a hole where it alone is
-/// positive. The others pay for it, those furthest above their quota first. Where the quotas of all positive weights are one
-/// or more, this is `apportion`. Throws as `apportion` does, and when there are fewer samples than positive weights.
+/// The same, but every positive weight gets at least one sample: a proposal without any would leave
+/// a hole where it alone is positive. The others pay for it, those furthest above their quota
+/// first. Where the quotas of all positive weights are one or more, this is `apportion`. Throws as
+/// `apportion` does, and when there are fewer samples than positive weights.
 template <std::floating_point T>
 constexpr void apportion_to_all(std::span<const T> weights, std::size_t total, std::span<std::uint32_t> counts) {
   apportion(weights, total, counts);

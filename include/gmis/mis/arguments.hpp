@@ -9,7 +9,8 @@
 #include "gmis/mis/proposal_set.hpp"
 
 /// \file
-/// What the compiler says of arguments that cannot serve: one sentence, for the first thing that is missing.
+/// What the compiler says of arguments that cannot serve: one sentence, for the first thing that is
+/// missing.
 
 namespace gmis::detail {
 
@@ -33,8 +34,8 @@ enum class Fault {
   integrand_value
 };
 
-/// `Result` for arguments without a fault; else the compiler stops with the sentence. A function that returns one is explained
-/// at the line that calls it.
+/// `Result` for arguments without a fault; else the compiler stops with the sentence. A function
+/// that returns one is explained at the line that calls it.
 template <Fault fault, class Result>
 struct Explained : Result {
   static_assert(

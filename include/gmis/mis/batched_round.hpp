@@ -12,9 +12,10 @@
 #include "gmis/mis/estimate.hpp"
 
 /// \file
-/// N3 over batches of samples: a batch is drawn, then one proposal after the other is evaluated at all samples of the batch, in
-/// a loop that compilers turn into vector instructions where a density has neither calls nor branches. Any set with `pdf` serves
-/// as it is: in that loop the proposal stays and the sample changes. Samples, sums and results have the same bits as those of
+/// N3 over batches of samples: a batch is drawn, then one proposal after the other is evaluated at
+/// all samples of the batch, in a loop that compilers turn into vector instructions where a density
+/// has neither calls nor branches. Any set with `pdf` serves as it is: in that loop the proposal
+/// stays and the sample changes. Samples, sums and results have the same bits as those of
 /// `estimate<Scheme::N3>`.
 
 namespace gmis {
@@ -22,13 +23,15 @@ namespace gmis {
 /// Samples that are evaluated together.
 inline constexpr std::size_t batch_size = 16;
 
-/// A set that rounds can work through in batches: one density at a time, not in logarithms, samples that can be stored.
+/// A set that rounds can work through in batches: one density at a time, not in logarithms, samples
+/// that can be stored.
 template <class Set>
 concept BatchableSet = SetHasPdf<Set> && !is_log_set<Set> && std::default_initializable<typename Set::Value>;
 
 namespace detail {
 
-/// The samples of a batch, what they are divided by, and the densities of one proposal at all of them.
+/// The samples of a batch, what they are divided by, and the densities of one proposal at all of
+/// them.
 template <class Set>
 class Batch {
   using T = typename Set::Density;
@@ -48,7 +51,8 @@ class Batch {
     return least_[j] < T(0) ? std::numeric_limits<T>::quiet_NaN() : sums_[0][j] / normaliser;
   }
 
-  /// Σ c_i q_i at every sample, added up in the order of `MixtureSum`: eight sums side by side for many equal ones.
+  /// Σ c_i q_i at every sample, added up in the order of `MixtureSum`: eight sums side by side for
+  /// many equal ones.
   template <class AllocationType>
   void evaluate(const Set& set, const AllocationType& allocation) {
     if (size_ == batch_size)
@@ -86,7 +90,7 @@ class Batch {
 
   template <class Size, class Times>
   GMIS_ALWAYS_INLINE void add_proposal(const Set& set, std::size_t i, std::array<T, batch_size>& sums, Size size,
-                                           std::size_t& next, Times times) {
+                                       std::size_t& next, Times times) {
     for (std::size_t j = 0; j < size; ++j) {
       const T density = set.pdf(i, x_[j]);
       density_[j] = density;
@@ -105,8 +109,8 @@ class Batch {
 
 }  // namespace detail
 
-/// `sample_round<Scheme::N3>`, in batches: calls `visit(x, denominator, index)` for the same samples in the same order.
-/// Adds what happened to `counts`. The allocation must fit the set.
+/// `sample_round<Scheme::N3>`, in batches: calls `visit(x, denominator, index)` for the same
+/// samples in the same order. Adds what happened to `counts`. The allocation must fit the set.
 template <class Set, class AllocationType, class Source, class Visit>
 requires BatchableSet<Set>
 void sample_round_in_batches(const Set& set, const AllocationType& allocation, Source& source, RoundCounts& counts,
@@ -147,7 +151,8 @@ void sample_round_in_batches(const Set& set, const AllocationType& allocation, S
   }
 }
 
-/// `estimate<Scheme::N3>`, in batches: the same result, bit for bit, in less time where densities have no calls.
+/// `estimate<Scheme::N3>`, in batches: the same result, bit for bit, in less time where densities
+/// have no calls.
 template <class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate_in_batches(Integrand&& f, const P& proposals,
                                                                    std::uint64_t rounds, Source&& source,

@@ -9,8 +9,9 @@
 
 namespace gmis {
 
-/// A set whose size became known at run time, seen as one of at most `Bound` proposals (of exactly one, if `Bound` is 1): what a
-/// round writes in is then on the stack, and its loop is compiled for few proposals. Holds a small set by value, another by reference.
+/// A set whose size became known at run time, seen as one of at most `Bound` proposals (of exactly
+/// one, if `Bound` is 1): what a round writes in is then on the stack, and its loop is compiled for
+/// few proposals. Holds a small set by value, another by reference.
 template <class Set, std::size_t Bound>
 class BoundedSet {
  public:
@@ -36,7 +37,7 @@ class BoundedSet {
     return set_.pdf(i, x);
   }
   [[nodiscard]] GMIS_ALWAYS_INLINE constexpr Density log_pdf(std::size_t i,
-                                                              const Value& x) const requires SetHasLogPdf<Set> {
+                                                             const Value& x) const requires SetHasLogPdf<Set> {
     return set_.log_pdf(i, x);
   }
   constexpr void pdfs(const Value& x, std::span<Density> out) const requires SetHasPdfs<Set> { set_.pdfs(x, out); }
@@ -48,8 +49,8 @@ class BoundedSet {
   PassedAs<Set> set_;
 };
 
-/// Calls `run(set)` once, with the set itself where the number of proposals is bounded at compile time or large, else with it as
-/// a `BoundedSet` of one or of few.
+/// Calls `run(set)` once, with the set itself where the number of proposals is bounded at compile
+/// time or large, else with it as a `BoundedSet` of one or of few.
 template <class Set, class Run>
 GMIS_ALWAYS_INLINE inline void with_bound(const Set& set, Run&& run) {
   if constexpr (capacity_of<Set> == dynamic_capacity) {

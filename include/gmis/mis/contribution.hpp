@@ -9,15 +9,17 @@
 
 namespace gmis {
 
-/// A value given by the logarithm of its magnitude and its sign, for integrands outside the range of T (the product of
-/// a hundred densities, say). Zero is −infinity. An integrand may return it with any set of proposals.
+/// A value given by the logarithm of its magnitude and its sign, for integrands outside the range
+/// of T (the product of a hundred densities, say). Zero is −infinity. An integrand may return it
+/// with any set of proposals.
 template <std::floating_point T>
 struct LogValue {
   T log_magnitude;  ///< natural logarithm of the magnitude
   T sign = T(1);    ///< +1 or −1
 };
 
-/// The magnitudes of LogValue are finite numbers or −infinity; everything else is finite when its channels are.
+/// The magnitudes of LogValue are finite numbers or −infinity; everything else is finite when its
+/// channels are.
 template <std::floating_point T>
 [[nodiscard]] inline bool is_finite(const LogValue<T>& value) noexcept {
   return value.log_magnitude < std::numeric_limits<T>::infinity() && value.sign - value.sign == T(0);
@@ -29,7 +31,8 @@ template <std::floating_point A, std::floating_point F, std::floating_point T>
   return static_cast<A>(f) / static_cast<A>(density);
 }
 
-/// f / φ, where φ may be outside the range of A: in two halves, so that no step leaves it unless the result does.
+/// f / φ, where φ may be outside the range of A: in two halves, so that no step leaves it unless
+/// the result does.
 template <std::floating_point A, std::floating_point F, std::floating_point T>
 [[nodiscard]] inline A ratio(F f, LogDensity<T> density) noexcept {
   const A half = std::exp(static_cast<A>(density.log) * A(-0.5));
@@ -54,7 +57,8 @@ struct SpectrumTraits<LogValue<T>> {
   static constexpr const LogValue<T>& channel(const LogValue<T>& value, int) noexcept { return value; }
 };
 
-/// True when every channel of f is a finite number. (x − x is 0 for a finite x and NaN otherwise: one sum tests all.)
+/// True when every channel of f is a finite number. (x − x is 0 for a finite x and NaN otherwise:
+/// one sum tests all.)
 template <class F>
 [[nodiscard]] inline bool has_finite_channels(const F& f) noexcept {
   auto sum = SpectrumTraits<F>::channel(f, 0) - SpectrumTraits<F>::channel(f, 0);

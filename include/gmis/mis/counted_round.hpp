@@ -14,7 +14,8 @@ namespace gmis {
 /// Sample counts: proposal k makes counts[k] samples a round.
 using CountsByProposal = std::span<const std::uint32_t>;
 
-/// Σ n_k. Throws std::invalid_argument when there is not one count for each proposal, or when all are zero.
+/// Σ n_k. Throws std::invalid_argument when there is not one count for each proposal, or when all
+/// are zero.
 [[nodiscard]] inline std::size_t checked_total(CountsByProposal counts, std::size_t proposal_count) {
   if (counts.size() != proposal_count) reject_argument("give one sample count for each proposal");
   std::size_t total = 0;
@@ -28,12 +29,14 @@ template <class Set>
 using CountedWorkspace = Workspace<typename Set::Density, dynamic_capacity>;
 
 /// Draws one round of N3 with counts, and hands over the densities that it computed: calls
-/// `visit(x, psi, relative, index)` with ψ(x) = Σ n_k q_k(x) / n, n = Σ n_k, and relative[k] = q_k(x)/ψ(x) for *all*
-/// proposals, those without samples included. Relative densities stay in range where densities do not, and
-/// Σ n_k relative[k] = n. (1/n) Σ f(x)/psi estimates ∫ f; unbiased when ψ > 0 wherever f ≠ 0.
+/// `visit(x, psi, relative, index)` with ψ(x) = Σ n_k q_k(x) / n, n = Σ n_k, and relative[k] =
+/// q_k(x)/ψ(x) for *all* proposals, those without samples included. Relative densities stay in
+/// range where densities do not, and Σ n_k relative[k] = n. (1/n) Σ f(x)/psi estimates ∫ f;
+/// unbiased when ψ > 0 wherever f ≠ 0.
 ///
-/// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have passed `checked_total`.
-/// `before_sample(k, i)` is called before sample i of proposal k is drawn: the place to set a source to its point.
+/// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have
+/// passed `checked_total`. `before_sample(k, i)` is called before sample i of proposal k is drawn:
+/// the place to set a source to its point.
 template <class Set, UniformSource Source, class Visit, class BeforeSample>
 requires ProposalSet<Set, Source> RoundCounts sample_counted_round(const Set& set, CountsByProposal counts,
                                                                    Source& source, CountedWorkspace<Set>& workspace,

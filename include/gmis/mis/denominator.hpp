@@ -8,15 +8,16 @@
 
 namespace gmis {
 
-/// The density of the proposal that made a sample, at that sample, and what the sample is divided by.
+/// The density of the proposal that made a sample, at that sample, and what the sample is divided
+/// by.
 template <class Set>
 struct OwnAndDenominator {
   Denominator<Set> own;
   Denominator<Set> denominator;
 };
 
-/// φ_n at the point of `densities`, for sample n of the round, made by proposal `index`. Reads `workspace` as
-/// `IndexSelector` left it.
+/// φ_n at the point of `densities`, for sample n of the round, made by proposal `index`. Reads
+/// `workspace` as `IndexSelector` left it.
 template <Scheme scheme, Selection selection, class Set, class AllocationType, class WorkspaceType>
 [[nodiscard]] GMIS_ALWAYS_INLINE inline OwnAndDenominator<Set> denominator_of(
     DensitiesAt<Set>& densities, const Set& set, const AllocationType& allocation, const WorkspaceType& workspace,
@@ -24,8 +25,8 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
   using T = typename Set::Density;
   MixtureSum<T, is_log_set<Set>> mixture;
   T own(0);
-  // Adds proposal i, `times` over. Kept, so that the density of the proposal that made the sample can be looked up
-  // after: that is cheaper than to ask of each whether it is the one.
+  // Adds proposal i, `times` over. Kept, so that the density of the proposal that made the sample
+  // can be looked up after: that is cheaper than to ask of each whether it is the one.
   const auto add = [&](std::size_t i, auto... times) { mixture.add(densities.keep(i), times...); };
 
   constexpr bool is_single = AllocationType::is_equal && capacity_of<Set> == 1;

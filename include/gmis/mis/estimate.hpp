@@ -8,8 +8,8 @@
 #include <optional>
 #include <type_traits>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/arguments.hpp"
 #include "gmis/mis/bounded_set.hpp"
@@ -34,7 +34,8 @@ struct Rejected {
   friend constexpr bool operator==(const Rejected&, const Rejected&) = default;
 };
 
-/// What `estimate` returns. V is double (long double for long double integrands), or a vector of it for a spectrum.
+/// What `estimate` returns. V is double (long double for long double integrands), or a vector of it
+/// for a spectrum.
 template <class V>
 struct Estimate {
   V mean{};                                 ///< the estimate of ∫ f
@@ -48,8 +49,8 @@ struct Estimate {
   Rejected rejected{};                      ///< samples that count as zero because something is wrong, by cause
 };
 
-/// Sums the rounds of one estimate: the state between `estimate`'s rounds, for a loop of one's own. Partial ones from
-/// several threads can be merged.
+/// Sums the rounds of one estimate: the state between `estimate`'s rounds, for a loop of one's own.
+/// Partial ones from several threads can be merged.
 template <Summable F>
 class EstimateAccumulator {
   using Traits = SpectrumTraits<F>;
@@ -59,21 +60,23 @@ class EstimateAccumulator {
  public:
   using Mean = typename Rebound<std::conditional_t<channel_count == 1, A, F>, A>::Type;
 
-  /// Runs one round with `run_round(visit)`, which is to call `visit(x, denominator, index)` and to return RoundCounts.
-  /// Throws std::invalid_argument for a round of no samples.
+  /// Runs one round with `run_round(visit)`, which is to call `visit(x, denominator, index)` and to
+  /// return RoundCounts. Throws std::invalid_argument for a round of no samples.
   template <class Integrand, class RunRound>
   void add_round(Integrand& f, std::size_t sample_count, RunRound&& run_round) {
     require_argument(sample_count > 0, "a round of no samples: its mean is not a number");
     add_rounds(f, sample_count, 1, [&](RoundCounts& counts, auto&& visit) { counts = run_round(visit); });
   }
 
-  /// Runs `rounds` of them with `run_round(counts, visit)`, which adds what happened to `counts`. What is counted is added up
-  /// over all rounds first: in the loop there is nothing but the samples and the two sums over rounds.
+  /// Runs `rounds` of them with `run_round(counts, visit)`, which adds what happened to `counts`.
+  /// What is counted is added up over all rounds first: in the loop there is nothing but the
+  /// samples and the two sums over rounds.
   template <class Integrand, class RunRound>
   GMIS_ALWAYS_INLINE void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds,
-                                         RunRound&& run_round) {
+                                     RunRound&& run_round) {
     const A samples_of_round = as_factor<A>(sample_count);
-    // Copies that never leave this function, so that no call between samples could read them: they stay in registers.
+    // Copies that never leave this function, so that no call between samples could read them: they
+    // stay in registers.
     auto moments = moments_;
     std::uint64_t integrand_evaluations = 0;
     RoundCounts counts;
@@ -165,14 +168,16 @@ class EstimateAccumulator {
   Rejected rejected_;
 };
 
-/// Throws std::invalid_argument for no rounds, and for more than 2^62: a negative number that was converted.
+/// Throws std::invalid_argument for no rounds, and for more than 2^62: a negative number that was
+/// converted.
 constexpr void require_rounds(std::uint64_t rounds) {
   require_argument(rounds > 0, "the number of rounds must be at least 1");
   require_argument(rounds <= std::uint64_t{1} << 62U, "more than 2^62 rounds: was a negative number converted?");
 }
 
-/// Adds `rounds` ≥ 1 rounds to `accumulator`: what `estimate` does, for one of several threads or blocks. Give each its own
-/// accumulator and source, and merge the accumulators in a fixed order: the sum then depends on no schedule.
+/// Adds `rounds` ≥ 1 rounds to `accumulator`: what `estimate` does, for one of several threads or
+/// blocks. Give each its own accumulator and source, and merge the accumulators in a fixed order:
+/// the sum then depends on no schedule.
 template <Selection selection, Weighting weighting, class F, class Integrand, class P, class Source,
           class AllocationType = EqualAllocation>
 void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& proposals, std::uint64_t rounds,
@@ -190,12 +195,12 @@ void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& pro
       Workspace<typename Set::Density, capacity> workspace;
       const std::size_t sample_count = allocation.sample_count(bounded.size());
       workspace.prepare(bounded.size(), sample_count);
-      accumulator.add_rounds(
-          f, sample_count, rounds, [&](RoundCounts & counts, auto&& visit) GMIS_ALWAYS_INLINE_LAMBDA {
-            sample_checked_round<selection, weighting>(bounded, allocation, source, workspace, counts, visit);
-          });
+      accumulator.add_rounds(f, sample_count, rounds, [&](RoundCounts& counts, auto&& visit) GMIS_ALWAYS_INLINE_LAMBDA {
+        sample_checked_round<selection, weighting>(bounded, allocation, source, workspace, counts, visit);
+      });
     };
-    // Sets of few are compiled apart where it is measured to pay: where each sample sums the densities of all.
+    // Sets of few are compiled apart where it is measured to pay: where each sample sums the
+    // densities of all.
     constexpr Scheme scheme = scheme_of(selection, weighting);
     if constexpr (AllocationType::is_equal && (scheme == Scheme::R3 || scheme == Scheme::N3))
       with_bound(set, run);
@@ -227,21 +232,25 @@ struct EstimateFrom<Fault::none, Integrand, P, Source> {
 };
 }  // namespace detail
 
-/// What an estimate of f with samples of `P` drawn from a `Source` returns: an `Estimate` of a number or a spectrum.
+/// What an estimate of f with samples of `P` drawn from a `Source` returns: an `Estimate` of a
+/// number or a spectrum.
 template <class Integrand, class P, class Source>
 using EstimateOf = typename detail::EstimateFrom<detail::fault_of_arguments<Integrand, P, Source>(), Integrand, P,
                                                  std::remove_reference_t<Source>>::Type;
 
-/// Estimates ∫ f with `rounds` ≥ 1 independent rounds of samples from `proposals`, chosen and weighted as the pair says.
+/// Estimates ∫ f with `rounds` ≥ 1 independent rounds of samples from `proposals`, chosen and
+/// weighted as the pair says.
 ///
-/// `f(x)` is a number or a spectrum. `allocation` says how the samples of a round are divided among the proposals
-/// (`EqualAllocation{}`: one each). The estimate is unbiased when every point with f ≠ 0 is covered as the scheme needs
-/// it; see `needs_full_support` and `check_coverage`. A non-finite value of f is counted, not summed. Allocates once,
-/// before the first round, and only when N is not known at compile time or samples are divided unequally (R3 and N3 of
-/// up to 16 proposals, equally: never).
+/// `f(x)` is a number or a spectrum. `allocation` says how the samples of a round are divided among
+/// the proposals (`EqualAllocation{}`: one each). The estimate is unbiased when every point with f
+/// ≠ 0 is covered as the scheme needs it; see `needs_full_support` and `check_coverage`. A
+/// non-finite value of f is counted, not summed. Allocates once, before the first round, and only
+/// when N is not known at compile time or samples are divided unequally (R3 and N3 of up to 16
+/// proposals, equally: never).
 ///
-/// Throws std::invalid_argument, before the first round, for an empty set, no rounds, an allocation for another number of
-/// proposals, and one that leaves a proposal of positive weight without a sample where the selection is not random.
+/// Throws std::invalid_argument, before the first round, for an empty set, no rounds, an allocation
+/// for another number of proposals, and one that leaves a proposal of positive weight without a
+/// sample where the selection is not random.
 template <Selection selection, Weighting weighting, class Integrand, class P, class Source,
           class AllocationType = EqualAllocation>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Integrand&& f, const P& proposals, std::uint64_t rounds,

@@ -17,13 +17,14 @@ enum class GroupOrder : std::uint8_t {
   consecutive  ///< group g has proposals gP, gP + 1, …: neighbours stay together
 };
 
-/// A partition of N proposals into groups, for the partial deterministic mixture. Build it outside the loop; one with a
-/// fixed `Capacity` never allocates and holds up to so many proposals.
+/// A partition of N proposals into groups, for the partial deterministic mixture. Build it outside
+/// the loop; one with a fixed `Capacity` never allocates and holds up to so many proposals.
 template <std::size_t Capacity = dynamic_capacity>
 class Groups {
  public:
-  /// Groups of `group_size` (1 to N). Where that does not divide N, as few groups, of sizes that differ by at most
-  /// one. Size 1 makes the partial mixture scheme N1, size N makes it N3. Throws std::invalid_argument for other sizes.
+  /// Groups of `group_size` (1 to N). Where that does not divide N, as few groups, of sizes that
+  /// differ by at most one. Size 1 makes the partial mixture scheme N1, size N makes it N3. Throws
+  /// std::invalid_argument for other sizes.
   Groups(std::size_t proposal_count, std::size_t group_size, GroupOrder order = GroupOrder::strided)
       : proposal_count_(proposal_count) {
     require_argument(proposal_count > 0, "groups of no proposals: give at least one");
@@ -43,8 +44,8 @@ class Groups {
     first_[count_] = static_cast<std::uint32_t>(slot);
   }
 
-  /// Any partition: `group_of[i]` is the number of the group that proposal i belongs to. Groups are numbered from 0, and
-  /// none is empty. Throws std::invalid_argument for other numbers.
+  /// Any partition: `group_of[i]` is the number of the group that proposal i belongs to. Groups are
+  /// numbered from 0, and none is empty. Throws std::invalid_argument for other numbers.
   explicit Groups(std::span<const std::uint32_t> group_of) : proposal_count_(group_of.size()) {
     require_argument(proposal_count_ > 0, "groups of no proposals: give at least one");
     for (const std::uint32_t group : group_of) {

@@ -12,9 +12,10 @@
 #include "gmis/core/argument_error.hpp"
 
 /// \file
-/// Weighting heuristics of the multi-sample form [Veach 1997, section 9.2], with counts: technique i makes n_i samples of
-/// density p_i, so its expected sample density is d_i = n_i p_i. A heuristic turns all d_i at one point into weights that
-/// sum to one. Densities may span the whole range of T: they are only ever used relative to the largest.
+/// Weighting heuristics of the multi-sample form [Veach 1997, section 9.2], with counts: technique
+/// i makes n_i samples of density p_i, so its expected sample density is d_i = n_i p_i. A heuristic
+/// turns all d_i at one point into weights that sum to one. Densities may span the whole range of
+/// T: they are only ever used relative to the largest.
 
 namespace gmis {
 
@@ -38,7 +39,8 @@ struct Power {
   }
 };
 
-/// Balance among the techniques with d_i ≥ threshold · max d, zero for the others; threshold in [0, 1].
+/// Balance among the techniques with d_i ≥ threshold · max d, zero for the others; threshold in [0,
+/// 1].
 struct Cutoff {
   double threshold = 0.1;  ///< relative to the largest density
 
@@ -58,14 +60,16 @@ struct Maximum {
   }
 };
 
-/// A function of d_i / max d alone, non-negative and positive at 1; the weights are its values over their sum.
+/// A function of d_i / max d alone, non-negative and positive at 1; the weights are its values over
+/// their sum.
 template <class H>
 concept Heuristic = requires(const H& heuristic, double r) {
   { heuristic.unnormalised(r) } -> std::same_as<double>;
 };
 
-/// Throws std::invalid_argument for a heuristic that gives the largest density no weight, a smaller one more weight than the
-/// largest, or any a negative weight or NaN (a cutoff above 1, a power that is negative or not a number).
+/// Throws std::invalid_argument for a heuristic that gives the largest density no weight, a smaller
+/// one more weight than the largest, or any a negative weight or NaN (a cutoff above 1, a power
+/// that is negative or not a number).
 template <Heuristic H>
 void require_heuristic(const H& heuristic) {
   const double whole = heuristic.unnormalised(1.0), half = heuristic.unnormalised(0.5);
@@ -81,11 +85,12 @@ constexpr void require_same_sizes(std::size_t counts, std::size_t densities, std
 }
 }  // namespace detail
 
-/// Writes the weights of all techniques at one point to `weights`, which may be the same memory as `densities`.
+/// Writes the weights of all techniques at one point to `weights`, which may be the same memory as
+/// `densities`.
 ///
-/// `densities[i]` is p_i (not n_i p_i), `counts[i]` is n_i. The weights sum to one, or are all zero when all d_i are zero.
-/// Infinite densities share all weight; a NaN or negative density makes all weights NaN. Throws std::invalid_argument when
-/// the three sizes differ.
+/// `densities[i]` is p_i (not n_i p_i), `counts[i]` is n_i. The weights sum to one, or are all zero
+/// when all d_i are zero. Infinite densities share all weight; a NaN or negative density makes all
+/// weights NaN. Throws std::invalid_argument when the three sizes differ.
 template <Heuristic H, std::floating_point T>
 void heuristic_weights(const H& heuristic, std::span<const std::uint32_t> counts, std::span<const T> densities,
                        std::span<T> weights) {
@@ -104,7 +109,8 @@ void heuristic_weights(const H& heuristic, std::span<const std::uint32_t> counts
     std::fill(weights.begin(), weights.end(), all_valid ? T(0) : std::numeric_limits<T>::quiet_NaN());
     return;
   }
-  // First relative to the largest p, so that n_i p_i cannot overflow; then relative to the largest d.
+  // First relative to the largest p, so that n_i p_i cannot overflow; then relative to the largest
+  // d.
   T largest_ratio(0);
   for (std::size_t i = 0; i < n; ++i) {
     if (any_infinite)

@@ -12,23 +12,25 @@
 #include "gmis/mis/scheme.hpp"
 
 /// \file
-/// A selection of one's own: how the indices of a round are drawn, where S1, S2 and S3 do not serve. All five weightings follow
-/// from the probabilities of the next index.
+/// A selection of one's own: how the indices of a round are drawn, where S1, S2 and S3 do not
+/// serve. All five weightings follow from the probabilities of the next index.
 
 namespace gmis {
 
-/// How the proposal of each sample of a round is chosen [Elvira, section 3: the distribution of the indices j_1 … j_n]:
+/// How the proposal of each sample of a round is chosen [Elvira, section 3: the distribution of the
+/// indices j_1 … j_n]:
 /// - `sample_count()`: n, the samples of a round;
-/// - `next_probabilities(drawn, out)`: the probabilities of all proposals for the next sample, given the indices `drawn` before it
-///   in this round. They sum to one.
+/// - `next_probabilities(drawn, out)`: the probabilities of all proposals for the next sample,
+///   given the indices `drawn` before it in this round. They sum to one.
 template <class S>
 concept IndexSelection = requires(const S& selection, std::span<const std::uint32_t> drawn, std::span<double> out) {
   { selection.sample_count() } -> std::convertible_to<std::size_t>;
   selection.next_probabilities(drawn, out);
 };
 
-/// Marginal probabilities of every sample: that sample m is of proposal i at [m N + i], by a sum over all beginnings of a round.
-/// Throws std::invalid_argument for a selection with more than `most_beginnings` of them, and for probabilities that are none.
+/// Marginal probabilities of every sample: that sample m is of proposal i at [m N + i], by a sum
+/// over all beginnings of a round. Throws std::invalid_argument for a selection with more than
+/// `most_beginnings` of them, and for probabilities that are none.
 template <IndexSelection S>
 [[nodiscard]] std::vector<double> marginal_probabilities(const S& selection, std::size_t proposal_count,
                                                          std::size_t most_beginnings = 4'000'000) {
@@ -61,13 +63,15 @@ template <IndexSelection S>
   return marginals;
 }
 
-/// Draws rounds of a selection of one's own under any of the five weightings: the mixture that divides sample m has the
-/// coefficients P(i | j_1 … j_{m−1}) (W1), those of its own proposal (W2), P(j_m = i) (W3), the shares of the indices that the
-/// round drew (W4), or the mean over m of P(j_m = i) (W5).
+/// Draws rounds of a selection of one's own under any of the five weightings: the mixture that
+/// divides sample m has the coefficients P(i | j_1 … j_{m−1}) (W1), those of its own proposal (W2),
+/// P(j_m = i) (W3), the shares of the indices that the round drew (W4), or the mean over m of
+/// P(j_m = i) (W5).
 template <IndexSelection S>
 class SelectedRounds {
  public:
-  /// Sums the marginal probabilities where W3 or W5 needs them. Throws as `marginal_probabilities` does.
+  /// Sums the marginal probabilities where W3 or W5 needs them. Throws as `marginal_probabilities`
+  /// does.
   SelectedRounds(S selection, Weighting weighting, std::size_t proposal_count)
       : selection_(std::move(selection)),
         weighting_(weighting),

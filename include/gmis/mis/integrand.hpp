@@ -12,8 +12,9 @@
 
 namespace gmis {
 
-/// A type that estimates add up: a floating-point number, a GLM vector of them, a LogValue, or a type of one's own with
-/// `SpectrumTraits` (`Scalar`, `channel_count`, `channel(value, i)`), of which nothing else is asked.
+/// A type that estimates add up: a floating-point number, a GLM vector of them, a LogValue, or a
+/// type of one's own with `SpectrumTraits` (`Scalar`, `channel_count`, `channel(value, i)`), of
+/// which nothing else is asked.
 template <class F>
 concept Summable = std::copyable<F> && requires(const F& f, int i) {
   typename SpectrumTraits<F>::Scalar;

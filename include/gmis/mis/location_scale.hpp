@@ -7,15 +7,15 @@
 #include <numbers>
 #include <span>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/exp_in_lanes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/storage.hpp"
 
 /// \file
-/// Many proposals of one shape on the line, each number of theirs in an array of its own: one loop evaluates all densities at a
-/// point, and compilers turn it into vector instructions.
+/// Many proposals of one shape on the line, each number of theirs in an array of its own: one loop
+/// evaluates all densities at a point, and compilers turn it into vector instructions.
 
 namespace gmis {
 
@@ -77,7 +77,8 @@ concept LineShape = requires(T z, Philox& source) {
   { S::template sample<T>(source) } -> std::same_as<T>;
 };
 
-/// The set of q_i(x) = shape((x − location_i)/scale_i)/scale_i. With a `Capacity` it never allocates and holds up to so many.
+/// The set of q_i(x) = shape((x − location_i)/scale_i)/scale_i. With a `Capacity` it never
+/// allocates and holds up to so many.
 template <class Shape, std::floating_point T = double, std::size_t Capacity = dynamic_capacity>
 requires LineShape<Shape, T>
 class LocationScaleSet {
@@ -86,8 +87,8 @@ class LocationScaleSet {
   using Density = T;
   static constexpr std::size_t capacity = Capacity;
 
-  /// Throws std::invalid_argument unless there is one scale for each location, at least one, all finite, scales positive and
-  /// with a finite inverse.
+  /// Throws std::invalid_argument unless there is one scale for each location, at least one, all
+  /// finite, scales positive and with a finite inverse.
   LocationScaleSet(std::span<const T> locations, std::span<const T> scales) : size_(locations.size()) {
     require_argument(size_ > 0, "the set of proposals is empty: give it at least one location");
     require_argument(scales.size() == size_, "give one scale for each location");

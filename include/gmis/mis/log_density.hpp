@@ -12,8 +12,9 @@ struct LogDensity {
   T log;  ///< natural logarithm; −infinity for 0
 };
 
-/// log Σ c_i exp(l_i), term by term and without storing them: the sum is kept relative to a term that no other exceeds by
-/// more than e^16, so that terms in rising order do not round the whole sum again and again.
+/// log Σ c_i exp(l_i), term by term and without storing them: the sum is kept relative to a term
+/// that no other exceeds by more than e^16, so that terms in rising order do not round the whole
+/// sum again and again.
 template <std::floating_point T>
 class LogSum {
  public:
@@ -30,8 +31,8 @@ class LogSum {
     }
   }
 
-  /// The logarithm of the sum over `normaliser`, rounded once where it is large. −infinity for an empty sum, NaN when a
-  /// term was NaN.
+  /// The logarithm of the sum over `normaliser`, rounded once where it is large. −infinity for an
+  /// empty sum, NaN when a term was NaN.
   [[nodiscard]] T log_over(T normaliser) const noexcept {
     return sum_ > T(0) ? reference_ + std::log(sum_ / normaliser) : reference_ + sum_;
   }

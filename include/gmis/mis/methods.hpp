@@ -1,8 +1,8 @@
 #pragma once
 
 /// \file
-/// Methods beyond the six schemes, each in a header of its own; docs/mis-methods.md says when which one pays.
-/// gmis/mis.hpp does not include them.
+/// Methods beyond the six schemes, each in a header of its own; docs/mis-methods.md says when which
+/// one pays. gmis/mis.hpp does not include them.
 
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/diagnostics/counted_variance.hpp"

@@ -13,7 +13,8 @@
 #include "gmis/mis/proposal_set.hpp"
 
 /// \file
-/// Densities of a set at one point and weighted sums of them, in one notation for plain densities and for logarithms.
+/// Densities of a set at one point and weighted sums of them, in one notation for plain densities
+/// and for logarithms.
 
 namespace gmis {
 
@@ -21,14 +22,15 @@ namespace gmis {
 template <class Set>
 using Denominator = std::conditional_t<is_log_set<Set>, LogDensity<typename Set::Density>, typename Set::Density>;
 
-/// A count as a factor of densities. Processors convert signed numbers in one step and unsigned ones in five.
+/// A count as a factor of densities. Processors convert signed numbers in one step and unsigned
+/// ones in five.
 template <std::floating_point T>
 [[nodiscard]] constexpr T as_factor(std::size_t count) noexcept {
   return static_cast<T>(static_cast<std::ptrdiff_t>(count));
 }
 
-/// More densities than this are evaluated and summed in functions of their own: within the long body of a round, compilers run
-/// out of registers.
+/// More densities than this are evaluated and summed in functions of their own: within the long
+/// body of a round, compilers run out of registers.
 inline constexpr std::size_t few_densities = 16;
 
 template <std::floating_point T>
@@ -36,8 +38,8 @@ struct SumAndLeast {
   T sum, least;
 };
 
-/// The sum of `count` densities and the least of them and 0, in eight sums side by side, which are faster and more exact than
-/// one.
+/// The sum of `count` densities and the least of them and 0, in eight sums side by side, which are
+/// faster and more exact than one.
 template <std::floating_point T>
 [[nodiscard]] GMIS_NEVER_INLINE SumAndLeast<T> sum_of_many(const T* densities, std::size_t count) noexcept {
   constexpr std::size_t lanes = 8;
@@ -61,7 +63,8 @@ template <std::floating_point T>
   return {sums[0], least[0]};
 }
 
-/// Σ c_i q_i, c_i > 0, and then over a normaliser: NaN when a density was negative, even if the sum is positive.
+/// Σ c_i q_i, c_i > 0, and then over a normaliser: NaN when a density was negative, even if the sum
+/// is positive.
 template <std::floating_point T, bool in_logarithms>
 class MixtureSum {
  public:
@@ -109,7 +112,8 @@ template <std::floating_point T>
 
 enum class DensityState : unsigned char { usable, zero, non_finite };
 
-/// Whether a sample can be divided by this density; for logarithms, whether its logarithm is a number.
+/// Whether a sample can be divided by this density; for logarithms, whether its logarithm is a
+/// number.
 template <std::floating_point T>
 [[nodiscard]] constexpr DensityState state_of(T density) noexcept {
   if (density > T(0)) return density <= std::numeric_limits<T>::max() ? DensityState::usable : DensityState::non_finite;
@@ -121,8 +125,8 @@ template <std::floating_point T>
   return density.log == -std::numeric_limits<T>::infinity() ? DensityState::zero : DensityState::non_finite;
 }
 
-/// Positive and finite. The bit patterns of positive finite numbers are consecutive, so that for float and double one
-/// comparison of integers answers.
+/// Positive and finite. The bit patterns of positive finite numbers are consecutive, so that for
+/// float and double one comparison of integers answers.
 template <std::floating_point T>
 [[nodiscard]] GMIS_ALWAYS_INLINE constexpr bool is_positive_and_finite(T x) noexcept {
   if constexpr (std::numeric_limits<T>::is_iec559 && sizeof(T) == sizeof(std::uint64_t)) {
@@ -134,8 +138,9 @@ template <std::floating_point T>
   }
 }
 
-/// Whether a sample can be used: its own density positive, its denominator positive and finite. (A finite mixture has no
-/// infinite part, and one with a negative part is NaN, so nothing more needs to be asked.)
+/// Whether a sample can be used: its own density positive, its denominator positive and finite. (A
+/// finite mixture has no infinite part, and one with a negative part is NaN, so nothing more needs
+/// to be asked.)
 template <std::floating_point T>
 [[nodiscard]] GMIS_ALWAYS_INLINE constexpr bool is_usable(T own, T denominator) noexcept {
   return own > T(0) && is_positive_and_finite(denominator);
@@ -153,13 +158,14 @@ template <std::floating_point T>
   return is_finite_number(own.log) && is_finite_number(denominator.log);
 }
 
-/// Small objects are passed and held by value: one whose address is never taken can stay in registers.
+/// Small objects are passed and held by value: one whose address is never taken can stay in
+/// registers.
 template <class Argument>
 using PassedAs = std::conditional_t<std::is_trivially_copyable_v<Argument> && sizeof(Argument) <= 2 * sizeof(void*),
                                     Argument, const Argument&>;
 
-/// The densities of a set at one point x. One at a time where the set can, so that what a scheme does not need is not
-/// evaluated; a set that only evaluates all at once does so here.
+/// The densities of a set at one point x. One at a time where the set can, so that what a scheme
+/// does not need is not evaluated; a set that only evaluates all at once does so here.
 template <class Set>
 class DensitiesAt {
  public:
@@ -187,7 +193,8 @@ class DensitiesAt {
     return uncounted(i);
   }
 
-  /// The same, to be counted by the caller with `count`: a sum of many need not carry a counter along.
+  /// The same, to be counted by the caller with `count`: a sum of many need not carry a counter
+  /// along.
   [[nodiscard]] GMIS_ALWAYS_INLINE T uncounted(std::size_t i) const {
     if constexpr (!one_at_a_time) {
       return buffer_[i];
@@ -200,7 +207,8 @@ class DensitiesAt {
         return set_.pdf(i, x_);
     }
   }
-  /// Says that `evaluations` densities were asked for. (Does not count where all were evaluated at once.)
+  /// Says that `evaluations` densities were asked for. (Does not count where all were evaluated at
+  /// once.)
   GMIS_ALWAYS_INLINE void count(std::size_t evaluations) noexcept {
     if constexpr (one_at_a_time)
       if (!have_all_) evaluations_ += evaluations;
@@ -255,8 +263,8 @@ class DensitiesAt {
   }
 
   [[nodiscard]] GMIS_NEVER_INLINE static MixtureSum<T, is_log_set<Set>> keep_and_mix(PassedAs<Set> set,
-                                                                                  PassedAs<typename Set::Value> x,
-                                                                                  T* buffer) {
+                                                                                     PassedAs<typename Set::Value> x,
+                                                                                     T* buffer) {
     const std::size_t size = set.size();
     if constexpr (one_at_a_time)
       for (std::size_t i = 0; i < size; ++i) {

@@ -17,8 +17,8 @@ namespace gmis {
 template <std::floating_point T>
 using AccumulatorOf = std::conditional_t<std::same_as<T, long double>, long double, double>;
 
-/// A spectrum with channels of type A, to return means and variances in: A itself for one channel, a GLM vector for a
-/// GLM vector, else a std::array.
+/// A spectrum with channels of type A, to return means and variances in: A itself for one channel,
+/// a GLM vector for a GLM vector, else a std::array.
 template <class S, class A>
 struct Rebound {
   using Type = std::array<A, static_cast<std::size_t>(SpectrumTraits<S>::channel_count)>;
@@ -36,9 +36,10 @@ struct Rebound<glm::vec<N, T, Q>, A> {
 template <Spectrum S>
 using MeanOf = typename Rebound<S, AccumulatorOf<ScalarOf<S>>>::Type;
 
-/// Mean and variance of a stream of numbers. Numbers are summed in blocks, as differences from the mean so far (from the
-/// first number, in the first block), and blocks are merged into compensated sums: nothing is lost to cancellation or to the
-/// number of terms, and a number costs two additions and a multiplication.
+/// Mean and variance of a stream of numbers. Numbers are summed in blocks, as differences from the
+/// mean so far (from the first number, in the first block), and blocks are merged into compensated
+/// sums: nothing is lost to cancellation or to the number of terms, and a number costs two
+/// additions and a multiplication.
 template <std::floating_point A>
 class Moments {
  public:

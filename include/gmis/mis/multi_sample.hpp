@@ -10,14 +10,15 @@
 
 namespace gmis {
 
-/// Draws one round of the multi-sample form: proposal i makes n_i = `allocation.count(i)` samples, and a sample of i is
-/// weighted by `heuristic`. Calls `visit(x, denominator, index)` where the denominator is n_i q_i(x) / (n w_i(x)), so that
-/// as for every other round (1/n) Σ f / denominator estimates ∫ f, n = Σ n_i. Samples of weight zero contribute zero and
-/// are not visited. The denominator of Balance is that of N3.
+/// Draws one round of the multi-sample form: proposal i makes n_i = `allocation.count(i)` samples,
+/// and a sample of i is weighted by `heuristic`. Calls `visit(x, denominator, index)` where the
+/// denominator is n_i q_i(x) / (n w_i(x)), so that as for every other round (1/n) Σ f / denominator
+/// estimates ∫ f, n = Σ n_i. Samples of weight zero contribute zero and are not visited. The
+/// denominator of Balance is that of N3.
 ///
-/// Unbiased when every point with f ≠ 0 has a proposal with n_i q_i > 0.
-/// Throws std::invalid_argument when the allocation does not fit the set. The heuristic is not checked: `require_heuristic`
-/// does so, once for all rounds.
+/// Unbiased when every point with f ≠ 0 has a proposal with n_i q_i > 0. Throws
+/// std::invalid_argument when the allocation does not fit the set. The heuristic is not checked:
+/// `require_heuristic` does so, once for all rounds.
 template <Heuristic H, class Set, class AllocationType, UniformSource Source, std::size_t Capacity, class Visit>
 requires ProposalSet<Set, Source> RoundCounts
 sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& allocation, Source& source,
@@ -77,8 +78,9 @@ sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& 
   return counts;
 }
 
-/// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form under `heuristic` (Balance, Power, Cutoff, Maximum, or
-/// one of your own). As `estimate`, otherwise; also throws std::invalid_argument as `require_heuristic` does.
+/// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form under `heuristic` (Balance,
+/// Power, Cutoff, Maximum, or one of your own). As `estimate`, otherwise; also throws
+/// std::invalid_argument as `require_heuristic` does.
 template <Heuristic H, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate_weighted(const H& heuristic, Integrand&& f, const P& proposals,
                                                                  std::uint64_t rounds, Source&& source,

@@ -11,20 +11,19 @@
 
 namespace gmis {
 
-/// One round of the partial deterministic mixture [Elvira, Martino, Luengo, Bugallo: Efficient multiple importance sampling
-/// estimators, 2015, eq. 9]: every proposal makes one sample, which is divided by the mixture of its own group,
-/// (1/P) Σ q_i over the P proposals of the group. A dial from N1 (groups of one, N evaluations of densities a round) to N3
-/// (a single group, N²): groups of P cost N P. Calls `visit(x, denominator, index)`; (1/N) Σ f / denominator estimates ∫ f.
+/// One round of the partial deterministic mixture [Elvira, Martino, Luengo, Bugallo: Efficient
+/// multiple importance sampling estimators, 2015, eq. 9]: every proposal makes one sample, which is
+/// divided by the mixture of its own group, (1/P) Σ q_i over the P proposals of the group. A dial
+/// from N1 (groups of one, N evaluations of densities a round) to N3 (a single group, N²): groups
+/// of P cost N P. Calls `visit(x, denominator, index)`; (1/N) Σ f / denominator estimates ∫ f.
 ///
 /// Unbiased for every partition in which the mixture of *each* group is positive wherever f ≠ 0;
 /// `check_coverage(f, proposals, groups, …)` looks for places where it is not.
 /// Throws std::invalid_argument when the groups are not those of so many proposals.
 template <class Set, std::size_t GroupCapacity, UniformSource Source, std::size_t Capacity, class Visit>
-requires ProposalSet<Set, Source>
-GMIS_ALWAYS_INLINE inline RoundCounts sample_partial_round(const Set& set, const Groups<GroupCapacity>& groups,
-                                                               Source& source,
-                                                               Workspace<typename Set::Density, Capacity>& workspace,
-                                                               Visit&& visit) {
+requires ProposalSet<Set, Source> GMIS_ALWAYS_INLINE inline RoundCounts sample_partial_round(
+    const Set& set, const Groups<GroupCapacity>& groups, Source& source,
+    Workspace<typename Set::Density, Capacity>& workspace, Visit&& visit) {
   groups.require_fits(set.size());
   using T = typename Set::Density;
   workspace.prepare(set.size(), 0);
@@ -51,7 +50,8 @@ GMIS_ALWAYS_INLINE inline RoundCounts sample_partial_round(const Set& set, const
   return counts;
 }
 
-/// Estimates ∫ f with `rounds` ≥ 1 rounds of the partial deterministic mixture. As `estimate`, otherwise.
+/// Estimates ∫ f with `rounds` ≥ 1 rounds of the partial deterministic mixture. As `estimate`,
+/// otherwise.
 template <class Integrand, class P, std::size_t GroupCapacity, class Source>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate_partial(Integrand&& f, const P& proposals,
                                                                 const Groups<GroupCapacity>& groups,

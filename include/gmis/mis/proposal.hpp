@@ -12,7 +12,8 @@
 
 namespace gmis {
 
-/// What `sample` returns: an X, or an `std::optional<X>` by a proposal that can fail to make a sample.
+/// What `sample` returns: an X, or an `std::optional<X>` by a proposal that can fail to make a
+/// sample.
 template <class R>
 struct SampleResult {
   using Value = R;
@@ -47,11 +48,13 @@ concept HasSample = requires(const P& p, Source& source) {
 
 /// A sampling technique for values of type X (a number, a vector, a direction, any type of yours).
 ///
-/// - `sample(source)`: an X distributed with the density; or an `std::optional<X>`, empty when no sample was made. An
-///   empty one counts as a zero contribution, so the density must then integrate to the probability of success.
-/// - `pdf(x)`: the density at x, with respect to any measure that all proposals of a set share; it must be positive and
-///   finite at the proposal's own samples. Or `log_pdf(x)`, where densities may leave the range of the type: when one
-///   proposal of a set has it, the weights of the set are formed with log-sum-exp.
+/// - `sample(source)`: an X distributed with the density; or an `std::optional<X>`, empty when no
+///   sample was made. An empty one counts as a zero contribution, so the density must then
+///   integrate to the probability of success.
+/// - `pdf(x)`: the density at x, with respect to any measure that all proposals of a set share; it
+///   must be positive and finite at the proposal's own samples. Or `log_pdf(x)`, where densities
+///   may leave the range of the type: when one proposal of a set has it, the weights of the set are
+///   formed with log-sum-exp.
 template <class P, class X, class Source = Philox>
 concept Proposal = HasSample<P, X, Source> &&(HasPdf<P, X> || HasLogPdf<P, X>);
 
@@ -91,8 +94,8 @@ consteval auto proposal_verdict() {
 }  // namespace detail
 /// \endcond
 
-/// `IsProposal<P, X>()` is true where `gmis::Proposal<P, X, Source>` holds; else the compiler's first line names what is
-/// missing.
+/// `IsProposal<P, X>()` is true where `gmis::Proposal<P, X, Source>` holds; else the compiler's
+/// first line names what is missing.
 template <class P, class X, class Source = Philox>
 using IsProposal = typename decltype(detail::proposal_verdict<P, X, Source>())::type;
 

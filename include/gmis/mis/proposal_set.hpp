@@ -16,8 +16,8 @@
 #include "gmis/mis/storage.hpp"
 
 /// \file
-/// A set of N proposals, seen in one way whatever it is made of: an array, a vector or span, a tuple of different
-/// types, or a type of the user's own.
+/// A set of N proposals, seen in one way whatever it is made of: an array, a vector or span, a
+/// tuple of different types, or a type of the user's own.
 
 namespace gmis {
 
@@ -30,7 +30,8 @@ template <class S>
 concept SetHasLogPdf = requires(const S& s, const typename S::Value& x) {
   { s.log_pdf(std::size_t{}, x) } -> std::floating_point;
 };
-/// All densities at once: `pdfs(x, out)` or `log_pdfs(x, out)` fill `out`, a span of `size()` numbers of type `Density`.
+/// All densities at once: `pdfs(x, out)` or `log_pdfs(x, out)` fill `out`, a span of `size()`
+/// numbers of type `Density`.
 template <class S>
 concept SetHasPdfs = requires(const S& s, const typename S::Value& x, std::span<typename S::Density> out) {
   s.pdfs(x, out);
@@ -40,12 +41,14 @@ concept SetHasLogPdfs = requires(const S& s, const typename S::Value& x, std::sp
   s.log_pdfs(x, out);
 };
 
-/// What the rounds work on, and what a type of yours can offer in place of a container of proposals:
+/// What the rounds work on, and what a type of yours can offer in place of a container of
+/// proposals:
 /// - `Value`, `Density`: the type of a sample, and the floating-point type of a density;
-/// - `size()`: N; and, if N has a bound known at compile time, `static constexpr std::size_t capacity`;
+/// - `size()`: N; and, if N has a bound known at compile time,
+///   `static constexpr std::size_t capacity`;
 /// - `sample(i, source)`: a Value, or an optional one, from proposal i;
-/// - `pdf(i, x)`, or all at once `pdfs(x, out)`, or both; or the same with logarithms: `log_pdf(i, x)`,
-///   `log_pdfs(x, out)`.
+/// - `pdf(i, x)`, or all at once `pdfs(x, out)`, or both; or the same with logarithms:
+///   `log_pdf(i, x)`, `log_pdfs(x, out)`.
 template <class S, class Source = Philox>
 concept ProposalSet = requires(const S& s, Source& source) {
   typename S::Value;
@@ -113,7 +116,7 @@ class ProposalSpan {
   }
   /// The logarithm of the density of proposal i at x.
   [[nodiscard]] GMIS_ALWAYS_INLINE constexpr Density log_pdf(std::size_t i,
-                                                              const Value& x) const requires HasLogPdf<P, Value> {
+                                                             const Value& x) const requires HasLogPdf<P, Value> {
     return proposals_[i].log_pdf(x);
   }
 
@@ -122,7 +125,8 @@ class ProposalSpan {
   std::size_t size_;
 };
 
-/// Proposals of different types, by reference. All make the same type X of sample; densities meet in their common type.
+/// Proposals of different types, by reference. All make the same type X of sample; densities meet
+/// in their common type.
 template <class X, class... P>
 class ProposalTuple {
  public:
@@ -233,14 +237,16 @@ requires(!ProposalSet<R, Source> && AnyProposal<ItemOf<R>, Source>)
 }
 }  // namespace detail
 
-/// std::array, std::vector, std::span or std::tuple of proposals, or a type that meets `ProposalSet`, for this source.
+/// std::array, std::vector, std::span or std::tuple of proposals, or a type that meets
+/// `ProposalSet`, for this source.
 template <class S, class Source = Philox>
 concept Proposals = requires(const S& s) {
   detail::see_as_set<Source>(s);
 };
 
-/// Sees anything accepted as a set of proposals as a `ProposalSet` that draws from a `Source`. Containers and tuples are
-/// referred to, not copied: they must outlive the set, so that temporaries are refused.
+/// Sees anything accepted as a set of proposals as a `ProposalSet` that draws from a `Source`.
+/// Containers and tuples are referred to, not copied: they must outlive the set, so that
+/// temporaries are refused.
 template <class Source = Philox, Proposals<Source> S>
 [[nodiscard]] constexpr decltype(auto) as_proposal_set(const S& proposals) noexcept {
   return detail::see_as_set<Source>(proposals);

@@ -11,8 +11,9 @@
 
 namespace gmis {
 
-/// Mean, variance and counts over rounds, for estimators whose rounds are more than a mean of f / φ. The caller adds one
-/// value of each channel a round; `EstimateAccumulator` is the one for plain rounds.
+/// Mean, variance and counts over rounds, for estimators whose rounds are more than a mean of f /
+/// φ. The caller adds one value of each channel a round; `EstimateAccumulator` is the one for plain
+/// rounds.
 template <Summable F>
 class RoundMoments {
   using Traits = SpectrumTraits<F>;
@@ -23,7 +24,8 @@ class RoundMoments {
   using Channels = std::array<A, channel_count>;
   using Mean = typename EstimateAccumulator<F>::Mean;
 
-  /// f / denominator in every channel. All zeros, and the fault counted, when f or the quotient is not finite.
+  /// f / denominator in every channel. All zeros, and the fault counted, when f or the quotient is
+  /// not finite.
   template <class D>
   [[nodiscard]] Channels quotient(const F& value, D denominator) noexcept {
     ++integrand_evaluations_;
@@ -58,7 +60,8 @@ class RoundMoments {
     rejected_.non_finite_density += counts.non_finite_density;
   }
 
-  /// The mean over rounds. `mean_of(c)` and `variance_of(c)` may be given where the estimate is not the mean of the rounds.
+  /// The mean over rounds. `mean_of(c)` and `variance_of(c)` may be given where the estimate is not
+  /// the mean of the rounds.
   [[nodiscard]] Estimate<Mean> result() const {
     return result([&](std::size_t c) { return moments_[c].mean(); },
                   [&](std::size_t c) { return moments_[c].variance(); });

@@ -11,8 +11,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/mis/apportion.hpp"
 #include "gmis/mis/scheme.hpp"
@@ -54,20 +54,23 @@ template <class R>
 concept CountRange =
     NumberRange<R> && std::integral<std::remove_cvref_t<decltype(*std::begin(std::declval<const R&>()))>>;
 
-/// How the samples of a round are divided among unequal proposals: weights α_i and sample counts n_i. S1 draws proposal i
-/// with probability α_i, and ψ is Σ α_i q_i; S2 and S3 give it n_i samples, and ψ is Σ n_i q_i / Σ n_i. Build it outside the
-/// loop; one with a fixed `Capacity` never allocates and holds up to so many proposals and samples.
+/// How the samples of a round are divided among unequal proposals: weights α_i and sample counts
+/// n_i. S1 draws proposal i with probability α_i, and ψ is Σ α_i q_i; S2 and S3 give it n_i
+/// samples, and ψ is Σ n_i q_i / Σ n_i. Build it outside the loop; one with a fixed `Capacity`
+/// never allocates and holds up to so many proposals and samples.
 ///
-/// A proposal of weight 0 is left out. Any other gets a sample: where there are fewer samples in a round than proposals of
-/// positive weight, only S1 can use the allocation, and S2 and S3 reject it.
+/// A proposal of weight 0 is left out. Any other gets a sample: where there are fewer samples in a
+/// round than proposals of positive weight, only S1 can use the allocation, and S2 and S3 reject
+/// it.
 template <std::floating_point T, std::size_t Capacity = dynamic_capacity>
 class SampleAllocation {
  public:
   /// Proposals may differ.
   static constexpr bool is_equal = false;
 
-  /// From weights, which need not sum to one, and the samples of a round: the n_i are `apportion_to_all`'s. Throws
-  /// std::invalid_argument when a weight is negative or not finite, all are zero, or `samples` is 0.
+  /// From weights, which need not sum to one, and the samples of a round: the n_i are
+  /// `apportion_to_all`'s. Throws std::invalid_argument when a weight is negative or not finite,
+  /// all are zero, or `samples` is 0.
   template <NumberRange Weights>
   SampleAllocation(const Weights& weights, std::size_t samples)
       : SampleAllocation(FromWeights{}, std::begin(weights), std::size(weights), samples) {}
@@ -75,7 +78,8 @@ class SampleAllocation {
   SampleAllocation(std::initializer_list<T> weights, std::size_t samples)
       : SampleAllocation(FromWeights{}, weights.begin(), weights.size(), samples) {}
 
-  /// From counts n_i: then α_i = n_i / Σ n_i. Throws std::invalid_argument when a count is negative or all are zero.
+  /// From counts n_i: then α_i = n_i / Σ n_i. Throws std::invalid_argument when a count is negative
+  /// or all are zero.
   template <CountRange Counts>
   explicit SampleAllocation(const Counts& counts)
       : SampleAllocation(FromCounts{}, std::begin(counts), std::size(counts)) {}
@@ -93,8 +97,8 @@ class SampleAllocation {
   /// n_i.
   [[nodiscard]] std::uint32_t count(std::size_t i) const noexcept { return counts_[i]; }
 
-  /// Throws std::invalid_argument unless the allocation is for `proposal_count` proposals, and gives a sample to each that has
-  /// a weight or `selection` draws them at random.
+  /// Throws std::invalid_argument unless the allocation is for `proposal_count` proposals, and
+  /// gives a sample to each that has a weight or `selection` draws them at random.
   void require_fits(std::size_t proposal_count, Selection selection) const {
     require_argument(proposals_ == proposal_count,
                      "the SampleAllocation is for another number of proposals: give it one weight, or count, for each "
@@ -110,7 +114,8 @@ class SampleAllocation {
   [[nodiscard]] std::size_t draw(Source& source, std::size_t) const {
     const T u = uniform<T>(source);
     const T* const begin = cumulative_.data();
-    // The last entry is +infinity for the last positive weight, so that rounding never chooses a zero weight.
+    // The last entry is +infinity for the last positive weight, so that rounding never chooses a
+    // zero weight.
     return static_cast<std::size_t>(std::upper_bound(begin, begin + proposals_, u) - begin);
   }
 

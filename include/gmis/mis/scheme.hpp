@@ -18,7 +18,8 @@ enum class Selection : std::uint8_t {
   S3   ///< deterministic, without replacement: index n mod N
 };
 
-/// The density φ_n that the n-th sample is divided by [Elvira W1–W5]. The estimate is the mean of f(x_n) / φ_n(x_n).
+/// The density φ_n that the n-th sample is divided by [Elvira W1–W5]. The estimate is the mean of
+/// f(x_n) / φ_n(x_n).
 enum class Weighting : std::uint8_t {
   W1,  ///< density of x_n given the indices drawn before it: the mixture of what could still be drawn
   W2,  ///< density of x_n given its own index: q_j
@@ -44,7 +45,8 @@ constexpr void require_enumerator(Selection selection, Weighting weighting) {
   require_argument(static_cast<std::size_t>(weighting) < all_weightings.size(), "this is no gmis::Weighting: W1 to W5");
 }
 
-/// The scheme that a pair comes down to [Elvira, table 2]. Throws std::invalid_argument for a number that is no enumerator.
+/// The scheme that a pair comes down to [Elvira, table 2]. Throws std::invalid_argument for a
+/// number that is no enumerator.
 [[nodiscard]] constexpr Scheme scheme_of(Selection selection, Weighting weighting) {
   require_enumerator(selection, weighting);
   constexpr Scheme table[3][5] = {{Scheme::R3, Scheme::R1, Scheme::R3, Scheme::R2, Scheme::R3},
@@ -80,20 +82,22 @@ struct SelectionAndWeighting {
   return {Selection::S3, Weighting::W5};
 }
 
-/// True for the schemes that are unbiased only when *every* proposal is positive wherever the integrand is not zero.
-/// R3 and N3 need it of the mixture alone.
+/// True for the schemes that are unbiased only when *every* proposal is positive wherever the
+/// integrand is not zero. R3 and N3 need it of the mixture alone.
 [[nodiscard]] constexpr bool needs_full_support(Scheme scheme) noexcept {
   return scheme != Scheme::R3 && scheme != Scheme::N3;
 }
 
-/// The scheme to use in place of `scheme` when the proposals cover the integrand only together: R3 or N3.
+/// The scheme to use in place of `scheme` when the proposals cover the integrand only together: R3
+/// or N3.
 [[nodiscard]] constexpr Scheme safe_for_partial_support(Scheme scheme) noexcept {
   const bool with_replacement = scheme == Scheme::R1 || scheme == Scheme::R2 || scheme == Scheme::R3;
   return with_replacement ? Scheme::R3 : Scheme::N3;
 }
 
-/// Evaluations of proposal densities in one round of N samples from N proposals, a sample's own density included.
-/// For R2 it depends on the draw: N times the number of distinct indices, `distinct_indices`.
+/// Evaluations of proposal densities in one round of N samples from N proposals, a sample's own
+/// density included. For R2 it depends on the draw: N times the number of distinct indices,
+/// `distinct_indices`.
 [[nodiscard]] constexpr std::size_t density_evaluations_per_round(Scheme scheme, std::size_t proposal_count,
                                                                   std::size_t distinct_indices = 0) {
   require_enumerator(scheme);
@@ -128,9 +132,9 @@ struct SelectionAndWeighting {
   return names[static_cast<std::size_t>(weighting)];
 }
 
-/// Turns a scheme known at run time into one known at compile time: calls `f(std::integral_constant<Scheme, …>{})`
-/// and returns what it returns. One branch, to be taken outside the loop. Throws std::invalid_argument for a number that is no
-/// enumerator.
+/// Turns a scheme known at run time into one known at compile time: calls
+/// `f(std::integral_constant<Scheme, …>{})` and returns what it returns. One branch, to be taken
+/// outside the loop. Throws std::invalid_argument for a number that is no enumerator.
 template <class F>
 constexpr decltype(auto) dispatch(Scheme scheme, F&& f) {
   require_enumerator(scheme);
@@ -151,7 +155,8 @@ constexpr decltype(auto) dispatch(Scheme scheme, F&& f) {
   return std::forward<F>(f)(std::integral_constant<Scheme, Scheme::N3>{});
 }
 
-/// The same for a pair: calls `f(std::integral_constant<Selection, …>{}, std::integral_constant<Weighting, …>{})`.
+/// The same for a pair: calls
+/// `f(std::integral_constant<Selection, …>{}, std::integral_constant<Weighting, …>{})`.
 template <class F>
 constexpr decltype(auto) dispatch(Selection selection, Weighting weighting, F&& f) {
   require_enumerator(selection, weighting);

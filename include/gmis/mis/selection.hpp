@@ -10,9 +10,10 @@
 
 namespace gmis {
 
-/// Chooses the proposal of each sample of one round. `workspace.order` holds what a weighting wants to know of it: for
-/// S2 a permutation whose entries from n on are still undrawn, for R2 all indices of the round. For R2
-/// `workspace.multiplicity[i]` counts how often i was drawn; for N2 with unequal allocation, how often it can still be.
+/// Chooses the proposal of each sample of one round. `workspace.order` holds what a weighting wants
+/// to know of it: for S2 a permutation whose entries from n on are still undrawn, for R2 all
+/// indices of the round. For R2 `workspace.multiplicity[i]` counts how often i was drawn; for N2
+/// with unequal allocation, how often it can still be.
 template <Selection selection, Scheme scheme, class AllocationType, UniformSource Source, class WorkspaceType>
 class IndexSelector {
   static constexpr bool draws_all_first = scheme == Scheme::R2;
@@ -22,7 +23,7 @@ class IndexSelector {
  public:
   /// Prepares the choices of one round.
   GMIS_ALWAYS_INLINE IndexSelector(const AllocationType& allocation, Source& source, WorkspaceType& workspace,
-                                       std::size_t proposal_count, std::size_t sample_count)
+                                   std::size_t proposal_count, std::size_t sample_count)
       : allocation_(allocation),
         source_(source),
         workspace_(workspace),

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 
 namespace gmis {
 
@@ -31,7 +31,8 @@ class Storage {
   std::array<T, Capacity> items_;
 };
 
-/// Room on the heap: `prepare(size)` allocates when `size` exceeds what was prepared before, and only then.
+/// Room on the heap: `prepare(size)` allocates when `size` exceeds what was prepared before, and
+/// only then.
 template <class T>
 class Storage<T, dynamic_capacity> {
  public:

@@ -15,13 +15,13 @@
 #include "gmis/transport/state/integrators.hpp"
 
 /// \file
-/// From the effects of a scene to the counts of a run: the techniques that the effects call for, and candidates for a
-/// pilot to choose from.
+/// From the effects of a scene to the counts of a run: the techniques that the effects call for,
+/// and candidates for a pilot to choose from.
 
 namespace gmis {
 
-/// The plan for the effects of a scene, the greatest path length, the path classes of the settings, and whether merging
-/// has a local count there.
+/// The plan for the effects of a scene, the greatest path length, the path classes of the settings,
+/// and whether merging has a local count there.
 template <Scene Sc>
 [[nodiscard]] Plan plan_for(const Sc& scene, const RenderSettings& settings) {
   return plan_for(effects_of(scene), settings.max_depth, settings.path_classes.value_or(PathClassSet::all()),
@@ -38,14 +38,14 @@ template <Scene Sc>
 
 /// The counts that a pilot may choose; the others keep their values.
 struct OpenCounts {
-  bool light_paths = false;      ///< light trees per pixel
-  bool connections = false;      ///< connections per camera vertex
-  bool radius = false;           ///< the factor on the merging radius
-  bool techniques = false;       ///< techniques may be left out where the remaining ones make the same path classes
+  bool light_paths = false;  ///< light trees per pixel
+  bool connections = false;  ///< connections per camera vertex
+  bool radius = false;       ///< the factor on the merging radius
+  bool techniques = false;   ///< techniques may be left out where the remaining ones make the same path classes
 };
 
-/// The classes to render of which these counts do not make every path: for the paths from delta lights or for those from
-/// all other lights, no technique that is on makes any.
+/// The classes to render of which these counts do not make every path: for the paths from delta
+/// lights or for those from all other lights, no technique that is on makes any.
 [[nodiscard]] constexpr PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts) {
   const PathClassSet lacking = PathClassSet::where([&](const PathFeatures& f) {
     for (const bool is_delta : {false, true}) {
@@ -61,10 +61,10 @@ struct OpenCounts {
   return lacking & plan.classes;
 }
 
-/// Candidates for a pilot: `counts` with every combination of values for the open ones. Each candidate makes all
-/// classes that `counts` make. The result has one entry when nothing is open.
+/// Candidates for a pilot: `counts` with every combination of values for the open ones. Each
+/// candidate makes all classes that `counts` make. The result has one entry when nothing is open.
 GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Plan& plan, const SampleCounts& counts,
-                                                              const OpenCounts& open) {
+                                                                        const OpenCounts& open) {
   CountChoices choices;
   if (!open.light_paths)
     choices.light_paths = {counts.light_paths};
@@ -84,9 +84,10 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Pl
   return candidates;
 }
 
-/// The expected number of iterations of a budget: its own limit on iterations, at most the number that fits in its time
-/// at `nominal_operations_per_second` per thread; 64 when it limits neither. No clock is read, so that the choice of a
-/// pilot does not depend on the machine. `pixels`: of the crop.
+/// The expected number of iterations of a budget: its own limit on iterations, at most the number
+/// that fits in its time at `nominal_operations_per_second` per thread; 64 when it limits neither.
+/// No clock is read, so that the choice of a pilot does not depend on the machine. `pixels`: of the
+/// crop.
 [[nodiscard]] inline std::uint32_t expected_iterations(const Budget& budget, std::size_t pixels, int threads) {
   constexpr double operations_per_pixel = 20.0;  // of one iteration, in scenes like those of bench/scenes
   const std::uint32_t named =
@@ -104,11 +105,12 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Pl
   return settings;
 }
 
-/// A request for the whole frame of this scene: the techniques that its effects call for, with counts that a pilot
-/// chooses. Merging has a local count, and its radius is chosen unless `settings` have one. `settings.counts` are
-/// replaced; without settings of one's own, numbers are Sobol' points, in replications that the error estimate knows of
-/// (`Sampler::sobol`). A budget without any limit becomes one of 64 iterations. `threads` of the
-/// executor turn a time into an expected number of iterations.
+/// A request for the whole frame of this scene: the techniques that its effects call for, with
+/// counts that a pilot chooses. Merging has a local count, and its radius is chosen unless
+/// `settings` have one. `settings.counts` are replaced; without settings of one's own, numbers are
+/// Sobol' points, in replications that the error estimate knows of (`Sampler::sobol`). A budget
+/// without any limit becomes one of 64 iterations. `threads` of the executor turn a time into an
+/// expected number of iterations.
 template <Scene Sc>
 [[nodiscard]] RenderRequest automatic_request(const Sc& scene, const Budget& budget, int threads = 1,
                                               RenderSettings settings = settings_with(Sampler::sobol)) {

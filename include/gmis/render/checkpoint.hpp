@@ -8,13 +8,14 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/run_identity.hpp"
 
 /// \file
-/// The bytes of a checkpoint: the format, whose run it is, then the state with its length and digest.
+/// The bytes of a checkpoint: the format, whose run it is, then the state with its length and
+/// digest.
 
 namespace gmis {
 
@@ -31,7 +32,7 @@ inline constexpr std::string_view checkpoint_format = "gmis checkpoint 5\n";
 
 /// The bytes of a checkpoint with this state.
 GMIS_RARE [[nodiscard]] inline std::vector<std::byte> checkpoint_bytes(RunIdentity identity,
-                                                             const std::vector<std::byte>& state) {
+                                                                       const std::vector<std::byte>& state) {
   std::string format{checkpoint_format};
   std::uint64_t digest = digest_of(state), size = state.size();
   StateWriter whole;
@@ -43,10 +44,11 @@ GMIS_RARE [[nodiscard]] inline std::vector<std::byte> checkpoint_bytes(RunIdenti
 
 }  // namespace detail
 
-/// Reads the bytes of a checkpoint, which must outlive the result. `expected`: the run that it must be of, apart from
-/// the properties in `may_differ`. Throws `std::invalid_argument` that says what differs, or that the bytes are damaged.
+/// Reads the bytes of a checkpoint, which must outlive the result. `expected`: the run that it must
+/// be of, apart from the properties in `may_differ`. Throws `std::invalid_argument` that says what
+/// differs, or that the bytes are damaged.
 GMIS_RARE [[nodiscard]] inline Checkpoint open_checkpoint(std::span<const std::byte> bytes, const RunIdentity& expected,
-                                                std::span<const std::string_view> may_differ = {}) {
+                                                          std::span<const std::string_view> may_differ = {}) {
   const auto refuse = [](const std::string& message) { reject_argument(message.c_str()); };
   StateReader header(bytes);
   std::string format;

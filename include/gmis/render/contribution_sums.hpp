@@ -86,7 +86,8 @@ class TechniqueSums {
     }
   }
 
-  /// One entry per technique and path length that gave anything, ordered by technique, then by s and t.
+  /// One entry per technique and path length that gave anything, ordered by technique, then by s
+  /// and t.
   GMIS_RARE [[nodiscard]] std::vector<TechniquePicture> means(std::uint32_t iterations) const {
     std::vector<TechniquePicture> result;
     for (const auto& [key, sums] : sums_)
@@ -151,9 +152,10 @@ class ClassSums {
     }
   }
 
-  /// The classes that had any contribution, in the order of their numbers. `work` and `light_work` as in
-  /// `costs_of_classes`.
-  GMIS_RARE [[nodiscard]] ClassPictures means(std::uint32_t iterations, const Counters& work, const Counters& light_work) const {
+  /// The classes that had any contribution, in the order of their numbers. `work` and `light_work`
+  /// as in `costs_of_classes`.
+  GMIS_RARE [[nodiscard]] ClassPictures means(std::uint32_t iterations, const Counters& work,
+                                              const Counters& light_work) const {
     const ClassCosts costs = costs_of_classes(work_, work, light_work);
     const double whole = cost_of(work);
     const auto share = [whole](double cost) { return whole > 0.0 ? cost / whole : 0.0; };

@@ -12,8 +12,9 @@
 
 namespace gmis {
 
-/// The share of the forecast variance of `forecasts[chosen]` that is inversely proportional to the area of the merging disk:
-/// from the forecast with the nearest factor on the radius, all other counts equal. 0 where there is none to compare with.
+/// The share of the forecast variance of `forecasts[chosen]` that is inversely proportional to the
+/// area of the merging disk: from the forecast with the nearest factor on the radius, all other
+/// counts equal. 0 where there is none to compare with.
 [[nodiscard]] inline double merging_share(const std::vector<Forecast>& forecasts, std::size_t chosen) {
   const Forecast& one = forecasts[chosen];
   if (!one.counts.merges || !(one.variance > 0.0)) return 0.0;
@@ -33,13 +34,15 @@ namespace gmis {
   return std::clamp((nearest->variance / one.variance - 1.0) / (1.0 / disk - 1.0), 0.0, 1.0);
 }
 
-/// e of `ErrorLaw` with `Sampler::sobol`, chosen with logs of the fourteen scenes of `./run bench prices` and seeds 101 to 103. It
-/// is about 0.1 where light is hard to find, 0.4 in most rooms, and above 0.8 under a sky.
+/// e of `ErrorLaw` with `Sampler::sobol`, chosen with logs of the fourteen scenes of
+/// `./run bench prices` and seeds 101 to 103. It is about 0.1 where light is hard to find, 0.4 in
+/// most rooms, and above 0.8 under a sky.
 inline constexpr double usual_evenness = 0.3;
 
-/// What is known before a run of how its noise falls. With a choice it is the law of the chosen forecast, which is that of an
-/// iteration with the mean disk of the run, for the radius of `counts`, those of the latest iteration; without one nothing but
-/// α, below 1 where something merges, and the usual evenness of `settings.sampler`.
+/// What is known before a run of how its noise falls. With a choice it is the law of the chosen
+/// forecast, which is that of an iteration with the mean disk of the run, for the radius of
+/// `counts`, those of the latest iteration; without one nothing but α, below 1 where something
+/// merges, and the usual evenness of `settings.sampler`.
 [[nodiscard]] inline ErrorLaw expected_law(const std::optional<Choice>& choice, const SampleCounts& counts,
                                            const RenderSettings& settings) {
   const double alpha = settings.alpha, exponent = counts.has(Technique::merge) ? alpha : 1.0;

@@ -15,16 +15,19 @@
 
 namespace gmis {
 
-/// Joins runs of the same scene and request, each with a seed of its own, into one result: the picture is the mean over the
-/// iterations of all, the error is estimated from the parts of all. `checkpoints`: at least one, of either run's end or of
-/// any moment before. `request`: that of the runs; its seed is ignored, and no rendering is done. `resolution`: of the
-/// camera. The iterations of a run are independent of those of the others, so that nothing is lost beside one run of as many
-/// iterations, but that every run has a pilot of its own and that merging's radius is that of the shorter runs.
+/// Joins runs of the same scene and request, each with a seed of its own, into one result: the
+/// picture is the mean over the iterations of all, the error is estimated from the parts of all.
+/// `checkpoints`: at least one, of either run's end or of any moment before. `request`: that of the
+/// runs; its seed is ignored, and no rendering is done. `resolution`: of the camera. The iterations
+/// of a run are independent of those of the others, so that nothing is lost beside one run of as
+/// many iterations, but that every run has a pilot of its own and that merging's radius is that of
+/// the shorter runs.
 ///
-/// Times are sums over the runs. The log is that of the longest run, with one point more for all runs together.
+/// Times are sums over the runs. The log is that of the longest run, with one point more for all
+/// runs together.
 ///
-/// Throws `std::invalid_argument`, which names the number of the checkpoint, from 1, and what differs; and when two runs
-/// have the same seed: they would be the same samples twice.
+/// Throws `std::invalid_argument`, which names the number of the checkpoint, from 1, and what
+/// differs; and when two runs have the same seed: they would be the same samples twice.
 template <Spectrum S>
 [[nodiscard]] RenderResult join_runs(const RenderRequest& request, glm::ivec2 resolution,
                                      std::span<const std::vector<std::byte>> checkpoints) {

@@ -6,19 +6,24 @@
 
 namespace gmis {
 
-/// What the later iterations of a run multiply what they merge with, so that the mean of the picture comes out right.
+/// What the later iterations of a run multiply what they merge with, so that the mean of the
+/// picture comes out right.
 ///
-/// In the midst of a surface a disk moves light and leaves the mean as it is; within one radius of where a surface ends, it loses or
-/// adds light, in proportion to its radius (`bias_of_change_of_mean`). The iterations so far have measured how much. What is still to
-/// come can therefore make up for all of it: iteration i multiplies what it merges by 1 + q r_i, the more the wider its disk is. To
-/// first order the mean is then that of disks without extent [Richardson 1911]; pixels into which nothing is merged stay as they are.
-/// q vanishes as the disks do, so that the picture converges to the same limit.
+/// In the midst of a surface a disk moves light and leaves the mean as it is; within one radius of
+/// where a surface ends, it loses or adds light, in proportion to its radius
+/// (`bias_of_change_of_mean`). The iterations so far have measured how much. What is still to come
+/// can therefore make up for all of it: iteration i multiplies what it merges by 1 + q r_i, the
+/// more the wider its disk is. To first order the mean is then that of disks without extent
+/// [Richardson 1911]; pixels into which nothing is merged stay as they are. q vanishes as the disks
+/// do, so that the picture converges to the same limit.
 class MergingGain {
  public:
-  /// Greatest change of what an iteration merges: a larger one would follow the noise of a few photons.
+  /// Greatest change of what an iteration merges: a larger one would follow the noise of a few
+  /// photons.
   static constexpr double most_change = 0.25;
 
-  /// Adds an iteration. `merged`: mean over the pixels of what it has merged, with the gain. `radius`: of its disk, in scene units.
+  /// Adds an iteration. `merged`: mean over the pixels of what it has merged, with the gain.
+  /// `radius`: of its disk, in scene units.
   void add_iteration(double merged, double radius) noexcept {
     if (!std::isfinite(merged)) merged = 0.0;  // as in a sum of changes
     merged_ += merged;
@@ -28,8 +33,9 @@ class MergingGain {
     ++iterations_;
   }
 
-  /// Chooses q for the iterations to come. `bias`: of the mean over the pixels, from merging alone, summed over the iterations so
-  /// far; `radii` and `radius`: the sum of the radii to come, and the first of them. Without a bias, merged light or a disk to come, q is 0.
+  /// Chooses q for the iterations to come. `bias`: of the mean over the pixels, from merging alone,
+  /// summed over the iterations so far; `radii` and `radius`: the sum of the radii to come, and the
+  /// first of them. Without a bias, merged light or a disk to come, q is 0.
   void choose(double bias, double radii, double radius) noexcept {
     per_radius_ = 0.0;
     const double merging = merged_ * radii;
@@ -42,7 +48,8 @@ class MergingGain {
 
   /// q, per scene unit.
   [[nodiscard]] double per_radius() const noexcept { return per_radius_; }
-  /// What the iterations so far have added to the mean over the pixels by their gain, summed over iterations.
+  /// What the iterations so far have added to the mean over the pixels by their gain, summed over
+  /// iterations.
   [[nodiscard]] double made_up() const noexcept { return made_up_; }
 
   /// Takes in another run.

@@ -12,8 +12,8 @@
 
 namespace gmis {
 
-/// An image as plain numbers: linear values in the unit of radiance, rows from the upper left, the channels of a pixel
-/// side by side.
+/// An image as plain numbers: linear values in the unit of radiance, rows from the upper left, the
+/// channels of a pixel side by side.
 struct Picture {
   glm::ivec2 size{0, 0};      ///< width and height in pixels
   int channels = 0;           ///< `SpectrumTraits<S>::channel_count`

@@ -14,8 +14,8 @@ namespace gmis {
 /// const gmis::RenderResult result = render.run(executor);
 /// ```
 ///
-/// The engines of the scene are compiled where the constructor is called, which takes seconds; `GMIS_DECLARE_ENGINES`
-/// (declare_engines.hpp) compiles them in one file of a project.
+/// The engines of the scene are compiled where the constructor is called, which takes seconds;
+/// `GMIS_DECLARE_ENGINES` (declare_engines.hpp) compiles them in one file of a project.
 template <Scene Sc, class Source = SampleNumbers>
 class Render : public RenderRun<typename Sc::Spectrum> {
  public:

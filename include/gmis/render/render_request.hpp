@@ -13,15 +13,15 @@
 #include "gmis/render/picture.hpp"
 #include "gmis/result/budget.hpp"
 #include "gmis/result/convergence_log.hpp"
-#include "gmis/result/time_to_error.hpp"
 #include "gmis/result/rejection_limit.hpp"
-#include "gmis/transport/state/settings.hpp"
+#include "gmis/result/time_to_error.hpp"
 #include "gmis/transport/state/pixel_bounds.hpp"
+#include "gmis/transport/state/settings.hpp"
 
 namespace gmis {
 
-/// Settings and limits of a whole rendering, and which results it keeps. `automatic_request` fills in the counts and the
-/// candidates by the scene.
+/// Settings and limits of a whole rendering, and which results it keeps. `automatic_request` fills
+/// in the counts and the candidates by the scene.
 struct RenderRequest {
   RenderSettings settings;                ///< techniques and counts, seed, depth, radius
   std::vector<SampleCounts> candidates;   ///< counts that a pilot chooses from; below two: `settings.counts` are used
@@ -34,7 +34,8 @@ struct RenderRequest {
 
   /// Identifies the scene in checkpoints, for example by a digest of its files.
   std::string scene_name;
-  /// More that identifies it, each with a name for messages: digests of files that it refers to, how it was built.
+  /// More that identifies it, each with a name for messages: digests of files that it refers to,
+  /// how it was built.
   std::vector<std::pair<std::string, std::string>> scene_properties;
 
   // Kept on request, because each costs memory and time.
@@ -43,17 +44,20 @@ struct RenderRequest {
   bool techniques = false;      ///< a picture of each technique
   bool class_pictures = false;  ///< a picture of each of `settings.path_classes`
 
-  /// The true picture, laid out like `Picture::values` of the crop, for the errors in the log. It must outlive the run.
+  /// The true picture, laid out like `Picture::values` of the crop, for the errors in the log. It
+  /// must outlive the run.
   std::span<const float> reference;
 
   // Called between iterations by the thread that renders.
   /// After each iteration.
   std::function<void(const RunState&)> on_iteration;
-  /// Once, with the prices that the pilot's choice expects: after two iterations with the chosen counts.
+  /// Once, with the prices that the pilot's choice expects: after two iterations with the chosen
+  /// counts.
   std::function<void(const PriceTable&)> on_forecast;
   std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the convergence log
   std::function<void(const Picture&)> on_picture;       ///< with the picture so far, now and then
-  /// With the state of the run (`Render::checkpoint`): after the first iteration, now and then, and after the last one.
+  /// With the state of the run (`Render::checkpoint`): after the first iteration, now and then, and
+  /// after the last one.
   std::function<void(std::span<const std::byte>)> on_checkpoint;
   double seconds_between_pictures = 30.0;  ///< and between checkpoints; 0: after every iteration
 };

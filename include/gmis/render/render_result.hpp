@@ -29,8 +29,8 @@ struct RenderSummary {
   std::optional<ErrorEstimate> error;              ///< with `RenderRequest::intervals`, from the second iteration on
   std::optional<PriceTable> prices;    ///< of the usual errors, then of half the present one; empty while unknown
   std::optional<PriceTable> forecast;  ///< of the usual errors, as the pilot's choice had them before the run
-  /// The bias of merging, relative like the error, which does not contain it; 0 when nothing was merged. Empty after one
-  /// iteration that merges.
+  /// The bias of merging, relative like the error, which does not contain it; 0 when nothing was
+  /// merged. Empty after one iteration that merges.
   std::optional<MergingBias> merging_bias;
   std::vector<ConvergencePoint> log;         ///< its last point is the last iteration
   Counters counters;                         ///< operations, and what was rejected
@@ -46,8 +46,9 @@ struct RenderSummary {
 /// A finished run.
 struct RenderResult : RenderSummary {
   Picture picture;  ///< the mean of the iterations
-  /// Estimated variance of every value of `picture`. Without values before two iterations; with dependent iterations
-  /// (`Sampler::sobol`) it needs `RenderRequest::intervals` and two replications.
+  /// Estimated variance of every value of `picture`. Without values before two iterations; with
+  /// dependent iterations (`Sampler::sobol`) it needs `RenderRequest::intervals` and two
+  /// replications.
   Picture variance;
   Picture half_a;                            ///< with `RenderRequest::halves`: mean of iterations 1, 3, 5 …
   Picture half_b;                            ///< with `RenderRequest::halves`: mean of iterations 2, 4, 6 …

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/state_archive.hpp"
@@ -49,16 +49,17 @@ class RunTimer {
 
 }  // namespace detail
 
-/// A rendering that improves iteration by iteration, over engines of any scene with the spectrum `S`: engine, film,
-/// error, convergence log and limits. Nothing here depends on the scene, so that it is compiled once a spectrum.
-/// `Render<Scene>` (render.hpp) is the same with the engines of a scene.
+/// A rendering that improves iteration by iteration, over engines of any scene with the spectrum
+/// `S`: engine, film, error, convergence log and limits. Nothing here depends on the scene, so that
+/// it is compiled once a spectrum. `Render<Scene>` (render.hpp) is the same with the engines of a
+/// scene.
 ///
-/// `run` renders until a limit of the budget is met. A program with a loop of its own calls `advance` and
-/// `reason_to_stop`; several renderings can then take turns. The constructor throws `std::invalid_argument` for invalid
-/// settings, as the engines do.
+/// `run` renders until a limit of the budget is met. A program with a loop of its own calls
+/// `advance` and `reason_to_stop`; several renderings can then take turns. The constructor throws
+/// `std::invalid_argument` for invalid settings, as the engines do.
 ///
-/// The same seed and settings give the same pictures for any number of threads. A limit on time or on the error changes
-/// the number of iterations alone.
+/// The same seed and settings give the same pictures for any number of threads. A limit on time or
+/// on the error changes the number of iterations alone.
 template <Spectrum S_>
 class RenderRun {
  public:
@@ -69,21 +70,23 @@ class RenderRun {
   RenderRun(const RenderRun&) = delete;
   RenderRun& operator=(const RenderRun&) = delete;
 
-  /// Renders until a limit is met, and calls the callbacks of the request. With a `StoppableExecutor`, an interrupt
-  /// after the first iteration leaves out the iteration under way; with another executor that iteration is finished.
+  /// Renders until a limit is met, and calls the callbacks of the request. With a
+  /// `StoppableExecutor`, an interrupt after the first iteration leaves out the iteration under
+  /// way; with another executor that iteration is finished.
   GMIS_RARE RenderResult run(ExecutorRef executor);
 
-  /// Renders one more iteration. Returns false when the executor was stopped meanwhile: this iteration is left out, and
-  /// the rendering cannot go on.
+  /// Renders one more iteration. Returns false when the executor was stopped meanwhile: this
+  /// iteration is left out, and the rendering cannot go on.
   GMIS_RARE [[nodiscard]] bool advance(ExecutorRef executor);
 
-  /// The state after the latest iteration, from which the same program can go on (`resume`). Write it to a file that
-  /// replaces the one before.
+  /// The state after the latest iteration, from which the same program can go on (`resume`). Write
+  /// it to a file that replaces the one before.
   GMIS_RARE [[nodiscard]] std::vector<std::byte> checkpoint();
 
-  /// Goes on from a checkpoint of a run with the same scene and request; limits, threads and callbacks may differ. The
-  /// pictures then have the bits of a run that was never interrupted. Throws `std::invalid_argument` that says what
-  /// differs, or that the bytes are damaged; this rendering is then unchanged. Call it before the first iteration.
+  /// Goes on from a checkpoint of a run with the same scene and request; limits, threads and
+  /// callbacks may differ. The pictures then have the bits of a run that was never interrupted.
+  /// Throws `std::invalid_argument` that says what differs, or that the bytes are damaged; this
+  /// rendering is then unchanged. Call it before the first iteration.
   GMIS_RARE void resume(std::span<const std::byte> bytes);
 
   /// Adds the latest iteration to the convergence log unless it is there.
@@ -100,7 +103,8 @@ class RenderRun {
     return request_.budget.reason_to_stop(made_.state);
   }
 
-  /// Iterations and wall time so far. The error in it is known when it was estimated after the latest iteration.
+  /// Iterations and wall time so far. The error in it is known when it was estimated after the
+  /// latest iteration.
   [[nodiscard]] const RunState& progress() const noexcept { return made_.state; }
   /// Processor time of the iterations so far, without estimates of the error.
   [[nodiscard]] double cpu_seconds() const noexcept { return made_.cpu_seconds; }
@@ -115,7 +119,8 @@ class RenderRun {
   /// The engine that is run, with the choice of a pilot.
   [[nodiscard]] const RenderEngine<S>& engine() const noexcept { return *engine_; }
 
-  /// The estimated error, with `RenderRequest::intervals` or a limit on the error, from the second iteration on.
+  /// The estimated error, with `RenderRequest::intervals` or a limit on the error, from the second
+  /// iteration on.
   [[nodiscard]] std::optional<ErrorEstimate> error() const {
     return estimated_after_ == made_.state.iterations ? latest_error_ : made_.error();
   }
@@ -125,7 +130,8 @@ class RenderRun {
 
   /// The prices of the usual errors, and of half the present one.
   [[nodiscard]] std::optional<PriceTable> prices() const { return made_.prices(error()); }
-  /// The prices of the usual errors as the pilot's choice has them; empty before two iterations with the chosen counts.
+  /// The prices of the usual errors as the pilot's choice has them; empty before two iterations
+  /// with the chosen counts.
   [[nodiscard]] const std::optional<PriceTable>& forecast() const noexcept { return made_.forecast; }
 
   /// The result of the run so far; `reason` says why it ended.
@@ -152,8 +158,8 @@ class RenderRun {
 
   /// Copies the state of the engine into the record.
   GMIS_RARE void note_engine();
-  /// Once, after the second iteration, or the second that learns nothing: the first one has a pilot, and measures light
-  /// trees, too.
+  /// Once, after the second iteration, or the second that learns nothing: the first one has a
+  /// pilot, and measures light trees, too.
   GMIS_RARE void update_forecast(double cpu_seconds, double wall_seconds);
 
   /// The pixels of the crop, copied into `part` unless they are the whole frame.
@@ -173,13 +179,15 @@ class RenderRun {
 
   void take_frame();
 
-  /// After 4, 8, 16 … iterations of a run whose radius a pilot has chosen: sets disk and gain of the iterations to come.
-  /// A pilot can hardly see the bias of merging; the iterations so far have measured it.
+  /// After 4, 8, 16 … iterations of a run whose radius a pilot has chosen: sets disk and gain of
+  /// the iterations to come. A pilot can hardly see the bias of merging; the iterations so far have
+  /// measured it.
   GMIS_RARE void adapt_merging();
-  /// The radius becomes at most what the pilot chose, for larger ones have their costs, and at least that of the
-  /// settings.
+  /// The radius becomes at most what the pilot chose, for larger ones have their costs, and at
+  /// least that of the settings.
   GMIS_RARE void choose_disk(const Choice& choice, const MergingBias& bias, std::uint32_t length);
-  /// A bias b with the standard error s is made up for by the factor 1 − s²/b², since a part may be noise.
+  /// A bias b with the standard error s is made up for by the factor 1 − s²/b², since a part may be
+  /// noise.
   GMIS_RARE void choose_gain(const MergingBias& bias, std::uint32_t length);
 
   GMIS_RARE void update_error(ExecutorRef executor);
@@ -357,8 +365,8 @@ void RenderRun<S_>::choose_disk(const Choice& choice, const MergingBias& bias, s
   AnyEngine<S>& engine = *engine_->picture_engine();
   const double factor = engine.counts().radius_factor, disk = square(engine.first_radius());
   const double merging = made_.expected_law.merging * made_.expected_law.remaining_at(length);
-  const double best = best_first_disk({made_.state.iterations, made_.disks, square(bias.relative_bias)},
-                                      merging * disk, request_.settings.alpha, length);
+  const double best = best_first_disk({made_.state.iterations, made_.disks, square(bias.relative_bias)}, merging * disk,
+                                      request_.settings.alpha, length);
   const double chosen = choice.forecasts[*choice.chosen].counts.radius_factor;
   engine.merge_within(std::clamp(factor * std::sqrt(best / disk), std::min(1.0, chosen), chosen));
 }

@@ -15,8 +15,8 @@
 
 namespace gmis {
 
-/// What a checkpoint must have in common with the run that goes on from it: each property with its value in words. What
-/// changes no sample is left out: limits, threads, callbacks, the reference.
+/// What a checkpoint must have in common with the run that goes on from it: each property with its
+/// value in words. What changes no sample is left out: limits, threads, callbacks, the reference.
 struct RunIdentity {
   /// A name and its value, as text.
   struct Property {
@@ -36,7 +36,9 @@ struct RunIdentity {
   std::vector<Property> properties;  ///< in the order in which they were added
 
   /// Adds a property.
-  GMIS_RARE void add(std::string_view name, std::string value) { properties.push_back({std::string(name), std::move(value)}); }
+  GMIS_RARE void add(std::string_view name, std::string value) {
+    properties.push_back({std::string(name), std::move(value)});
+  }
   /// Adds a number with all its digits.
   GMIS_RARE void add(std::string_view name, double value) {
     char text[32];
@@ -53,7 +55,7 @@ struct RunIdentity {
 
   /// The first property that differs and must not, in words; empty when there is none.
   GMIS_RARE [[nodiscard]] std::string difference_to(const RunIdentity& other,
-                                          std::span<const std::string_view> may_differ = {}) const {
+                                                    std::span<const std::string_view> may_differ = {}) const {
     for (std::size_t i = 0; i < std::max(properties.size(), other.properties.size()); ++i) {
       if (i >= properties.size()) return other.properties[i].name + " is only in this run";
       if (i >= other.properties.size()) return properties[i].name + " is only in the checkpoint";
@@ -73,9 +75,10 @@ struct RunIdentity {
   }
 };
 
-/// The identity of a run with this request. `resolution`: of the camera; `scalar_bytes`: of the scalar.
-GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& request, glm::ivec2 resolution, int channels,
-                                             std::size_t scalar_bytes) {
+/// The identity of a run with this request. `resolution`: of the camera; `scalar_bytes`: of the
+/// scalar.
+GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& request, glm::ivec2 resolution,
+                                                       int channels, std::size_t scalar_bytes) {
   RunIdentity identity;
   const RenderSettings& settings = request.settings;
   const auto counts_text = [](const SampleCounts& counts) {
@@ -83,7 +86,8 @@ GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& requ
     parts.add("", counts.light_paths);
     parts.add("", counts.radius_factor);
     for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, int{counts.extends_camera},
-                            int{counts.connects_paired_tree}, int{counts.next_events}, int{counts.emitter_hits}, int{counts.local_merges}})
+                            int{counts.connects_paired_tree}, int{counts.next_events}, int{counts.emitter_hits},
+                            int{counts.local_merges}})
       parts.add("", count);
     std::string text;
     for (const RunIdentity::Property& part : parts.properties) text.append(part.value).append(1, ' ');

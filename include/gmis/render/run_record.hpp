@@ -18,9 +18,9 @@
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/result/batch_means.hpp"
-#include "gmis/result/sobol_gain.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/merging_bias.hpp"
+#include "gmis/result/sobol_gain.hpp"
 
 namespace gmis {
 
@@ -32,8 +32,8 @@ namespace gmis {
   return part;
 }
 
-/// All that a run has made so far and that its result is made from: sums over iterations, and what they took. It needs
-/// no scene and no engine, so that runs can be joined without either.
+/// All that a run has made so far and that its result is made from: sums over iterations, and what
+/// they took. It needs no scene and no engine, so that runs can be joined without either.
 template <Spectrum S>
 struct RunRecord {
   Film<S> film;                              ///< of the crop
@@ -71,7 +71,8 @@ struct RunRecord {
       batches.emplace(film.resolution(), request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
   }
 
-  /// The state for a later run (`core/state_archive.hpp`). A reading record must be made for the same request.
+  /// The state for a later run (`core/state_archive.hpp`). A reading record must be made for the
+  /// same request.
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
@@ -89,7 +90,7 @@ struct RunRecord {
 
   /// The record so far as a point of the log. `estimate`: `error()`, which takes long to compute.
   GMIS_RARE [[nodiscard]] ConvergencePoint point(const RenderRequest& request,
-                                       const std::optional<ErrorEstimate>& estimate) const {
+                                                 const std::optional<ErrorEstimate>& estimate) const {
     ConvergencePoint point{cpu_seconds, state.seconds, state.iterations, {}, {}, {}};
     if (estimate) {
       point.estimated_error = estimate->relative_error;
@@ -103,9 +104,10 @@ struct RunRecord {
     return point;
   }
 
-  /// Takes in a run of the same request with another seed. Pictures become means over all iterations; counts and times are
-  /// added up. Log, choice and sample counts are those of the longer run. Names of rejected paths are dropped: they
-  /// mean something only together with their run's seed.
+  /// Takes in a run of the same request with another seed. Pictures become means over all
+  /// iterations; counts and times are added up. Log, choice and sample counts are those of the
+  /// longer run. Names of rejected paths are dropped: they mean something only together with their
+  /// run's seed.
   void join(const RunRecord& other) {
     merging.join(other.merging);
     gain.join(other.gain);
@@ -142,9 +144,10 @@ struct RunRecord {
     photon_bytes = std::max(photon_bytes, other.photon_bytes);
   }
 
-  /// The result of a run that ended for this reason. `estimate`: `error()`, which takes long to compute.
+  /// The result of a run that ended for this reason. `estimate`: `error()`, which takes long to
+  /// compute.
   GMIS_RARE [[nodiscard]] RenderResult result(const RenderRequest& request, StopReason reason,
-                                    const std::optional<ErrorEstimate>& estimate) const {
+                                              const std::optional<ErrorEstimate>& estimate) const {
     RenderResult result;
     result.stopped_by = reason;
     result.iterations = state.iterations;
@@ -198,7 +201,8 @@ struct RunRecord {
     return bias;
   }
 
-  /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much as 16 of them.
+  /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much
+  /// as 16 of them.
   GMIS_RARE [[nodiscard]] ErrorLaw law_so_far() const {
     ErrorLaw law = expected_law;
     if (!batches || !(law.evenness > 0.0)) return law;

@@ -17,18 +17,18 @@
 
 namespace gmis {
 
-/// Runs the loops of the engine on a pool of `std::thread`s. Models `Executor` and `StoppableExecutor`. The threads are
-/// started by the constructor and wait between loops.
+/// Runs the loops of the engine on a pool of `std::thread`s. Models `Executor` and
+/// `StoppableExecutor`. The threads are started by the constructor and wait between loops.
 ///
-/// One loop runs at a time: `parallel_for` must not be called from two threads at once, nor from inside `work`. When
-/// `work` throws, the calls under way are finished, the others are left out, and the first exception is thrown to the
-/// caller of `parallel_for`.
+/// One loop runs at a time: `parallel_for` must not be called from two threads at once, nor from
+/// inside `work`. When `work` throws, the calls under way are finished, the others are left out,
+/// and the first exception is thrown to the caller of `parallel_for`.
 ///
 /// This header is not part of gmis/gmis.hpp: no other header of the library starts a thread.
 class ThreadExecutor {
  public:
-  /// `threads`: the calling thread included; 0 stands for all cores. Where the system refuses a thread, the pool is
-  /// smaller.
+  /// `threads`: the calling thread included; 0 stands for all cores. Where the system refuses a
+  /// thread, the pool is smaller.
   explicit ThreadExecutor(int threads = 0) {
     const int wanted = threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     threads_.reserve(static_cast<std::size_t>(wanted - 1));

@@ -12,26 +12,30 @@
 
 namespace gmis {
 
-/// The iterations of a progressive image, cut into batches of equal length: independent estimates of the same image,
-/// nearly normal where single iterations are not.
+/// The iterations of a progressive image, cut into batches of equal length: independent estimates
+/// of the same image, nearly normal where single iterations are not.
 ///
-/// There are never more than `capacity` batches, however long the run: when one more would be needed, neighbours are
-/// joined and the batches are twice as long from then on. So, once it has been reached, between capacity/2 and capacity
-/// batches are complete. Memory: capacity + 2 floats per pixel and channel.
+/// There are never more than `capacity` batches, however long the run: when one more would be
+/// needed, neighbours are joined and the batches are twice as long from then on. So, once it has
+/// been reached, between capacity/2 and capacity batches are complete. Memory: capacity + 2 floats
+/// per pixel and channel.
 ///
-/// Where iterations depend on each other but form independent replications (`Sampler::sobol`), iteration i belongs to
-/// batch (i − 1) mod `replications`, all batches are complete from the first iteration on, and their lengths differ by
-/// one at most. Memory: 2 floats per pixel, channel and replication.
+/// Where iterations depend on each other but form independent replications (`Sampler::sobol`),
+/// iteration i belongs to batch (i − 1) mod `replications`, all batches are complete from the first
+/// iteration on, and their lengths differ by one at most. Memory: 2 floats per pixel, channel and
+/// replication.
 ///
-/// Runs that are independent of each other can be joined (`join`). Their parts, replications or batches and what has come
-/// since the last batch, are then the batches, at most `capacity` of them, none less than half as long as the longest.
+/// Runs that are independent of each other can be joined (`join`). Their parts, replications or
+/// batches and what has come since the last batch, are then the batches, at most `capacity` of
+/// them, none less than half as long as the longest.
 template <Spectrum S>
 class BatchMeans {
  public:
   static constexpr int channel_count = SpectrumTraits<S>::channel_count;
   static constexpr std::size_t capacity = 16;
 
-  /// Pixels are stored by rows. `replications`: 0 for independent iterations, else from 2 to `capacity`.
+  /// Pixels are stored by rows. `replications`: 0 for independent iterations, else from 2 to
+  /// `capacity`.
   explicit BatchMeans(glm::ivec2 resolution, std::size_t replications = 0)
       : resolution_(resolution),
         replication_count_(replications),
@@ -56,9 +60,9 @@ class BatchMeans {
     current_iterations_ = 0;
   }
 
-  /// Takes in all iterations of another run of the same size, which must be independent of those here. Neither run can
-  /// add iterations afterwards. The shortest parts of both are put together, by their lengths alone, until there are
-  /// few enough and none is short.
+  /// Takes in all iterations of another run of the same size, which must be independent of those
+  /// here. Neither run can add iterations afterwards. The shortest parts of both are put together,
+  /// by their lengths alone, until there are few enough and none is short.
   void join(const BatchMeans& other) {
     std::vector<Part> parts;
     take_parts(parts);
@@ -94,7 +98,8 @@ class BatchMeans {
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   /// All that were added.
   [[nodiscard]] std::uint64_t iterations() const noexcept { return iterations_; }
-  /// Complete batches; what has been added since the last of them is not part of any, but `unfinished`.
+  /// Complete batches; what has been added since the last of them is not part of any, but
+  /// `unfinished`.
   [[nodiscard]] std::size_t batch_count() const noexcept {
     return replication_count_ > 0 ? replications_.size() : batches_.size();
   }
@@ -108,13 +113,15 @@ class BatchMeans {
   }
   /// Pixels times channels.
   [[nodiscard]] std::size_t value_count() const noexcept { return current_.size(); }
-  /// The mean image of a batch, channel after channel, pixel after pixel. Of independent iterations.
+  /// The mean image of a batch, channel after channel, pixel after pixel. Of independent
+  /// iterations.
   [[nodiscard]] std::span<const float> batch(std::size_t index) const noexcept { return batches_[index]; }
   /// One value of the mean image of a batch of either kind.
   [[nodiscard]] double value(std::size_t batch, std::size_t index) const noexcept {
     return replication_count_ > 0 ? replications_[batch][index] : static_cast<double>(batches_[batch][index]);
   }
-  /// Calls `use(values)` with the mean image of a batch of either kind: a span of double for replications, else of float.
+  /// Calls `use(values)` with the mean image of a batch of either kind: a span of double for
+  /// replications, else of float.
   template <class Use>
   void with_values(std::size_t batch, Use&& use) const {
     if (replication_count_ > 0)

@@ -5,7 +5,8 @@
 
 namespace gmis {
 
-/// The reason why a run ended; `joined` for runs that were put together after their ends (render/join_runs.hpp).
+/// The reason why a run ended; `joined` for runs that were put together after their ends
+/// (render/join_runs.hpp).
 enum class StopReason { iterations, time, error, interrupt, rejected, joined };
 
 /// The name of a reason in statistics files.
@@ -22,19 +23,20 @@ struct RunState {
   bool is_calibrated = false;    ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
 };
 
-/// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An unset limit has no
-/// effect.
+/// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An
+/// unset limit has no effect.
 struct Budget {
-  /// Minimum number of iterations before an error estimate may end a run; estimates from fewer iterations are too
-  /// uncertain.
+  /// Minimum number of iterations before an error estimate may end a run; estimates from fewer
+  /// iterations are too uncertain.
   static constexpr std::uint32_t fewest_iterations_for_error = 8;
 
   std::optional<std::uint32_t> iterations{};  ///< stop after this number of iterations
   std::optional<double> seconds{};            ///< stop after this wall time
   std::optional<double> relative_error{};     ///< stop at this error, once it is calibrated
 
-  /// The reason to stop after the iterations so far (at least one), or nothing to go on. The run ends at the whole
-  /// iteration nearest to the time limit: one more iteration begins only when half of a mean iteration still fits.
+  /// The reason to stop after the iterations so far (at least one), or nothing to go on. The run
+  /// ends at the whole iteration nearest to the time limit: one more iteration begins only when
+  /// half of a mean iteration still fits.
   [[nodiscard]] std::optional<StopReason> reason_to_stop(const RunState& state) const noexcept {
     if (iterations && state.iterations >= *iterations) return StopReason::iterations;
     if (relative_error && state.is_calibrated && state.iterations >= fewest_iterations_for_error &&

@@ -24,12 +24,13 @@ struct ConvergencePoint {
   std::optional<double> reference_error;  ///< √relMSE against a reference
 };
 
-/// Error over time during a run. The iterations of the points grow geometrically, so that a long run leaves a short log
-/// and every decade has about the same number of points.
+/// Error over time during a run. The iterations of the points grow geometrically, so that a long
+/// run leaves a short log and every decade has about the same number of points.
 class ConvergenceLog {
  public:
-  /// True when a point is due after this iteration. Points are due after iterations 1 to 8, then four times per
-  /// doubling: 10, 12, 14, 16, 20 and so on. From 16 on, all batches of `BatchMeans` are complete at these iterations.
+  /// True when a point is due after this iteration. Points are due after iterations 1 to 8, then
+  /// four times per doubling: 10, 12, 14, 16, 20 and so on. From 16 on, all batches of `BatchMeans`
+  /// are complete at these iterations.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   /// Adds a point behind the others.
@@ -58,8 +59,8 @@ class ConvergenceLog {
   return "cpu_seconds,wall_seconds,iteration,estimated_error,interval_lower,interval_upper,reference_error";
 }
 
-/// The line of one point in comma-separated values, without a line end. An unknown value is an empty field. The decimal
-/// separator is a point in every locale.
+/// The line of one point in comma-separated values, without a line end. An unknown value is an
+/// empty field. The decimal separator is a point in every locale.
 [[nodiscard]] inline std::string convergence_csv_row(const ConvergencePoint& point) {
   const auto text = [](double value) {
     std::array<char, 32> buffer{};

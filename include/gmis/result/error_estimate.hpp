@@ -72,15 +72,16 @@ struct ErrorEstimate {
 /// When an interval may be shown; chosen by calibration (docs/accuracy-and-time.md).
 struct ErrorCalibration {
   std::size_t fewest_batches = 8;  ///< below it there is no interval
-  /// Of the squared error relative to other batches over that relative to all batches: where rare samples are both the
-  /// error and the value that it is relative to, the two differ.
+  /// Of the squared error relative to other batches over that relative to all batches: where rare
+  /// samples are both the error and the value that it is relative to, the two differ.
   double largest_disagreement = 1.15;
   double largest_deviation = 0.35;      ///< standard deviation of the squared error, relative
   double largest_share_of_worst = 0.2;  ///< of `ErrorEstimate::worst` in the squared error
 };
 
-/// The estimated variance of the mean of all iterations, for every pixel and channel, from the parts of the run:
-/// Σ_b w_b² (x_b − m)² / (1 − w_b), w_b the share of part b. Empty before two parts.
+/// The estimated variance of the mean of all iterations, for every pixel and channel, from the
+/// parts of the run: Σ_b w_b² (x_b − m)² / (1 − w_b), w_b the share of part b. Empty before two
+/// parts.
 template <Spectrum S>
 [[nodiscard]] std::vector<double> variances_of_means(const BatchMeans<S>& means) {
   const detail::RunParts<S> parts(means);
@@ -118,8 +119,9 @@ class ErrorSums {
   using Numbers = typename Parts::Numbers;
   static constexpr std::size_t lanes = Parts::lanes;
 
-  /// Adds the values of the lanes for which `counts` is true; returns the squared relative error of each. `rare`, by part and lane:
-  /// for a rare sample the inverse of what the square of its value is taken for, else 0; null where none is rare.
+  /// Adds the values of the lanes for which `counts` is true; returns the squared relative error of
+  /// each. `rare`, by part and lane: for a rare sample the inverse of what the square of its value
+  /// is taken for, else 0; null where none is rare.
   Numbers add(const RunParts<S>& parts, const Parts& here, const std::array<bool, lanes>& counts,
               const std::array<Numbers, Parts::most>* rare) {
     const std::size_t count = parts.count();
@@ -181,20 +183,24 @@ class ErrorSums {
 
 }  // namespace detail
 
-/// The error of an image from the parts of its run: the batches and what has been added since. Nothing before two parts.
+/// The error of an image from the parts of its run: the batches and what has been added since.
+/// Nothing before two parts.
 ///
-/// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m the mean of all and
-/// m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased estimate of the variance of m. Each of its terms is
-/// divided by what the *other* parts say of the value there, so that a bright, rare sample is not divided by itself:
-/// by m_-b² + `relative_error_floor`, and by 1 + v (3 m_-b² − c) / (m_-b² + c)² for what the variance v of m_-b adds to the mean
-/// of that inverse (second order; c is the floor). Where x_b lies five standard deviations off what the others let expect,
-/// m_-b has most likely missed what such samples add, and the mean around the pixel, of the other parts again, takes its
-/// place (`detail::RareSamples`).
+/// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m
+/// the mean of all and m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased
+/// estimate of the variance of m. Each of its terms is divided by what the *other* parts say of the
+/// value there, so that a bright, rare sample is not divided by itself: by m_-b² +
+/// `relative_error_floor`, and by 1 + v (3 m_-b² − c) / (m_-b² + c)² for what the variance v of
+/// m_-b adds to the mean of that inverse (second order; c is the floor). Where x_b lies five
+/// standard deviations off what the others let expect, m_-b has most likely missed what such
+/// samples add, and the mean around the pixel, of the other parts again, takes its place
+/// (`detail::RareSamples`).
 ///
-/// The interval is of this image's own squared error. With e_b the true deviations, that error is Σ_bc w_b w_c e_b e_c and
-/// its estimate lacks the products b ≠ c; they have the mean 0 and a variance that the products of different parts, summed
-/// over the image, show. *The bias of merging is not part of any of this* (see `merging_bias`), nor is what no iteration has met.
-/// The bits do not depend on the executor.
+/// The interval is of this image's own squared error. With e_b the true deviations, that error is
+/// Σ_bc w_b w_c e_b e_c and its estimate lacks the products b ≠ c; they have the mean 0 and a
+/// variance that the products of different parts, summed over the image, show. *The bias of merging
+/// is not part of any of this* (see `merging_bias`), nor is what no iteration has met. The bits do
+/// not depend on the executor.
 template <Spectrum S>
 [[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, ExecutorRef executor,
                                                           double confidence = 0.95,
@@ -285,8 +291,8 @@ template <Spectrum S>
   estimate.relative_error_trimmed = std::sqrt(trimmed_mean(per_pixel, channels));
   if (count < std::max<std::size_t>(4, calibration.fewest_batches)) return estimate;
 
-  // The mean of a product is −w_b w_c times the squared error; what it is off is chance. The deviations from a common mean
-  // leave B (B − 3) / 2 of the B (B − 1) / 2 products free.
+  // The mean of a product is −w_b w_c times the squared error; what it is off is chance. The
+  // deviations from a common mean leave B (B − 3) / 2 of the B (B − 1) / 2 products free.
   const double parts_count = static_cast<double>(count);
   double chance = 0.0;
   for (std::size_t b = 0; b < count; ++b)

@@ -9,16 +9,16 @@
 
 namespace gmis {
 
-/// One error and the time it took to come down to it, in seconds or in iterations: what is fitted to such points speaks in
-/// the same unit.
+/// One error and the time it took to come down to it, in seconds or in iterations: what is fitted
+/// to such points speaks in the same unit.
 struct ErrorAtTime {
   double seconds = 0.0;  ///< time, or iterations
   double error = 0.0;    ///< error at that time
 };
 
-/// error = error_at_one · seconds^slope. The slope is −1/2 for independent iterations of equal variance; it is flatter where
-/// merging shrinks its radius, and where a bias or the noise of the reference is what remains. Nothing falls faster for long:
-/// what looks steeper is chance.
+/// error = error_at_one · seconds^slope. The slope is −1/2 for independent iterations of equal
+/// variance; it is flatter where merging shrinks its radius, and where a bias or the noise of the
+/// reference is what remains. Nothing falls faster for long: what looks steeper is chance.
 struct PowerLaw {
   double slope = -0.5;        ///< exponent of the time
   double error_at_one = 0.0;  ///< error after one second, or one iteration
@@ -34,11 +34,12 @@ struct PowerLaw {
   }
 };
 
-/// The power law through the later part of a log, by least squares in logarithms. The points are to be in the order of
-/// time and about evenly spread over its logarithm, as those of a `ConvergenceLog` are. Those before 1/16 of the last time
-/// are left out: what a run begins with (pilots, cold caches, estimates from few iterations) says little about its course.
-/// With fewer than 4 points left, or less than a fourfold span of time, the slope is −1/2 through the last point. Nothing
-/// without a positive error at a positive time.
+/// The power law through the later part of a log, by least squares in logarithms. The points are to
+/// be in the order of time and about evenly spread over its logarithm, as those of a
+/// `ConvergenceLog` are. Those before 1/16 of the last time are left out: what a run begins with
+/// (pilots, cold caches, estimates from few iterations) says little about its course. With fewer
+/// than 4 points left, or less than a fourfold span of time, the slope is −1/2 through the last
+/// point. Nothing without a positive error at a positive time.
 [[nodiscard]] inline std::optional<PowerLaw> fit_power_law(std::span<const ErrorAtTime> points) {
   const auto is_usable = [](const ErrorAtTime& point) {
     return point.seconds > 0.0 && point.error > 0.0 && std::isfinite(point.seconds) && std::isfinite(point.error);
@@ -73,8 +74,8 @@ struct PowerLaw {
   return PowerLaw{slope, std::exp(y_mean - slope * x_mean), true};
 }
 
-/// When the error first was down to `error` and stayed there, from the points of a log in the order of time; between two
-/// points the law is a power. Nothing when it was not reached.
+/// When the error first was down to `error` and stayed there, from the points of a log in the order
+/// of time; between two points the law is a power. Nothing when it was not reached.
 [[nodiscard]] inline std::optional<double> seconds_until(std::span<const ErrorAtTime> points, double error) {
   std::size_t first_below = points.size();
   while (first_below > 0 && points[first_below - 1].error <= error) --first_below;

@@ -13,13 +13,15 @@
 
 namespace gmis {
 
-/// How the noise in the mean of N iterations falls. The variance of iteration i is `independent` + `merging` · i^(1−α): what
-/// merging adds is inversely proportional to the area of its disk, which shrinks like i^(α−1). The squared error is
+/// How the noise in the mean of N iterations falls. The variance of iteration i is `independent` +
+/// `merging` · i^(1−α): what merging adds is inversely proportional to the area of its disk, which
+/// shrinks like i^(α−1). The squared error is
 ///     (independent · N + merging · Σ_{i ≤ N} i^(1−α)) / N²,
 /// which falls with a slope between −1/2 and −α/2. Merging's bias is not in it.
 ///
-/// With low-discrepancy numbers (`Sampler::sobol`) a part of it falls by half an order faster once a replication has more than one
-/// iteration: the squared error is that above times 1 − e (1 − √(R / N)) from N = R iterations on, R = `sobol_replications`.
+/// With low-discrepancy numbers (`Sampler::sobol`) a part of it falls by half an order faster once
+/// a replication has more than one iteration: the squared error is that above times 1 − e (1 − √(R
+/// / N)) from N = R iterations on, R = `sobol_replications`.
 struct ErrorLaw {
   double independent = 0.0;  ///< relative variance of each iteration
   double merging = 0.0;      ///< the same, of merging in the first iteration
@@ -88,19 +90,22 @@ struct ErrorLaw {
   }
 };
 
-/// The law through the last point of a log, of errors over *iterations* (the `seconds` of the points). Its shape is found by
-/// least squares of relative squared errors over the points from an eighth of the last iteration on, both parts at least 0.
-/// With α = 1 nothing need be found. `points` must hold an error above 0, the last one. `expected` is what was known before:
-/// a forecast, or nothing but α and the evenness (both parts 0). The evenness stays: in a log it looks like less merging.
+/// The law through the last point of a log, of errors over *iterations* (the `seconds` of the
+/// points). Its shape is found by least squares of relative squared errors over the points from an
+/// eighth of the last iteration on, both parts at least 0. With α = 1 nothing need be found.
+/// `points` must hold an error above 0, the last one. `expected` is what was known before: a
+/// forecast, or nothing but α and the evenness (both parts 0). The evenness stays: in a log it
+/// looks like less merging.
 ///
-/// Points of a log know of each other and are few: from N iterations the share of merging counts as N / (N + 64) of what is
-/// found, the rest is the expected one. An error above the expected one has come with rare samples that were not known, and
-/// counts as independent. Where the error is in doubt (it has no interval) rare samples rule it: those that are met one after
-/// the other let it fall too slowly, and few of them state it too high, while a forecast, which leaves the brightest pixels
-/// out, is too low. Then the share counts as N / (N + 512), and the law goes through the forecast and the last point in the
-/// proportion of 16 to N on a scale of logarithms.
+/// Points of a log know of each other and are few: from N iterations the share of merging counts as
+/// N / (N + 64) of what is found, the rest is the expected one. An error above the expected one has
+/// come with rare samples that were not known, and counts as independent. Where the error is in
+/// doubt (it has no interval) rare samples rule it: those that are met one after the other let it
+/// fall too slowly, and few of them state it too high, while a forecast, which leaves the brightest
+/// pixels out, is too low. Then the share counts as N / (N + 512), and the law goes through the
+/// forecast and the last point in the proportion of 16 to N on a scale of logarithms.
 GMIS_RARE [[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected,
-                                            bool is_in_doubt = false) {
+                                                      bool is_in_doubt = false) {
   const ErrorAtTime last = points.back();
   const double n = last.seconds, forecast = expected.error_at(n) / last.error;
   const double anchor = last.error * (is_in_doubt && forecast > 0.0 ? std::pow(forecast, 16.0 / (n + 16.0)) : 1.0);

@@ -13,8 +13,8 @@ namespace gmis {
 
 /// Mean and variance over independent iterations, for every pixel and channel.
 ///
-/// Means are updated in double by Welford's recurrence, which does not drift: a constant stream of 1e9 samples keeps
-/// its value to the last bits. Pixels are stored by rows from the upper left.
+/// Means are updated in double by Welford's recurrence, which does not drift: a constant stream of
+/// 1e9 samples keeps its value to the last bits. Pixels are stored by rows from the upper left.
 template <Spectrum S>
 class Film {
  public:
@@ -26,8 +26,8 @@ class Film {
       : resolution_(resolution),
         moments_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count) {}
 
-  /// Adds the frame of one iteration, which must be independent of all other iterations. `frame` has one value per
-  /// pixel.
+  /// Adds the frame of one iteration, which must be independent of all other iterations. `frame`
+  /// has one value per pixel.
   void add_iteration(std::span<const S> frame) {
     ++iterations_;
     const double weight = 1.0 / static_cast<double>(iterations_);
@@ -42,8 +42,9 @@ class Film {
       }
   }
 
-  /// Adds all iterations of a film of the same size that are independent of those here. The means of both are weighted
-  /// by their numbers of iterations; squared deviations are taken from the common mean [Chan, Golub, LeVeque 1979].
+  /// Adds all iterations of a film of the same size that are independent of those here. The means
+  /// of both are weighted by their numbers of iterations; squared deviations are taken from the
+  /// common mean [Chan, Golub, LeVeque 1979].
   void join(const Film& other) {
     if (other.iterations_ == 0) return;
     const double share = static_cast<double>(other.iterations_) / static_cast<double>(iterations_ + other.iterations_);
@@ -67,7 +68,8 @@ class Film {
   /// The value of a pixel: the mean of the iterations.
   [[nodiscard]] double mean(std::size_t pixel, int channel) const noexcept { return at(pixel, channel).mean; }
 
-  /// Estimated variance of `mean`: the sample variance of the iterations divided by their number; 0 for fewer than two.
+  /// Estimated variance of `mean`: the sample variance of the iterations divided by their number; 0
+  /// for fewer than two.
   [[nodiscard]] double variance_of_mean(std::size_t pixel, int channel) const noexcept {
     if (iterations_ < 2) return 0.0;
     const double n = static_cast<double>(iterations_);
@@ -95,8 +97,8 @@ class Film {
   std::vector<Moments> moments_;
 };
 
-/// Means over all pixels and channels of a film. They do not include a relative error, because its denominator and its
-/// variance must come from different iterations (`estimate_error`).
+/// Means over all pixels and channels of a film. They do not include a relative error, because its
+/// denominator and its variance must come from different iterations (`estimate_error`).
 struct ImageEstimate {
   double mean = 0.0;      ///< mean value
   double variance = 0.0;  ///< mean variance of the pixel means

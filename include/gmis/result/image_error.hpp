@@ -16,8 +16,8 @@ inline constexpr double relative_error_floor = 0.01;
   return pixels / 1000;
 }
 
-/// Mean over pixels and channels without the worst pixels, from the sum over the channels of each pixel. Orders
-/// `per_pixel` anew.
+/// Mean over pixels and channels without the worst pixels, from the sum over the channels of each
+/// pixel. Orders `per_pixel` anew.
 [[nodiscard]] inline double trimmed_mean(std::span<double> per_pixel, std::size_t channels) {
   const std::size_t kept = per_pixel.size() - trimmed_pixels(per_pixel.size());
   if (kept == 0 || channels == 0) return 0.0;
@@ -38,8 +38,8 @@ struct ImageError {
   double rmse = 0.0;            ///< √(mean over pixels and channels of (x − ref)²)
 };
 
-/// Compares two images of the same size, given as `channels` numbers per pixel. A value that is not finite in either
-/// makes relmse and rmse so too. Empty images have no error.
+/// Compares two images of the same size, given as `channels` numbers per pixel. A value that is not
+/// finite in either makes relmse and rmse so too. Empty images have no error.
 template <class T, class U>
 [[nodiscard]] ImageError image_error(std::span<const T> image, std::span<const U> reference, std::size_t channels) {
   const std::size_t pixels = channels == 0 ? 0 : std::min(image.size(), reference.size()) / channels;

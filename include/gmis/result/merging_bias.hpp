@@ -16,18 +16,21 @@
 
 namespace gmis {
 
-/// The root mean square bias of a disk over that of its change from half the radius, at a straight edge of the light; where
-/// the light is smooth the ratio is 4/3. With g(t) = (arccos t − t √(1 − t²)) / π, the share of a disk of radius 1 that lies
-/// beyond a line at the distance t, the bias is ∓g(x/r), and the ratio √(∫ g(t)² dt / ∫ (g(t) − g(2 t))² dt).
+/// The root mean square bias of a disk over that of its change from half the radius, at a straight
+/// edge of the light; where the light is smooth the ratio is 4/3. With g(t) = (arccos t − t √(1 −
+/// t²)) / π, the share of a disk of radius 1 that lies beyond a line at the distance t, the bias is
+/// ∓g(x/r), and the ratio √(∫ g(t)² dt / ∫ (g(t) − g(2 t))² dt).
 inline constexpr double bias_of_change_at_edge = 2.0802;
 
-/// The same where the light is smooth: the bias of a disk is proportional to the square of its radius to first order
-/// [Hachisuka et al. 2010, eq. 6], so that three quarters of it are gone at half the radius.
+/// The same where the light is smooth: the bias of a disk is proportional to the square of its
+/// radius to first order [Hachisuka et al. 2010, eq. 6], so that three quarters of it are gone at
+/// half the radius.
 inline constexpr double bias_of_change_when_smooth = 4.0 / 3.0;
 
-/// The same for the mean over a whole image. In the midst of a flat surface a disk only moves light, which leaves the mean as it is; light
-/// is lost or added within one radius of where a surface, or what is seen of it, ends. That is in proportion to the radius, so that
-/// half of it is gone at half the radius.
+/// The same for the mean over a whole image. In the midst of a flat surface a disk only moves
+/// light, which leaves the mean as it is; light is lost or added within one radius of where a
+/// surface, or what is seen of it, ends. That is in proportion to the radius, so that half of it is
+/// gone at half the radius.
 inline constexpr double bias_of_change_of_mean = 2.0;
 
 /// The bias of merging over a whole image, as a relative error.
@@ -36,11 +39,12 @@ struct MergingBias {
   double relative_bias = 0.0;
   /// √(standard error of `relative_bias`²); a bias below about twice this may be noise.
   double standard_error = 0.0;
-  /// Of the mean over the image: bias / value, below 0 where merging loses light. It is linear in the samples, and so rises from the
-  /// noise long before `relative_bias` does.
+  /// Of the mean over the image: bias / value, below 0 where merging loses light. It is linear in
+  /// the samples, and so rises from the noise long before `relative_bias` does.
   double of_mean = 0.0;
   double standard_error_of_mean = 0.0;
-  /// What the run has added to the mean to make up for it (render/merging_gain.hpp), over the mean; `of_mean` is what is left.
+  /// What the run has added to the mean to make up for it (render/merging_gain.hpp), over the mean;
+  /// `of_mean` is what is left.
   double made_up = 0.0;
 
   /// Upper confidence bound: the squared bias plus two standard errors.
@@ -49,19 +53,22 @@ struct MergingBias {
   }
 };
 
-/// How merged light changes with the disk, summed over the iterations of a run: for every pixel, what is merged minus what
-/// would be merged of the same photons in a disk of half the radius (`Engine::merging_change`).
+/// How merged light changes with the disk, summed over the iterations of a run: for every pixel,
+/// what is merged minus what would be merged of the same photons in a disk of half the radius
+/// (`Engine::merging_change`).
 ///
-/// From the change follows the bias. Squares are products of two halves of the run, odd and even iterations, which are
-/// independent: the mean of a product is the square of the mean, without any variance.
+/// From the change follows the bias. Squares are products of two halves of the run, odd and even
+/// iterations, which are independent: the mean of a product is the square of the mean, without any
+/// variance.
 class MergingChange {
  public:
   MergingChange() = default;
   /// Pixels are stored by rows, from the first change on.
   explicit MergingChange(glm::ivec2 resolution) : resolution_(resolution) {}
 
-  /// Adds the changes of one iteration, one per pixel; none where the iteration merged nothing. `gain`: what all that was merged
-  /// has been multiplied with (`Engine::scale_merging`), above 0; the bias is that without it.
+  /// Adds the changes of one iteration, one per pixel; none where the iteration merged nothing.
+  /// `gain`: what all that was merged has been multiplied with (`Engine::scale_merging`), above 0;
+  /// the bias is that without it.
   void add_iteration(std::span<const float> change, double gain = 1.0) {
     const std::size_t half = (counts_[0] + counts_[1]) % 2;
     ++counts_[half];
@@ -79,16 +86,19 @@ class MergingChange {
     }
   }
 
-  /// True when there are two halves, or nothing was merged: then something can be said about the bias.
+  /// True when there are two halves, or nothing was merged: then something can be said about the
+  /// bias.
   [[nodiscard]] bool is_known() const noexcept { return !has_merged() || counts_[1] > 0; }
 
-  /// The bias of `film`, which holds the mean of the same iterations; 0 when nothing was merged. Needs `is_known()`.
+  /// The bias of `film`, which holds the mean of the same iterations; 0 when nothing was merged.
+  /// Needs `is_known()`.
   ///
-  /// Within a tile of 8 by 8 pixels the bias at an edge of a caustic changes its sign, and little of it is left; within one
-  /// of 2 by 2 pixels more of it is. So there are two estimates: over large tiles with the ratio of smooth light, and over
-  /// small ones with that of an edge. The one with the larger bound is returned. The standard error of a mean over tiles comes
-  /// from the sum of the squares of what large tiles add: one photon is merged with several pixels, so that neighbours are not
-  /// independent of each other; large tiles nearly are.
+  /// Within a tile of 8 by 8 pixels the bias at an edge of a caustic changes its sign, and little
+  /// of it is left; within one of 2 by 2 pixels more of it is. So there are two estimates: over
+  /// large tiles with the ratio of smooth light, and over small ones with that of an edge. The one
+  /// with the larger bound is returned. The standard error of a mean over tiles comes from the sum
+  /// of the squares of what large tiles add: one photon is merged with several pixels, so that
+  /// neighbours are not independent of each other; large tiles nearly are.
   template <Spectrum S>
   [[nodiscard]] MergingBias bias_of(const Film<S>& film) const {
     if (!has_merged()) return {};
@@ -161,7 +171,8 @@ class MergingChange {
     return bias;
   }
 
-  /// Adds what merging does to the mean. Its standard error comes from how far the halves are apart, in each large tile.
+  /// Adds what merging does to the mean. Its standard error comes from how far the halves are
+  /// apart, in each large tile.
   static void add_bias_of_mean(const std::vector<Tile>& large, MergingBias& bias) noexcept {
     double value = 0.0, change = 0.0, squared_error = 0.0;
     for (const Tile& tile : large) {

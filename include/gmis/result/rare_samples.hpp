@@ -15,8 +15,8 @@
 #include "gmis/result/run_parts.hpp"
 
 /// \file
-/// What a bright, rare sample (a firefly) is compared with: not with a mean that has most likely missed what such samples add,
-/// but with what is around it, of the other parts of the run.
+/// What a bright, rare sample (a firefly) is compared with: not with a mean that has most likely
+/// missed what such samples add, but with what is around it, of the other parts of the run.
 
 namespace gmis::detail {
 
@@ -29,9 +29,10 @@ struct Neighbourhood {
   std::size_t reach = 0;  ///< index into `neighbourhood_reaches`
 };
 
-/// The mean around a pixel without one part of the run, by a tent, cut at the borders of the image: the smallest one, from 3
-/// to 33 pixels wide, whose square holds `enough_light` times what the part adds to the pixel. In less light than that it
-/// is chance whether samples of the same kind have been met around; further away the picture is another one.
+/// The mean around a pixel without one part of the run, by a tent, cut at the borders of the image:
+/// the smallest one, from 3 to 33 pixels wide, whose square holds `enough_light` times what the
+/// part adds to the pixel. In less light than that it is chance whether samples of the same kind
+/// have been met around; further away the picture is another one.
 template <Spectrum S>
 [[nodiscard]] Neighbourhood neighbourhood_without(const RunParts<S>& parts, std::span<const double> mean,
                                                   std::size_t index, std::size_t part) {
@@ -67,16 +68,19 @@ struct RareSample {
 
 /// The rare samples of a run, by value and part, each with the mean around it.
 ///
-/// Rare samples fall where their light is: in the bright places of a neighbourhood, which are brighter than its mean. How
-/// much brighter, the other parts tell at the very same pixels; by few samples of their own in each pixel, but without bias,
-/// so all pixels with squares of the same size tell it together: Σ ω (mean of the others there) / Σ ω (mean around), with ω
-/// the share of the sample in the squared relative error. Of what that is above 1, n / (n + 20) is believed, n = (Σ y)² / Σ y²
-/// the effective number of the terms y of the upper sum (20 by calibration).
+/// Rare samples fall where their light is: in the bright places of a neighbourhood, which are
+/// brighter than its mean. How much brighter, the other parts tell at the very same pixels; by few
+/// samples of their own in each pixel, but without bias, so all pixels with squares of the same
+/// size tell it together: Σ ω (mean of the others there) / Σ ω (mean around), with ω the share of
+/// the sample in the squared relative error. Of what that is above 1, n / (n + 20) is believed, n =
+/// (Σ y)² / Σ y² the effective number of the terms y of the upper sum (20 by calibration).
 class RareSamples {
  public:
-  /// `samples`: by value and part, without what is around them. `mean`: of every value of the picture.
+  /// `samples`: by value and part, without what is around them. `mean`: of every value of the
+  /// picture.
   template <Spectrum S>
-  RareSamples(const RunParts<S>& parts, std::span<const double> mean, std::vector<RareSample> samples, ExecutorRef executor)
+  RareSamples(const RunParts<S>& parts, std::span<const double> mean, std::vector<RareSample> samples,
+              ExecutorRef executor)
       : samples_(std::move(samples)) {
     constexpr std::size_t at_once = 64;
     executor.parallel_for((samples_.size() + at_once - 1) / at_once, [&](std::size_t block) {

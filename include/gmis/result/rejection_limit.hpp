@@ -6,8 +6,9 @@
 
 namespace gmis {
 
-/// The greatest share of rejections that a trustworthy picture may have. Rounding causes a few rejections, which are
-/// harmless. More rejections indicate an error in the scene or in the code that describes it.
+/// The greatest share of rejections that a trustworthy picture may have. Rounding causes a few
+/// rejections, which are harmless. More rejections indicate an error in the scene or in the code
+/// that describes it.
 struct RejectionLimit {
   double share = 1e-4;  ///< rejections allowed per contribution; infinity allows any number
 
@@ -16,8 +17,9 @@ struct RejectionLimit {
     return static_cast<double>(counters.rejected()) > allowed(counters);
   }
 
-  /// True when a running render exceeds the limit by more than five standard deviations of a Poisson count. The run can
-  /// then be stopped. A run near the limit is judged at its end by `is_exceeded`.
+  /// True when a running render exceeds the limit by more than five standard deviations of a
+  /// Poisson count. The run can then be stopped. A run near the limit is judged at its end by
+  /// `is_exceeded`.
   [[nodiscard]] bool is_surely_exceeded(const Counters& counters) const noexcept {
     const auto rejected = static_cast<double>(counters.rejected());
     return rejected - 5.0 * std::sqrt(rejected) > allowed(counters);

@@ -18,7 +18,8 @@ namespace gmis {
 
 namespace detail {
 
-/// The parts of a run, complete batches and the unfinished one, with the share of each in all iterations.
+/// The parts of a run, complete batches and the unfinished one, with the share of each in all
+/// iterations.
 template <Spectrum S>
 class RunParts {
  public:
@@ -67,8 +68,9 @@ class RunParts {
   std::array<double, most> shares_{};
 };
 
-/// What the parts of a run say of a few values, of a channel of a pixel each, side by side, for this is asked of every value of a
-/// picture. With w_b the share of part b, x_b its value there and m the mean of all.
+/// What the parts of a run say of a few values, of a channel of a pixel each, side by side, for
+/// this is asked of every value of a picture. With w_b the share of part b, x_b its value there and
+/// m the mean of all.
 template <Spectrum S>
 class PartsOfValues {
  public:
@@ -110,10 +112,11 @@ class PartsOfValues {
   [[nodiscard]] const Numbers& mean() const noexcept { return mean_; }
   /// x_b − m.
   [[nodiscard]] const Numbers& deviation(std::size_t b) const noexcept { return deviations_[b]; }
-  /// The variance of m as the other parts tell it without the one of them that is farthest off: two bright samples must not
-  /// hide each other. 0 for fewer than four parts.
+  /// The variance of m as the other parts tell it without the one of them that is farthest off: two
+  /// bright samples must not hide each other. 0 for fewer than four parts.
   [[nodiscard]] const Numbers& variance_by_others(std::size_t b) const noexcept { return spreads_[b]; }
-  /// True where part b lies more than five standard deviations off what the others let expect, or some part does.
+  /// True where part b lies more than five standard deviations off what the others let expect, or
+  /// some part does.
   [[nodiscard]] bool is_rare(std::size_t b, std::size_t lane) const noexcept { return beyond_[b][lane] > 0.0; }
   [[nodiscard]] bool has_rare(std::size_t lane) const noexcept { return farthest_beyond_[lane] > 0.0; }
 
@@ -124,7 +127,8 @@ class PartsOfValues {
       for (std::size_t b = 0; b < count; ++b) spreads_[b].fill(0.0);
       return;
     }
-    // The two smallest and the two largest deviations of parts of equal length; the others are looked at one by one.
+    // The two smallest and the two largest deviations of parts of equal length; the others are
+    // looked at one by one.
     constexpr double infinity = std::numeric_limits<double>::infinity();
     Numbers low, next_low, high, next_high;
     low.fill(infinity), next_low.fill(infinity), high.fill(-infinity), next_high.fill(-infinity);

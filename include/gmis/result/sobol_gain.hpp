@@ -17,10 +17,11 @@
 
 namespace gmis {
 
-/// e of `ErrorLaw` as a run with `Sampler::sobol` shows it: what remains of the squared error is the variance between its
-/// replications over the variance that its iterations would give if they were independent of each other, both relative to the squared
-/// picture, without the pixels that have the worst of the latter. Between 0 and 0.95. Nothing before each replication
-/// has two iterations, and for joined runs. `film` and `replications` hold the same iterations.
+/// e of `ErrorLaw` as a run with `Sampler::sobol` shows it: what remains of the squared error is
+/// the variance between its replications over the variance that its iterations would give if they
+/// were independent of each other, both relative to the squared picture, without the pixels that
+/// have the worst of the latter. Between 0 and 0.95. Nothing before each replication has two
+/// iterations, and for joined runs. `film` and `replications` hold the same iterations.
 template <Spectrum S>
 [[nodiscard]] std::optional<double> measured_evenness(const Film<S>& film, const BatchMeans<S>& replications) {
   constexpr std::size_t channels = Film<S>::channel_count;

@@ -59,8 +59,9 @@ namespace detail {
   return course;
 }
 
-/// A time at an iteration count: on the line between the two points around it, and beyond the last point on the line
-/// through that and the latest one of at most half its iterations, since what a run begins with is not what goes on.
+/// A time at an iteration count: on the line between the two points around it, and beyond the last
+/// point on the line through that and the latest one of at most half its iterations, since what a
+/// run begins with is not what goes on.
 [[nodiscard]] inline double time_at(std::span<const ConvergencePoint> log, double iterations,
                                     double ConvergencePoint::*time) {
   const auto count_at = [&](std::size_t i) { return static_cast<double>(log[i].iteration); };
@@ -80,11 +81,13 @@ namespace detail {
 
 }  // namespace detail
 
-/// The prices of errors before a run, by the law that a choice of counts forecasts (`expected_law`). `begun`: what the run has
-/// taken so far, pilot included. `later`: what a later part takes, in which iterations are as they will be. An error that fewer
-/// iterations than those begun with would have reached takes its share of their time.
-GMIS_RARE [[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, const WorkDone& begun, const WorkDone& later,
-                                                std::span<const double> errors = PriceTable::usual_errors) {
+/// The prices of errors before a run, by the law that a choice of counts forecasts
+/// (`expected_law`). `begun`: what the run has taken so far, pilot included. `later`: what a later
+/// part takes, in which iterations are as they will be. An error that fewer iterations than those
+/// begun with would have reached takes its share of their time.
+GMIS_RARE [[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, const WorkDone& begun,
+                                                          const WorkDone& later,
+                                                          std::span<const double> errors = PriceTable::usual_errors) {
   PriceTable table{{}, law};
   for (const double error : errors) {
     const double iterations = std::max(1.0, std::ceil(law.iterations_to_reach(error)));
@@ -96,13 +99,15 @@ GMIS_RARE [[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, c
   return table;
 }
 
-/// The prices of errors from the log of a run. An error that the log came down to for good is reached: its price is read
-/// between two points. The others are predicted by the law fitted to errors over *iterations* (time is what other programs on
-/// the machine change). `expected`: the law as far as it was known before the run; by its α = 1 nothing merges. Points before
-/// iteration 8 say too little about themselves to take part. Nothing without a point from there on with an error above 0.
-GMIS_RARE [[nodiscard]] inline std::optional<PriceTable> price_table(std::span<const ConvergencePoint> log,
-                                                           std::span<const double> errors = PriceTable::usual_errors,
-                                                           const ErrorLaw& expected = {}) {
+/// The prices of errors from the log of a run. An error that the log came down to for good is
+/// reached: its price is read between two points. The others are predicted by the law fitted to
+/// errors over *iterations* (time is what other programs on the machine change). `expected`: the
+/// law as far as it was known before the run; by its α = 1 nothing merges. Points before iteration
+/// 8 say too little about themselves to take part. Nothing without a point from there on with an
+/// error above 0.
+GMIS_RARE [[nodiscard]] inline std::optional<PriceTable> price_table(
+    std::span<const ConvergencePoint> log, std::span<const double> errors = PriceTable::usual_errors,
+    const ErrorLaw& expected = {}) {
   constexpr std::uint64_t first = 8;
   const std::vector<ErrorAtTime> course = detail::course_over_iterations(log, first);
   if (course.empty() || !(course.back().error > 0.0)) return {};

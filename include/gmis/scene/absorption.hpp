@@ -7,16 +7,18 @@
 #include "gmis/scene/varying_material.hpp"
 
 /// \file
-/// Glass that absorbs light on its way through, by the law of Beer and Lambert: exp(−σ · distance), per channel. Which
-/// segments are inside is read off the surfaces alone: a segment is in the medium that the next boundary along its ray
-/// has on this side. So the shapes of such materials must be closed.
+/// Glass that absorbs light on its way through, by the law of Beer and Lambert: exp(−σ · distance),
+/// per channel. Which segments are inside is read off the surfaces alone: a segment is in the
+/// medium that the next boundary along its ray has on this side. So the shapes of such materials
+/// must be closed.
 
 namespace gmis::scene {
 
-/// `material`, a dielectric, as the boundary of media that absorb: `inside` is σ behind the geometric normal, `outside` σ
-/// before it, per scene unit and channel. A boundary between two media, as of water in a glass, has both; the outside of
-/// the outermost boundary must be clear. Throws `std::invalid_argument` for another material and for numbers that are
-/// negative or not finite.
+/// `material`, a dielectric, as the boundary of media that absorb: `inside` is σ behind the
+/// geometric normal, `outside` σ before it, per scene unit and channel. A boundary between two
+/// media, as of water in a glass, has both; the outside of the outermost boundary must be clear.
+/// Throws `std::invalid_argument` for another material and for numbers that are negative or not
+/// finite.
 template <std::floating_point T>
 [[nodiscard]] inline Material<T> with_absorption(const Material<T>& material, const glm::dvec3& inside,
                                                  const glm::dvec3& outside = glm::dvec3(0)) {

@@ -11,7 +11,8 @@
 
 namespace gmis::scene {
 
-/// Draws an index with a probability proportional to its weight, in constant time [Walker 1974, Vose 1991].
+/// Draws an index with a probability proportional to its weight, in constant time [Walker 1974,
+/// Vose 1991].
 template <std::floating_point T>
 class AliasTable {
  public:
@@ -42,8 +43,8 @@ class AliasTable {
         small.push_back(high);
       }
     }
-    // The remaining cells have height 1 up to rounding. A cell of weight 0 must never be drawn, so its alias takes it
-    // whole.
+    // The remaining cells have height 1 up to rounding. A cell of weight 0 must never be drawn, so
+    // its alias takes it whole.
     for (const std::size_t i : small)
       if (weights[i] == 0) cells_[i] = {T(0), static_cast<std::uint32_t>(heaviest(weights))};
   }
@@ -71,9 +72,10 @@ class AliasTable {
     return {is_own ? at.cell : cell.alias, std::min(rest, below_one)};
   }
 
-  /// The exact probability of each index when `u` is uniform over the multiples of 2^-24 in [0, 1) (2^-53 in double
-  /// precision). In a table with many cells, few values of `u` fall into each cell, and these probabilities differ from
-  /// the weights. An estimator that divides by them is unbiased.
+  /// The exact probability of each index when `u` is uniform over the multiples of 2^-24 in [0, 1)
+  /// (2^-53 in double precision). In a table with many cells, few values of `u` fall into each
+  /// cell, and these probabilities differ from the weights. An estimator that divides by them is
+  /// unbiased.
   [[nodiscard]] std::vector<double> realised_probabilities() const {
     constexpr std::uint64_t steps = std::uint64_t{1} << std::numeric_limits<T>::digits;
     // Bisection: the first value for which the monotone predicate `is_past` holds.
@@ -99,8 +101,8 @@ class AliasTable {
     return result;
   }
 
-  /// The probability of `index` by the thresholds of all cells, for tests; takes time proportional to the number of
-  /// cells.
+  /// The probability of `index` by the thresholds of all cells, for tests; takes time proportional
+  /// to the number of cells.
   [[nodiscard]] double probability(std::size_t index) const noexcept {
     double sum = 0;
     for (std::size_t i = 0; i < cells_.size(); ++i) {

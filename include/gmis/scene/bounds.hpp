@@ -12,8 +12,9 @@
 #endif
 
 /// \file
-/// Boxes for building a tree: their corners are four numbers worked on at once, of which the fourth means nothing. In the
-/// processor's own registers for `float` where there is SSE2, with the bits of the plain loops.
+/// Boxes for building a tree: their corners are four numbers worked on at once, of which the fourth
+/// means nothing. In the processor's own registers for `float` where there is SSE2, with the bits
+/// of the plain loops.
 
 namespace gmis::scene {
 

@@ -15,12 +15,14 @@ namespace gmis::scene {
 
 /// A material at one point of a surface: meets `gmis::BsdfWithLobes`.
 ///
-/// Whether light is reflected or transmitted is read off the shading normal; where the geometric normal says otherwise
-/// nothing is scattered. Refracted radiance is divided by the square of the relative index, refracted importance is not,
-/// so that radiance is what is really there, in whatever medium.
+/// Whether light is reflected or transmitted is read off the shading normal; where the geometric
+/// normal says otherwise nothing is scattered. Refracted radiance is divided by the square of the
+/// relative index, refracted importance is not, so that radiance is what is really there, in
+/// whatever medium.
 ///
-/// A rough dielectric has a reflecting and a refracting lobe. `sample` chooses between them by the Fresnel reflectance of
-/// the facet, so its densities are not those of the lobes mixed by `lobe_weight`, which is fixed at each surface.
+/// A rough dielectric has a reflecting and a refracting lobe. `sample` chooses between them by the
+/// Fresnel reflectance of the facet, so its densities are not those of the lobes mixed by
+/// `lobe_weight`, which is fixed at each surface.
 template <std::floating_point T = float>
 class SurfaceBsdf {
  public:
@@ -225,8 +227,8 @@ class SurfaceBsdf {
     return lobe_count() == 0 || material_->kind == Kind::smooth_coated ||
            material_->kind == Kind::smooth_coated_conductor;
   }
-  /// Phong's glossy lobe alone misses the part of the hemisphere that the diffuse one covers, and each lobe of a rough
-  /// dielectric or a thin sheet the other side.
+  /// Phong's glossy lobe alone misses the part of the hemisphere that the diffuse one covers, and
+  /// each lobe of a rough dielectric or a thin sheet the other side.
   [[nodiscard]] bool lobes_have_full_support() const noexcept {
     return material_->kind != Kind::phong && material_->kind != Kind::rough_dielectric &&
            material_->kind != Kind::diffuse_transmission;
@@ -245,8 +247,8 @@ class SurfaceBsdf {
     constexpr std::uint32_t set = ((std::uint32_t{1} << static_cast<unsigned>(kinds)) | ...);
     return ((set >> static_cast<unsigned>(material_->kind)) & 1U) != 0;
   }
-  /// Calls `use` with the BSDF of the plain material that a material with textures is at this point.
-  /// Out of line: what is rare must not cost registers where it does not happen.
+  /// Calls `use` with the BSDF of the plain material that a material with textures is at this
+  /// point. Out of line: what is rare must not cost registers where it does not happen.
   template <class Use>
   [[nodiscard]] GMIS_RARE auto at_point(Use use) const noexcept {
     const PlainMaterial<T> plain = resolved(static_cast<const Material&>(*material_), uv_);
@@ -299,8 +301,8 @@ class SurfaceBsdf {
     const Ggx<T> ggx{m.alpha, m.masking};
     const Vec3<T> sum = to_prev + to_next;
     const T length = glm::length(sum);
-    // Both directions have the same cosine at the facet. A product of either with the half vector would keep no digits
-    // where both are near the horizon.
+    // Both directions have the same cosine at the facet. A product of either with the half vector
+    // would keep no digits where both are near the horizon.
     const T cos_facet = length / T(2);
     const T distribution = ggx.distribution(sum * (T(1) / length), shading_normal_);
     const T lambda_prev = ggx.lambda(prev);
@@ -364,7 +366,8 @@ class SurfaceBsdf {
     const T through = T(1) - coat.reflectance;
     return Spectrum(coat.reflectance) + metal * (through * through) / not_trapped(metal, coat.reflectance);
   }
-  /// 1 − the share that is reflected by metal and coat in turn; above 0, where both reflect all there is.
+  /// 1 − the share that is reflected by metal and coat in turn; above 0, where both reflect all
+  /// there is.
   [[nodiscard]] static Spectrum not_trapped(const Spectrum& metal, T coat) noexcept {
     return glm::max(Spectrum(T(1)) - metal * coat, Spectrum(std::numeric_limits<T>::min()));
   }
@@ -391,7 +394,8 @@ class SurfaceBsdf {
     return Frame<T>::around(normal).to_world(square_to_cosine_hemisphere(uv));
   }
 
-  /// cosⁿ of the angle between `to_next` and the mirror image of `to_prev`; the same both ways round.
+  /// cosⁿ of the angle between `to_next` and the mirror image of `to_prev`; the same both ways
+  /// round.
   [[nodiscard]] T phong_power(const Vec3<T>& to_prev, const Vec3<T>& to_next) const noexcept {
     // 1 − cos from the distance of the two: the cosine itself has not the digits for a high power.
     const Vec3<T> apart = reflect_about(to_prev, shading_normal_) - to_next;
@@ -455,7 +459,8 @@ class SurfaceBsdf {
             is_outside ? shading_normal_ : -shading_normal_};
   }
 
-  /// f and the densities of `sample` on a rough dielectric, for the signed cosines `prev` and `next`.
+  /// f and the densities of `sample` on a rough dielectric, for the signed cosines `prev` and
+  /// `next`.
   [[nodiscard]] Value through_facets(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next,
                                      TransportMode mode) const noexcept {
     const RoughDielectric<T> facets = facets_seen_at(prev);
@@ -471,8 +476,8 @@ class SurfaceBsdf {
     return {material_->specular * (share * value), {{share * lobe.forward}, {share * lobe.reverse}}};
   }
 
-  /// Where a facet sends what comes along `to_prev`; nothing when that is the wrong side of the surface, or there is no
-  /// refraction.
+  /// Where a facet sends what comes along `to_prev`; nothing when that is the wrong side of the
+  /// surface, or there is no refraction.
   [[nodiscard]] std::optional<Vec3<T>> follow_facet(const RoughDielectric<T>& facets, const Vec3<T>& to_prev,
                                                     T cos_prev, const Vec3<T>& half, bool reflects) const noexcept {
     if (reflects) {

@@ -73,11 +73,13 @@ struct Bvh {
   }
 
  private:
-  /// A child to visit later and, in the upper half, where the ray enters it: one number, so that sorting moves one
-  /// register. Left uninitialised on the stack: hundreds of entries, of which a ray uses a few.
+  /// A child to visit later and, in the upper half, where the ray enters it: one number, so that
+  /// sorting moves one register. Left uninitialised on the stack: hundreds of entries, of which a
+  /// ray uses a few.
   using Entry = std::uint64_t;
   [[nodiscard]] static Entry entry_of(BvhChild child, T near) noexcept {
-    // Not above the true value; and since it is not negative, its bits are ordered as the numbers are.
+    // Not above the true value; and since it is not negative, its bits are ordered as the numbers
+    // are.
     const auto rounded = static_cast<float>(std::same_as<T, float> ? near : near * T(0.9999999));
     return (Entry{std::bit_cast<std::uint32_t>(rounded)} << 32U) | child.code;
   }
@@ -85,12 +87,13 @@ struct Bvh {
     return static_cast<T>(std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32U)));
   }
 
-  /// Whether a ray is likely to wait for memory: this many nodes and their packets are 2 MB, as large as the caches of one
-  /// core.
+  /// Whether a ray is likely to wait for memory: this many nodes and their packets are 2 MB, as
+  /// large as the caches of one core.
   [[nodiscard]] bool is_large() const noexcept { return nodes.size() > 1024; }
 
-  /// Asks for the memory of a child that a ray will visit later: the first of each of its pairs of cache lines, which
-  /// processors fetch together. Without branches on the kind of the child, which would be mispredicted.
+  /// Asks for the memory of a child that a ray will visit later: the first of each of its pairs of
+  /// cache lines, which processors fetch together. Without branches on the kind of the child, which
+  /// would be mispredicted.
   void prefetch(BvhChild child) const noexcept {
 #if defined(__GNUC__)
     const auto address_in = [&](const auto& array) {
@@ -106,7 +109,8 @@ struct Bvh {
 #endif
   }
 
-  /// `any`: stops at the first hit that it finds, which says nothing else. `prefetches`: asks early for what it will visit.
+  /// `any`: stops at the first hit that it finds, which says nothing else. `prefetches`: asks early
+  /// for what it will visit.
   template <bool any, bool prefetches>
   bool traverse(const Ray<T>& unprepared, BvhHit<T>& best) const noexcept {
     if (root.kind() == BvhChild::nothing) return false;
@@ -164,12 +168,12 @@ struct Bvh {
     }
   }
 
-  /// The children whose boxes the ray meets at 0 ≤ t ≤ t_max, and where it enters them. A plane that the ray lies in
-  /// makes 0 · ∞ = NaN, which never narrows the interval; the end is moved out by what rounding can make of three
-  /// operations, twice over [Ize 2013].
+  /// The children whose boxes the ray meets at 0 ≤ t ≤ t_max, and where it enters them. A plane
+  /// that the ray lies in makes 0 · ∞ = NaN, which never narrows the interval; the end is moved out
+  /// by what rounding can make of three operations, twice over [Ize 2013].
   [[nodiscard]] GMIS_ALWAYS_INLINE static LaneMask enter(const BvhNode<T>& node, const RayAxes<T>& ray,
-                                                          const detail::AxisTriple& near_plane, T t_max,
-                                                          LaneArray<T>& near) noexcept {
+                                                         const detail::AxisTriple& near_plane, T t_max,
+                                                         LaneArray<T>& near) noexcept {
     using L = Lanes<T>;
     constexpr T unit = std::numeric_limits<T>::epsilon() / 2;
     constexpr T widening = 1 + 2 * (3 * unit / (1 - 3 * unit));

@@ -10,7 +10,8 @@
 
 namespace gmis::scene {
 
-/// A primitive while the tree is built: its box, its kind and its number among those of its kind. 32 bytes in float.
+/// A primitive while the tree is built: its box, its kind and its number among those of its kind.
+/// 32 bytes in float.
 template <std::floating_point T>
 struct alignas(16) BvhItem {
   std::array<T, 3> lower;
@@ -65,7 +66,8 @@ class BvhBinGrid {
   Quad<T> lower_, scale_;
 };
 
-/// Where to cut: the items in the bins up to `last_bin` along `axis` go to the left. `axis` −1: no cut separates anything.
+/// Where to cut: the items in the bins up to `last_bin` along `axis` go to the left. `axis` −1: no
+/// cut separates anything.
 template <std::floating_point T>
 struct BvhCut {
   T cost = std::numeric_limits<T>::infinity();  ///< half the area × packets, of both sides

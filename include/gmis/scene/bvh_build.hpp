@@ -31,10 +31,11 @@ struct BuiltBvh {
   std::vector<std::uint32_t> sphere_in_slot;
 };
 
-/// Builds a tree of eight-way nodes over packets: a binary tree first (`BvhSplitter`), of which every three levels or so
-/// become one node. The executor's threads share the work, and the tree has the same bits for any number of them. In float,
-/// building a mesh takes at most 80 bytes a triangle beyond the input, the result included: 288 for each packet, of which
-/// 5 to 6 places are taken. Small triangles far apart get packets of their own, and more memory.
+/// Builds a tree of eight-way nodes over packets: a binary tree first (`BvhSplitter`), of which
+/// every three levels or so become one node. The executor's threads share the work, and the tree
+/// has the same bits for any number of them. In float, building a mesh takes at most 80 bytes a
+/// triangle beyond the input, the result included: 288 for each packet, of which 5 to 6 places are
+/// taken. Small triangles far apart get packets of their own, and more memory.
 template <std::floating_point T>
 class BvhBuilder {
  public:
@@ -95,7 +96,8 @@ class BvhBuilder {
     item.index = static_cast<std::uint32_t>(index);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const T low = lower[static_cast<int>(axis)], high = upper[static_cast<int>(axis)];
-      // The primitive tests round relative to the coordinates, so what they hit may lie that far outside.
+      // The primitive tests round relative to the coordinates, so what they hit may lie that far
+      // outside.
       const T padding = 8 * std::numeric_limits<T>::epsilon() * std::max(std::abs(low), std::abs(high));
       item.lower[axis] = low - padding;
       item.upper[axis] = high + padding;
@@ -103,8 +105,8 @@ class BvhBuilder {
     return item;
   }
 
-  /// Numbers the packets in the order of the leaves, writes which primitive each slot holds, and lets each leaf's `first` be
-  /// its packet.
+  /// Numbers the packets in the order of the leaves, writes which primitive each slot holds, and
+  /// lets each leaf's `first` be its packet.
   template <class E>
   static void fill_slots(std::vector<Node>& nodes, const std::vector<BvhItem<T>>& items, BuiltBvh<T>& result,
                          E& executor) {

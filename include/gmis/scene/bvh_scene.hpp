@@ -29,7 +29,8 @@ namespace gmis::scene {
 template <std::floating_point T, SurfaceModel<T> Bsdf_>
 class SceneBuilder;
 
-/// What was built, for reports and for settings that are relative to the size of the scene. Lengths in scene units.
+/// What was built, for reports and for settings that are relative to the size of the scene. Lengths
+/// in scene units.
 struct SceneStatistics {
   std::size_t triangle_count = 0;             ///< triangles
   std::size_t sphere_count = 0;               ///< spheres
@@ -41,10 +42,12 @@ struct SceneStatistics {
   glm::dvec3 world_origin{0};                 ///< the point of the world that is 0 in the scene's own space
 };
 
-/// The built-in scene: meets `gmis::Scene`. Its space is the world moved so that the camera is at 0, which keeps digits
-/// where they are seen. `SceneBuilder` makes it; it can be moved but not copied, since hits point into it.
+/// The built-in scene: meets `gmis::Scene`. Its space is the world moved so that the camera is at
+/// 0, which keeps digits where they are seen. `SceneBuilder` makes it; it can be moved but not
+/// copied, since hits point into it.
 ///
-/// `Bsdf_` is how all its surfaces scatter: the built-in materials, a type of yours, or both (`EitherBsdf`).
+/// `Bsdf_` is how all its surfaces scatter: the built-in materials, a type of yours, or both
+/// (`EitherBsdf`).
 template <std::floating_point T = float, SurfaceModel<T> Bsdf_ = SurfaceBsdf<T>>
 class BvhScene {
  public:
@@ -101,8 +104,8 @@ class BvhScene {
     return {&light, light.selection_probability()};
   }
   [[nodiscard]] T selection_probability(const Light& light) const noexcept { return light.selection_probability(); }
-  /// For next events: as above, or by the light hierarchy when the builder was told so. Without one `from` stays in
-  /// registers: the hierarchy gets a copy.
+  /// For next events: as above, or by the light hierarchy when the builder was told so. Without one
+  /// `from` stays in registers: the hierarchy gets a copy.
   [[nodiscard]] LightChoice<T, Light> sample_light(const SurfacePoint<T>& from, T u) const noexcept {
     if (has_light_hierarchy_) [[unlikely]] {
       const SurfacePoint<T> receiver = from;
@@ -150,7 +153,8 @@ class BvhScene {
 
   explicit BvhScene(const Camera& camera) : camera_(camera) {}
 
-  /// The hit that `make` returns, made inside of the optional: to move it there would cost its size in instructions.
+  /// The hit that `make` returns, made inside of the optional: to move it there would cost its size
+  /// in instructions.
   template <class Make>
   [[nodiscard]] static std::optional<Hit> made_in_place(const Make& make) noexcept {
     struct Made {
@@ -236,17 +240,16 @@ class BvhScene {
   }
 
   /// The hit of a triangle or a sphere whose material varies.
-  [[nodiscard]] GMIS_RARE Hit varying_hit(
-      const BvhHit<T>& found, const Vec3<T>& weights, const Vec3<T>& position,
-      const Vec3<T>& shading_normal) const noexcept requires VaryingSurfaceModel<Bsdf, T> {
+  [[nodiscard]] GMIS_RARE Hit
+  varying_hit(const BvhHit<T>& found, const Vec3<T>& weights, const Vec3<T>& position,
+              const Vec3<T>& shading_normal) const noexcept requires VaryingSurfaceModel<Bsdf, T> {
     const Triangle& triangle = triangles_[found.slot];
     Bsdf bsdf(*triangle.material, triangle.normal, shading_normal, coordinates_at(found, weights, position));
     const Vec3<T> normal = bsdf.shading_normal();
     return {{position, triangle.normal, normal, triangle.position_error}, std::move(bsdf), triangle.light};
   }
   [[nodiscard]] GMIS_RARE Hit varying_hit(const BvhHit<T>& found, const Vec3<T>& outward,
-                                                          const Vec3<T>& normal) const noexcept requires
-      VaryingSurfaceModel<Bsdf, T> {
+                                          const Vec3<T>& normal) const noexcept requires VaryingSurfaceModel<Bsdf, T> {
     const Sphere& sphere = spheres_[found.slot];
     Bsdf bsdf(*sphere.material, normal, normal, coordinates_at(found, outward));
     const Vec3<T> shading_normal = bsdf.shading_normal();
@@ -272,7 +275,8 @@ class BvhScene {
     return Spectrum(T(0));
   }
 
-  /// The nearest hit where there is a surface. Points without one are passed, each from a safe distance behind it.
+  /// The nearest hit where there is a surface. Points without one are passed, each from a safe
+  /// distance behind it.
   [[nodiscard]] GMIS_RARE std::optional<Hit> intersect_cut_surfaces(Ray<T> ray) const noexcept {
     if constexpr (VaryingSurfaceModel<Bsdf, T>) {
       constexpr int most_passed = 1 << 16;

@@ -14,12 +14,13 @@ namespace gmis::scene {
 
 enum class Projection : std::uint8_t { perspective, orthographic };
 
-/// Position and view of a camera, in double precision. Camera space has x to the right of the picture, y up and z
-/// forward. `world_from_camera` may mirror and stretch along these axes, but not shear.
+/// Position and view of a camera, in double precision. Camera space has x to the right of the
+/// picture, y up and z forward. `world_from_camera` may mirror and stretch along these axes, but
+/// not shear.
 struct CameraDescription {
   glm::dmat4 world_from_camera{1};  ///< columns: x to the right, y up, z forward, position
-  /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1 in perspective, on every plane z = const
-  /// in an orthographic projection.
+  /// x0, x1, y0, y1 of the picture in camera space, y up: on the plane z = 1 in perspective, on
+  /// every plane z = const in an orthographic projection.
   std::array<double, 4> window{-1, 1, -1, 1};
   glm::ivec2 resolution{512, 512};                  ///< in pixels
   Projection projection = Projection::perspective;  ///< perspective, or parallel rays
@@ -27,8 +28,8 @@ struct CameraDescription {
   double focal_distance = 1;  ///< in camera space: points on the plane z = `focal_distance` are sharp
 };
 
-/// A pinhole camera at `eye` that looks at `target`. `field_of_view` is in degrees across the shorter side of the
-/// picture.
+/// A pinhole camera at `eye` that looks at `target`. `field_of_view` is in degrees across the
+/// shorter side of the picture.
 [[nodiscard]] inline CameraDescription look_at(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up,
                                                double field_of_view, glm::ivec2 resolution) {
   const glm::dvec3 forward = glm::normalize(target - eye);
@@ -45,22 +46,22 @@ struct CameraDescription {
   return result;
 }
 
-/// A camera with a pinhole, a thin lens or parallel rays. The value of a pixel is the mean radiance over the square of
-/// the pixel and over the lens. Models `gmis::Camera`.
+/// A camera with a pinhole, a thin lens or parallel rays. The value of a pixel is the mean radiance
+/// over the square of the pixel and over the lens. Models `gmis::Camera`.
 ///
-/// The point on the lens is uniform in every technique. All densities are conditional on this point, because its own
-/// density is the same for every technique and cancels. Light subpaths never hit the lens: camera subpaths and splats
-/// make all paths.
+/// The point on the lens is uniform in every technique. All densities are conditional on this
+/// point, because its own density is the same for every technique and cancels. Light subpaths never
+/// hit the lens: camera subpaths and splats make all paths.
 ///
-/// The radiance is that in the medium in which the camera stands. Refraction scales radiance by the square of the
-/// relative index along the path, so the camera applies no further factor.
+/// The radiance is that in the medium in which the camera stands. Refraction scales radiance by the
+/// square of the relative index along the path, so the camera applies no further factor.
 template <std::floating_point T = float>
 class Camera {
  public:
   using Spectrum = Vec3<T>;
 
-  /// `origin` is the point of the world that becomes 0, in double precision. Throws `std::invalid_argument` when the
-  /// description is invalid.
+  /// `origin` is the point of the world that becomes 0, in double precision. Throws
+  /// `std::invalid_argument` when the description is invalid.
   Camera(const CameraDescription& from, const glm::dvec3& origin)
       : resolution_(from.resolution), is_orthographic_(from.projection == Projection::orthographic) {
     if (resolution_.x < 1 || resolution_.y < 1) reject_argument("a camera needs at least one pixel");
@@ -98,7 +99,8 @@ class Camera {
     right_step_ = Vec3<T>(axes[0] * step_x);
     down_step_ = Vec3<T>(axes[1] * -step_y);
     forward_ = Vec3<T>(axes[2]);
-    // The dot product of an offset with these vectors is a pixel coordinate (in perspective: times the depth).
+    // The dot product of an offset with these vectors is a pixel coordinate (in perspective: times
+    // the depth).
     to_column_ = Vec3<T>(axes[0] / step_x - axes[2] * (depth * x0 / step_x));
     to_row_ = Vec3<T>(axes[1] / -step_y + axes[2] * (depth * y1 / step_y));
     first_column_ = static_cast<T>(x0 / step_x);
@@ -119,8 +121,9 @@ class Camera {
   /// The pinhole, the centre of the lens, or the point (0, 0) of an orthographic window.
   [[nodiscard]] const Vec3<T>& position() const noexcept { return position_; }
 
-  /// A ray through `pixel`, uniform over the pixel's square and the lens. Its density per steradian is 1 / (A cos³ θ),
-  /// with A the area of a pixel on the plane at distance 1; with parallel rays it is 1 / A per area. Never fails.
+  /// A ray through `pixel`, uniform over the pixel's square and the lens. Its density per steradian
+  /// is 1 / (A cos³ θ), with A the area of a pixel on the plane at distance 1; with parallel rays
+  /// it is 1 / A per area. Never fails.
   [[nodiscard]] std::optional<CameraSample<Spectrum>> sample_ray(glm::ivec2 pixel, const Vec2<T>& uv_pixel,
                                                                  const Vec2<T>& uv_lens) const noexcept {
     const Vec3<T> place = corner_ + right_step_ * (static_cast<T>(pixel.x) + uv_pixel.x) +
@@ -128,7 +131,8 @@ class Camera {
     if (is_orthographic_)
       return CameraSample<Spectrum>{at(position_ + place), forward_, Spectrum(T(1)), inverse_pixel_area_};
     const Vec3<T> lens = lens_point(uv_lens);
-    // Direction to the point on the plane of focus, with all lengths divided by the distance of that plane.
+    // Direction to the point on the plane of focus, with all lengths divided by the distance of
+    // that plane.
     const Vec3<T> unnormalised = place - lens * inverse_focal_distance_;
     const T length2 = glm::dot(unnormalised, unnormalised);
     const T length = std::sqrt(length2);
@@ -136,8 +140,8 @@ class Camera {
                                   inverse_pixel_area_ * length2 * length};
   }
 
-  /// The pixel that sees `point` through the lens point of `uv_lens`; nothing when `point` is behind the camera or
-  /// outside the picture. Density as in `sample_ray`.
+  /// The pixel that sees `point` through the lens point of `uv_lens`; nothing when `point` is
+  /// behind the camera or outside the picture. Density as in `sample_ray`.
   [[nodiscard]] std::optional<CameraProjection<Spectrum>> project(const Vec3<T>& point,
                                                                   const Vec2<T>& uv_lens) const noexcept {
     const Vec3<T> lens = lens_point(uv_lens);
@@ -155,7 +159,8 @@ class Camera {
       row *= inverse_depth;
     }
     if (has_lens_) {
-      // Pixel coordinates of the point where the ray meets the plane of focus, seen from the centre of the lens.
+      // Pixel coordinates of the point where the ray meets the plane of focus, seen from the centre
+      // of the lens.
       column += glm::dot(lens, to_column_) * inverse_focal_distance_;
       row += glm::dot(lens, to_row_) * inverse_focal_distance_;
     }

@@ -13,13 +13,14 @@
 #include "gmis/core/math.hpp"
 
 /// \file
-/// A ray that leaves a triangle starts beside it, further away the larger the triangle is (`position_error`). On a ground plane
-/// twenty thousand units wide that is a twentieth of a unit: it would pass over, or start inside, what lies on the ground
-/// before the camera. Triangles much larger than their distance from the camera, which is at 0, are therefore cut into pieces that
+/// A ray that leaves a triangle starts beside it, further away the larger the triangle is
+/// (`position_error`). On a ground plane twenty thousand units wide that is a twentieth of a unit:
+/// it would pass over, or start inside, what lies on the ground before the camera. Triangles much
+/// larger than their distance from the camera, which is at 0, are therefore cut into pieces that
 /// are smaller the nearer they are.
 ///
-/// Whether an edge is cut, and where, depends on its two ends alone, so that the pieces of neighbours share their corners and
-/// no ray passes between them.
+/// Whether an edge is cut, and where, depends on its two ends alone, so that the pieces of
+/// neighbours share their corners and no ray passes between them.
 
 namespace gmis::scene {
 
@@ -32,12 +33,13 @@ struct TrianglePiece {
 /// Cuts triangles that are large and near.
 class LargeTriangleCutter {
  public:
-  /// An edge may be `largest_size` times as long as its distance from 0 and from any point nearer than `least_distance`.
+  /// An edge may be `largest_size` times as long as its distance from 0 and from any point nearer
+  /// than `least_distance`.
   constexpr LargeTriangleCutter(double largest_size, double least_distance) noexcept
       : largest_size_(largest_size), least_distance_(least_distance) {}
 
-  /// For coordinates in T, none above `farthest`: rays start at most about 5e-5 of the distance from the camera beside a
-  /// surface, which for double is never worth a cut.
+  /// For coordinates in T, none above `farthest`: rays start at most about 5e-5 of the distance
+  /// from the camera beside a surface, which for double is never worth a cut.
   template <std::floating_point T>
   [[nodiscard]] static constexpr LargeTriangleCutter for_precision(double farthest) noexcept {
     constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
@@ -45,8 +47,8 @@ class LargeTriangleCutter {
     return {error / (roundings * unit), 16 * unit * farthest};
   }
 
-  /// Calls `visit(const TrianglePiece&)` for all pieces of a triangle, which tile it; for the triangle itself where it need
-  /// not be cut.
+  /// Calls `visit(const TrianglePiece&)` for all pieces of a triangle, which tile it; for the
+  /// triangle itself where it need not be cut.
   template <class Visit>
   void for_each_piece(const std::array<glm::dvec3, 3>& triangle, Visit&& visit) const {
     cut({triangle, glm::dmat3(1)}, visit, 0, false);
@@ -78,9 +80,10 @@ class LargeTriangleCutter {
         cut(with_corner(piece, replaced, middle, weights), visit, cuts + 1, is_cut_inside);
       return;
     }
-    // All edges are far, but the triangle passes near 0: it is cut at the point that is nearest, but not nearer to an edge
-    // than leaves the pieces an area in T. Once is enough: pieces with that corner are about as far as their edges. A thin
-    // triangle is, too, and has little to gain: hence 1.5.
+    // All edges are far, but the triangle passes near 0: it is cut at the point that is nearest,
+    // but not nearer to an edge than leaves the pieces an area in T. Once is enough: pieces with
+    // that corner are about as far as their edges. A thin triangle is, too, and has little to gain:
+    // hence 1.5.
     if (is_cut_inside) return visit(piece);
     glm::dvec3 foot = glm::max(foot_of_perpendicular(corners), glm::dvec3(1.0 / (largest_size_ * largest_size_)));
     foot /= foot[0] + foot[1] + foot[2];
@@ -110,7 +113,8 @@ class LargeTriangleCutter {
     return std::sqrt(length2) > largest_size_ * std::max(glm::length(a + along * t), least_distance_);
   }
 
-  /// Barycentric weights of the point of the triangle's plane that is nearest to 0; of nothing for a triangle without area.
+  /// Barycentric weights of the point of the triangle's plane that is nearest to 0; of nothing for
+  /// a triangle without area.
   [[nodiscard]] static glm::dvec3 foot_of_perpendicular(const std::array<glm::dvec3, 3>& corners) noexcept {
     const glm::dvec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
     const double area2 = glm::dot(normal, normal);

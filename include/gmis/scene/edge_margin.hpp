@@ -14,24 +14,26 @@
 #include "gmis/core/math.hpp"
 
 /// \file
-/// A ray that leaves a triangle starts beside it, `position_error` away along the normal. Near an edge this may already be
-/// behind the triangle that meets this one there, as may be the point itself, which is rounded along the triangle too: the
-/// ray then leaks into what the two enclose, or out of it. Points nearer to such an edge than a few of these errors are
-/// therefore moved to that distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong side
-/// then. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing is moved. But a triangle may
-/// touch a sharp edge with a corner alone, as do the inner ones of a face of many triangles or pieces. Its points at that
-/// corner are as near to the sharp edge as those beside it. They are kept off both edges that end there: a ball within
-/// these is no nearer to what passes outside.
+/// A ray that leaves a triangle starts beside it, `position_error` away along the normal. Near an
+/// edge this may already be behind the triangle that meets this one there, as may be the point
+/// itself, which is rounded along the triangle too: the ray then leaks into what the two enclose,
+/// or out of it. Points nearer to such an edge than a few of these errors are therefore moved to
+/// that distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong
+/// side then. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing
+/// is moved. But a triangle may touch a sharp edge with a corner alone, as do the inner ones of a
+/// face of many triangles or pieces. Its points at that corner are as near to the sharp edge as
+/// those beside it. They are kept off both edges that end there: a ball within these is no nearer
+/// to what passes outside.
 
 namespace gmis::scene {
 
-/// Which edges of a triangle points are kept off, since another triangle meets it there at an angle, or one of their ends
-/// touches such an edge: bit k for the edge opposite to corner k.
+/// Which edges of a triangle points are kept off, since another triangle meets it there at an
+/// angle, or one of their ends touches such an edge: bit k for the edge opposite to corner k.
 using SharpEdges = std::uint8_t;
 
-/// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the sharp edges; 0 for the
-/// others, and where the triangle is too thin for that, a sliver of a few roundings: there, a point would be moved along it
-/// to no avail.
+/// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the
+/// sharp edges; 0 for the others, and where the triangle is too thin for that, a sliver of a few
+/// roundings: there, a point would be moved along it to no avail.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> edge_margins(const std::array<Vec3<T>, 3>& corners, SharpEdges sharp, T position_error) {
   const auto& [a, b, c] = corners;
@@ -54,19 +56,19 @@ template <std::floating_point T>
   return std::max({margins.x, margins.y, margins.z});
 }
 
-/// The barycentric coordinates `weights`, moved off the sharp edges where they are too near to one. Rarely needed, and out
-/// of the way of what is.
+/// The barycentric coordinates `weights`, moved off the sharp edges where they are too near to one.
+/// Rarely needed, and out of the way of what is.
 template <std::floating_point T>
-[[nodiscard]] GMIS_RARE Vec3<T> keep_off_edges(const Vec3<T>& weights,
-                                                               const std::array<Vec3<T>, 3>& corners, SharpEdges sharp,
-                                                               T position_error) {
+[[nodiscard]] GMIS_RARE Vec3<T> keep_off_edges(const Vec3<T>& weights, const std::array<Vec3<T>, 3>& corners,
+                                               SharpEdges sharp, T position_error) {
   const Vec3<T> moved = glm::max(weights, edge_margins(corners, sharp, position_error));
   return moved * (T(1) / (moved.x + moved.y + moved.z));
 }
 
-/// The sharp edges of every triangle: those that have both ends in common with one of another triangle, at an angle that
-/// matters for the errors of positions, and those at a corner that touches a sharp edge of others. Which mesh a triangle is
-/// of makes no difference. Linear in the number of triangles but for two sorts and a search at such corners.
+/// The sharp edges of every triangle: those that have both ends in common with one of another
+/// triangle, at an angle that matters for the errors of positions, and those at a corner that
+/// touches a sharp edge of others. Which mesh a triangle is of makes no difference. Linear in the
+/// number of triangles but for two sorts and a search at such corners.
 template <std::floating_point T>
 [[nodiscard]] std::vector<SharpEdges> find_sharp_edges(std::span<const std::array<Vec3<T>, 3>> triangles,
                                                        std::span<const T> position_errors) {
@@ -161,8 +163,8 @@ template <std::floating_point T>
         result[i] |= static_cast<SharpEdges>(1U << a | 1U << b);
         continue;
       }
-      // Kept off one of its edges already, and so off sharp ones too, unless these are much nearer to the other: less than
-      // half as far is less than the 2.75 errors that a start needs at 20°.
+      // Kept off one of its edges already, and so off sharp ones too, unless these are much nearer
+      // to the other: less than half as far is less than the 2.75 errors that a start needs at 20°.
       const std::size_t sharp = a_is_sharp ? a : b, smooth = a_is_sharp ? b : a;
       const glm::dvec3 along = direction(i, k, smooth);
       const double sine = glm::length(glm::cross(along, direction(i, k, sharp)));

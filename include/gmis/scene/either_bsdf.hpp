@@ -11,7 +11,8 @@
 
 /// \file
 /// Two surface models in one scene, for example the built-in materials and one of yours:
-/// `SceneBuilder<float, EitherBsdf<SurfaceBsdf<float>, MyBsdf>>`. For three, put one `EitherBsdf` into another.
+/// `SceneBuilder<float, EitherBsdf<SurfaceBsdf<float>, MyBsdf>>`. For three, put one `EitherBsdf`
+/// into another.
 
 namespace gmis::scene {
 
@@ -57,8 +58,9 @@ template <class A, class B>
 
 }  // namespace detail
 
-/// A surface that scatters by one of two BSDFs: every function is that of the one whose material it was made of, chosen
-/// by a branch. Meets `gmis::BsdfWithLobes` where both do, else `gmis::Bsdf`. `A::Material` and `B::Material` must differ.
+/// A surface that scatters by one of two BSDFs: every function is that of the one whose material it
+/// was made of, chosen by a branch. Meets `gmis::BsdfWithLobes` where both do, else `gmis::Bsdf`.
+/// `A::Material` and `B::Material` must differ.
 template <Bsdf A, Bsdf B>
 requires(std::same_as<typename A::Spectrum, typename B::Spectrum> &&
          !std::same_as<typename A::Material, typename B::Material>)  //
@@ -91,7 +93,8 @@ requires(std::same_as<typename A::Spectrum, typename B::Spectrum> &&
   [[nodiscard]] Spectrum albedo() const noexcept {
     return visit([](const auto& bsdf) { return Spectrum(bsdf.albedo()); });
   }
-  /// Scatters, and without any diffuse part. A BSDF that does not tell counts as diffuse, as it does on its own.
+  /// Scatters, and without any diffuse part. A BSDF that does not tell counts as diffuse, as it
+  /// does on its own.
   [[nodiscard]] bool is_glossy() const noexcept {
     return visit([](const auto& bsdf) {
       if constexpr (requires { bsdf.is_glossy(); })

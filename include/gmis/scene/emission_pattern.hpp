@@ -5,7 +5,8 @@
 
 namespace gmis::scene {
 
-/// The radiance of an area light that varies over its surface, as a function of the surface point alone.
+/// The radiance of an area light that varies over its surface, as a function of the surface point
+/// alone.
 template <std::floating_point T>
 struct EmissionPattern {
   using Handle = typename Texture<T>::Handle;
@@ -23,8 +24,9 @@ struct EmissionPattern {
         radiance->upper_between(glm::min(glm::min(uv[0], uv[1]), uv[2]), glm::max(glm::max(uv[0], uv[1]), uv[2])),
         Vec3<T>(0));
   }
-  /// About the mean over a triangle, holes left out of account: that of 64 points, and no less than 1/64 of `upper_on`. So
-  /// whatever shines somewhere has a mean above 0, and a chance of being sampled.
+  /// About the mean over a triangle, holes left out of account: that of 64 points, and no less than
+  /// 1/64 of `upper_on`. So whatever shines somewhere has a mean above 0, and a chance of being
+  /// sampled.
   [[nodiscard]] Vec3<T> mean_on(const TriangleCoordinates<T>& uv) const noexcept {
     constexpr int rows = 8;
     Vec3<T> sum(0);

@@ -15,8 +15,8 @@
 
 namespace gmis::scene {
 
-/// The map from the pixels of an image to directions of the sky. In the frame of the sky z is up; the first row is the
-/// top of the image.
+/// The map from the pixels of an image to directions of the sky. In the frame of the sky z is up;
+/// the first row is the top of the image.
 enum class SkyMapping : std::uint8_t {
   equal_area,         ///< an octahedron unfolded to a square, with z in the middle, as in pbrt-v4 [Clarberg 2008]
   latitude_longitude  ///< the column grows with the angle from x towards y, the row with the angle from z
@@ -29,8 +29,8 @@ struct EnvironmentImage {
   SkyMapping mapping = SkyMapping::equal_area;  ///< from directions to pixels
 };
 
-/// Equal-area map from the unit square to unit directions: a uniform point becomes a uniform direction, density 1/(4π)
-/// per steradian [Clarberg 2008].
+/// Equal-area map from the unit square to unit directions: a uniform point becomes a uniform
+/// direction, density 1/(4π) per steradian [Clarberg 2008].
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> square_to_octahedral_sphere(const Vec2<T>& u) noexcept {
   const T x = T(2) * u.x - T(1), y = T(2) * u.y - T(1);
@@ -42,7 +42,8 @@ template <std::floating_point T>
           std::copysign(T(1) - radius * radius, from_diagonal)};
 }
 
-/// The inverse of `square_to_octahedral_sphere`, for a unit vector. It stays accurate near the poles.
+/// The inverse of `square_to_octahedral_sphere`, for a unit vector. It stays accurate near the
+/// poles.
 template <std::floating_point T>
 [[nodiscard]] inline Vec2<T> octahedral_sphere_to_square(const Vec3<T>& w) noexcept {
   const T x = std::abs(w.x), y = std::abs(w.y);
@@ -55,8 +56,9 @@ template <std::floating_point T>
   return {(std::copysign(u, w.x) + T(1)) / T(2), (std::copysign(v, w.y) + T(1)) / T(2)};
 }
 
-/// A sky of pixels, sampled in proportion to the radiance (mean of the channels). Within a pixel the direction is
-/// uniform over solid angle, so the density is exact everywhere, also at the poles.
+/// A sky of pixels, sampled in proportion to the radiance (mean of the channels). Within a pixel
+/// the direction is uniform over solid angle, so the density is exact everywhere, also at the
+/// poles.
 template <std::floating_point T = float>
 class EnvironmentMap {
  public:
@@ -67,13 +69,15 @@ class EnvironmentMap {
     T density;         ///< per steradian
   };
 
-  /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be perpendicular;
-  /// either handedness is allowed. Throws `std::invalid_argument` when the image or the transform is invalid.
+  /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be
+  /// perpendicular; either handedness is allowed. Throws `std::invalid_argument` when the image or
+  /// the transform is invalid.
   ///
-  /// `next_event_fraction` c in (0, 1): next-event samples are compensated (`compensated_density`) for a fraction 1 − c of samples
-  /// that fall elsewhere, uniform over the sphere, as those of diffuse surfaces on average do: they leave out the dark part of
-  /// the sky, which must then be reached by rays that scatter into it. 1: in proportion to the radiance. Emission is
-  /// always in proportion to the radiance.
+  /// `next_event_fraction` c in (0, 1): next-event samples are compensated (`compensated_density`)
+  /// for a fraction 1 − c of samples that fall elsewhere, uniform over the sphere, as those of
+  /// diffuse surfaces on average do: they leave out the dark part of the sky, which must then be
+  /// reached by rays that scatter into it. 1: in proportion to the radiance. Emission is always in
+  /// proportion to the radiance.
   EnvironmentMap(const EnvironmentImage& image, const glm::dmat3& world_from_sky, double next_event_fraction = 1.0)
       : resolution_(image.resolution), mapping_(image.mapping) {
     if (!(next_event_fraction > 0 && next_event_fraction <= 1))
@@ -131,7 +135,8 @@ class EnvironmentMap {
   /// The same two for next-event samples, which may be compensated.
   [[nodiscard]] T next_event_density(const Vec3<T>& radiance) const noexcept {
     if (!is_compensated()) return density(radiance);
-    // Close to zero nothing but rounding is left of the difference: that counts as zero, in the table too.
+    // Close to zero nothing but rounding is left of the difference: that counts as zero, in the
+    // table too.
     const T excess = slope_ * mean_channel(radiance) - offset_;
     return excess > offset_ * T(1e-4) ? excess * scale_ : T(0);
   }
@@ -173,7 +178,8 @@ class EnvironmentMap {
     return table;
   }
 
-  /// The compensated density per steradian is max(0, λ L − (1 − c)/(4π))/c: it depends on the radiance L alone.
+  /// The compensated density per steradian is max(0, λ L − (1 − c)/(4π))/c: it depends on the
+  /// radiance L alone.
   void compensate(double fraction) {
     std::vector<double> target, others;
     std::size_t brightest = 0;
@@ -202,7 +208,8 @@ class EnvironmentMap {
     if (mapping_ == SkyMapping::equal_area) {
       w = square_to_octahedral_sphere<T>({u, (static_cast<T>(row.index) + row.rest) / static_cast<T>(resolution_.y)});
     } else {
-      // Uniform in z. (1 − z) / 2 and (1 + z) / 2 are interpolated separately, so that both poles stay accurate.
+      // Uniform in z. (1 − z) / 2 and (1 + z) / 2 are interpolated separately, so that both poles
+      // stay accurate.
       const RowEdge& from = row_edges_[row.index];
       const RowEdge& to = row_edges_[row.index + 1];
       const T sin2_half = from.sin2_half + (to.sin2_half - from.sin2_half) * row.rest;

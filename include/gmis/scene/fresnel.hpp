@@ -11,8 +11,9 @@ struct DielectricFresnel {
   T cos_transmitted;  ///< cosine of the refracted direction, ≥ 0; 0 under total internal reflection
 };
 
-/// Exact Fresnel equations of a dielectric. `eta` is the index of refraction beyond the surface divided by the index on
-/// the incident side; `cos_incident` ≥ 0. With `eta` = 1 nothing is reflected at any angle.
+/// Exact Fresnel equations of a dielectric. `eta` is the index of refraction beyond the surface
+/// divided by the index on the incident side; `cos_incident` ≥ 0. With `eta` = 1 nothing is
+/// reflected at any angle.
 template <std::floating_point T>
 [[nodiscard]] inline DielectricFresnel<T> fresnel_dielectric(T cos_incident, T eta) noexcept {
   if (eta == T(1)) return {T(0), cos_incident};
@@ -26,8 +27,9 @@ template <std::floating_point T>
   return {(parallel * parallel + perpendicular * perpendicular) / T(2), cos_t};
 }
 
-/// Reflectance of a conductor of index eta + i k for unpolarised light from vacuum, with `cos_incident` ≥ 0; exact
-/// Fresnel equations. From 0 to 1 whatever is rounded: both polarisations are quotients of sums of squares,
+/// Reflectance of a conductor of index eta + i k for unpolarised light from vacuum, with
+/// `cos_incident` ≥ 0; exact Fresnel equations. From 0 to 1 whatever is rounded: both polarisations
+/// are quotients of sums of squares,
 /// |r_s|² = |c − w|² / |c + w|² and |r_p|² = |r_s|² |c w − s²|² / |c w + s²|², with c and s the cosine and sine of the angle
 /// and w² = (eta + i k)² − s². With eta = 1 and k = 0 nothing is reflected at any angle.
 template <std::floating_point T>
@@ -56,8 +58,8 @@ template <std::floating_point T>
           fresnel_conductor(cos_incident, eta.z, k.z)};
 }
 
-/// The share of diffuse light that a smooth dielectric reflects: ∫ 2 F(cos θ) cos θ d(cos θ) over [0, 1], by the
-/// midpoint rule.
+/// The share of diffuse light that a smooth dielectric reflects: ∫ 2 F(cos θ) cos θ d(cos θ) over
+/// [0, 1], by the midpoint rule.
 [[nodiscard]] inline double fresnel_diffuse_reflectance(double eta) noexcept {
   constexpr int steps = 4096;
   double sum = 0;

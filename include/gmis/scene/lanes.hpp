@@ -16,9 +16,9 @@
 #endif
 
 /// \file
-/// Eight numbers worked on at once: eight boxes or eight primitives against one ray. Plain loops everywhere, and the
-/// processor's own registers for `float` where the compiler may use AVX2 or SSE2. SSE2 gives the bits of the plain loops,
-/// AVX2 rounds a product and a sum at once.
+/// Eight numbers worked on at once: eight boxes or eight primitives against one ray. Plain loops
+/// everywhere, and the processor's own registers for `float` where the compiler may use AVX2 or
+/// SSE2. SSE2 gives the bits of the plain loops, AVX2 rounds a product and a sum at once.
 
 namespace gmis::scene {
 
@@ -30,8 +30,9 @@ using LaneMask = std::uint32_t;
 template <std::floating_point T>
 using LaneArray = std::array<T, lane_count>;
 
-/// a·b − c·d with a relative error of 2 units in the last place, whatever cancels: the sign is always right, and the
-/// result is 0 only when the exact one is (barring underflow) [Jeannerod, Louvet, Muller 2013].
+/// a·b − c·d with a relative error of 2 units in the last place, whatever cancels: the sign is
+/// always right, and the result is 0 only when the exact one is (barring underflow) [Jeannerod,
+/// Louvet, Muller 2013].
 template <std::floating_point T>
 [[nodiscard]] inline T difference_of_products(T a, T b, T c, T d) noexcept {
   if constexpr (std::same_as<T, float>) {

@@ -13,20 +13,23 @@
 
 namespace gmis::scene {
 
-/// A light source, made by one of the functions below. Models `gmis::Light`. Colours are linear RGB.
+/// A light source, made by one of the functions below. Models `gmis::Light`. Colours are linear
+/// RGB.
 ///
-/// An area light emits on the side of its geometric normal, or on both sides: constant radiance, or that of a pattern over
-/// a triangle. Points are drawn uniformly by area either way. The light subpaths of
-/// an infinite light start on a disk as wide as the bounding ball of the scene, which `enclose` sets.
+/// An area light emits on the side of its geometric normal, or on both sides: constant radiance, or
+/// that of a pattern over a triangle. Points are drawn uniformly by area either way. The light
+/// subpaths of an infinite light start on a disk as wide as the bounding ball of the scene, which
+/// `enclose` sets.
 template <std::floating_point T = float>
 class Light {
  public:
   using Spectrum = Vec3<T>;
   using Point = SurfacePoint<T>;
 
-  /// A triangle of a mesh. `radiance` is per steradian and projected area; `normal` has unit length. Sample points keep
-  /// a distance from the `sharp` edges (edge_margin.hpp). With a `pattern`, which must outlive the light, `radiance` is its
-  /// mean (which decides the power), and `uv` are the coordinates of the corners.
+  /// A triangle of a mesh. `radiance` is per steradian and projected area; `normal` has unit
+  /// length. Sample points keep a distance from the `sharp` edges (edge_margin.hpp). With a
+  /// `pattern`, which must outlive the light, `radiance` is its mean (which decides the power), and
+  /// `uv` are the coordinates of the corners.
   [[nodiscard]] static Light triangle(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c, const Vec3<T>& normal,
                                       T position_error, const Spectrum& radiance, bool two_sided, SharpEdges sharp = 0,
                                       const EmissionPattern<T>* pattern = nullptr,
@@ -50,7 +53,8 @@ class Light {
                  (uv[2] - uv[0]) * rest};
     return light;
   }
-  /// A sphere. `radiance` is per steradian and projected area. Without `two_sided` it emits on the side of its normal.
+  /// A sphere. `radiance` is per steradian and projected area. Without `two_sided` it emits on the
+  /// side of its normal.
   [[nodiscard]] static Light sphere(const Vec3<T>& center, T radius, bool normal_points_inward, T position_error,
                                     const Spectrum& radiance, bool two_sided) noexcept {
     Light light(Kind::sphere, radiance);
@@ -68,7 +72,8 @@ class Light {
     light.origin_ = position;
     return light;
   }
-  /// A spot light; `intensity` is flux per steradian along the axis of `cone`, which is also its maximum.
+  /// A spot light; `intensity` is flux per steradian along the axis of `cone`, which is also its
+  /// maximum.
   [[nodiscard]] static Light spot(const Vec3<T>& position, const SpotCone<T>& cone,
                                   const Spectrum& intensity) noexcept {
     Light light(Kind::spot, intensity);
@@ -76,7 +81,8 @@ class Light {
     light.cone_ = cone;
     return light;
   }
-  /// A directional light; `irradiance` is that on a plane perpendicular to the unit vector `to_light`.
+  /// A directional light; `irradiance` is that on a plane perpendicular to the unit vector
+  /// `to_light`.
   [[nodiscard]] static Light directional(const Vec3<T>& to_light, const Spectrum& irradiance) noexcept {
     Light light(Kind::directional, irradiance);
     light.normal_ = to_light;
@@ -86,14 +92,16 @@ class Light {
   [[nodiscard]] static Light environment(const Spectrum& radiance) noexcept {
     return Light(Kind::environment, radiance);
   }
-  /// An environment with the radiance of an image. `map` must outlive the light and must not be black.
+  /// An environment with the radiance of an image. `map` must outlive the light and must not be
+  /// black.
   [[nodiscard]] static Light environment(const EnvironmentMap<T>& map) noexcept {
     Light light(Kind::image, Spectrum(T(1)));
     light.map_ = &map;
     return light;
   }
 
-  /// Sets the bounding ball of the scene. It affects infinite lights only, which need it before they are sampled.
+  /// Sets the bounding ball of the scene. It affects infinite lights only, which need it before
+  /// they are sampled.
   void enclose(const Vec3<T>& center, T radius) noexcept {
     if (!is_infinite()) return;
     origin_ = center;
@@ -158,8 +166,8 @@ class Light {
   /// Called by the scene once all lights are known.
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 
-  /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light there or coincides
-  /// with `from`.
+  /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light
+  /// there or coincides with `from`.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_next_event(const Point& from,
                                                                            const Vec2<T>& uv) const noexcept {
     switch (kind_) {
@@ -197,8 +205,8 @@ class Light {
     return std::nullopt;
   }
 
-  /// The start of a light subpath. An area light draws a uniform point and a cosine-distributed direction. Nothing
-  /// when the density of the direction is 0.
+  /// The start of a light subpath. An area light draws a uniform point and a cosine-distributed
+  /// direction. Nothing when the density of the direction is 0.
   [[nodiscard]] std::optional<EmissionSample<Spectrum>> sample_emission(const Vec2<T>& uv_origin,
                                                                         const Vec2<T>& uv_direction) const noexcept {
     switch (kind_) {
@@ -235,8 +243,9 @@ class Light {
     return std::nullopt;
   }
 
-  /// The start that `sample_emission` makes at `origin` along `direction` (`GuidableLight`). Nothing on a side that does not
-  /// emit, and for a line that passes the bounding ball of the scene.
+  /// The start that `sample_emission` makes at `origin` along `direction` (`GuidableLight`).
+  /// Nothing on a side that does not emit, and for a line that passes the bounding ball of the
+  /// scene.
   [[nodiscard]] std::optional<EmissionSample<Spectrum>> emission_along(const Point& origin,
                                                                        const Vec3<T>& direction) const noexcept {
     switch (kind_) {
@@ -263,9 +272,9 @@ class Light {
     return std::nullopt;
   }
 
-  /// The inverse of the first part of `sample_emission` (`GuidableLight`): of the point of an area light and of the direction
-  /// of a uniform environment. Nothing for a light whose first part is fixed, and for an image: its alias tables have no
-  /// inverse.
+  /// The inverse of the first part of `sample_emission` (`GuidableLight`): of the point of an area
+  /// light and of the direction of a uniform environment. Nothing for a light whose first part is
+  /// fixed, and for an image: its alias tables have no inverse.
   [[nodiscard]] std::optional<Vec2<T>> start_numbers(const Point& origin, const Vec3<T>& direction) const noexcept {
     switch (kind_) {
       case Kind::triangle:
@@ -279,8 +288,8 @@ class Light {
     }
   }
 
-  /// Radiance from `origin` along `direction` and the densities of `sample_emission` there; 0 for a delta light and on
-  /// a side that does not emit.
+  /// Radiance from `origin` along `direction` and the densities of `sample_emission` there; 0 for a
+  /// delta light and on a side that does not emit.
   [[nodiscard]] Emitted<Spectrum> emitted(const Point& origin, const Vec3<T>& direction) const noexcept {
     switch (kind_) {
       case Kind::triangle:
@@ -300,7 +309,8 @@ class Light {
     }
   }
 
-  /// Density with which `sample_next_event(from, …)` makes `origin`, in the measure of `EmissionDensity::origin`.
+  /// Density with which `sample_next_event(from, …)` makes `origin`, in the measure of
+  /// `EmissionDensity::origin`.
   [[nodiscard]] T next_event_density(const Point& origin, const Vec3<T>& direction, const Point& from) const noexcept {
     switch (kind_) {
       case Kind::triangle:
@@ -328,7 +338,8 @@ class Light {
   Light(Kind kind, const Spectrum& emission) noexcept : kind_(kind), emission_(emission) {}
 
   [[nodiscard]] bool emits_at(T cosine) const noexcept { return cosine > T(0) || (is_two_sided_ && cosine < T(0)); }
-  /// Densities of emission by an area light: uniform per area, |cos|/π per steradian on each side that emits.
+  /// Densities of emission by an area light: uniform per area, |cos|/π per steradian on each side
+  /// that emits.
   [[nodiscard]] EmissionDensity<T> area_density(T cosine) const noexcept {
     return {inverse_area_, std::abs(cosine) * (is_two_sided_ ? T(0.5) / pi<T> : T(1) / pi<T>)};
   }
@@ -358,8 +369,9 @@ class Light {
                                      density, area_density(cosine)};
   }
 
-  /// 1 − cos of the half angle of the sphere seen from `from`; −1 inside or on the sphere, within the error of
-  /// positions. A point on the inner side may be rounded outwards and must still count as inside.
+  /// 1 − cos of the half angle of the sphere seen from `from`; −1 inside or on the sphere, within
+  /// the error of positions. A point on the inner side may be rounded outwards and must still count
+  /// as inside.
   [[nodiscard]] T cone_drop(const Vec3<T>& from) const noexcept {
     const Vec3<T> offset = origin_ - from;
     const T distance_squared = glm::dot(offset, offset);
@@ -368,8 +380,8 @@ class Light {
     return sin2 / (T(1) + std::sqrt(T(1) - sin2));
   }
 
-  /// Seen from outside, the sample is uniform over the solid angle of the sphere; from inside, it is uniform over the
-  /// area.
+  /// Seen from outside, the sample is uniform over the solid angle of the sphere; from inside, it
+  /// is uniform over the area.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_sphere(const Point& from,
                                                                        const Vec2<T>& uv) const noexcept {
     const T drop = cone_drop(from.position);
@@ -410,7 +422,8 @@ class Light {
     return {origin, direction, radiance_at(origin.position) * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_),
             area_density(cosine)};
   }
-  /// The start on the disk of the line through `on_line`; nothing when the line passes the bounding ball.
+  /// The start on the disk of the line through `on_line`; nothing when the line passes the bounding
+  /// ball.
   [[nodiscard]] std::optional<EmissionSample<Spectrum>> infinite_emission(const Vec3<T>& on_line,
                                                                           const Vec3<T>& direction) const noexcept {
     const Vec3<T> offset = on_line - origin_;
@@ -439,7 +452,8 @@ class Light {
     at.set_cell(position_error_);
     return pattern_->at(at);
   }
-  /// Barycentric coordinates (of the second and third corner) of a point of the triangle that points are drawn from.
+  /// Barycentric coordinates (of the second and third corner) of a point of the triangle that
+  /// points are drawn from.
   [[nodiscard]] Vec2<T> barycentric(const Vec3<T>& position) const noexcept {
     const Vec3<T> offset = position - origin_, normal = glm::cross(edge_b_, edge_c_);
     const T inverse = T(1) / glm::dot(normal, normal);

@@ -7,9 +7,9 @@
 
 namespace gmis::scene {
 
-/// Where a light, or a group of lights, shines from and in which directions. Every direction that light takes is within
-/// `emission` of a normal that is within `spread` of `axis`; angles in radians. A sphere or a point light has the spread
-/// π and thus all directions.
+/// Where a light, or a group of lights, shines from and in which directions. Every direction that
+/// light takes is within `emission` of a normal that is within `spread` of `axis`; angles in
+/// radians. A sphere or a point light has the spread π and thus all directions.
 struct LightBounds {
   Box<double> box;                   ///< of all points that shine
   glm::dvec3 axis{0, 0, 1};          ///< unit, of the cone of normals
@@ -41,16 +41,16 @@ struct LightBounds {
     return both;
   }
 
-  /// ∫ over all directions of the cosine with which they leave the cone of normals, at most π/2 wide beyond it
-  /// [Conty Estevez, Kulla 2018, the orientation measure M_Ω]. Steradians.
+  /// ∫ over all directions of the cosine with which they leave the cone of normals, at most π/2
+  /// wide beyond it [Conty Estevez, Kulla 2018, the orientation measure M_Ω]. Steradians.
   [[nodiscard]] double orientation_measure() const {
     const double reach = std::min(spread + emission, pi<double>);
     return 2 * pi<double> * (1 - std::cos(spread)) + pi<double> / 2 *
                                                          (2 * reach * std::sin(spread) - std::cos(spread - 2 * reach) -
                                                           2 * spread * std::sin(spread) + std::cos(spread));
   }
-  /// power · area of the box · orientation measure: what a group costs that is chosen as a whole (the surface area
-  /// orientation heuristic of the same paper).
+  /// power · area of the box · orientation measure: what a group costs that is chosen as a whole
+  /// (the surface area orientation heuristic of the same paper).
   [[nodiscard]] double cost() const {
     if (box.is_empty()) return 0;
     const glm::dvec3 size = box.upper - box.lower;

@@ -15,13 +15,14 @@ namespace gmis::scene {
 template <std::floating_point T>
 class LightHierarchyBuilder;
 
-/// Chooses one of many lights for a receiver, by power, distance and orientation: a binary tree over all lights that have
-/// a position, with bounds of place and direction in every node [Conty Estevez, Kulla, Importance sampling of many lights
-/// with adaptive tree splitting, 2018]. A choice, and the probability of one, cost a walk from the root to a leaf.
-/// Infinite lights are chosen by power, with a fixed probability of all together. `LightHierarchyBuilder` makes it.
+/// Chooses one of many lights for a receiver, by power, distance and orientation: a binary tree
+/// over all lights that have a position, with bounds of place and direction in every node [Conty
+/// Estevez, Kulla, Importance sampling of many lights with adaptive tree splitting, 2018]. A
+/// choice, and the probability of one, cost a walk from the root to a leaf. Infinite lights are
+/// chosen by power, with a fixed probability of all together. `LightHierarchyBuilder` makes it.
 ///
-/// The probability of a light is positive wherever the light reaches: bounds are conservative. Both sides of the
-/// receiver count alike, because it may transmit light.
+/// The probability of a light is positive wherever the light reaches: bounds are conservative. Both
+/// sides of the receiver count alike, because it may transmit light.
 template <std::floating_point T>
 class LightHierarchy {
  public:
@@ -99,9 +100,9 @@ class LightHierarchy {
     bool is_in_tree = false;
   };
 
-  /// Bound of the irradiance that the lights of a node make at `from`, up to a factor: power · cos θ' · cos θ_i' / d²
-  /// [Conty Estevez, Kulla 2018, eq. 3]. Angles are the least that the ball around the node allows. 0 only where no
-  /// light of the node shines.
+  /// Bound of the irradiance that the lights of a node make at `from`, up to a factor: power · cos
+  /// θ' · cos θ_i' / d² [Conty Estevez, Kulla 2018, eq. 3]. Angles are the least that the ball
+  /// around the node allows. 0 only where no light of the node shines.
   [[nodiscard]] T importance(const Node& node, const Point& from) const noexcept {
     const Vec3<T> offset = node.center - from.position;
     const T distance_squared = glm::dot(offset, offset);
@@ -120,7 +121,8 @@ class LightHierarchy {
       if (emitted < node.cos_emission - rounding) return T(0);
     }
     const T received = less(std::min(std::abs(glm::dot(from.geometric_normal, to_node)), T(1)), cos_ball, sin_ball);
-    // The floors keep probabilities away from 0 where a bound is loose or the shading normal is another.
+    // The floors keep probabilities away from 0 where a bound is loose or the shading normal is
+    // another.
     return strength * std::max(emitted, T(0.01)) * std::max(received, T(0.05));
   }
   /// cos(max(a − b, 0)) from cos a, and cos b and sin b; angles between 0 and π.
@@ -128,8 +130,8 @@ class LightHierarchy {
     if (cos_a >= cos_b) return T(1);
     return cos_a * cos_b + sqrt_or_zero(T(1) - cos_a * cos_a) * sin_b;
   }
-  /// The probability of the left one of two siblings. It is above 0 where its lights shine at `from`; where neither does,
-  /// both are as likely.
+  /// The probability of the left one of two siblings. It is above 0 where its lights shine at
+  /// `from`; where neither does, both are as likely.
   [[nodiscard]] T share_of_left(std::uint32_t left, const Point& from) const noexcept {
     constexpr T least = T(4) * std::numeric_limits<T>::epsilon();
     const T a = importance(nodes_[left], from), b = importance(nodes_[left + 1], from);

@@ -12,8 +12,8 @@
 
 namespace gmis::scene {
 
-/// Builds a `LightHierarchy` from the top down: each group is cut where the surface area orientation heuristic is least,
-/// among 12 bins along each axis [Conty Estevez, Kulla 2018].
+/// Builds a `LightHierarchy` from the top down: each group is cut where the surface area
+/// orientation heuristic is least, among 12 bins along each axis [Conty Estevez, Kulla 2018].
 template <std::floating_point T>
 class LightHierarchyBuilder {
  public:
@@ -32,7 +32,8 @@ class LightHierarchyBuilder {
   };
   using Range = std::span<Leaf>;
   static constexpr int bin_count = 12;
-  /// Below, groups are halved: paths have 64 bits, and so many levels leave room for 2^24 lights more.
+  /// Below, groups are halved: paths have 64 bits, and so many levels leave room for 2^24 lights
+  /// more.
   static constexpr int deepest_bins = 40;
 
   explicit LightHierarchyBuilder(std::span<const Light<T>> lights) {

@@ -10,8 +10,9 @@ enum class LightSelection {
   by_receiver,  ///< by power, distance and orientation as seen from the receiver (`LightHierarchy`)
 };
 
-/// The probability of infinite lights together, half by power and half as if all lights at a place were one. The power of a sky is
-/// that through the whole scene, of which little may be seen: by power alone, a lamp on a wide plane would hardly ever be chosen.
+/// The probability of infinite lights together, half by power and half as if all lights at a place
+/// were one. The power of a sky is that through the whole scene, of which little may be seen: by
+/// power alone, a lamp on a wide plane would hardly ever be chosen.
 [[nodiscard]] constexpr double balanced_infinite_share(double infinite_power, std::size_t infinite_lights,
                                                        double local_power) noexcept {
   if (!(infinite_power > 0) || !(local_power > 0)) return infinite_power > 0 ? 1 : 0;
@@ -19,8 +20,8 @@ enum class LightSelection {
   return 0.5 * infinite_power / (infinite_power + local_power) + 0.5 * count / (count + 1);
 }
 
-/// The probability of infinite lights together in `LightSelection::by_power`: by power, or balanced where the lights at a place would
-/// have less than a tenth. Both powers must be above 0.
+/// The probability of infinite lights together in `LightSelection::by_power`: by power, or balanced
+/// where the lights at a place would have less than a tenth. Both powers must be above 0.
 [[nodiscard]] constexpr double infinite_share(double infinite_power, std::size_t infinite_lights,
                                               double local_power) noexcept {
   constexpr double least = 0.1;

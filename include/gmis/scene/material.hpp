@@ -13,9 +13,9 @@
 
 namespace gmis::scene {
 
-/// How a surface scatters, made by the `make_…` functions below. All materials are two-sided: the side that a
-/// direction is on counts, not which of the two it is, except that a dielectric has its inside behind the geometric
-/// normal. RGB, linear.
+/// How a surface scatters, made by the `make_…` functions below. All materials are two-sided: the
+/// side that a direction is on counts, not which of the two it is, except that a dielectric has its
+/// inside behind the geometric normal. RGB, linear.
 ///
 /// This is what a surface is at one point; `Material` adds what varies over the surface.
 template <std::floating_point T = float>
@@ -71,7 +71,8 @@ struct Absorption {
   Vec3<T> outside{0};  ///< before it
 };
 
-/// How a surface scatters. `with_textures` and `make_mix` (varying_material.hpp) make one that varies over the surface.
+/// How a surface scatters. `with_textures` and `make_mix` (varying_material.hpp) make one that
+/// varies over the surface.
 template <std::floating_point T = float>
 struct Material : PlainMaterial<T> {
   std::shared_ptr<const MaterialTextures<T>> textures;  ///< null where nothing varies
@@ -102,8 +103,8 @@ template <std::floating_point T = float>
   return result;
 }
 
-/// f = reflectance / π + specular (n + 2)/(2π) cosⁿ α, α the angle to the mirror direction; nothing unless both
-/// directions are on the same side.
+/// f = reflectance / π + specular (n + 2)/(2π) cosⁿ α, α the angle to the mirror direction; nothing
+/// unless both directions are on the same side.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_phong(const glm::dvec3& reflectance, const glm::dvec3& specular,
                                             double exponent) {
@@ -130,7 +131,8 @@ template <std::floating_point T = float>
   return result;
 }
 
-/// A metal of complex index eta + i k; `alpha` is that of GGX, below `smallest_alpha` a delta mirror.
+/// A metal of complex index eta + i k; `alpha` is that of GGX, below `smallest_alpha` a delta
+/// mirror.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_conductor(const glm::dvec3& eta, const glm::dvec3& k, double alpha,
                                                 Masking masking = Masking::height_correlated) {
@@ -144,7 +146,8 @@ template <std::floating_point T = float>
   result.masking = masking;
   result.metal_eta = Vec3<T>(eta);
   result.metal_k = Vec3<T>(k);
-  // Grazing light is reflected whole by any metal: a floor keeps Russian roulette from weights above 10.
+  // Grazing light is reflected whole by any metal: a floor keeps Russian roulette from weights
+  // above 10.
   result.albedo = glm::max(fresnel_conductor(T(1), result.metal_eta, result.metal_k), Vec3<T>(T(0.1)));
   return result;
 }
@@ -158,10 +161,11 @@ template <std::floating_point T = float>
   return make_conductor<T>(glm::dvec3(1), 2.0 * glm::sqrt(r) / glm::sqrt(1.0 - r), alpha, masking);
 }
 
-/// An interface; `eta` is the index behind the geometric normal over that before it. `alpha` is that of GGX: a smooth
-/// interface is what comes of an alpha below `smallest_alpha`, and of an index so near 1 that light is bent by less than
-/// directions can tell (alpha · |eta − 1| below 1e-4; with eta = 1 roughness changes nothing). `tint`, from 0 to 1, is a
-/// factor of refracted light: that of glass whose colour is in its surface.
+/// An interface; `eta` is the index behind the geometric normal over that before it. `alpha` is
+/// that of GGX: a smooth interface is what comes of an alpha below `smallest_alpha`, and of an
+/// index so near 1 that light is bent by less than directions can tell (alpha · |eta − 1| below
+/// 1e-4; with eta = 1 roughness changes nothing). `tint`, from 0 to 1, is a factor of refracted
+/// light: that of glass whose colour is in its surface.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_dielectric(double eta, double alpha = 0,
                                                  Masking masking = Masking::height_correlated,
@@ -176,18 +180,19 @@ template <std::floating_point T = float>
   result.eta = static_cast<T>(eta);
   result.alpha = static_cast<T>(alpha);
   result.masking = masking;
-  // The share of the reflecting lobe where each lobe is drawn from on its own: its mean reflectance from outside, but
-  // enough for the light that total reflection holds back within.
+  // The share of the reflecting lobe where each lobe is drawn from on its own: its mean reflectance
+  // from outside, but enough for the light that total reflection holds back within.
   result.reflection_probability = static_cast<T>(std::clamp(fresnel_diffuse_reflectance(eta), 0.1, 0.9));
   result.specular = Vec3<T>(tint);
   result.albedo = Vec3<T>(1);
   return result;
 }
 
-/// A Lambertian base of this reflectance under a dielectric coat of index `eta` and GGX `alpha` (below `smallest_alpha`
-/// a delta lobe). Light that goes to and fro between base and coat is summed as for a smooth coat:
-/// f = (1 − F(prev)) (1 − F(next)) · reflectance / (π η² (1 − reflectance · F̄)) + scale · F D G / (4 cos cos),
-/// F̄ the diffuse reflectance of the coat from within.
+/// A Lambertian base of this reflectance under a dielectric coat of index `eta` and GGX `alpha`
+/// (below `smallest_alpha` a delta lobe). Light that goes to and fro between base and coat is
+/// summed as for a smooth coat: f = (1 − F(prev)) (1 − F(next)) · reflectance / (π η² (1 −
+/// reflectance · F̄)) + scale · F D G / (4 cos cos), F̄ the diffuse reflectance of the coat from
+/// within.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_coated_diffuse(const glm::dvec3& reflectance, double eta, double alpha,
                                                      const glm::dvec3& specular_scale,
@@ -208,11 +213,12 @@ template <std::floating_point T = float>
   result.specular = Vec3<T>(specular_scale);
   result.coat_reflectance = static_cast<T>(from_outside);
   result.diffuse = Vec3<T>(base / pi<double>);
-  // Albedo under diffuse light: of the base (1 − F)² base, of the coat its mean Fresnel reflectance.
+  // Albedo under diffuse light: of the base (1 − F)² base, of the coat its mean Fresnel
+  // reflectance.
   const glm::dvec3 diffuse_albedo = base * (1 - from_outside) * (1 - from_outside);
   const double glossy_albedo = max_channel(specular_scale) * from_outside;
-  // Towards the horizon every coat reflects all there is, however little it reflects on the whole: it gets a share that
-  // keeps weights below 10.
+  // Towards the horizon every coat reflects all there is, however little it reflects on the whole:
+  // it gets a share that keeps weights below 10.
   result.diffuse_probability =
       static_cast<T>(std::min(max_channel(diffuse_albedo) / (max_channel(diffuse_albedo) + glossy_albedo), 0.9));
   result.albedo = Vec3<T>(glm::min(diffuse_albedo + glossy_albedo, glm::dvec3(1)));
@@ -227,7 +233,8 @@ template <std::floating_point T = float>
   return make_coated_diffuse<T>(reflectance, eta, alpha, glm::dvec3(specular_scale), masking);
 }
 
-/// A thin sheet: f = reflectance / π between directions on one side, transmittance / π between the two sides.
+/// A thin sheet: f = reflectance / π between directions on one side, transmittance / π between the
+/// two sides.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_diffuse_transmission(const glm::dvec3& reflectance,
                                                            const glm::dvec3& transmittance) {
@@ -242,11 +249,12 @@ template <std::floating_point T = float>
   return result;
 }
 
-/// A metal of index `eta` + i `k` and GGX `alpha` under a dielectric coat of index `coat_eta` and GGX `coat_alpha`. Light
-/// that goes to and fro between coat and metal is summed as for two smooth parallel layers, which is exact where both are
-/// smooth: with F of the coat and R of the metal within it, F + (1 − F)² R / (1 − F R). A rough coat blurs the metal too:
-/// its α is then √(alpha² + coat_alpha²). f = F D G / (4 cos cos) of the coat + the same of the metal, with
-/// (1 − F(prev)) (1 − F(next)) R / (1 − F R) in place of F, F and R inside the fraction at the facet.
+/// A metal of index `eta` + i `k` and GGX `alpha` under a dielectric coat of index `coat_eta` and
+/// GGX `coat_alpha`. Light that goes to and fro between coat and metal is summed as for two smooth
+/// parallel layers, which is exact where both are smooth: with F of the coat and R of the metal
+/// within it, F + (1 − F)² R / (1 − F R). A rough coat blurs the metal too: its α is then
+/// √(alpha² + coat_alpha²). f = F D G / (4 cos cos) of the coat + the same of the metal, with (1 −
+/// F(prev)) (1 − F(next)) R / (1 − F R) in place of F, F and R inside the fraction at the facet.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_coated_conductor(const glm::dvec3& eta, const glm::dvec3& k, double alpha,
                                                        double coat_eta, double coat_alpha,

@@ -6,7 +6,8 @@
 
 namespace gmis::scene {
 
-/// The joint masking and shadowing of the two directions of a microfacet lobe, from Smith's Λ of each.
+/// The joint masking and shadowing of the two directions of a microfacet lobe, from Smith's Λ of
+/// each.
 enum class Masking {
   height_correlated,  ///< 1/(1 + Λ(prev) + Λ(next)) [Heitz 2014]
   separable           ///< G1(prev) · G1(next)
@@ -27,8 +28,8 @@ struct Ggx {
     return a2 / (pi<T> * d * d);
   }
 
-  /// D(h) per steradian, for a unit half vector and a unit axis. It stays accurate on a nearly smooth surface, where
-  /// the cosine rounds to 1.
+  /// D(h) per steradian, for a unit half vector and a unit axis. It stays accurate on a nearly
+  /// smooth surface, where the cosine rounds to 1.
   [[nodiscard]] T distribution(const Vec3<T>& half, const Vec3<T>& axis) const noexcept {
     const Vec3<T> across = glm::cross(half, axis);
     const T a2 = alpha * alpha;
@@ -50,12 +51,13 @@ struct Ggx {
                                                  : visibility(lambda_prev) * visibility(lambda_next);
   }
 
-  /// A half vector that is visible from `prev` (local frame, prev.z > 0). Its density is D(h) G1(prev) max(0, prev · h)
-  /// / prev.z per steradian [Heitz 2018].
+  /// A half vector that is visible from `prev` (local frame, prev.z > 0). Its density is D(h)
+  /// G1(prev) max(0, prev · h) / prev.z per steradian [Heitz 2018].
   [[nodiscard]] Vec3<T> sample_visible(const Vec3<T>& prev, const Vec2<T>& uv) const noexcept {
     const Vec3<T> stretched = glm::normalize(Vec3<T>(alpha * prev.x, alpha * prev.y, prev.z));
     const Frame<T> frame = Frame<T>::around(stretched);
-    // A point on the projection of the half sphere, seen from `stretched`. The part below the horizon is compressed.
+    // A point on the projection of the half sphere, seen from `stretched`. The part below the
+    // horizon is compressed.
     const T radius = std::sqrt(uv.x);
     const auto [cosine, sine] = cos_sin_of_turns(uv.y);
     // The first axis of the frame must be horizontal.

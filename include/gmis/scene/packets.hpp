@@ -16,7 +16,8 @@ namespace detail {
 
 using AxisTriple = std::array<std::size_t, 3>;
 
-/// Where the planes begin in `BvhNode::planes` through which a ray enters a box, by axis, for each `AxisLanes::signs`.
+/// Where the planes begin in `BvhNode::planes` through which a ray enters a box, by axis, for each
+/// `AxisLanes::signs`.
 inline constexpr std::array<AxisTriple, 8> near_planes = [] {
   std::array<AxisTriple, 8> planes{};
   for (std::size_t signs = 0; signs < 8; ++signs)
@@ -24,7 +25,8 @@ inline constexpr std::array<AxisTriple, 8> near_planes = [] {
   return planes;
 }();
 
-/// The axes in an order that ends with one along which the direction is longest, for each `AxisLanes::descents`.
+/// The axes in an order that ends with one along which the direction is longest, for each
+/// `AxisLanes::descents`.
 inline constexpr std::array<AxisTriple, 8> axes_to_longest = [] {
   std::array<AxisTriple, 8> orders{};
   for (std::size_t descents = 0; descents < 8; ++descents) {
@@ -43,8 +45,8 @@ struct RayAxes {
   AxisArray<T> origin, direction, inverse;
 };
 
-/// What tests need of a ray beside its coordinates, computed once. It is kept apart from them, so that a compiler can keep it in
-/// registers.
+/// What tests need of a ray beside its coordinates, computed once. It is kept apart from them, so
+/// that a compiler can keep it in registers.
 template <std::floating_point T>
 struct PreparedRay {
   const detail::AxisTriple* near_plane;  ///< see `near_planes`; the far plane is the other one
@@ -80,11 +82,12 @@ template <std::floating_point T>
 struct alignas(32) TrianglePacket {
   std::array<std::array<LaneArray<T>, 3>, 3> corners{};  ///< by corner, axis, lane; empty lanes are all zero
 
-  /// Lanes hit with 0 < t < t_max, from either side. No ray slips between two triangles that share an edge: the edge
-  /// functions have the right sign always [Woop, Benthin, Wald 2013, with products that do not cancel].
+  /// Lanes hit with 0 < t < t_max, from either side. No ray slips between two triangles that share
+  /// an edge: the edge functions have the right sign always [Woop, Benthin, Wald 2013, with
+  /// products that do not cancel].
   template <bool any>
   [[nodiscard]] GMIS_ALWAYS_INLINE LaneMask test(const RayAxes<T>& axes, const PreparedRay<T>& ray, T t_max,
-                                                  PacketHit<T>& hit) const noexcept {
+                                                 PacketHit<T>& hit) const noexcept {
     using L = Lanes<T>;
     const L ox = L::all(axes.origin[ray.kx]), oy = L::all(axes.origin[ray.ky]), oz = L::all(axes.origin[ray.kz]);
     const L sx = L::all(ray.shear_x), sy = L::all(ray.shear_y);
@@ -107,7 +110,8 @@ struct alignas(32) TrianglePacket {
 
     const L determinant = u + v + w;
     const L height = multiply_add(u, az, multiply_add(v, bz, w * cz)) * L::all(ray.shear_z);
-    // A triangle seen edge-on, or an empty lane, has t = ±infinity or NaN and fails both comparisons.
+    // A triangle seen edge-on, or an empty lane, has t = ±infinity or NaN and fails both
+    // comparisons.
     const L t = divide(height, determinant);
     mask &= less(zero, t) & less(t, L::all(t_max));
     if (any || mask == 0) return mask;
@@ -137,8 +141,9 @@ struct alignas(32) SpherePacket {
   std::array<LaneArray<T>, 3> center{};
   LaneArray<T> radius_squared{};  ///< −1 in an empty lane
 
-  /// Lanes hit with 0 < t < t_max, from outside or inside [Haines, Günther, Akenine-Möller 2019: the discriminant from
-  /// the distance between centre and ray, so that far or large spheres do not cancel].
+  /// Lanes hit with 0 < t < t_max, from outside or inside [Haines, Günther, Akenine-Möller 2019:
+  /// the discriminant from the distance between centre and ray, so that far or large spheres do not
+  /// cancel].
   template <bool any>
   [[nodiscard]] GMIS_ALWAYS_INLINE LaneMask test(const RayAxes<T>& ray, T t_max, PacketHit<T>& hit) const noexcept {
     using L = Lanes<T>;
@@ -153,12 +158,14 @@ struct alignas(32) SpherePacket {
     const L r2 = L::load(radius_squared.data());
     const L zero = L::all(T(0));
     const L discriminant = r2 - multiply_add(lx, lx, multiply_add(ly, ly, lz * lz));
-    // A sphere that is only touched is not met, as a triangle seen edge-on is not. The discriminant of rays that all but
-    // touch is often rounded to 0: their cosine at the surface, and the density of the point, would be 0.
+    // A sphere that is only touched is not met, as a triangle seen edge-on is not. The discriminant
+    // of rays that all but touch is often rounded to 0: their cosine at the surface, and the
+    // density of the point, would be 0.
     LaneMask mask = less(zero, discriminant);
     if (mask == 0) return 0;
 
-    // The two roots are q and c/q: neither loses digits, and the sign of c alone says whether the origin is inside.
+    // The two roots are q and c/q: neither loses digits, and the sign of c alone says whether the
+    // origin is inside.
     const L q = along + with_sign_of(root(discriminant), along);
     const L c = multiply_add(fx, fx, multiply_add(fy, fy, fz * fz)) - r2;
     const L other = divide(c, q);

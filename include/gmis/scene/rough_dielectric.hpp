@@ -7,11 +7,13 @@
 
 namespace gmis::scene {
 
-/// A rough interface between two dielectric media. Each facet reflects and refracts like smooth glass
-/// [Walter et al. 2007, eq. 20 and 21]. Sampling draws facets that are visible from `to_prev` [Heitz 2018].
+/// A rough interface between two dielectric media. Each facet reflects and refracts like smooth
+/// glass [Walter et al. 2007, eq. 20 and 21]. Sampling draws facets that are visible from `to_prev`
+/// [Heitz 2018].
 template <std::floating_point T>
 struct RoughDielectric {
-  /// One lobe for one pair of directions. `value`, `forward` and `reverse` exclude the Fresnel factor of the facet.
+  /// One lobe for one pair of directions. `value`, `forward` and `reverse` exclude the Fresnel
+  /// factor of the facet.
   struct Lobe {
     T value = 0;    ///< f of importance [1/sr] without cosine; f of radiance is 1/eta² of it for the refracting lobe
     T forward = 0;  ///< density per steradian of `to_next` given `to_prev`: draw a visible facet, then use this lobe
@@ -23,7 +25,8 @@ struct RoughDielectric {
   T eta;           ///< index on the other side divided by the index on the side of `to_prev`
   Vec3<T> normal;  ///< unit, on the side of `to_prev`
 
-  /// The reflecting lobe, for two directions on one side. `prev` and `next` are their cosines > 0 with the normal.
+  /// The reflecting lobe, for two directions on one side. `prev` and `next` are their cosines > 0
+  /// with the normal.
   [[nodiscard]] Lobe reflection(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
     const Vec3<T> sum = to_prev + to_next;
     const T length = glm::length(sum);  // twice the cosine at the facet
@@ -35,8 +38,9 @@ struct RoughDielectric {
             fresnel_dielectric(length / T(2), eta).reflectance};
   }
 
-  /// The refracting lobe, for directions on different sides. `prev` and `next` are their cosines > 0 with the normal of
-  /// their side. All values are 0 when no facet refracts one direction into the other.
+  /// The refracting lobe, for directions on different sides. `prev` and `next` are their cosines >
+  /// 0 with the normal of their side. All values are 0 when no facet refracts one direction into
+  /// the other.
   [[nodiscard]] Lobe transmission(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
     const Vec3<T> sum = to_prev + to_next * eta;
     const T length_squared = glm::dot(sum, sum);
@@ -65,8 +69,8 @@ struct RoughDielectric {
   [[nodiscard]] DielectricFresnel<T> fresnel_at(const Vec3<T>& to_prev, const Vec3<T>& half) const noexcept {
     return fresnel_dielectric(glm::dot(half, to_prev), eta);
   }
-  /// The refracted unit direction at a facet with the normal `half`. `cos_transmitted` is that of `fresnel_at`; the
-  /// facet must not reflect totally.
+  /// The refracted unit direction at a facet with the normal `half`. `cos_transmitted` is that of
+  /// `fresnel_at`; the facet must not reflect totally.
   [[nodiscard]] Vec3<T> refracted(const Vec3<T>& to_prev, const Vec3<T>& half, T cos_transmitted) const noexcept {
     return glm::normalize(half * (glm::dot(half, to_prev) / eta - cos_transmitted) - to_prev * (T(1) / eta));
   }

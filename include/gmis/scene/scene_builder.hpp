@@ -25,7 +25,8 @@ struct AreaEmission {
   bool is_two_sided = false;  ///< else on the side of the normal alone
 };
 
-/// Triangles with shared corners, in world coordinates. The geometric normal of a triangle is (b − a) × (c − a).
+/// Triangles with shared corners, in world coordinates. The geometric normal of a triangle is (b −
+/// a) × (c − a).
 struct MeshShape {
   std::span<const glm::dvec3> positions;          ///< corners, in world space
   std::span<const std::array<int, 3>> triangles;  ///< three numbers of corners each
@@ -42,10 +43,11 @@ struct MeshShape {
 ///     builder.set_camera(look_at({0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 40, {640, 480}));
 ///     const auto scene = builder.build();
 ///
-/// Every function throws `std::invalid_argument`, naming what is wrong, when a number is not finite, an index is out of
-/// range or a shape is none.
+/// Every function throws `std::invalid_argument`, naming what is wrong, when a number is not
+/// finite, an index is out of range or a shape is none.
 ///
-/// `SceneBuilder<float, MyBsdf>` makes a scene whose surfaces scatter by a BSDF of yours (see `SurfaceModel`).
+/// `SceneBuilder<float, MyBsdf>` makes a scene whose surfaces scatter by a BSDF of yours (see
+/// `SurfaceModel`).
 template <std::floating_point T = float, SurfaceModel<T> Bsdf_ = SurfaceBsdf<T>>
 class SceneBuilder {
  public:
@@ -58,8 +60,9 @@ class SceneBuilder {
     return materials_.size() - 1;
   }
 
-  /// Adds triangles of one material, with an emission if they are a light. With an `emission_texture` the radiance is its
-  /// value times that of `emission`; each triangle on which it is not black everywhere is a light.
+  /// Adds triangles of one material, with an emission if they are a light. With an
+  /// `emission_texture` the radiance is its value times that of `emission`; each triangle on which
+  /// it is not black everywhere is a light.
   void add_mesh(const MeshShape& mesh, std::size_t material, const std::optional<AreaEmission>& emission = {},
                 const typename Texture<T>::Handle& emission_texture = {}) {
     check_surface(material, emission);
@@ -92,7 +95,8 @@ class SceneBuilder {
     surfaces_.push_back(surface);
   }
 
-  /// `axes`, of unit length and perpendicular, are those of the coordinates (u, v), see `sphere_coordinates`.
+  /// `axes`, of unit length and perpendicular, are those of the coordinates (u, v), see
+  /// `sphere_coordinates`.
   void add_sphere(const glm::dvec3& center, double radius, std::size_t material,
                   const std::optional<AreaEmission>& emission = {}, bool normal_points_inward = false,
                   const glm::dmat3& axes = glm::dmat3(1)) {
@@ -110,8 +114,9 @@ class SceneBuilder {
     check_color(intensity);
     point_lights_.push_back({position, intensity});
   }
-  /// A point light that shines into a cone around `direction` (any length but 0): with `intensity` up to the half angle
-  /// `inner`, falling smoothly to nothing at `outer`; radians, 0 ≤ inner ≤ outer ≤ π.
+  /// A point light that shines into a cone around `direction` (any length but 0): with `intensity`
+  /// up to the half angle `inner`, falling smoothly to nothing at `outer`; radians, 0 ≤ inner ≤
+  /// outer ≤ π.
   void add_spot_light(const glm::dvec3& position, const glm::dvec3& direction, const glm::dvec3& intensity,
                       double inner, double outer) {
     check_place(position);
@@ -134,8 +139,9 @@ class SceneBuilder {
     check_color(radiance);
     infinite_lights_.push_back(Light<T>::environment(Vec3<T>(radiance)));
   }
-  /// The columns of `world_from_sky` are the axes of the image's frame (see `EnvironmentMap`). A black image is no light.
-  /// `next_event_fraction` below 1 compensates next-event samples; it needs rays that reach the sky by scattering.
+  /// The columns of `world_from_sky` are the axes of the image's frame (see `EnvironmentMap`). A
+  /// black image is no light. `next_event_fraction` below 1 compensates next-event samples; it
+  /// needs rays that reach the sky by scattering.
   void add_environment(const EnvironmentImage& image, const glm::dmat3& world_from_sky = glm::dmat3(1),
                        double next_event_fraction = 1.0) {
     auto map = std::make_shared<const EnvironmentMap<T>>(image, world_from_sky, next_event_fraction);
@@ -144,8 +150,8 @@ class SceneBuilder {
     environment_maps_.push_back(std::move(map));
   }
 
-  /// `by_receiver` costs a walk down a tree at every next event and emitter hit. It pays where many lights each reach
-  /// little of the scene. By power is the default.
+  /// `by_receiver` costs a walk down a tree at every next event and emitter hit. It pays where many
+  /// lights each reach little of the scene. By power is the default.
   void set_light_selection(LightSelection selection) { light_selection_ = selection; }
 
   /// The camera of the scene; a scene needs one.
@@ -158,7 +164,8 @@ class SceneBuilder {
   /// The builder can go on to be used.
   [[nodiscard]] Scene build() const { return build(SerialExecutor{}); }
 
-  /// The executor's threads share the building of the tree; the scene has the same bits for any number of them.
+  /// The executor's threads share the building of the tree; the scene has the same bits for any
+  /// number of them.
   template <Executor E>
   [[nodiscard]] Scene build(E&& executor) const {
     if (!camera_) fail("the scene has no camera");
@@ -206,7 +213,8 @@ class SceneBuilder {
     std::uint32_t coordinates = no_coordinates;  ///< in `coordinates_`
     std::size_t surface = 0;
   };
-  /// What the triangles of the tree are: `numbers` of those that were added, or, from `triangles_.size()` on, of pieces.
+  /// What the triangles of the tree are: `numbers` of those that were added, or, from
+  /// `triangles_.size()` on, of pieces.
   struct KeptTriangles {
     /// A piece of a triangle that was cut.
     struct Piece {
@@ -243,8 +251,8 @@ class SceneBuilder {
     double inner, outer;
   };
   static constexpr std::uint32_t no_light = std::numeric_limits<std::uint32_t>::max();
-  /// From the camera: the third power must be finite in T, and distances within the range of float, which the tree orders
-  /// its nodes by.
+  /// From the camera: the third power must be finite in T, and distances within the range of float,
+  /// which the tree orders its nodes by.
   static constexpr double largest_coordinate = std::same_as<T, float> ? 1e12 : 1e37;
   /// In the world, in double.
   static constexpr double largest_world_coordinate = 1e100;
@@ -315,7 +323,8 @@ class SceneBuilder {
     return emission && !is_black(emission->radiance);
   }
 
-  /// Moves the shapes into the scene's own space. Triangles that have no area there are left out, large ones are cut.
+  /// Moves the shapes into the scene's own space. Triangles that have no area there are left out,
+  /// large ones are cut.
   [[nodiscard]] MovedShapes moved_shapes(const glm::dvec3& origin) const {
     MovedShapes shapes;
     const auto cutter = LargeTriangleCutter::for_precision<T>(farthest_corner(origin));
@@ -411,8 +420,9 @@ class SceneBuilder {
     return glm::cross(glm::dvec3(c[1]) - glm::dvec3(c[0]), glm::dvec3(c[2]) - glm::dvec3(c[0]));
   }
 
-  /// Bounds how far along the normal a hit, or a point drawn, is from the triangle that rays are tested against: the
-  /// rounding of the point, of its offset, and of the test of a ray that starts near the triangle.
+  /// Bounds how far along the normal a hit, or a point drawn, is from the triangle that rays are
+  /// tested against: the rounding of the point, of its offset, and of the test of a ray that starts
+  /// near the triangle.
   [[nodiscard]] static T position_error(const TriangleCorners<T>& corners, const glm::dvec3& normal) {
     double across = 0, extent = 0;
     for (int axis = 0; axis < 3; ++axis) {

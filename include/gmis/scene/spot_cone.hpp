@@ -5,14 +5,16 @@
 
 namespace gmis::scene {
 
-/// The falloff of a spot light: its intensity in a direction relative to the intensity on the axis. It is 1 within the
-/// inner cone, 0 outside the outer cone, and t²(3 − 2t) between them, where t falls linearly in the cosine from 1 to 0
-/// (as in pbrt-v4). Cosines are stored as 1 − cos, which is accurate for narrow cones.
+/// The falloff of a spot light: its intensity in a direction relative to the intensity on the axis.
+/// It is 1 within the inner cone, 0 outside the outer cone, and t²(3 − 2t) between them, where t
+/// falls linearly in the cosine from 1 to 0 (as in pbrt-v4). Cosines are stored as 1 − cos, which
+/// is accurate for narrow cones.
 template <std::floating_point T>
 class SpotCone {
  public:
   SpotCone() = default;
-  /// `axis` has unit length. `inner` and `outer` are half angles in radians, 0 ≤ inner ≤ outer ≤ π, outer > 0.
+  /// `axis` has unit length. `inner` and `outer` are half angles in radians, 0 ≤ inner ≤ outer ≤ π,
+  /// outer > 0.
   SpotCone(const Vec3<T>& axis, double inner, double outer) noexcept
       : axis_(axis),
         inner_(static_cast<T>(2 * square(std::sin(inner / 2)))),
@@ -28,7 +30,8 @@ class SpotCone {
   [[nodiscard]] double outer_angle() const noexcept {
     return 2 * std::asin(std::min(1.0, std::sqrt(static_cast<double>(outer_) / 2)));
   }
-  /// ∫ falloff over the sphere, in steradians: the flux of a spot light with intensity 1 on the axis.
+  /// ∫ falloff over the sphere, in steradians: the flux of a spot light with intensity 1 on the
+  /// axis.
   [[nodiscard]] T solid_angle() const noexcept { return pi<T> * (inner_ + outer_); }
 
   struct Sample {
@@ -57,8 +60,8 @@ class SpotCone {
     return t * t * (T(3) - T(2) * t);
   }
 
-  /// The t in [0, 1] with 2t³ − t⁴ = u: the integral of t²(3 − 2t) from 0 to t is the share u of the integral over
-  /// [0, 1].
+  /// The t in [0, 1] with 2t³ − t⁴ = u: the integral of t²(3 − 2t) from 0 to t is the share u of
+  /// the integral over [0, 1].
   [[nodiscard]] static T inverse_of_integral(T u) noexcept {
     const T root = std::cbrt(std::clamp(u, T(0), T(1)));
     if (root == T(0)) return T(0);

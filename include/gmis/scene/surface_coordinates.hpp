@@ -15,7 +15,8 @@ struct SurfaceCoordinates {
   Vec3<T> along_u{0};   ///< ∂p/∂u, in scene units; 0 where the surface has no usable coordinates
   Vec3<T> along_v{0};   ///< derivative of the position by v
   Vec3<T> position{0};  ///< in scene units
-  /// Points nearer to each other than this are taken for one where a point is chosen by chance; a power of two, or 0.
+  /// Points nearer to each other than this are taken for one where a point is chosen by chance; a
+  /// power of two, or 0.
   T cell = 0;
 
   /// Sets `cell` for positions with this error.
@@ -46,8 +47,8 @@ template <std::floating_point T>
   return result;
 }
 
-/// At the point of a sphere where the outward unit normal is `outward`. `axes` are those of the sphere: u runs from x by
-/// way of y around z, v from −z to z.
+/// At the point of a sphere where the outward unit normal is `outward`. `axes` are those of the
+/// sphere: u runs from x by way of y around z, v from −z to z.
 template <std::floating_point T>
 [[nodiscard]] inline SurfaceCoordinates<T> sphere_coordinates(const std::array<Vec3<T>, 3>& axes, T radius,
                                                               const Vec3<T>& outward,

@@ -9,13 +9,16 @@
 
 namespace gmis::scene {
 
-/// A BSDF that the built-in scene can give to its surfaces: `BvhScene<T, B>`, made by `SceneBuilder<T, B>`.
+/// A BSDF that the built-in scene can give to its surfaces: `BvhScene<T, B>`, made by
+/// `SceneBuilder<T, B>`.
 ///
 /// - `B::Material`: what a surface is made of; the scene keeps one for each `add_material`.
-/// - `B(material, geometric_normal, shading_normal)`: the BSDF at a point, made at every hit; both normals are of unit
-///   length and in one hemisphere. It may keep the address of the material, which stays valid as long as the scene does.
-/// - `add_effects_of(material, effects)`: adds to `effects` what such a surface makes possible; a function in the
-///   namespace of the material (found by argument-dependent lookup). What it leaves out may be left out of a rendering.
+/// - `B(material, geometric_normal, shading_normal)`: the BSDF at a point, made at every hit; both
+///   normals are of unit length and in one hemisphere. It may keep the address of the material,
+///   which stays valid as long as the scene does.
+/// - `add_effects_of(material, effects)`: adds to `effects` what such a surface makes possible; a
+///   function in the namespace of the material (found by argument-dependent lookup). What it leaves
+///   out may be left out of a rendering.
 template <class B, class T>
 concept SurfaceModel = Bsdf<B> && std::same_as<typename B::Spectrum, Vec3<T>> && requires {
   typename B::Material;
@@ -58,18 +61,19 @@ consteval auto surface_model_verdict() {
 }  // namespace detail
 /// \endcond
 
-/// `IsSurfaceModel<B, T>()` is true where `SurfaceModel<B, T>` holds; else the compiler's first line names what is missing.
+/// `IsSurfaceModel<B, T>()` is true where `SurfaceModel<B, T>` holds; else the compiler's first
+/// line names what is missing.
 template <class B, class T>
 using IsSurfaceModel = typename decltype(detail::surface_model_verdict<B, T>())::type;
 
 /// A surface model whose materials may vary over the surface.
 ///
 /// - `material.is_varying`: this material does, at least somewhere.
-/// - `B(material, geometric_normal, shading_normal, coordinates)`: the BSDF at this point of such a surface, made instead
-///   of the one above. `shading_normal()` is then the normal that it uses, of unit length and in the hemisphere of the
-///   geometric normal.
-/// - `has_opacity(material)` and `is_cut_away(material, coordinates)`: whether there may be points without a surface, and
-///   whether this is one; functions of the surface point alone.
+/// - `B(material, geometric_normal, shading_normal, coordinates)`: the BSDF at this point of such a
+///   surface, made instead of the one above. `shading_normal()` is then the normal that it uses, of
+///   unit length and in the hemisphere of the geometric normal.
+/// - `has_opacity(material)` and `is_cut_away(material, coordinates)`: whether there may be points
+///   without a surface, and whether this is one; functions of the surface point alone.
 template <class B, class T>
 concept VaryingSurfaceModel = SurfaceModel<B, T> &&
     requires(const typename B::Material& material, const Vec3<T>& normal, const SurfaceCoordinates<T>& at, const B& b) {

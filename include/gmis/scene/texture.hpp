@@ -18,8 +18,8 @@
 
 namespace gmis::scene {
 
-/// The pixels of a texture: 8 bits a channel and a table of what each of the 256 values stands for, or floats. One
-/// channel (grey) or three.
+/// The pixels of a texture: 8 bits a channel and a table of what each of the 256 values stands for,
+/// or floats. One channel (grey) or three.
 struct TextureImage {
   glm::ivec2 resolution{0};          ///< in texels
   int channels = 3;                  ///< of a texel
@@ -49,7 +49,8 @@ struct TexturePlacement {
   glm::dvec2 cross{0};   ///< factor of (v, u): not 0 where the image is turned
 };
 
-/// A tree of images, checkerboards, constants and their combinations. Grey values are in all three channels.
+/// A tree of images, checkerboards, constants and their combinations. Grey values are in all three
+/// channels.
 template <std::floating_point T = float>
 class Texture {
  public:
@@ -63,9 +64,9 @@ class Texture {
     return std::make_shared<const Texture>(std::move(result));
   }
 
-  /// (s, t) = (0, 0) is the lower left corner of the image, (1, 1) the upper right. With `is_inverted` the value is 1 −
-  /// that of the image, at least 0. Throws `std::invalid_argument` for an image without pixels or with a value that is
-  /// not finite.
+  /// (s, t) = (0, 0) is the lower left corner of the image, (1, 1) the upper right. With
+  /// `is_inverted` the value is 1 − that of the image, at least 0. Throws `std::invalid_argument`
+  /// for an image without pixels or with a value that is not finite.
   [[nodiscard]] static Handle image(std::shared_ptr<const TextureImage> image, const TexturePlacement& placement = {},
                                     TextureWrap wrap = TextureWrap::repeat,
                                     TextureFilter filter = TextureFilter::bilinear, bool is_inverted = false) {
@@ -191,8 +192,9 @@ class Texture {
     return lower_;
   }
 
-  /// A bound on all values, channel by channel, where u and v are between those of two corners. Only an image is looked at
-  /// texel by texel, up to 65536 of them; other textures have `upper()`, products and mixtures what follows from their parts.
+  /// A bound on all values, channel by channel, where u and v are between those of two corners.
+  /// Only an image is looked at texel by texel, up to 65536 of them; other textures have `upper()`,
+  /// products and mixtures what follows from their parts.
   [[nodiscard]] Vec3<T> upper_between(const Vec2<T>& low, const Vec2<T>& high) const noexcept {
     switch (kind_) {
       case Kind::image:
@@ -207,7 +209,8 @@ class Texture {
     }
   }
 
-  /// How many textures its tree has; one that is in it several times counts as often, for so often it is looked up.
+  /// How many textures its tree has; one that is in it several times counts as often, for so often
+  /// it is looked up.
   [[nodiscard]] double size() const noexcept { return size_; }
   /// One value everywhere.
   [[nodiscard]] bool is_constant() const noexcept { return kind_ == Kind::constant; }
@@ -301,7 +304,8 @@ class Texture {
     if (is_inverted_ || !(extent.x <= T(most) && extent.y <= T(most) && (extent.x + 1) * (extent.y + 1) <= T(most)) ||
         !(max_channel(Vec3<T>(glm::abs(first), T(0))) < T(1 << 20)))
       return upper_;
-    // Whole periods are taken off beforehand: what is beyond the image then is at most one of them away.
+    // Whole periods are taken off beforehand: what is beyond the image then is at most one of them
+    // away.
     const auto number = [](int i, int count, TextureWrap wrap) {
       if (wrap == TextureWrap::repeat) return ((i % count) + count) % count;
       if (wrap != TextureWrap::mirror) return texel_number(i, count, wrap);

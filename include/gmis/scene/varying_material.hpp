@@ -13,8 +13,8 @@
 #include "gmis/scene/texture.hpp"
 
 /// \file
-/// Materials that vary over a surface. All that varies is a function of the surface point alone, so subpaths from the
-/// camera and from the lights find the same surface.
+/// Materials that vary over a surface. All that varies is a function of the surface point alone, so
+/// subpaths from the camera and from the lights find the same surface.
 
 namespace gmis::scene {
 
@@ -34,8 +34,9 @@ struct MaterialTextures {
   std::vector<Material<T>> parts;  ///< of a mixture: two
 };
 
-/// `material` with these textures. Its own colour and roughness are replaced where there is a texture for them. A texture
-/// of roughness needs a material that is rough. Throws `std::invalid_argument` where the material has no such quantity.
+/// `material` with these textures. Its own colour and roughness are replaced where there is a
+/// texture for them. A texture of roughness needs a material that is rough. Throws
+/// `std::invalid_argument` where the material has no such quantity.
 template <std::floating_point T>
 [[nodiscard]] inline Material<T> with_textures(const Material<T>& material, MaterialTextures<T> textures) {
   using Kind = typename Material<T>::Kind;
@@ -76,8 +77,9 @@ template <std::floating_point T>
   return result;
 }
 
-/// Every point of the surface has one of the two materials: the second with the probability `amount`, chosen by the
-/// position of the point. Over any area the surface scatters as the weighted mean of the two.
+/// Every point of the surface has one of the two materials: the second with the probability
+/// `amount`, chosen by the position of the point. Over any area the surface scatters as the
+/// weighted mean of the two.
 template <std::floating_point T>
 [[nodiscard]] inline Material<T> make_mix(const Material<T>& first, const Material<T>& second,
                                           typename Texture<T>::Handle amount) {
@@ -91,8 +93,8 @@ template <std::floating_point T>
 
 namespace detail {
 
-/// A number in [0, 1) made of a position, the same for all positions in a cell around it; `salt` tells independent
-/// choices apart.
+/// A number in [0, 1) made of a position, the same for all positions in a cell around it; `salt`
+/// tells independent choices apart.
 template <std::floating_point T>
 [[nodiscard]] inline T hashed(const SurfaceCoordinates<T>& at, std::uint64_t salt) noexcept {
   std::uint64_t bits = salt;
@@ -208,8 +210,9 @@ template <std::floating_point T>
   return here;
 }
 
-/// The shading normal under a bump or normal map: unit, and in the hemisphere of the geometric normal, too, as `shading`
-/// is. Blinn's bump map: the normal of the surface p + height · shading normal, where the normal itself changes slowly.
+/// The shading normal under a bump or normal map: unit, and in the hemisphere of the geometric
+/// normal, too, as `shading` is. Blinn's bump map: the normal of the surface p + height · shading
+/// normal, where the normal itself changes slowly.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> perturbed_normal(const Material<T>& material, const SurfaceCoordinates<T>& at,
                                               const Vec3<T>& geometric, const Vec3<T>& shading) noexcept {

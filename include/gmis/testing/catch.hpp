@@ -15,7 +15,8 @@
 #include "gmis/testing/seeded.hpp"
 
 /// \file
-/// Matchers for Catch2, versions 2 and 3. The only header of the library that needs Catch2; gmis/gmis.hpp does not include it.
+/// Matchers for Catch2, versions 2 and 3. The only header of the library that needs Catch2;
+/// gmis/gmis.hpp does not include it.
 
 namespace gmis {
 
@@ -40,7 +41,8 @@ class CatchMatcher {
 #endif
 }  // namespace detail
 
-/// Matches a round, `double round()`, whose mean and variance are the exact ones: `check_estimator`.
+/// Matches a round, `double round()`, whose mean and variance are the exact ones:
+/// `check_estimator`.
 class EstimatesExactly : public detail::CatchMatcher {
  public:
   /// With moments from anywhere.

@@ -15,7 +15,8 @@
 
 namespace gmis {
 
-/// Mean and variance of an estimator beside the exact ones, with the errors that the check is able to see.
+/// Mean and variance of an estimator beside the exact ones, with the errors that the check is able
+/// to see.
 struct EstimatorCheck {
   std::uint64_t rounds = 0;       ///< independent rounds that were run
   std::uint64_t not_finite = 0;   ///< rounds whose value was NaN or infinite; one of them fails the check
@@ -54,14 +55,15 @@ struct EstimatorCheck {
   }
 };
 
-/// Runs an estimator and tests its mean and its variance against exact ones, as one family of two tests [Šidák 1967] with the
-/// false-alarm rate `level`. A wrong weight that leaves the estimator unbiased, and an error of the mean below the noise,
-/// show in the variance.
+/// Runs an estimator and tests its mean and its variance against exact ones, as one family of two
+/// tests [Šidák 1967] with the false-alarm rate `level`. A wrong weight that leaves the estimator
+/// unbiased, and an error of the mean below the noise, show in the variance.
 ///
-/// `round()` returns the estimate of one round, independent of the other rounds; `exact` is from `exact_moments`,
-/// `moments_of_contributions` or a closed form. The variance of a variance is measured in the same rounds: with heavy tails
-/// more than 10,000 rounds keep the stated rate. Throws std::invalid_argument for fewer than 100 rounds, a level outside
-/// ]0, 1[ and exact moments that are not finite.
+/// `round()` returns the estimate of one round, independent of the other rounds; `exact` is from
+/// `exact_moments`, `moments_of_contributions` or a closed form. The variance of a variance is
+/// measured in the same rounds: with heavy tails more than 10,000 rounds keep the stated rate.
+/// Throws std::invalid_argument for fewer than 100 rounds, a level outside ]0, 1[ and exact moments
+/// that are not finite.
 template <class Round>
 requires requires(Round& round) {
   { round() } -> std::convertible_to<double>;

@@ -17,13 +17,14 @@
 
 namespace gmis {
 
-/// What MIS weights must do to be unbiased: sum to one wherever a technique makes samples, and vanish where their own technique
-/// makes none [Veach 1997, section 9.2]. Any weights can be added, point by point, or path by path with one weight for each
-/// technique.
+/// What MIS weights must do to be unbiased: sum to one wherever a technique makes samples, and
+/// vanish where their own technique makes none [Veach 1997, section 9.2]. Any weights can be added,
+/// point by point, or path by path with one weight for each technique.
 class WeightCheck {
  public:
-  /// One point. `densities[k]`: expected sample density n_k q_k of technique k (any common factor), `weights[k]` the weight of
-  /// its samples there. Throws std::invalid_argument when the sizes differ.
+  /// One point. `densities[k]`: expected sample density n_k q_k of technique k (any common factor),
+  /// `weights[k]` the weight of its samples there. Throws std::invalid_argument when the sizes
+  /// differ.
   template <class D, class W>
   void add(std::span<const D> densities, std::span<const W> weights) {
     require_argument(densities.size() == weights.size(), "give one weight for each density");
@@ -73,8 +74,8 @@ class WeightCheck {
   /// Largest |w_k| where n_k q_k = 0.
   [[nodiscard]] double without_density() const noexcept { return without_density_; }
 
-  /// True when all sums are one and no technique has a weight where it makes no samples, both within `tolerance`. False also
-  /// when no point was reached by any technique.
+  /// True when all sums are one and no technique has a weight where it makes no samples, both
+  /// within `tolerance`. False also when no point was reached by any technique.
   [[nodiscard]] bool passes(double tolerance = 1e-9) const noexcept {
     return points_ > unreached_ && not_finite_ == 0 && sum_error_ <= tolerance && without_density_ <= tolerance;
   }
@@ -94,8 +95,8 @@ class WeightCheck {
   double sum_error_ = 0.0, without_density_ = 0.0;
 };
 
-/// Checks weights at given points. `weights(x, out)` writes one weight for each proposal to a `std::span<double>`; `counts`
-/// are the samples of each proposal. `points` is a range of samples.
+/// Checks weights at given points. `weights(x, out)` writes one weight for each proposal to a
+/// `std::span<double>`; `counts` are the samples of each proposal. `points` is a range of samples.
 template <class Weights, class P, class Points>
 [[nodiscard]] WeightCheck check_weights_at(const Points& points, Weights&& weights, const P& proposals,
                                            CountsByProposal counts) {
@@ -126,7 +127,8 @@ template <class Weights, class P, class Points>
   return check;
 }
 
-/// The same at points that are drawn: `each` samples of every proposal, those without samples included.
+/// The same at points that are drawn: `each` samples of every proposal, those without samples
+/// included.
 template <class Weights, class P, UniformSource Source>
 [[nodiscard]] WeightCheck check_weights(Weights&& weights, const P& proposals, CountsByProposal counts,
                                         std::size_t each, Source& source) {

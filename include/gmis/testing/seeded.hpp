@@ -9,8 +9,8 @@
 
 namespace gmis {
 
-/// What shifts the seeds of all tests: 0, or what the environment variable GMIS_TEST_SEED says, a number or `random`. The same
-/// value replays a run.
+/// What shifts the seeds of all tests: 0, or what the environment variable GMIS_TEST_SEED says, a
+/// number or `random`. The same value replays a run.
 [[nodiscard]] inline std::uint64_t test_run_seed() {
   static const std::uint64_t value = [] {
     const char* const text = std::getenv("GMIS_TEST_SEED");
@@ -21,7 +21,8 @@ namespace gmis {
   return value;
 }
 
-/// A source of random numbers for a test: seeded by `name`, so that no two tests share numbers, and by `test_run_seed`.
+/// A source of random numbers for a test: seeded by `name`, so that no two tests share numbers, and
+/// by `test_run_seed`.
 [[nodiscard]] inline Philox seeded(std::string_view name) {
   std::uint64_t hash = 0xCBF29CE484222325ULL;  // FNV-1a
   for (const char letter : name) hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001B3ULL;

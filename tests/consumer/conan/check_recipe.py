@@ -1,5 +1,6 @@
-"""Runs examples/packaging/conan/conanfile.py with the few functions of Conan that it calls, written out here, and looks at
-the package that it makes. Where Conan itself is installed, it also reads the recipe (`conan inspect`).
+"""Runs examples/packaging/conan/conanfile.py with the few functions of Conan that it calls, written
+out here, and looks at the package that it makes. Where Conan itself is installed, it also reads the
+recipe (`conan inspect`).
 
 Usage: check_recipe.py PROJECT_DIR WORK_DIR VERSION
 """

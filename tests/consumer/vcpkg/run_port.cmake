@@ -1,5 +1,6 @@
-# Runs examples/packaging/vcpkg/gmis/portfile.cmake as vcpkg would, with the functions that vcpkg gives it written out for
-# this machine: what they do here is what their documentation says, on an installed GLM and without a network.
+# Runs examples/packaging/vcpkg/gmis/portfile.cmake as vcpkg would, with the functions that vcpkg
+# gives it written out for this machine: what they do here is what their documentation says, on an
+# installed GLM and without a network.
 set(port_dir ${GMIS_DIR}/examples/packaging/vcpkg/gmis)
 set(PORT gmis)
 set(CURRENT_PACKAGES_DIR ${WORK_DIR}/package)

@@ -1,6 +1,7 @@
-# A port of gmis for vcpkg. In an overlay: vcpkg install gmis --overlay-ports=examples/packaging/vcpkg
-# Without an address it builds the sources that it lies in. To build a release, put vcpkg_from_github(OUT_SOURCE_PATH
-# SOURCE_PATH REPO … REF v${VERSION} SHA512 …) in place of the first line.
+# A port of gmis for vcpkg. In an overlay: vcpkg install gmis
+# --overlay-ports=examples/packaging/vcpkg Without an address it builds the sources that it lies in.
+# To build a release, put vcpkg_from_github(OUT_SOURCE_PATH SOURCE_PATH REPO … REF v${VERSION}
+# SHA512 …) in place of the first line.
 get_filename_component(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../../../.." ABSOLUTE)
 
 set(VCPKG_BUILD_TYPE release) # headers alone

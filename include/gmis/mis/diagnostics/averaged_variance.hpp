@@ -15,17 +15,18 @@
 
 namespace gmis {
 
-/// A variance averaged over random draws of the indices, with its 99 % confidence interval value ± half_width (normal
-/// approximation).
+/// A variance averaged over random draws of the indices, with its 99 % confidence interval value ±
+/// half_width (normal approximation).
 struct AveragedVariance {
   double value;       ///< the mean over the draws
   double half_width;  ///< of its interval
 };
 
-/// The variance of one round under R2 or N2 for any N: quadrature given the indices, averaged over `draws` ≥ 2 random
-/// draws of them. Costs N (R2: 2N) passes over the nodes a draw. Throws std::invalid_argument for the other schemes, whose
-/// `exact_variance` is cheap for every N, for fewer than two draws, and when the proposals lack full support. Infinite, and so
-/// is its interval, where a variance given the indices is.
+/// The variance of one round under R2 or N2 for any N: quadrature given the indices, averaged over
+/// `draws` ≥ 2 random draws of them. Costs N (R2: 2N) passes over the nodes a draw. Throws
+/// std::invalid_argument for the other schemes, whose `exact_variance` is cheap for every N, for
+/// fewer than two draws, and when the proposals lack full support. Infinite, and so is its
+/// interval, where a variance given the indices is.
 template <UniformSource Source>
 [[nodiscard]] AveragedVariance averaged_variance(Scheme scheme, const TabulatedProblem& problem, std::uint64_t draws,
                                                  Source& source) {

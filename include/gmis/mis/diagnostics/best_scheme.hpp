@@ -21,13 +21,15 @@ struct CostModel {
   double per_sample;   ///< all else about a sample: drawing it, evaluating f, dividing
 };
 
-/// Samples of a problem with all densities at each: what `best_scheme` works out variances from. Everything is kept relative
-/// to the mixture ψ at the sample, so that densities outside the range of double do no harm.
+/// Samples of a problem with all densities at each: what `best_scheme` works out variances from.
+/// Everything is kept relative to the mixture ψ at the sample, so that densities outside the range
+/// of double do no harm.
 class Pilot {
  public:
-  /// Draws `rounds` ≥ 1 rounds, one sample of each proposal a round. The integrand returns a number or a `LogValue`; give it
-  /// the channel, or the mean of the channels, whose variance counts. Throws std::invalid_argument when no sample was usable,
-  /// and for arguments that `estimate` rejects.
+  /// Draws `rounds` ≥ 1 rounds, one sample of each proposal a round. The integrand returns a number
+  /// or a `LogValue`; give it the channel, or the mean of the channels, whose variance counts.
+  /// Throws std::invalid_argument when no sample was usable, and for arguments that `estimate`
+  /// rejects.
   template <class Integrand, class P, class Source>
   Pilot(Integrand&& f, const P& proposals, std::uint64_t rounds, Source&& source)
       : problem_(tabulate(f, proposals, rounds, source, rejected_)) {}
@@ -37,7 +39,8 @@ class Pilot {
   /// The problem, moved out.
   [[nodiscard]] TabulatedProblem problem() && { return std::move(problem_); }
   const TabulatedProblem& problem() const&& = delete;  // it would end with the pilot
-  /// Samples that are not in the problem, or with a value of 0, because f, a density or their ratio was not a usable number.
+  /// Samples that are not in the problem, or with a value of 0, because f, a density or their ratio
+  /// was not a usable number.
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
 
  private:
@@ -84,8 +87,9 @@ class Pilot {
 
     const std::size_t count = values.size();
     const std::vector<double> weights(count, 1.0 / (static_cast<double>(rounds) * static_cast<double>(n)));
-    // Every density is scaled to integrate, over these nodes, to what it is known to: one, or its share of samples that
-    // were made. With that no variance comes out negative, however short the pilot (Cauchy and Schwarz).
+    // Every density is scaled to integrate, over these nodes, to what it is known to: one, or its
+    // share of samples that were made. With that no variance comes out negative, however short the
+    // pilot (Cauchy and Schwarz).
     std::vector<double> by_proposal(n * count);
     for (std::size_t i = 0; i < n; ++i) {
       double sum = 0.0;
@@ -129,8 +133,8 @@ struct SchemeChoice {
   [[nodiscard]] SchemeCandidate chosen() const&& { return candidates[best]; }
 };
 
-/// The sizes of groups that `best_scheme` tries: 2, 3, 4, 6, 8, 12, 16, … below N, each as large as the groups really
-/// become (with N = 4, groups of 3 are groups of 2) and once.
+/// The sizes of groups that `best_scheme` tries: 2, 3, 4, 6, 8, 12, 16, … below N, each as large as
+/// the groups really become (with N = 4, groups of 3 are groups of 2) and once.
 [[nodiscard]] inline std::vector<std::size_t> group_sizes_to_try(std::size_t proposal_count) {
   std::vector<std::size_t> sizes;
   const auto try_size = [&](std::size_t size) {
@@ -146,12 +150,14 @@ struct SchemeChoice {
   return sizes;
 }
 
-/// Every scheme, and the partial mixture for `group_sizes_to_try`, judged by variance × cost on the exact formulas, `problem`
-/// being a table of nodes: of a quadrature rule for the exact answer, of a pilot for an estimate of it. `averaged_draws`
-/// random draws of the indices stand in for the sums over all of them for R2 and N2 where N > 6. One whose variance is not
-/// finite is never better than one whose variance is.
+/// Every scheme, and the partial mixture for `group_sizes_to_try`, judged by variance × cost on the
+/// exact formulas, `problem` being a table of nodes: of a quadrature rule for the exact answer, of
+/// a pilot for an estimate of it. `averaged_draws` random draws of the indices stand in for the
+/// sums over all of them for R2 and N2 where N > 6. One whose variance is not finite is never
+/// better than one whose variance is.
 ///
-/// Throws std::invalid_argument for negative costs, two draws not reached, and when no unbiased scheme has a finite variance.
+/// Throws std::invalid_argument for negative costs, two draws not reached, and when no unbiased
+/// scheme has a finite variance.
 template <UniformSource Source>
 [[nodiscard]] SchemeChoice best_scheme(const TabulatedProblem& problem, const CostModel& costs, Source& source,
                                        std::uint64_t averaged_draws = 32) {
@@ -192,7 +198,8 @@ template <UniformSource Source>
         static_cast<double>(groups.density_evaluations_per_round()));
   }
 
-  // Of two that are level, to rounding, the cheaper one, then the one met first: those without random indices come first.
+  // Of two that are level, to rounding, the cheaper one, then the one met first: those without
+  // random indices come first.
   const auto is_better = [](const SchemeCandidate& a, const SchemeCandidate& b) {
     const bool a_can_serve = a.is_unbiased && a.has_finite_variance(),
                b_can_serve = b.is_unbiased && b.has_finite_variance();

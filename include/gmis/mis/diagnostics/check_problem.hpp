@@ -11,8 +11,8 @@
 
 namespace gmis {
 
-/// How well a quadrature rule fits a problem: exact variances over a rule that cuts a tail off, or has too few points, are
-/// the exact answers to another question.
+/// How well a quadrature rule fits a problem: exact variances over a rule that cuts a tail off, or
+/// has too few points, are the exact answers to another question.
 struct ProblemCheck {
   std::vector<double> density_integrals;  ///< ∫ q_i over the finer rule: one, or the probability that a sample is made
   double integral = 0.0;                  ///< ∫ f by the finer rule
@@ -22,9 +22,10 @@ struct ProblemCheck {
   double end_share_of_mixture = 0.0;      ///< share of ψ there
   bool can_fail = false;                  ///< a `sample` may return nothing, so that ∫ q_i may be below one
 
-  /// The first finding as a sentence; empty when nothing is wrong. `tolerance`: of ∫ q_i from one, and of both changes.
-  /// A share of f at the ends is a finding above `tolerance` where the mixture has less than a hundredth of that share there:
-  /// the range ends where f does not, and the proposals know nothing of it.
+  /// The first finding as a sentence; empty when nothing is wrong. `tolerance`: of ∫ q_i from one,
+  /// and of both changes. A share of f at the ends is a finding above `tolerance` where the mixture
+  /// has less than a hundredth of that share there: the range ends where f does not, and the
+  /// proposals know nothing of it.
   [[nodiscard]] std::string_view finding(double tolerance = 1e-6) const noexcept {
     for (const double mass : density_integrals) {
       if (mass > 1.0 + tolerance) return "a density integrates to more than one: too few nodes, or no density";
@@ -41,8 +42,9 @@ struct ProblemCheck {
   [[nodiscard]] bool passes(double tolerance = 1e-6) const noexcept { return finding(tolerance).empty(); }
 };
 
-/// Compares a rule with a finer one over the same range, and looks for what lies outside the range. f has one channel. Nodes
-/// on the line are taken in their order for the shares at the ends; for other nodes these are 0.
+/// Compares a rule with a finer one over the same range, and looks for what lies outside the range.
+/// f has one channel. Nodes on the line are taken in their order for the shares at the ends; for
+/// other nodes these are 0.
 template <class Integrand, class P, NodeRange Nodes>
 [[nodiscard]] ProblemCheck check_problem(Integrand&& f, const P& proposals, const Nodes& nodes, const Nodes& finer) {
   const TabulatedProblem coarse(f, proposals, nodes), fine(f, proposals, finer);

@@ -11,10 +11,11 @@
 
 namespace gmis {
 
-/// Mean and variance of Σ_k Σ_{i ≤ n_k} h_k(x_ki), x_ki ~ q_k independent: Σ n_k E h_k and Σ n_k Var h_k. Every estimator
-/// that gives proposal k a fixed number of samples and weights each by a function of the sample alone is of this form.
-/// `contribution(k, i)` is h_k at node i, asked for only where q_k > 0. One that is not finite makes the variance infinite
-/// and is left out of the mean.
+/// Mean and variance of Σ_k Σ_{i ≤ n_k} h_k(x_ki), x_ki ~ q_k independent: Σ n_k E h_k and Σ n_k
+/// Var h_k. Every estimator that gives proposal k a fixed number of samples and weights each by a
+/// function of the sample alone is of this form. `contribution(k, i)` is h_k at node i, asked for
+/// only where q_k > 0. One that is not finite makes the variance infinite and is left out of the
+/// mean.
 template <class Contribution>
 [[nodiscard]] ExactMoments moments_of_contributions(const TabulatedProblem& problem, CountsByProposal counts,
                                                     Contribution contribution) {
@@ -30,7 +31,8 @@ template <class Contribution>
       const double value = contribution(k, i);
       if (std::isfinite(value)) mean += problem.weights()[i] * q[i] * value;
     }
-    // About the mean, so that nothing cancels; what is missing of the mass is samples that failed, and contribute zero.
+    // About the mean, so that nothing cancels; what is missing of the mass is samples that failed,
+    // and contribute zero.
     double variance = std::max(0.0, 1.0 - mass) * mean * mean;
     for (std::size_t i = 0; i < problem.node_count(); ++i) {
       if (!(q[i] > 0.0)) continue;
@@ -51,8 +53,9 @@ template <class Contribution>
   return fractions;
 }
 
-/// Mean and variance of one round of N3 with counts, (1/n) Σ f/ψ with ψ = Σ n_k q_k/n:
-/// variance (1/n) ∫ f²/ψ − (1/n²) Σ n_k (∫ f q_k/ψ)². Holds for partial support too (the mean is then that of what ψ covers).
+/// Mean and variance of one round of N3 with counts, (1/n) Σ f/ψ with ψ = Σ n_k q_k/n: variance
+/// (1/n) ∫ f²/ψ − (1/n²) Σ n_k (∫ f q_k/ψ)². Holds for partial support too (the mean is then that
+/// of what ψ covers).
 [[nodiscard]] inline ExactMoments exact_moments(CountsByProposal counts, const TabulatedProblem& problem) {
   const double total = static_cast<double>(checked_total(counts, problem.proposal_count()));
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);
@@ -61,7 +64,8 @@ template <class Contribution>
   return {problem.covered_integral(psi.data()), moments.variance};  // Σ n_k q_k/(n ψ) is one: also where f/ψ overflows
 }
 
-/// Mean and variance of `samples` draws of R3 with fractions α_k: (1/n) (∫ f²/ψ − I²), ψ = Σ α_k q_k.
+/// Mean and variance of `samples` draws of R3 with fractions α_k: (1/n) (∫ f²/ψ − I²), ψ = Σ α_k
+/// q_k.
 [[nodiscard]] inline ExactMoments exact_moments_of_mixture(std::span<const double> fractions, std::size_t samples,
                                                            const TabulatedProblem& problem) {
   require_argument(samples > 0, "a round of no samples: ask for at least one");

@@ -25,18 +25,21 @@ struct Coverage {
   std::optional<X> uncovered_example{};  ///< the first uncovered point
   std::optional<X> partly_uncovered_example{};  ///< the first partly uncovered point
 
-  /// True when no probe speaks against `scheme` being unbiased. Says nothing (true) when no probe met f ≠ 0.
+  /// True when no probe speaks against `scheme` being unbiased. Says nothing (true) when no probe
+  /// met f ≠ 0.
   [[nodiscard]] constexpr bool allows(Scheme scheme) const noexcept {
     return uncovered == 0 && (!needs_full_support(scheme) || partly_uncovered == 0);
   }
 
-  /// True when no probe speaks against the partial mixture of the groups that were checked being unbiased.
+  /// True when no probe speaks against the partial mixture of the groups that were checked being
+  /// unbiased.
   [[nodiscard]] constexpr bool allows_groups() const noexcept { return uncovered == 0 && partly_uncovered == 0; }
 };
 
 namespace detail {
 
-/// Looks at `points`; `judge(is_positive)` returns how many parts of the set cover a point, and of how many.
+/// Looks at `points`; `judge(is_positive)` returns how many parts of the set cover a point, and of
+/// how many.
 template <class Source, class Integrand, class P, class Points, class Judge>
 [[nodiscard]] auto check_coverage(Integrand& f, const P& proposals, const Points& points, Judge&& judge) {
   const auto& set = as_proposal_set<Source>(proposals);
@@ -82,8 +85,9 @@ struct CoveringParts {
 
 }  // namespace detail
 
-/// Looks at `points` for places where f ≠ 0 and all proposals of a group are zero. Ask `allows_groups` of the result.
-/// Throws std::invalid_argument when the groups are those of another number of proposals.
+/// Looks at `points` for places where f ≠ 0 and all proposals of a group are zero. Ask
+/// `allows_groups` of the result. Throws std::invalid_argument when the groups are those of another
+/// number of proposals.
 template <class Source = Philox, class Integrand, class P, std::size_t GroupCapacity, class Points>
 requires(!AnyProposal<Points, Source>)
     [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Groups<GroupCapacity>& groups,
@@ -104,9 +108,9 @@ requires(!AnyProposal<Points, Source>)
   }
 }
 
-/// Looks at `points` for places where f ≠ 0 and the proposals that `allocation` gives samples are zero: those that it leaves
-/// out cover nothing. Throws std::invalid_argument when the allocation is for another number of proposals, or leaves one
-/// of positive weight without a sample.
+/// Looks at `points` for places where f ≠ 0 and the proposals that `allocation` gives samples are
+/// zero: those that it leaves out cover nothing. Throws std::invalid_argument when the allocation
+/// is for another number of proposals, or leaves one of positive weight without a sample.
 template <class Source = Philox, class Integrand, class P, std::floating_point T, std::size_t Capacity, class Points>
 requires(!AnyProposal<Points, Source>)
     [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals,
@@ -128,9 +132,10 @@ requires(!AnyProposal<Points, Source>)
   }
 }
 
-/// Looks at `points` (any range of samples: a grid, draws of a broad proposal) for places where f ≠ 0 and proposals are
-/// zero. No estimator can notice these by itself, since its samples only fall where some proposal is positive.
-/// A test by sampling: it can find a hole, not prove that there is none.
+/// Looks at `points` (any range of samples: a grid, draws of a broad proposal) for places where f ≠
+/// 0 and proposals are zero. No estimator can notice these by itself, since its samples only fall
+/// where some proposal is positive. A test by sampling: it can find a hole, not prove that there is
+/// none.
 template <class Source = Philox, class Integrand, class P, class Points>
 requires(!AnyProposal<Points, Source>)
     [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Points& points) {
@@ -162,7 +167,8 @@ requires AnyProposal<Probe, Source>
   return points;
 }
 
-/// The same with `count` samples of `probe`, a proposal that covers everything where f might not be zero.
+/// The same with `count` samples of `probe`, a proposal that covers everything where f might not be
+/// zero.
 template <class Integrand, class P, class Probe, UniformSource Source>
 requires AnyProposal<Probe, Source>
 [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Probe& probe, std::uint64_t count,

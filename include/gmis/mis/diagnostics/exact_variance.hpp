@@ -17,11 +17,12 @@
 
 namespace gmis {
 
-/// The largest N for which R2 (over multisets) and N2 (over subsets) are summed exactly with one sample of each proposal: a
-/// second of work or less at a thousand nodes.
+/// The largest N for which R2 (over multisets) and N2 (over subsets) are summed exactly with one
+/// sample of each proposal: a second of work or less at a thousand nodes.
 inline constexpr std::size_t max_exact_r2 = 10;
 inline constexpr std::size_t max_exact_n2 = 16;
-/// The largest number of multisets, or of sub-multisets, that are summed for R2 and N2 with a sample allocation.
+/// The largest number of multisets, or of sub-multisets, that are summed for R2 and N2 with a
+/// sample allocation.
 inline constexpr double max_exact_terms = 100'000;
 
 /// Mean and variance of the estimate of one round.
@@ -35,15 +36,17 @@ struct ExactMoments {
 
 namespace detail {
 
-/// `first` − `second`, a second moment less what is no noise. Where ∫ f²/φ leaves the range of double (φ so small that it
-/// underflows, f not zero) the first is infinite, or the second the NaN that comes of it, and the variance is infinite.
+/// `first` − `second`, a second moment less what is no noise. Where ∫ f²/φ leaves the range of
+/// double (φ so small that it underflows, f not zero) the first is infinite, or the second the NaN
+/// that comes of it, and the variance is infinite.
 [[nodiscard]] inline double variance_from(double first, double second) noexcept {
   const double difference = first - second;
   return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
 }
 
-/// Mean and variance of a round whose indices are given, φ being the same for all its samples: `count_of(i)` samples of
-/// proposal i, n in all. `divided` is what `TabulatedProblem::divide` wrote for φ.
+/// Mean and variance of a round whose indices are given, φ being the same for all its samples:
+/// `count_of(i)` samples of proposal i, n in all. `divided` is what `TabulatedProblem::divide`
+/// wrote for φ.
 template <class CountOf>
 [[nodiscard]] double conditional_variance(const TabulatedProblem& problem, const double* divided, double n,
                                           CountOf count_of) {
@@ -57,8 +60,8 @@ template <class CountOf>
   return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
 }
 
-/// Sums over all multisets of n indices drawn with probabilities α_i, proposal by proposal; the densities of a common
-/// beginning are added up once.
+/// Sums over all multisets of n indices drawn with probabilities α_i, proposal by proposal; the
+/// densities of a common beginning are added up once.
 class MultisetSum {
  public:
   MultisetSum(const TabulatedProblem& problem, std::vector<double> probabilities, std::size_t samples)
@@ -115,9 +118,9 @@ class MultisetSum {
   double squared_mean_ = 0.0;
 };
 
-/// Sums over all non-empty multisets of proposals that are still undrawn, c_i ≤ n_i of proposal i. A sample at a uniform place
-/// in the order of n = Σ n_i meets all sizes r equally often, and a multiset of size r with the probability
-/// Π binomial(n_i, c_i)/binomial(n, r).
+/// Sums over all non-empty multisets of proposals that are still undrawn, c_i ≤ n_i of proposal i.
+/// A sample at a uniform place in the order of n = Σ n_i meets all sizes r equally often, and a
+/// multiset of size r with the probability Π binomial(n_i, c_i)/binomial(n, r).
 class SubsetSum {
  public:
   SubsetSum(const TabulatedProblem& problem, std::vector<std::uint32_t> counts)
@@ -131,7 +134,8 @@ class SubsetSum {
   [[nodiscard]] double second_moment() const noexcept { return second_moment_; }
 
  private:
-  // Level `size` of the partial sums holds the densities of the `size` slots included so far, chosen in one of `ways` ways.
+  // Level `size` of the partial sums holds the densities of the `size` slots included so far,
+  // chosen in one of `ways` ways.
   void visit(std::size_t i, std::size_t size, double ways) {
     if (i == counts_.size()) {
       if (size > 0) add(size, ways);
@@ -174,11 +178,13 @@ class SubsetSum {
 
 }  // namespace detail
 
-/// Mean and variance of one round of N samples under `scheme` (R rounds divide the variance by R), one sample of each; for
-/// counts n_i with S2 or S3, repeat proposal i in the problem n_i times. Holds for partial support too, except that the
-/// variance of N2 needs full support (its draws are correlated otherwise).
+/// Mean and variance of one round of N samples under `scheme` (R rounds divide the variance by R),
+/// one sample of each; for counts n_i with S2 or S3, repeat proposal i in the problem n_i times.
+/// Holds for partial support too, except that the variance of N2 needs full support (its draws are
+/// correlated otherwise).
 ///
-/// Throws std::invalid_argument for R2 with N > max_exact_r2, N2 with N > max_exact_n2, and N2 with partial support.
+/// Throws std::invalid_argument for R2 with N > max_exact_r2, N2 with N > max_exact_n2, and N2 with
+/// partial support.
 [[nodiscard]] inline ExactMoments exact_moments(Scheme scheme, const TabulatedProblem& problem) {
   require_enumerator(scheme);
   const double n = static_cast<double>(problem.proposal_count());
@@ -186,7 +192,8 @@ class SubsetSum {
   switch (scheme) {
     case Scheme::R1:
     case Scheme::N1: {
-      // (1/N²) Σ_i ∫ f²/q_i, less what the indices make no noise in: I²/N at random, (1/N²) Σ_i I_i² one by one.
+      // (1/N²) Σ_i ∫ f²/q_i, less what the indices make no noise in: I²/N at random, (1/N²) Σ_i
+      // I_i² one by one.
       double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
       for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
         problem.divide(1.0, problem.densities(i), divided.data());
@@ -207,8 +214,9 @@ class SubsetSum {
       require_argument(problem.proposal_count() <= max_exact_n2,
                        "too many proposals for an exact N2: use averaged_variance");
       require_argument(problem.has_full_support(), "the exact variance of N2 needs full support");
-      // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is subtracted.
-      // The printed form leaves out a part of the noise, see docs/paper-corrections.md [Elvira, corrected].
+      // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is
+      // subtracted. The printed form leaves out a part of the noise, see docs/paper-corrections.md
+      // [Elvira, corrected].
       const detail::SubsetSum sum(problem, std::vector<std::uint32_t>(problem.proposal_count(), 1));
       return {sum.mean(), detail::variance_from(sum.second_moment() / n, sum.mean() * sum.mean() / n)};
     }
@@ -224,8 +232,8 @@ class SubsetSum {
   return {mean, detail::conditional_variance(problem, divided.data(), n, [](auto) { return 1.0; })};
 }
 
-/// What `scheme` converges to: ∫ f when the proposals cover f as it needs, else less. Also for N2 with partial support.
-/// Throws std::invalid_argument as `exact_moments` does for its N.
+/// What `scheme` converges to: ∫ f when the proposals cover f as it needs, else less. Also for N2
+/// with partial support. Throws std::invalid_argument as `exact_moments` does for its N.
 [[nodiscard]] inline double exact_mean(Scheme scheme, const TabulatedProblem& problem) {
   if (scheme != Scheme::N2) return exact_moments(scheme, problem).mean;
   require_argument(problem.proposal_count() <= max_exact_n2, "too many proposals for an exact N2");
@@ -237,11 +245,12 @@ class SubsetSum {
   return exact_moments(scheme, problem).variance;
 }
 
-/// Mean and variance of one round under `scheme` with a sample allocation: n = Σ n_i samples, drawn with the probabilities
-/// α_i by R1, R2 and R3, n_i of proposal i by N1, N2 and N3. Holds for partial support too, except for N2.
+/// Mean and variance of one round under `scheme` with a sample allocation: n = Σ n_i samples, drawn
+/// with the probabilities α_i by R1, R2 and R3, n_i of proposal i by N1, N2 and N3. Holds for
+/// partial support too, except for N2.
 ///
-/// Throws std::invalid_argument for an allocation that does not fit, for R2 and N2 with more than `max_exact_terms` terms, and
-/// for N2 where a proposal that has samples does not cover f.
+/// Throws std::invalid_argument for an allocation that does not fit, for R2 and N2 with more than
+/// `max_exact_terms` terms, and for N2 where a proposal that has samples does not cover f.
 template <std::floating_point T, std::size_t Capacity>
 [[nodiscard]] ExactMoments exact_moments(Scheme scheme, const SampleAllocation<T, Capacity>& allocation,
                                          const TabulatedProblem& problem) {

@@ -31,9 +31,9 @@ concept NodeRange = requires(const R& nodes) {
   { std::begin(nodes)->weight } -> std::convertible_to<double>;
 };
 
-/// The Gauss–Legendre rule with `count` points on [−1, 1], exact for polynomials of degree 2 count − 1. The nodes are the
-/// roots of the Legendre polynomial, by Newton's method from the asymptotic formula (Abramowitz, Stegun 22.16.6). Throws
-/// std::invalid_argument for no points.
+/// The Gauss–Legendre rule with `count` points on [−1, 1], exact for polynomials of degree 2 count
+/// − 1. The nodes are the roots of the Legendre polynomial, by Newton's method from the asymptotic
+/// formula (Abramowitz, Stegun 22.16.6). Throws std::invalid_argument for no points.
 [[nodiscard]] inline std::vector<QuadratureNode> gauss_legendre(std::size_t count) {
   require_argument(count > 0, "a quadrature rule of no points: ask for at least one");
   constexpr double pi = 3.14159265358979323846;
@@ -61,10 +61,10 @@ concept NodeRange = requires(const R& nodes) {
   return nodes;
 }
 
-/// A composite Gauss–Legendre rule over the intervals between consecutive `breakpoints` (ascending: the ends of the
-/// domain, and every place where an integrand or a density jumps), each cut into `panels` equal parts of `order` points.
-/// Throws std::invalid_argument for fewer than two breakpoints, for some that are not finite and ascending, for no panels
-/// and for no points.
+/// A composite Gauss–Legendre rule over the intervals between consecutive `breakpoints` (ascending:
+/// the ends of the domain, and every place where an integrand or a density jumps), each cut into
+/// `panels` equal parts of `order` points. Throws std::invalid_argument for fewer than two
+/// breakpoints, for some that are not finite and ascending, for no panels and for no points.
 [[nodiscard]] inline std::vector<QuadratureNode> composite_gauss_legendre(std::span<const double> breakpoints,
                                                                           std::size_t panels, std::size_t order = 16) {
   require_argument(breakpoints.size() >= 2, "a quadrature rule needs at least two breakpoints: the ends of the domain");
@@ -86,11 +86,12 @@ concept NodeRange = requires(const R& nodes) {
   return nodes;
 }
 
-/// A rule over the whole line, by the map x = centre + scale tan(π t/2) of a composite Gauss–Legendre rule in t on (−1, 1):
-/// densities with tails down to 1/x² become smooth bounded functions of t. `scale` is the width of what is integrated.
-/// `breakpoints`: places, ascending, where an integrand or a density jumps. Between two of them, and outside, lie `panels`
-/// equal parts in t of `order` points. Throws std::invalid_argument for a scale that is not positive and finite, and as
-/// `composite_gauss_legendre` does.
+/// A rule over the whole line, by the map x = centre + scale tan(π t/2) of a composite
+/// Gauss–Legendre rule in t on (−1, 1): densities with tails down to 1/x² become smooth bounded
+/// functions of t. `scale` is the width of what is integrated. `breakpoints`: places, ascending,
+/// where an integrand or a density jumps. Between two of them, and outside, lie `panels` equal
+/// parts in t of `order` points. Throws std::invalid_argument for a scale that is not positive and
+/// finite, and as `composite_gauss_legendre` does.
 [[nodiscard]] inline std::vector<QuadratureNode> gauss_legendre_over_line(double centre, double scale,
                                                                           std::size_t panels,
                                                                           std::span<const double> breakpoints = {},

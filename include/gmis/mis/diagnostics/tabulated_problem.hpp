@@ -30,12 +30,13 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// A problem tabulated at the points of a quadrature rule: on the line, or in any space that a rule covers.
+/// A problem tabulated at the points of a quadrature rule: on the line, or in any space that a rule
+/// covers.
 class TabulatedProblem {
  public:
-  /// `f(x)` and the densities of `proposals` at every node, a range of `NodeAt`. f has one channel; `tabulate_channels` is for
-  /// more. Throws std::invalid_argument when there are no nodes or no proposals, a value is not finite, or a density is
-  /// negative.
+  /// `f(x)` and the densities of `proposals` at every node, a range of `NodeAt`. f has one channel;
+  /// `tabulate_channels` is for more. Throws std::invalid_argument when there are no nodes or no
+  /// proposals, a value is not finite, or a density is negative.
   template <class Integrand, class P, NodeRange Nodes>
   TabulatedProblem(Integrand&& f, const P& proposals, const Nodes& nodes) {
     if constexpr (detail::explain_arguments<Integrand, P, Philox>()) {
@@ -48,9 +49,10 @@ class TabulatedProblem {
     }
   }
 
-  /// From values at nodes that are given: `f` and the `weights` of the nodes, and the densities, all of proposal 0 first.
-  /// Throws std::invalid_argument when there are none, the sizes do not fit (densities.size() is a multiple of f.size()), a
-  /// value is not finite, or a density is negative.
+  /// From values at nodes that are given: `f` and the `weights` of the nodes, and the densities,
+  /// all of proposal 0 first. Throws std::invalid_argument when there are none, the sizes do not
+  /// fit (densities.size() is a multiple of f.size()), a value is not finite, or a density is
+  /// negative.
   TabulatedProblem(std::vector<double> f, std::span<const double> weights, std::vector<double> densities)
       : node_count_(f.size()),
         weighted_f_(f.size()),
@@ -106,14 +108,16 @@ class TabulatedProblem {
     return true;
   }
 
-  /// Adds `times` q_i at all nodes: `sum[node] = base[node] + times · q_i(x_i)`. `sum` may be `base`.
+  /// Adds `times` q_i at all nodes: `sum[node] = base[node] + times · q_i(x_i)`. `sum` may be
+  /// `base`.
   void add_density(std::size_t i, double times, const double* base, double* sum) const noexcept {
     const double* const q = densities(i);
     for (std::size_t node = 0; node < node_count_; ++node) sum[node] = base[node] + times * q[node];
   }
 
-  /// Writes (quadrature weight) · f · scale / denominator to `out`, zero where the denominator is zero. Divides first: a
-  /// scale over a denormal density is infinite, and 0 times that is not a number. Infinite where the quotient itself is.
+  /// Writes (quadrature weight) · f · scale / denominator to `out`, zero where the denominator is
+  /// zero. Divides first: a scale over a denormal density is infinite, and 0 times that is not a
+  /// number. Infinite where the quotient itself is.
   void divide(double scale, const double* denominator, double* out) const noexcept {
     for (std::size_t node = 0; node < node_count_; ++node) {
       const double safe = denominator[node] > 0.0 ? denominator[node] : 1.0;
@@ -169,7 +173,8 @@ class TabulatedProblem {
     return density;
   }
 
-  // In eight partial sums: that much faster than one, and rounding errors grow that much more slowly.
+  // In eight partial sums: that much faster than one, and rounding errors grow that much more
+  // slowly.
   [[nodiscard]] double dot(const double* a, const double* b) const noexcept {
     double lanes[8] = {};
     std::size_t node = 0;
@@ -203,7 +208,8 @@ class TabulatedProblem {
   std::vector<double> weights_;
 };
 
-/// One problem for each channel of f: exact variances per channel. The densities are evaluated once a channel.
+/// One problem for each channel of f: exact variances per channel. The densities are evaluated once
+/// a channel.
 template <class Integrand, class P, NodeRange Nodes>
 [[nodiscard]] std::vector<TabulatedProblem> tabulate_channels(Integrand&& f, const P& proposals, const Nodes& nodes) {
   std::vector<TabulatedProblem> problems;
@@ -218,9 +224,9 @@ template <class Integrand, class P, NodeRange Nodes>
   return problems;
 }
 
-/// ψ = Σ α_k q_k at all nodes, positive wherever some α_k q_k is: a product below the range of double counts as the
-/// smallest number. Throws std::invalid_argument unless there is one fraction α_k ≥ 0 for each proposal and they sum to
-/// one within 1e-6.
+/// ψ = Σ α_k q_k at all nodes, positive wherever some α_k q_k is: a product below the range of
+/// double counts as the smallest number. Throws std::invalid_argument unless there is one fraction
+/// α_k ≥ 0 for each proposal and they sum to one within 1e-6.
 [[nodiscard]] inline std::vector<double> mixture_of(std::span<const double> fractions,
                                                     const TabulatedProblem& problem) {
   require_argument(fractions.size() == problem.proposal_count(), "give one fraction for each proposal");

@@ -15,7 +15,8 @@
 
 namespace gmis {
 
-/// What adaptive MIS returns: the estimate, every sample with its final weight, and every proposal that was used.
+/// What adaptive MIS returns: the estimate, every sample with its final weight, and every proposal
+/// that was used.
 template <class P, class X = ValueOf<P>>
 struct AdaptiveEstimate {
   double mean = 0.0;  ///< of ∫ f
@@ -29,14 +30,15 @@ struct AdaptiveEstimate {
   Rejected rejected{};                    ///< samples that count as zero, by cause
 };
 
-/// Adaptive multiple importance sampling [Cornuet, Marin, Mira, Robert 2012]: iteration t draws `samples_each` samples of a
-/// proposal fitted to all samples before it, and *all* samples, old ones too, are weighted anew by the mixture of the proposals
-/// so far. `fit(samples, weights)` returns the next proposal from spans of the samples and of |weights|; weights are not
-/// normalised and may all be zero. For T iterations T² n densities.
+/// Adaptive multiple importance sampling [Cornuet, Marin, Mira, Robert 2012]: iteration t draws
+/// `samples_each` samples of a proposal fitted to all samples before it, and *all* samples, old
+/// ones too, are weighted anew by the mixture of the proposals so far. `fit(samples, weights)`
+/// returns the next proposal from spans of the samples and of |weights|; weights are not normalised
+/// and may all be zero. For T iterations T² n densities.
 ///
-/// Not unbiased: old samples are divided by proposals that were fitted to them. The bias is of the order 1/n and the standard
-/// deviation of a run of the order 1/√n; with a `fit` that ignores its arguments there is no bias. Keep the fitted tails
-/// wider than those of f. f returns one number.
+/// Not unbiased: old samples are divided by proposals that were fitted to them. The bias is of the
+/// order 1/n and the standard deviation of a run of the order 1/√n; with a `fit` that ignores its
+/// arguments there is no bias. Keep the fitted tails wider than those of f. f returns one number.
 template <class Integrand, class P, class Fit, UniformSource Source>
 requires AnyProposal<P, Source> && HasPdf<P, ValueOf<P, Source>>
 [[nodiscard]] AdaptiveEstimate<P, ValueOf<P, Source>> estimate_adaptive(Integrand&& f, const P& first,

@@ -11,13 +11,16 @@
 
 namespace gmis {
 
-/// A partition of the proposals into groups of `group_size` (sizes that differ by at most one, as `Groups` has them) that
-/// makes the variance of the partial deterministic mixture small at the same cost [Elvira, Martino, Luengo, Bugallo:
-/// Heretical multiple importance sampling, 2016]: from the better of strided and consecutive groups, pairs of proposals
-/// change places as long as that gains. A local minimum. The partition is chosen before the samples that use it are drawn, from
-/// a quadrature rule or a `Pilot`, so that estimates stay unbiased; a partition chosen by the samples themselves would bias.
+/// A partition of the proposals into groups of `group_size` (sizes that differ by at most one, as
+/// `Groups` has them) that makes the variance of the partial deterministic mixture small at the
+/// same cost [Elvira, Martino, Luengo, Bugallo: Heretical multiple importance sampling, 2016]: from
+/// the better of strided and consecutive groups, pairs of proposals change places as long as that
+/// gains. A local minimum. The partition is chosen before the samples that use it are drawn, from a
+/// quadrature rule or a `Pilot`, so that estimates stay unbiased; a partition chosen by the samples
+/// themselves would bias.
 ///
-/// Groups that do not cover f are left out. Throws std::invalid_argument when none of the two starts covers f.
+/// Groups that do not cover f are left out. Throws std::invalid_argument when none of the two
+/// starts covers f.
 [[nodiscard]] inline Groups<> best_groups(const TabulatedProblem& problem, std::size_t group_size) {
   const std::size_t n = problem.proposal_count();
   if (group_size == 0 || group_size > n) reject_argument("the group size must lie between 1 and N");

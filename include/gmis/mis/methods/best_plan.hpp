@@ -9,8 +9,8 @@
 
 namespace gmis {
 
-/// A way to draw rounds, with what the pilot says of it: a candidate of `best_scheme` (one sample of each proposal), or N3
-/// or R3 with a sample allocation.
+/// A way to draw rounds, with what the pilot says of it: a candidate of `best_scheme` (one sample
+/// of each proposal), or N3 or R3 with a sample allocation.
 struct PlanCandidate {
   SchemeCandidate round;                ///< scheme, group size, variance, cost of one round
   std::vector<std::uint32_t> counts{};  ///< n_k of N3; empty: one sample of each proposal
@@ -28,8 +28,9 @@ struct PlanChoice {
   [[nodiscard]] PlanCandidate chosen() const&& { return candidates[best]; }
 };
 
-/// Scheme, group size P and sample allocation from one pilot (or one quadrature rule), by variance × cost. The allocations
-/// have `samples` samples a round; a proposal without samples costs no density evaluations.
+/// Scheme, group size P and sample allocation from one pilot (or one quadrature rule), by variance
+/// × cost. The allocations have `samples` samples a round; a proposal without samples costs no
+/// density evaluations.
 template <UniformSource Source>
 [[nodiscard]] PlanChoice best_plan(const TabulatedProblem& problem, const CostModel& costs, std::size_t samples,
                                    Source& source, std::uint64_t averaged_draws = 32) {

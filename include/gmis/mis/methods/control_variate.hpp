@@ -15,8 +15,9 @@
 #include "gmis/mis/round_moments.hpp"
 
 /// \file
-/// The densities of the proposals as control variates of a mixture [Owen, Zhou: Safe and effective importance sampling,
-/// 2000]: Σ β_k + (1/n) Σ (f − Σ β_k q_k)/ψ estimates ∫ f for every β, since ∫ q_k = 1. Costs no evaluation more than N3.
+/// The densities of the proposals as control variates of a mixture [Owen, Zhou: Safe and effective
+/// importance sampling, 2000]: Σ β_k + (1/n) Σ (f − Σ β_k q_k)/ψ estimates ∫ f for every β, since ∫
+/// q_k = 1. Costs no evaluation more than N3.
 
 namespace gmis {
 
@@ -70,7 +71,8 @@ class ControlFit {
   std::vector<double> right_side_;
 };
 
-/// True for a set whose `sample` may return nothing. Its densities integrate to less than one, and are no control variates.
+/// True for a set whose `sample` may return nothing. Its densities integrate to less than one, and
+/// are no control variates.
 template <class Set, class Source = Philox>
 inline constexpr bool set_can_fail = SampleResult<
     std::remove_cvref_t<decltype(std::declval<const Set&>().sample(std::size_t{}, std::declval<Source&>()))>>::can_fail;
@@ -82,10 +84,11 @@ inline void require_coefficients(std::span<const double> coefficients) {
 }
 }  // namespace detail
 
-/// Estimates ∫ f with `rounds` ≥ 1 rounds of N3 with counts and control variates of given `coefficients` (N for each
-/// channel, channel by channel), from a `ControlFit` of an earlier run or from `control_coefficients`. Unbiased for all
-/// coefficients when ψ > 0 wherever f or a proposal with β_k ≠ 0 is not zero. Proposals must not fail. Throws
-/// std::invalid_argument for a coefficient that is not finite.
+/// Estimates ∫ f with `rounds` ≥ 1 rounds of N3 with counts and control variates of given
+/// `coefficients` (N for each channel, channel by channel), from a `ControlFit` of an earlier run
+/// or from `control_coefficients`. Unbiased for all coefficients when ψ > 0 wherever f or a
+/// proposal with β_k ≠ 0 is not zero. Proposals must not fail. Throws std::invalid_argument for a
+/// coefficient that is not finite.
 template <class Integrand, class P, class Source>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_controlled(Integrand&& f, const P& proposals, CountsByProposal counts,
@@ -126,7 +129,8 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   return moments.result();
 }
 
-/// The best coefficients for a tabulated problem (a quadrature rule, or a pilot): Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ.
+/// The best coefficients for a tabulated problem (a quadrature rule, or a pilot): Σ_k β_k ∫ q_i
+/// q_k/ψ = ∫ f q_i/ψ.
 [[nodiscard]] inline std::vector<double> control_coefficients(CountsByProposal counts,
                                                               const TabulatedProblem& problem) {
   const std::size_t n = problem.proposal_count();
@@ -143,8 +147,8 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   return solve_semidefinite(matrix, right_side);
 }
 
-/// Mean and variance of one round of `estimate_controlled`: those of N3 with counts for f − Σ β_k q_k, the mean moved by
-/// Σ β_k.
+/// Mean and variance of one round of `estimate_controlled`: those of N3 with counts for f − Σ β_k
+/// q_k, the mean moved by Σ β_k.
 [[nodiscard]] inline ExactMoments exact_moments_controlled(CountsByProposal counts,
                                                            std::span<const double> coefficients,
                                                            const TabulatedProblem& problem) {

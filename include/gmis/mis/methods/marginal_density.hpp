@@ -8,16 +8,18 @@
 
 namespace gmis {
 
-/// An unbiased estimate of 1/q(x), q(x) = ∫ q(x | t) p(t) dt being the marginal density of a family, by the number of trials
-/// to the first success [Booth 2007]: a technique t is drawn and accepted with probability q(x | t)/B; the trials K are
-/// geometric, and E[K/B] = 1/q(x). (1/q̂ of an unbiased q̂ is biased: E[1/q̂] > 1/q.)
+/// An unbiased estimate of 1/q(x), q(x) = ∫ q(x | t) p(t) dt being the marginal density of a
+/// family, by the number of trials to the first success [Booth 2007]: a technique t is drawn and
+/// accepted with probability q(x | t)/B; the trials K are geometric, and E[K/B] = 1/q(x). (1/q̂ of
+/// an unbiased q̂ is biased: E[1/q̂] > 1/q.)
 struct InverseDensity {
   double value;          ///< K/B; 0 when `max_trials` were not enough
   std::uint64_t trials;  ///< K: also the densities evaluated
 };
 
-/// `bound`: B ≥ q(x | t) for all t; a density above it throws std::invalid_argument, since the estimate would be wrong. The
-/// mean of K is B/q(x). `max_trials` ends the search; a probability of (1 − q/B)^max_trials of the estimate is then lost.
+/// `bound`: B ≥ q(x | t) for all t; a density above it throws std::invalid_argument, since the
+/// estimate would be wrong. The mean of K is B/q(x). `max_trials` ends the search; a probability of
+/// (1 − q/B)^max_trials of the estimate is then lost.
 template <class Family, class X, UniformSource Source>
 requires TechniqueFamily<Family, Source>
 [[nodiscard]] InverseDensity inverse_marginal_density(const Family& family, const X& x, double bound, Source& source,
@@ -31,9 +33,10 @@ requires TechniqueFamily<Family, Source>
   return {0.0, max_trials};
 }
 
-/// Estimates ∫ f with samples of the family, each weighted by an unbiased estimate of 1/q(x); the marginal is not needed.
-/// Variance of one sample: ∫ f² (2 − q/B)/q − I², so at most twice the second moment of continuous MIS, for B/q densities a
-/// sample. Unbiased when q > 0 wherever f ≠ 0 (but for `max_trials`).
+/// Estimates ∫ f with samples of the family, each weighted by an unbiased estimate of 1/q(x); the
+/// marginal is not needed. Variance of one sample: ∫ f² (2 − q/B)/q − I², so at most twice the
+/// second moment of continuous MIS, for B/q densities a sample. Unbiased when q > 0 wherever f ≠ 0
+/// (but for `max_trials`).
 template <class Integrand, class Family, UniformSource Source>
 requires TechniqueFamily<Family, Source>
 [[nodiscard]] auto estimate_marginal(Integrand&& f, const Family& family, double bound, std::size_t samples,

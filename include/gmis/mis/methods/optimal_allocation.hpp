@@ -12,8 +12,9 @@
 #include "gmis/mis/diagnostics/counted_variance.hpp"
 
 /// \file
-/// Sample allocation by variance and cost: fractions α_k for R3, counts n_k for N3, from a table of nodes, which is a
-/// quadrature rule or a `Pilot`. A cost is that of one sample of proposal k, all its density evaluations included.
+/// Sample allocation by variance and cost: fractions α_k for R3, counts n_k for N3, from a table of
+/// nodes, which is a quadrature rule or a `Pilot`. A cost is that of one sample of proposal k, all
+/// its density evaluations included.
 
 namespace gmis {
 
@@ -28,14 +29,15 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
 }
 }  // namespace detail
 
-/// Fractions α_k ≥ `least` that minimise (∫ f²/ψ − I²) Σ α_k c_k, ψ = Σ α_k q_k: the variance of R3 times its cost. For
-/// equal costs the problem is convex [He, Owen: Optimal mixture weights in multiple importance sampling, 2014], and the
-/// answer is the minimum; for others it is a stationary point. No step makes the objective larger: ∫ f²/ψ is at most
-/// Σ_k (α_k²/α'_k) ∫ f² q_k/ψ² for new fractions α', and that bound has its least value in closed form.
+/// Fractions α_k ≥ `least` that minimise (∫ f²/ψ − I²) Σ α_k c_k, ψ = Σ α_k q_k: the variance of R3
+/// times its cost. For equal costs the problem is convex [He, Owen: Optimal mixture weights in
+/// multiple importance sampling, 2014], and the answer is the minimum; for others it is a
+/// stationary point. No step makes the objective larger: ∫ f²/ψ is at most Σ_k (α_k²/α'_k) ∫ f²
+/// q_k/ψ² for new fractions α', and that bound has its least value in closed form.
 ///
-/// `least` > 0 (at most 1/N) keeps every proposal in the mixture: a defence against what a pilot has not met. `costs` are
-/// positive; none means equal costs. The proposals must cover f together. `tolerance`: how far the objective may be above its
-/// minimum, relative to it.
+/// `least` > 0 (at most 1/N) keeps every proposal in the mixture: a defence against what a pilot
+/// has not met. `costs` are positive; none means equal costs. The proposals must cover f together.
+/// `tolerance`: how far the objective may be above its minimum, relative to it.
 [[nodiscard]] inline std::vector<double> optimal_fractions(const TabulatedProblem& problem,
                                                            std::span<const double> costs = {}, double least = 0.0,
                                                            double tolerance = 1e-6) {
@@ -63,8 +65,9 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
     const double variance = second - integral * integral;
     if (!(variance > 1e-14 * second)) break;  // f is proportional to ψ
 
-    // The logarithm of the objective falls at the rate b_k/V − c_k/C as α_k grows: it can gain no more (for equal costs, by
-    // convexity; for others to first order) than on the way to the best corner.
+    // The logarithm of the objective falls at the rate b_k/V − c_k/C as α_k grows: it can gain no
+    // more (for equal costs, by convexity; for others to first order) than on the way to the best
+    // corner.
     double steepest = -std::numeric_limits<double>::infinity(), everywhere = 0.0, here = 0.0;
     for (std::size_t k = 0; k < n; ++k) {
       const double slope = bound[k] / variance - detail::cost_of(costs, k) / cost;
@@ -74,7 +77,8 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
     }
     if ((1.0 - least * static_cast<double>(n)) * steepest + least * everywhere - here < tolerance) break;
 
-    // Minimise Σ α² b_k/(α' V) + Σ α' c_k/C over Σ α' = 1: α'_k = α_k sqrt(b_k/V/(c_k/C + μ)), μ by bisection.
+    // Minimise Σ α² b_k/(α' V) + Σ α' c_k/C over Σ α' = 1: α'_k = α_k sqrt(b_k/V/(c_k/C + μ)), μ by
+    // bisection.
     double lowest = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < n; ++k) lowest = std::min(lowest, detail::cost_of(costs, k) / cost);
     const auto sum_for = [&](double mu, bool write) {
@@ -99,9 +103,10 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
   return fractions;
 }
 
-/// A rule without iterations: α_k in proportion to 1/(c_k V_k), V_k = ∫ f²/q_k − I² being the variance of proposal k alone
-/// [Sbert, Havran, Szirmay-Kalos 2016, 2018]. Proposals that do not cover f alone get nothing (a tail that no node shows
-/// counts as covered), so that a defensive part should be mixed in.
+/// A rule without iterations: α_k in proportion to 1/(c_k V_k), V_k = ∫ f²/q_k − I² being the
+/// variance of proposal k alone [Sbert, Havran, Szirmay-Kalos 2016, 2018]. Proposals that do not
+/// cover f alone get nothing (a tail that no node shows counts as covered), so that a defensive
+/// part should be mixed in.
 [[nodiscard]] inline std::vector<double> inverse_variance_fractions(const TabulatedProblem& problem,
                                                                     std::span<const double> costs = {}) {
   const std::size_t n = problem.proposal_count();
@@ -127,10 +132,11 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
   return fractions;
 }
 
-/// Counts n_k, `total` in all, that make variance × cost of N3 small, by the exact variance: from the best of the rounded
-/// `optimal_fractions` and equal counts, samples move from one proposal to another as long as that gains. Counts that
-/// leave a part of f uncovered are not considered. A local minimum. Throws std::invalid_argument when there are none (a
-/// total below the number of proposals that it takes to cover f).
+/// Counts n_k, `total` in all, that make variance × cost of N3 small, by the exact variance: from
+/// the best of the rounded `optimal_fractions` and equal counts, samples move from one proposal to
+/// another as long as that gains. Counts that leave a part of f uncovered are not considered. A
+/// local minimum. Throws std::invalid_argument when there are none (a total below the number of
+/// proposals that it takes to cover f).
 [[nodiscard]] inline std::vector<std::uint32_t> optimal_counts(const TabulatedProblem& problem, std::size_t total,
                                                                std::span<const double> costs = {}) {
   const std::size_t n = problem.proposal_count();

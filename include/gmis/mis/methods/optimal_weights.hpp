@@ -8,16 +8,18 @@
 #include "gmis/mis/methods/control_variate.hpp"
 
 /// \file
-/// Optimal weights [Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek, Křivánek: Optimal multiple importance sampling,
-/// 2019]. The estimator with weights free to be negative and to depend on f has the least variance with control variates
-/// Σ β_k q_k that solve Σ_k β_k ∫ q_i q_k/ψ = ∫ f q_i/ψ: their α is this β, their technique matrix and contribution vector
-/// the two sides over n (ψ = Σ n q/n). Nothing but N3's evaluations is needed, and the variance is zero where f is a
+/// Optimal weights [Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek, Křivánek: Optimal multiple
+/// importance sampling, 2019]. The estimator with weights free to be negative and to depend on f
+/// has the least variance with control variates Σ β_k q_k that solve Σ_k β_k ∫ q_i q_k/ψ = ∫ f
+/// q_i/ψ: their α is this β, their technique matrix and contribution vector the two sides over n
+/// (ψ = Σ n q/n). Nothing but N3's evaluations is needed, and the variance is zero where f is a
 /// combination of the densities.
 
 namespace gmis {
 
-/// The weights of all proposals at one point, w_k = β_k q_k/f + (n_k q_k/Σ n q) (1 − Σ β q/f) [Kondapaneni et al. 2019].
-/// They sum to one and may be negative. For study: the estimators below never divide by f. `value` is f ≠ 0.
+/// The weights of all proposals at one point, w_k = β_k q_k/f + (n_k q_k/Σ n q) (1 − Σ β q/f)
+/// [Kondapaneni et al. 2019]. They sum to one and may be negative. For study: the estimators below
+/// never divide by f. `value` is f ≠ 0.
 inline void optimal_weights(std::span<const double> coefficients, CountsByProposal counts,
                             std::span<const double> densities, double value, std::span<double> out) noexcept {
   double sum = 0.0, control = 0.0;
@@ -29,9 +31,10 @@ inline void optimal_weights(std::span<const double> coefficients, CountsByPropos
     out[k] = coefficients[k] * densities[k] / value + counts[k] * densities[k] / sum * (1.0 - control / value);
 }
 
-/// The progressive estimator: each round uses coefficients fitted to the rounds before it, anew whenever these have
-/// doubled. Unbiased where N3 is. The first rounds, until 4 N samples were seen, serve the fit alone: they are in
-/// `samples`, not in `rounds`. `rounds` of the result is at least 1; proposals must not fail.
+/// The progressive estimator: each round uses coefficients fitted to the rounds before it, anew
+/// whenever these have doubled. Unbiased where N3 is. The first rounds, until 4 N samples were
+/// seen, serve the fit alone: they are in `samples`, not in `rounds`. `rounds` of the result is at
+/// least 1; proposals must not fail.
 template <class Integrand, class P, class Source>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_optimal_progressive(Integrand&& f, const P& proposals, CountsByProposal counts,
@@ -84,9 +87,10 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   return moments.result();
 }
 
-/// The direct estimator: coefficients from all samples, applied to the same samples, which makes the estimate Σ β_k where
-/// every proposal has samples. Its bias is of the order of variance/rounds and vanishes against the standard error,
-/// which is that of the residuals between rounds, corrected for the N coefficients. Proposals must not fail.
+/// The direct estimator: coefficients from all samples, applied to the same samples, which makes
+/// the estimate Σ β_k where every proposal has samples. Its bias is of the order of variance/rounds
+/// and vanishes against the standard error, which is that of the residuals between rounds,
+/// corrected for the N coefficients. Proposals must not fail.
 template <class Integrand, class P, class Source>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_optimal_direct(Integrand&& f, const P& proposals, CountsByProposal counts,
@@ -102,7 +106,8 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   RoundMoments<F> moments;
   ControlFit<F> fit(n);
 
-  // Means over a round of f/ψ in every channel and of every q_k/ψ; their means and products over rounds.
+  // Means over a round of f/ψ in every channel and of every q_k/ψ; their means and products over
+  // rounds.
   constexpr std::size_t channels = RoundMoments<F>::channel_count;
   const std::size_t width = channels + n;
   std::vector<double> row(width), mean(width), products(width * width);

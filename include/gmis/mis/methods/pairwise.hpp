@@ -10,12 +10,13 @@
 #include "gmis/mis/methods/weight_heuristic.hpp"
 
 /// \file
-/// Pairwise weights for many proposals [Bitterli: Correlations and reuse for fast and accurate physically based light
-/// transport, 2022; Lin et al.: Generalized resampled importance sampling, 2022, eq. 37; with counts as in eq. 7.8 of Wyman et al.:
-/// A gentle introduction to ReSTIR, 2023, without its defensive term]. Each proposal k is weighed against a canonical one c
-/// alone, and stands for all the others there: with d = n q and a_k = n_k/(n − n_c), w_k = a_k d_k/(d_k + a_k d_c), and
-/// w_c = Σ_k a_k² d_c/(d_k + a_k d_c). They sum to one where d_c > 0. A sample of k costs two densities, one of c all N:
-/// 2 (n − n_c) + N n_c a round in place of N n.
+/// Pairwise weights for many proposals [Bitterli: Correlations and reuse for fast and accurate
+/// physically based light transport, 2022; Lin et al.: Generalized resampled importance sampling,
+/// 2022, eq. 37; with counts as in eq. 7.8 of Wyman et al.: A gentle introduction to ReSTIR, 2023,
+/// without its defensive term]. Each proposal k is weighed against a canonical one c alone, and
+/// stands for all the others there: with d = n q and a_k = n_k/(n − n_c), w_k = a_k d_k/(d_k + a_k
+/// d_c), and w_c = Σ_k a_k² d_c/(d_k + a_k d_c). They sum to one where d_c > 0. A sample of k costs
+/// two densities, one of c all N: 2 (n − n_c) + N n_c a round in place of N n.
 
 namespace gmis {
 
@@ -45,8 +46,9 @@ struct Pairwise {
 };
 
 /// Draws one round with pairwise weights, each proposal k making counts[k] samples, and calls
-/// `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f, n = Σ counts. Unbiased when the canonical proposal
-/// has samples and is positive wherever f ≠ 0. `counts` must have passed `checked_total`.
+/// `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f, n = Σ counts. Unbiased when
+/// the canonical proposal has samples and is positive wherever f ≠ 0. `counts` must have passed
+/// `checked_total`.
 template <class Set, UniformSource Source, class Visit>
 requires ProposalSet<Set, Source> RoundCounts sample_pairwise_round(const Set& set, CountsByProposal counts,
                                                                     std::size_t canonical, Source& source,

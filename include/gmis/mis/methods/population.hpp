@@ -11,14 +11,16 @@
 
 namespace gmis {
 
-/// Population Monte Carlo with deterministic-mixture weights [Elvira, Martino, Luengo, Bugallo: Improving population Monte
-/// Carlo: alternative weighting and resampling schemes, 2017]: in every iteration each proposal makes `samples_each` samples,
-/// weighted by the mixture of all of them (N3), and each proposal then moves to a sample drawn in proportion to |weight| from
-/// its own samples (local resampling, which keeps the population spread) or from all (global).
+/// Population Monte Carlo with deterministic-mixture weights [Elvira, Martino, Luengo, Bugallo:
+/// Improving population Monte Carlo: alternative weighting and resampling schemes, 2017]: in every
+/// iteration each proposal makes `samples_each` samples, weighted by the mixture of all of them
+/// (N3), and each proposal then moves to a sample drawn in proportion to |weight| from its own
+/// samples (local resampling, which keeps the population spread) or from all (global).
 ///
-/// `move(proposal, x)` returns the proposal moved to x. The mean over iterations is unbiased: given the past, every
-/// iteration is an N3 round. Iterations are uncorrelated but not equally distributed: the standard error is unbiased in
-/// square, and `variance` is the mean over iterations. The proposals end up in `proposals`.
+/// `move(proposal, x)` returns the proposal moved to x. The mean over iterations is unbiased: given
+/// the past, every iteration is an N3 round. Iterations are uncorrelated but not equally
+/// distributed: the standard error is unbiased in square, and `variance` is the mean over
+/// iterations. The proposals end up in `proposals`.
 enum class Relocation : std::uint8_t { local, global };
 
 template <class Integrand, class P, class Move, class Source>

@@ -10,26 +10,28 @@
 
 namespace gmis {
 
-/// A set that randomises points of its own: `start_round(round)`, const, is called at the start of every round.
+/// A set that randomises points of its own: `start_round(round)`, const, is called at the start of
+/// every round.
 template <class Set>
 concept HasStartRound = requires(const Set& set, std::uint64_t round) {
   set.start_round(round);
 };
 
-/// A uniform source made of points: `start_round(round)` draws a new randomisation, `start_sample(stream, index)` moves to
-/// the first coordinate of a point. `ScrambledSobol` is one.
+/// A uniform source made of points: `start_round(round)` draws a new randomisation,
+/// `start_sample(stream, index)` moves to the first coordinate of a point. `ScrambledSobol` is one.
 template <class S>
 concept PointSource = UniformSource<S> && requires(S& source, std::uint64_t number, std::uint32_t index) {
   source.start_round(number);
   source.start_sample(number, index);
 };
 
-/// Estimates ∫ f by randomised quasi-Monte Carlo over N3 with counts: the n_k samples of proposal k are the first n_k
-/// points of its own stream, best a power of two, and a round is a randomisation. Points within a round are dependent, so
-/// the error comes from the spread between rounds: `rounds` ≥ 2, better 8 or more. Unbiased as N3 is, for every n_k.
+/// Estimates ∫ f by randomised quasi-Monte Carlo over N3 with counts: the n_k samples of proposal k
+/// are the first n_k points of its own stream, best a power of two, and a round is a randomisation.
+/// Points within a round are dependent, so the error comes from the spread between rounds: `rounds`
+/// ≥ 2, better 8 or more. Unbiased as N3 is, for every n_k.
 ///
-/// Samplers must be smooth functions of their numbers, always as many of them in one order: inversion serves, rejection and
-/// tables of jumps gain little.
+/// Samplers must be smooth functions of their numbers, always as many of them in one order:
+/// inversion serves, rejection and tables of jumps gain little.
 template <class Integrand, class P, PointSource Points>
 requires(detail::explain_arguments<Integrand, P, Points>())
     [[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,

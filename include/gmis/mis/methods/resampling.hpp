@@ -13,13 +13,15 @@
 #include "gmis/mis/round_moments.hpp"
 
 /// \file
-/// Resampled importance sampling [Talbot, Cline, Egbert 2005]: many cheap candidates, of which one is kept in proportion to
-/// a target p̂ that resembles f, and only that one sees f. It pays where f costs far more than p̂.
+/// Resampled importance sampling [Talbot, Cline, Egbert 2005]: many cheap candidates, of which one
+/// is kept in proportion to a target p̂ that resembles f, and only that one sees f. It pays where f
+/// costs far more than p̂.
 
 namespace gmis {
 
-/// Draws the candidates of one round, n_k of each proposal, weights them by p̂/(Σ n q) (balance heuristic) and keeps one.
-/// f(y) W is an unbiased estimate of ∫ f where p̂ > 0 and some n_k q_k > 0 wherever f ≠ 0. `target(x)` is p̂(x) ≥ 0.
+/// Draws the candidates of one round, n_k of each proposal, weights them by p̂/(Σ n q) (balance
+/// heuristic) and keeps one. f(y) W is an unbiased estimate of ∫ f where p̂ > 0 and some n_k q_k >
+/// 0 wherever f ≠ 0. `target(x)` is p̂(x) ≥ 0.
 template <class Target, class Set, UniformSource Source>
 requires ProposalSet<Set, Source>
 [[nodiscard]] Reservoir<typename Set::Value> resample(Target&& target, const Set& set, CountsByProposal counts,
@@ -42,8 +44,8 @@ requires ProposalSet<Set, Source>
   return reservoir;
 }
 
-/// Estimates ∫ f with `rounds` ≥ 1 rounds of resampling; each evaluates f once, and the target and all densities for each of
-/// its Σ n_k candidates (the `samples` of the result).
+/// Estimates ∫ f with `rounds` ≥ 1 rounds of resampling; each evaluates f once, and the target and
+/// all densities for each of its Σ n_k candidates (the `samples` of the result).
 template <class Integrand, class Target, class P, class Source>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_resampled(Integrand&& f, Target&& target, const P& proposals, CountsByProposal counts,
@@ -66,9 +68,9 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   return moments.result();
 }
 
-/// Mean and variance of one round of resampling, `target` being p̂ at the nodes. With u = p̂/(Σ n q), h = f/p̂ and U the sum
-/// of all u: the estimate is h(y) U, and E[h²(y) U²] = E[U Σ u h²] =
-/// Σ n_k E_k[u² h²] + (Σ n_k E_k[u]) (Σ n_k E_k[u h²]) − Σ n_k E_k[u] E_k[u h²].
+/// Mean and variance of one round of resampling, `target` being p̂ at the nodes. With u = p̂/(Σ n
+/// q), h = f/p̂ and U the sum of all u: the estimate is h(y) U, and E[h²(y) U²] = E[U Σ u h²] = Σ
+/// n_k E_k[u² h²] + (Σ n_k E_k[u]) (Σ n_k E_k[u h²]) − Σ n_k E_k[u] E_k[u h²].
 [[nodiscard]] inline ExactMoments exact_moments_of_resampling(CountsByProposal counts, std::span<const double> target,
                                                               const TabulatedProblem& problem) {
   const double total = static_cast<double>(checked_total(counts, problem.proposal_count()));

@@ -10,13 +10,14 @@
 
 namespace gmis {
 
-/// One sample chosen from a stream, with probability in proportion to its weight [Chao 1982]: what resampled importance
-/// sampling keeps. Weights are finite and not negative (`add` leaves others out and counts them).
+/// One sample chosen from a stream, with probability in proportion to its weight [Chao 1982]: what
+/// resampled importance sampling keeps. Weights are finite and not negative (`add` leaves others
+/// out and counts them).
 template <class X>
 class Reservoir {
  public:
-  /// Offers `x` with weight w; the sample kept so far is replaced with probability w over the sum of all weights. Returns
-  /// whether it was.
+  /// Offers `x` with weight w; the sample kept so far is replaced with probability w over the sum
+  /// of all weights. Returns whether it was.
   template <UniformSource Source>
   bool add(const X& x, double weight, Source& source) {
     if (!(weight >= 0.0 && std::isfinite(weight))) [[unlikely]] {
@@ -29,13 +30,15 @@ class Reservoir {
     sample_ = x;
     return true;
   }
-  /// Ends the resampling for a target p̂: the unbiased contribution weight becomes W = Σ w / p̂(y), E[W | y] = 1/p(y).
+  /// Ends the resampling for a target p̂: the unbiased contribution weight becomes W = Σ w / p̂(y),
+  /// E[W | y] = 1/p(y).
   void finish(double target_at_sample, double sample_count) noexcept {
     contribution_weight_ = sample_ && target_at_sample > 0.0 ? weight_sum_ / target_at_sample : 0.0;
     sample_count_ = sample_count;
   }
 
-  /// The sample y; nothing when no weight was positive. f(y) W estimates ∫ f, as zero without a sample.
+  /// The sample y; nothing when no weight was positive. f(y) W estimates ∫ f, as zero without a
+  /// sample.
   [[nodiscard]] const std::optional<X>& sample() const noexcept { return sample_; }
   /// W: stands for 1/p(y), whose value nobody knows. 0 without a sample.
   [[nodiscard]] double contribution_weight() const noexcept { return contribution_weight_; }
@@ -54,13 +57,15 @@ class Reservoir {
   std::uint64_t rejected_ = 0;
 };
 
-/// Joins reservoirs to one with the target `target`: generalised resampled importance sampling [Lin, Kettunen, Bitterli,
-/// Pantaleoni, Yuksel, Wyman: Generalized resampled importance sampling, 2022]. Reservoir k was made for the target
-/// `target_of(k, x)`; its sample gets the weight m_k(y_k) p̂(y_k) W_k with the generalised balance heuristic
-/// m_k(x) = M_k p̂_k(x)/Σ M_j p̂_j(x), in which targets stand for the densities that nobody knows. K² targets.
+/// Joins reservoirs to one with the target `target`: generalised resampled importance sampling
+/// [Lin, Kettunen, Bitterli, Pantaleoni, Yuksel, Wyman: Generalized resampled importance sampling,
+/// 2022]. Reservoir k was made for the target `target_of(k, x)`; its sample gets the weight
+/// m_k(y_k) p̂(y_k) W_k with the generalised balance heuristic m_k(x) = M_k p̂_k(x)/Σ M_j p̂_j(x),
+/// in which targets stand for the densities that nobody knows. K² targets.
 ///
-/// The result is unbiased for every f that is zero where p̂ is zero or all p̂_k are. The reservoirs must be independent of
-/// each other, or their samples at least not chosen with a view to each other.
+/// The result is unbiased for every f that is zero where p̂ is zero or all p̂_k are. The reservoirs
+/// must be independent of each other, or their samples at least not chosen with a view to each
+/// other.
 template <class X, class TargetOf, class Target, UniformSource Source>
 [[nodiscard]] Reservoir<X> join_reservoirs(std::span<const Reservoir<X>> reservoirs, TargetOf&& target_of,
                                            Target&& target, Source& source) {

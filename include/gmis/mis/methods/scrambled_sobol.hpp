@@ -8,13 +8,15 @@
 
 namespace gmis {
 
-/// Points of Sobol' in nested uniform scrambling [Owen 1995] as a uniform source: each call gives the next coordinate of the
-/// point at hand. Every point is uniform by itself, and the first 2^m points of a stream are spread evenly, so that means of
-/// smooth functions have variances of the order n^-3 in place of n^-1. Randomisations (rounds) and streams are independent.
+/// Points of Sobol' in nested uniform scrambling [Owen 1995] as a uniform source: each call gives
+/// the next coordinate of the point at hand. Every point is uniform by itself, and the first 2^m
+/// points of a stream are spread evenly, so that means of smooth functions have variances of the
+/// order n^-3 in place of n^-1. Randomisations (rounds) and streams are independent.
 ///
-/// A sampler must use its numbers in the same order for every sample (inversion: one a dimension), else the points are merely
-/// random. The first ten dimensions are Sobol's [direction numbers: Joe, Kuo 2008], further ones independent random numbers.
-/// 32 bits are scrambled; the others are random.
+/// A sampler must use its numbers in the same order for every sample (inversion: one a dimension),
+/// else the points are merely random. The first ten dimensions are Sobol's [direction numbers: Joe,
+/// Kuo 2008], further ones independent random numbers. 32 bits are scrambled; the others are
+/// random.
 class ScrambledSobol {
  public:
   using result_type = std::uint64_t;
@@ -45,7 +47,8 @@ class ScrambledSobol {
     const std::uint32_t point = coordinate(dimension_++, index_);
     std::uint32_t flips = 0;
     for (unsigned bit = 0; bit < 32; ++bit) {
-      // One flip for each node of the binary tree: its bits above, and a one before them, are its number.
+      // One flip for each node of the binary tree: its bits above, and a one before them, are its
+      // number.
       const std::uint64_t node = (std::uint64_t{1} << bit) | (std::uint64_t{point} >> (32 - bit));
       flips |= static_cast<std::uint32_t>(mix(key ^ (node * 0x9E3779B97F4A7C15U)) >> 63U) << (31 - bit);
     }

@@ -17,8 +17,9 @@ namespace gmis {
 template <std::size_t M>
 struct SelfNormalisedEstimate {
   std::array<double, M> mean{};  ///< of h_1 … h_M under π. Biased by a term of the order 1/rounds
-  /// Of `mean`, from the spread of w (h − mean) between rounds (delta method); nothing for a single round. Its error is of the
-  /// order 1/rounds, and it knows nothing of a mode of π that no sample has met.
+  /// Of `mean`, from the spread of w (h − mean) between rounds (delta method); nothing for a single
+  /// round. Its error is of the order 1/rounds, and it knows nothing of a mode of π that no sample
+  /// has met.
   std::optional<std::array<std::array<double, M>, M>> covariance{};
   double normaliser = 0.0;                   ///< an unbiased estimate of the integral of the unnormalised π
   std::optional<double> normaliser_error{};  ///< its standard error
@@ -32,7 +33,8 @@ struct SelfNormalisedEstimate {
   [[nodiscard]] double standard_error(std::size_t i) const noexcept { return std::sqrt((*covariance)[i][i]); }
 };
 
-/// The sums of self-normalised estimates: one `add` a sample, one `close_round` a round. Rounds must be independent.
+/// The sums of self-normalised estimates: one `add` a sample, one `close_round` a round. Rounds
+/// must be independent.
 template <std::size_t M>
 class SelfNormalisedSums {
  public:
@@ -82,9 +84,10 @@ class SelfNormalisedSums {
   std::uint64_t rounds_ = 0;
 };
 
-/// Estimates the means of h(x), a `std::array<double, M>`, under the density that `target` is proportional to, with `rounds`
-/// rounds of N3 with counts. `target` returns a number ≥ 0 or a `LogValue`. Consistent, not unbiased, where ψ > 0 wherever
-/// the target is. Samples with a target or value that is not finite are counted and left out.
+/// Estimates the means of h(x), a `std::array<double, M>`, under the density that `target` is
+/// proportional to, with `rounds` rounds of N3 with counts. `target` returns a number ≥ 0 or a
+/// `LogValue`. Consistent, not unbiased, where ψ > 0 wherever the target is. Samples with a target
+/// or value that is not finite are counted and left out.
 template <class Target, class Values, class P, class Source>
 requires(detail::explain_arguments<Target, P, Source>())
     [[nodiscard]] auto estimate_self_normalised(Target&& target, Values&& h, const P& proposals,

@@ -8,9 +8,10 @@
 
 namespace gmis {
 
-/// A solution of the normal equations A β = b, A symmetric and positive semidefinite, n × n, row by row: Cholesky's
-/// factorisation with pivoting, after scaling the diagonal of A to one. Columns that depend on others, to `tolerance`
-/// relative to their size, get the coefficient 0; so a copy of a column does no harm. O(n³).
+/// A solution of the normal equations A β = b, A symmetric and positive semidefinite, n × n, row by
+/// row: Cholesky's factorisation with pivoting, after scaling the diagonal of A to one. Columns
+/// that depend on others, to `tolerance` relative to their size, get the coefficient 0; so a copy
+/// of a column does no harm. O(n³).
 [[nodiscard]] inline std::vector<double> solve_semidefinite(std::vector<double> a, std::span<const double> b,
                                                             double tolerance = 1e-11) {
   const std::size_t n = b.size();

@@ -11,13 +11,14 @@
 #include "gmis/mis/round_moments.hpp"
 
 /// \file
-/// Multiple importance sampling over a continuum of techniques [West, Georgiev, Gruson, Hachisuka: Continuous multiple
-/// importance sampling, 2020]: a technique t is drawn, then a sample from it.
+/// Multiple importance sampling over a continuum of techniques [West, Georgiev, Gruson, Hachisuka:
+/// Continuous multiple importance sampling, 2020]: a technique t is drawn, then a sample from it.
 
 namespace gmis {
 
 /// A family of techniques:
-/// - `draw(source)`: a technique t (any type), from a distribution whose density nobody needs to know;
+/// - `draw(source)`: a technique t (any type), from a distribution whose density nobody needs to
+///   know;
 /// - `sample(t, source)`: a sample x of technique t;
 /// - `pdf(t, x)`: the density q(x | t).
 template <class Family, class Source = Philox>
@@ -40,10 +41,11 @@ template <class Family, class Source = Philox>
 using FamilyValue = std::remove_cvref_t<decltype(std::declval<const Family&>().sample(
     std::declval<const TechniqueOf<Family, Source>&>(), std::declval<Source&>()))>;
 
-/// Stochastic MIS: a round draws `techniques` ≥ 1 independent techniques, one sample of each, and weights the samples by
-/// the balance heuristic among those drawn: Σ_i f(x_i)/Σ_j q(x_i | t_j). n² densities a round; nothing of the marginal is
-/// needed. For a finite family with equal probabilities and n = N it is scheme R2. Unbiased when q(x | t) > 0 for almost every t
-/// that can be drawn, wherever f ≠ 0.
+/// Stochastic MIS: a round draws `techniques` ≥ 1 independent techniques, one sample of each, and
+/// weights the samples by the balance heuristic among those drawn: Σ_i f(x_i)/Σ_j q(x_i | t_j). n²
+/// densities a round; nothing of the marginal is needed. For a finite family with equal
+/// probabilities and n = N it is scheme R2. Unbiased when q(x | t) > 0 for almost every t that can
+/// be drawn, wherever f ≠ 0.
 template <class Integrand, class Family, UniformSource Source>
 requires TechniqueFamily<Family, Source>
 [[nodiscard]] auto estimate_stochastic(Integrand&& f, const Family& family, std::size_t techniques,
@@ -77,9 +79,9 @@ requires TechniqueFamily<Family, Source>
   return moments.result();
 }
 
-/// Continuous MIS: f/q with the marginal q, which is the balance heuristic over all techniques, the best of weights for
-/// samples that come this way. `samples` ≥ 1 a round, one density each. Variance (∫ f²/q − I²)/n. Unbiased when q > 0
-/// wherever f ≠ 0.
+/// Continuous MIS: f/q with the marginal q, which is the balance heuristic over all techniques, the
+/// best of weights for samples that come this way. `samples` ≥ 1 a round, one density each.
+/// Variance (∫ f²/q − I²)/n. Unbiased when q > 0 wherever f ≠ 0.
 template <class Integrand, class Family, UniformSource Source>
 requires KnownMarginal<Family, Source>
 [[nodiscard]] auto estimate_continuous(Integrand&& f, const Family& family, std::size_t samples, std::uint64_t rounds,

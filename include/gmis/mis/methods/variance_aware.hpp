@@ -11,8 +11,8 @@
 namespace gmis {
 
 namespace detail {
-/// E[y²]/Var[y] = 1 + E[y]²/Var[y] of y = f/divisor under proposal k, at most `largest`; 1 where y is zero or its variance is
-/// infinite. A sample that is not made counts as y = 0.
+/// E[y²]/Var[y] = 1 + E[y]²/Var[y] of y = f/divisor under proposal k, at most `largest`; 1 where y
+/// is zero or its variance is infinite. A sample that is not made counts as y = 0.
 [[nodiscard]] inline double moment_over_variance(const TabulatedProblem& problem, std::size_t k, const double* divisor,
                                                  double largest) {
   const double* const q = problem.densities(k);
@@ -34,13 +34,14 @@ namespace detail {
 }
 }  // namespace detail
 
-/// Factors v_k for `ScaledBalance` that make weights variance-aware [Grittmann, Georgiev, Slusallek, Křivánek:
-/// Variance-aware multiple importance sampling, 2019]: v_k = E[y²]/Var[y] = 1 + E[y]²/Var[y], y = f/q_k being what proposal k
-/// contributes *alone*. The balance heuristic minimises second moments; a proposal whose second moment is mostly its squared
-/// mean makes little noise, and deserves more weight. Factors only change weights: every choice is unbiased.
+/// Factors v_k for `ScaledBalance` that make weights variance-aware [Grittmann, Georgiev,
+/// Slusallek, Křivánek: Variance-aware multiple importance sampling, 2019]: v_k = E[y²]/Var[y] =
+/// 1 + E[y]²/Var[y], y = f/q_k being what proposal k contributes *alone*. The balance heuristic
+/// minimises second moments; a proposal whose second moment is mostly its squared mean makes little
+/// noise, and deserves more weight. Factors only change weights: every choice is unbiased.
 ///
-/// From a quadrature rule or a pilot. A proposal without variance gets `largest` (the authors' program clamps at 16), one that
-/// never contributes, or whose variance is infinite, 1.
+/// From a quadrature rule or a pilot. A proposal without variance gets `largest` (the authors'
+/// program clamps at 16), one that never contributes, or whose variance is infinite, 1.
 [[nodiscard]] inline std::vector<double> variance_aware_factors(const TabulatedProblem& problem, double largest = 1e6) {
   require_argument(largest >= 1.0, "the largest factor must be 1 or more");
   std::vector<double> factors(problem.proposal_count());
@@ -49,9 +50,9 @@ namespace detail {
   return factors;
 }
 
-/// The same ratio for y = f/Σ n q, what a sample of k contributes *under the balance heuristic with these counts*. Not what the
-/// paper's figures are made with: near to the weights that result, and finite where f/q_k is not. A proposal without samples
-/// gets 1.
+/// The same ratio for y = f/Σ n q, what a sample of k contributes *under the balance heuristic with
+/// these counts*. Not what the paper's figures are made with: near to the weights that result, and
+/// finite where f/q_k is not. A proposal without samples gets 1.
 [[nodiscard]] inline std::vector<double> variance_aware_factors_of_balance(CountsByProposal counts,
                                                                            const TabulatedProblem& problem,
                                                                            double largest = 1e6) {

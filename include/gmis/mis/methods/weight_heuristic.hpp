@@ -15,11 +15,12 @@
 
 namespace gmis {
 
-/// Weights from all densities at a point and all counts: `weights(counts, densities, out)` fills `out` with numbers that
-/// sum to one wherever some n_k q_k > 0. The densities come relative to the mixture ψ of the counts, so that they are in
-/// range; a heuristic must not depend on a common factor of them. It is called once a sample: it must not allocate.
-/// It may have `require_fits(counts)`, which is called once before all samples and throws std::invalid_argument when the
-/// heuristic is made for other proposals.
+/// Weights from all densities at a point and all counts: `weights(counts, densities, out)` fills
+/// `out` with numbers that sum to one wherever some n_k q_k > 0. The densities come relative to the
+/// mixture ψ of the counts, so that they are in range; a heuristic must not depend on a common
+/// factor of them. It is called once a sample: it must not allocate. It may have
+/// `require_fits(counts)`, which is called once before all samples and throws std::invalid_argument
+/// when the heuristic is made for other proposals.
 template <class H>
 concept WeightHeuristic = requires(const H& heuristic, CountsByProposal counts, std::span<const double> densities,
                                    std::span<double> out) {
@@ -44,8 +45,8 @@ struct RatioWeights {
   constexpr void require_fits(CountsByProposal) const { require_heuristic(heuristic); }
 };
 
-/// w_k = e_k n_k q_k / Σ e_j n_j q_j: the balance heuristic with expected densities scaled by `factors` e_k > 0.
-/// Variance-aware and correlation-aware weights are of this form.
+/// w_k = e_k n_k q_k / Σ e_j n_j q_j: the balance heuristic with expected densities scaled by
+/// `factors` e_k > 0. Variance-aware and correlation-aware weights are of this form.
 struct ScaledBalance {
   std::vector<double> factors;  ///< one for each proposal, at least 0
 
@@ -66,8 +67,9 @@ struct ScaledBalance {
   }
 };
 
-/// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form Σ_k (1/n_k) Σ_i w_k f/q_k under `heuristic`. N
-/// evaluations of densities a sample. Unbiased when the weights of the proposals with samples sum to one wherever f ≠ 0.
+/// Estimates ∫ f with `rounds` ≥ 1 rounds of the multi-sample form Σ_k (1/n_k) Σ_i w_k f/q_k under
+/// `heuristic`. N evaluations of densities a sample. Unbiased when the weights of the proposals
+/// with samples sum to one wherever f ≠ 0.
 template <WeightHeuristic H, class Integrand, class P, class Source>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_with_weights(const H& heuristic, Integrand&& f, const P& proposals,
@@ -99,7 +101,8 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   return moments.result();
 }
 
-/// Mean and variance of one round of `estimate_with_weights`. The mean shows whether the weights sum to one.
+/// Mean and variance of one round of `estimate_with_weights`. The mean shows whether the weights
+/// sum to one.
 template <WeightHeuristic H>
 [[nodiscard]] ExactMoments exact_moments_with_weights(const H& heuristic, CountsByProposal counts,
                                                       const TabulatedProblem& problem) {

@@ -18,21 +18,24 @@
 #include "gmis/transport/engine/any_engine.hpp"
 
 /// \file
-/// Forecasts the efficiency of many sample allocations from one set of samples. A pilot renders with all techniques and
-/// keeps, for every contribution, the density of its path by each technique. Re-weighting the contributions then gives
-/// the result of any other counts [Grittmann et al. 2022, efficiency-aware MIS].
+/// Forecasts the efficiency of many sample allocations from one set of samples. A pilot renders
+/// with all techniques and keeps, for every contribution, the density of its path by each
+/// technique. Re-weighting the contributions then gives the result of any other counts [Grittmann
+/// et al. 2022, efficiency-aware MIS].
 ///
-/// In one iteration the value of a pixel is A + B: its camera subpath makes A, and the splats of independent light
-/// trees make B. With D(x) the expected sample density of all techniques together,
+/// In one iteration the value of a pixel is A + B: its camera subpath makes A, and the splats of
+/// independent light trees make B. With D(x) the expected sample density of all techniques
+/// together,
 ///     Var(A + B) = ∫ f²/D + E[Σ_{i≠j} A_i A_j] − E[A]² + 2 Cov(A, B).
-/// The sum runs over pairs of contributions of one camera subpath. A and B are correlated when a light vertex is both
-/// merged and connected with the camera. Samples of one technique estimate the integral for all techniques, including
-/// those that rarely find the path. The pilot therefore predicts the fireflies of a caustic before one occurs.
+/// The sum runs over pairs of contributions of one camera subpath. A and B are correlated when a
+/// light vertex is both merged and connected with the camera. Samples of one technique estimate the
+/// integral for all techniques, including those that rarely find the path. The pilot therefore
+/// predicts the fireflies of a caustic before one occurs.
 
 namespace gmis {
 
-/// A pilot for any scene with the spectrum `S`: the candidates and the estimates of the iterations so far. A forecast
-/// needs at least two iterations. `RenderPilot` has the engine.
+/// A pilot for any scene with the spectrum `S`: the candidates and the estimates of the iterations
+/// so far. A forecast needs at least two iterations. `RenderPilot` has the engine.
 template <Spectrum S>
 class AnyPilot {
  public:
@@ -47,15 +50,15 @@ class AnyPilot {
   /// Iterations so far.
   [[nodiscard]] std::uint32_t iterations() const noexcept { return engine().iteration(); }
 
-  /// Sets the picture to whose squared values variance and bias are relative: mean over channels, rows from the upper
-  /// left. Without it they are relative to the pilot's own picture.
+  /// Sets the picture to whose squared values variance and bias are relative: mean over channels,
+  /// rows from the upper left. Without it they are relative to the pilot's own picture.
   void compare_with(std::vector<double> picture) { picture_ = std::move(picture); }
 
   /// True when at least one pixel was taken. Otherwise nothing is known about any candidate.
   [[nodiscard]] bool has_seen_pixels() const noexcept { return pixels_taken_ > 0.0; }
 
-  /// One forecast per candidate, in the order of the candidates. Variance and bias use complete pairs of iterations.
-  /// Without a pixel all predicted values are 0.
+  /// One forecast per candidate, in the order of the candidates. Variance and bias use complete
+  /// pairs of iterations. Without a pixel all predicted values are 0.
   GMIS_RARE [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
     std::vector<Forecast> all(candidates_.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
@@ -82,8 +85,10 @@ class AnyPilot {
     variance_.assign(shape_.count, 0.0);
   }
 
-  /// Takes the outputs of the engine, which must stay where they are. `resolution` is that of the whole frame.
-  GMIS_RARE void observe(std::vector<PilotOutput<S>*> outputs, glm::ivec2 resolution, std::uint32_t expected_iterations) {
+  /// Takes the outputs of the engine, which must stay where they are. `resolution` is that of the
+  /// whole frame.
+  GMIS_RARE void observe(std::vector<PilotOutput<S>*> outputs, glm::ivec2 resolution,
+                         std::uint32_t expected_iterations) {
     shape_.grid = PilotGrid(resolution, engine().crop(), expected_iterations);
     for (PilotOutput<S>* const output : outputs) {
       output->analyse(&shape_);
@@ -103,11 +108,11 @@ class AnyPilot {
   struct Analysis {
     std::vector<float> picture;
     std::vector<float> means, splats, second_moments;  ///< A, B, ∫ f²/D with the pairs of A, per pixel and candidate
-    std::vector<double> kernel_changes;  ///< sum of `PixelRecord::kernel_change`, per tile and candidate
+    std::vector<double> kernel_changes;                ///< sum of `PixelRecord::kernel_change`, per tile and candidate
   };
 
-  /// Sums over pairs of iterations, for the squared bias of one candidate: that of the tiles, that of the whole picture,
-  /// and the variance of either.
+  /// Sums over pairs of iterations, for the squared bias of one candidate: that of the tiles, that
+  /// of the whole picture, and the variance of either.
   struct BiasSums {
     double tiles = 0.0, tiles_noise = 0.0, whole = 0.0, whole_noise = 0.0;
   };
@@ -157,10 +162,11 @@ class AnyPilot {
     for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
   }
 
-  /// Adds a pair of independent iterations. The product of two independent estimates has the square of their mean as
-  /// its mean. The value that an error is relative to must be independent of the error, too: a firefly would otherwise
-  /// brighten its pixel and look small relative to it. Each iteration is therefore compared with the picture of the
-  /// other iteration and of all pairs before.
+  /// Adds a pair of independent iterations. The product of two independent estimates has the square
+  /// of their mean as its mean. The value that an error is relative to must be independent of the
+  /// error, too: a firefly would otherwise brighten its pixel and look small relative to it. Each
+  /// iteration is therefore compared with the picture of the other iteration and of all pairs
+  /// before.
   void take_in(const Analysis& a, const Analysis& b) {
     const std::size_t n = shape_.count;
     std::vector<double> values, scales_a, scales_b, least;
@@ -196,10 +202,11 @@ class AnyPilot {
     iterations_in_pictures_ += 2;
   }
 
-  /// Adds to the squared bias of merging, relative to the squared mean of `values`. The bias of a disk with radius r is
-  /// c r² to first order, so that the change from half the radius is ¾ of it. Squares are products of two independent
-  /// iterations. The mean square over tiles shows a bias that changes sign from place to place, but it is noisy; the
-  /// square of the mean over the picture is a lower bound with little noise.
+  /// Adds to the squared bias of merging, relative to the squared mean of `values`. The bias of a
+  /// disk with radius r is c r² to first order, so that the change from half the radius is ¾ of it.
+  /// Squares are products of two independent iterations. The mean square over tiles shows a bias
+  /// that changes sign from place to place, but it is noisy; the square of the mean over the
+  /// picture is a lower bound with little noise.
   void add_biases(const Analysis& a, const Analysis& b, const std::vector<double>& values) {
     const std::size_t n = shape_.count, tiles = shape_.grid.tile_count();
     std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
@@ -210,7 +217,8 @@ class AnyPilot {
     }
     for (std::size_t c = 0; c < n; ++c) {
       if (!candidates_[c].merges) continue;
-      // Per tile, the mean change relative to the mean value; sums are weighted by numbers of pixels.
+      // Per tile, the mean change relative to the mean value; sums are weighted by numbers of
+      // pixels.
       double sum_a = 0.0, sum_b = 0.0, apart = 0.0, pixels = 0.0;
       for (std::size_t t = 0; t < tiles; ++t) {
         if (!(tile_pixels[t] > 0.0)) continue;
@@ -237,8 +245,8 @@ class AnyPilot {
   }
 
   /// The threshold that the largest 0.1 % of `values` exceed. `values` has one entry per pixel, the
-  /// least second moment of all candidates. Pixels above the threshold hold fireflies that every candidate has; they
-  /// would otherwise dominate all forecasts.
+  /// least second moment of all candidates. Pixels above the threshold hold fireflies that every
+  /// candidate has; they would otherwise dominate all forecasts.
   [[nodiscard]] static double kept_below(std::vector<double> values) {
     if (values.empty()) return 0.0;
     const std::size_t kept = values.size() - values.size() / 1000;
@@ -247,8 +255,8 @@ class AnyPilot {
     return *last;
   }
 
-  /// Lower confidence bound of the squared bias, at least 0: over tiles the estimate minus two standard errors, over the
-  /// whole picture minus one.
+  /// Lower confidence bound of the squared bias, at least 0: over tiles the estimate minus two
+  /// standard errors, over the whole picture minus one.
   [[nodiscard]] double squared_bias(std::size_t c) const noexcept {
     constexpr double standard_errors = 2.0;
     if (!(pixels_taken_ > 0.0)) return 0.0;
@@ -257,8 +265,8 @@ class AnyPilot {
     return std::max({0.0, tiles, bias.whole - std::sqrt(bias.whole_noise)}) / pixels_taken_;
   }
 
-  /// For each pixel, the value that its error is relative to: that of the known picture, or the mean of `iteration` and of all
-  /// pairs before over the pixels around it.
+  /// For each pixel, the value that its error is relative to: that of the known picture, or the
+  /// mean of `iteration` and of all pairs before over the pixels around it.
   [[nodiscard]] std::vector<double> values_beside(const Analysis& iteration) const {
     std::vector<double> values;
     values.reserve(pixels_.size());

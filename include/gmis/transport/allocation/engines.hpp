@@ -7,8 +7,8 @@
 
 namespace gmis {
 
-/// Engines for `scene`, which must outlive them: `CameraSide` when no light subpath is traced, else `BothSides`. Without a
-/// pilot: a run with several candidates is refused.
+/// Engines for `scene`, which must outlive them: `CameraSide` when no light subpath is traced, else
+/// `BothSides`. Without a pilot: a run with several candidates is refused.
 template <Scene Sc, class Source = SampleNumbers>
 [[nodiscard]] EngineMaker<typename Sc::Spectrum> engines_of(const Sc& scene) {
   using S = typename Sc::Spectrum;

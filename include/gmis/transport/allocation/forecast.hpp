@@ -22,16 +22,17 @@ struct CountChoices {
   std::vector<double> radius_factors{};  ///< empty: the factor of the counts that all candidates are made from
 };
 
-/// Factors on the merging radius to choose from with a local count of merging (`SampleCounts::local_merges`): few
-/// photons are merged, and the best disk is many times that of plain merging, which stays a candidate. The work is flat
-/// around its least value, so that few factors do. A run that needs a smaller one than it began with finds it later
+/// Factors on the merging radius to choose from with a local count of merging
+/// (`SampleCounts::local_merges`): few photons are merged, and the best disk is many times that of
+/// plain merging, which stays a candidate. The work is flat around its least value, so that few
+/// factors do. A run that needs a smaller one than it began with finds it later
 /// (render/merging_disk.hpp).
 inline const std::vector<double> local_radius_factors{1.0, 6.0, 12.0};
 
-/// The candidates: `all` with each combination of the values in `choices`. A technique that is off in `all` is off in
-/// every candidate. Combinations with equal effect occur once.
+/// The candidates: `all` with each combination of the values in `choices`. A technique that is off
+/// in `all` is off in every candidate. Combinations with equal effect occur once.
 GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const SampleCounts& all = {},
-                                                              const CountChoices& choices = {}) {
+                                                                        const CountChoices& choices = {}) {
   std::vector<SampleCounts> candidates;
   const auto add = [&](const SampleCounts& counts) {
     if (std::find(candidates.begin(), candidates.end(), counts) == candidates.end()) candidates.push_back(counts);
@@ -58,8 +59,8 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const Sa
   return candidates;
 }
 
-/// Mean over the iterations of a run of the merging disk's area relative to the first one: r_i²/r_1² = i^(α−1). 1 for a
-/// run without iterations.
+/// Mean over the iterations of a run of the merging disk's area relative to the first one:
+/// r_i²/r_1² = i^(α−1). 1 for a run without iterations.
 [[nodiscard]] inline double mean_disk(double alpha, std::uint32_t iterations) {
   constexpr std::uint32_t summed = 64;
   double sum = 0.0;
@@ -71,14 +72,15 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const Sa
   return iterations > 0 ? sum / static_cast<double>(iterations) : 1.0;
 }
 
-/// Area of the merging disk under `candidate` over that under `made`; 0 when the candidate does not merge.
+/// Area of the merging disk under `candidate` over that under `made`; 0 when the candidate does not
+/// merge.
 [[nodiscard]] inline double disk_factor(const SampleCounts& candidate, const SampleCounts& made) noexcept {
   const double ratio = candidate.radius_factor / made.radius_factor;
   return candidate.merges ? ratio * ratio : 0.0;
 }
 
-/// For each technique, its count under `candidate` divided by its count under `made`. All counts of `made` must be
-/// above 0.
+/// For each technique, its count under `candidate` divided by its count under `made`. All counts of
+/// `made` must be above 0.
 template <std::floating_point T>
 [[nodiscard]] inline PerTechnique<T> count_factors(const SampleCounts& candidate, const SampleCounts& made) noexcept {
   const double light = candidate.light_paths / made.light_paths;
@@ -94,8 +96,8 @@ template <std::floating_point T>
   return factors;
 }
 
-/// Predicted cost of the light trees under `candidate`, from their counted `work` under `made`; `photons` of the stored
-/// vertices are for merging, too. Unit: `OperationCosts`.
+/// Predicted cost of the light trees under `candidate`, from their counted `work` under `made`;
+/// `photons` of the stored vertices are for merging, too. Unit: `OperationCosts`.
 [[nodiscard]] inline double predicted_light_cost(const SampleCounts& candidate, const SampleCounts& made,
                                                  const Counters& work, std::uint64_t photons,
                                                  const OperationCosts& costs = {}) noexcept {
@@ -110,8 +112,8 @@ template <std::floating_point T>
   return candidate.light_paths / made.light_paths * cost;
 }
 
-/// Predicted cost of the camera subpaths under `candidate`, from their counted `work` under `made`. Unit:
-/// `OperationCosts`.
+/// Predicted cost of the camera subpaths under `candidate`, from their counted `work` under `made`.
+/// Unit: `OperationCosts`.
 [[nodiscard]] inline double predicted_camera_cost(const SampleCounts& candidate, const SampleCounts& made,
                                                   const Counters& work, const OperationCosts& costs = {}) noexcept {
   const auto times = [](double cost, std::uint64_t count) { return cost * static_cast<double>(count); };
@@ -134,25 +136,29 @@ struct Forecast {
   double cost = 0.0;           ///< of one iteration; unit: `OperationCosts`
   double missing_share = 0.0;  ///< share of the light that no technique of the candidate can make
 
-  /// Objective: mean squared error × cost of a run of `iterations`, (variance / N + bias²) · N · cost.
+  /// Objective: mean squared error × cost of a run of `iterations`, (variance / N + bias²) · N ·
+  /// cost.
   [[nodiscard]] double work(double iterations) const noexcept { return (variance + iterations * squared_bias) * cost; }
 };
 
-/// Smallest relative gain in `work` for which a candidate without merging is chosen over one that merges. A plan has
-/// merging only where other techniques rarely find some paths. A pilot seldom sees these paths, so its forecasts
-/// without merging are too optimistic.
+/// Smallest relative gain in `work` for which a candidate without merging is chosen over one that
+/// merges. A plan has merging only where other techniques rarely find some paths. A pilot seldom
+/// sees these paths, so its forecasts without merging are too optimistic.
 inline constexpr double least_gain_of_not_merging = 0.13;
 
-/// Smallest further gain for which a candidate is chosen that traces light trees for splats alone, without connections and without
-/// merging. What only next events are left to make is rare and bright where lights are near or hidden; the forecasts of such candidates have
-/// been too good by a third where all others were within a tenth.
+/// Smallest further gain for which a candidate is chosen that traces light trees for splats alone,
+/// without connections and without merging. What only next events are left to make is rare and
+/// bright where lights are near or hidden; the forecasts of such candidates have been too good by a
+/// third where all others were within a tenth.
 inline constexpr double least_gain_of_splats_alone = 0.25;
 
-/// Share of the light that a candidate may miss and still count as complete; it covers rounding only.
+/// Share of the light that a candidate may miss and still count as complete; it covers rounding
+/// only.
 inline constexpr double negligible_share = 1e-6;
 
-/// Index of the forecast with the least work among those that miss no light. When all of them miss light, the index of
-/// the first one with the smallest missing share. `forecasts` must not be empty.
+/// Index of the forecast with the least work among those that miss no light. When all of them miss
+/// light, the index of the first one with the smallest missing share. `forecasts` must not be
+/// empty.
 [[nodiscard]] inline std::size_t best_of(const std::vector<Forecast>& forecasts, double iterations) {
   const auto has_splats_alone = [](const SampleCounts& counts) {
     return counts.traces_light() && counts.connections == 0 && !counts.merges;

@@ -25,20 +25,20 @@ struct SeparateWeights {
 /// The engine of a pilot: all techniques, with the density of each contribution by each of them.
 using PilotMethod = Method<SeparateWeights, PilotOutput>;
 
-/// Renders a part of the pixels with all techniques, and forecasts variance, bias and cost of every candidate
-/// (`AnyPilot`).
+/// Renders a part of the pixels with all techniques, and forecasts variance, bias and cost of every
+/// candidate (`AnyPilot`).
 template <Scene Sc, class Source = SampleNumbers>
 class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
  public:
   using S = typename Sc::Spectrum;
   using EngineType = Engine<Sc, PilotMethod, Source>;
 
-  /// The candidates may use the techniques that are on in `settings.counts`; connections and splats must be on there.
-  /// All candidates that merge must agree with it in `local_merges`. The pilot merges with a constant radius: the
-  /// largest of all candidates, whose disk has the mean area of a run of `expected_iterations`. The scene must outlive
-  /// the pilot.
+  /// The candidates may use the techniques that are on in `settings.counts`; connections and splats
+  /// must be on there. All candidates that merge must agree with it in `local_merges`. The pilot
+  /// merges with a constant radius: the largest of all candidates, whose disk has the mean area of
+  /// a run of `expected_iterations`. The scene must outlive the pilot.
   GMIS_RARE RenderPilot(const Sc& scene, const RenderSettings& settings, const std::vector<SampleCounts>& candidates,
-              std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
+                        std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
       : AnyPilot<S>(candidates, counts_of_pilot(settings.counts, candidates)),
         engine_(scene,
                 settings_of_pilot(scene, settings, counts_of_pilot(settings.counts, candidates), expected_iterations),
@@ -55,8 +55,9 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
   [[nodiscard]] const EngineType& engine() const noexcept override { return engine_; }
 
  private:
-  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance. Few light trees, an eighth of what a
-  /// candidate may have, since they are enough to tell the candidates apart.
+  /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance.
+  /// Few light trees, an eighth of what a candidate may have, since they are enough to tell the
+  /// candidates apart.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts, const std::vector<SampleCounts>& candidates) {
     double most = 1.0;
     for (const SampleCounts& candidate : candidates) {
@@ -74,7 +75,7 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
         settings.radius.value_or(default_radius(scene)) * std::sqrt(mean_disk(settings.alpha, expected_iterations));
     settings.alpha = 1.0;
     settings.pixel_counts = PixelCounts::uniform;  // forecasts are for one camera subpath a pixel
-    settings.sampler = Sampler::independent;  // forecasts compare iterations
+    settings.sampler = Sampler::independent;       // forecasts compare iterations
     settings.counts = made;
     return settings;
   }

@@ -15,21 +15,23 @@
 #include "gmis/transport/state/pixel_bounds.hpp"
 
 /// \file
-/// The sums that a pilot collects over a chunk of paths: for every pixel that it takes and every candidate, the value of the
-/// pixel and the terms of its variance. Each contribution carries the density of its path by each technique. pilot.hpp
-/// explains how the sums are used.
+/// The sums that a pilot collects over a chunk of paths: for every pixel that it takes and every
+/// candidate, the value of the pixel and the terms of its variance. Each contribution carries the
+/// density of its path by each technique. pilot.hpp explains how the sums are used.
 
 namespace gmis {
 
-/// Selects the pixels that a pilot renders, and groups them in tiles. The longer the run, the more pixels: an eighth to a half
-/// of them, but at least about `fewest_pixels` and at most about `most_pixels`. It takes one of every so many that follow
-/// each other, not always the same one: a picture may have rows or columns that alternate.
+/// Selects the pixels that a pilot renders, and groups them in tiles. The longer the run, the more
+/// pixels: an eighth to a half of them, but at least about `fewest_pixels` and at most about
+/// `most_pixels`. It takes one of every so many that follow each other, not always the same one: a
+/// picture may have rows or columns that alternate.
 class PilotGrid {
  public:
   static constexpr std::int64_t fewest_pixels = 1 << 11, most_pixels = 1 << 16;
 
   PilotGrid() = default;
-  /// `resolution` is that of the whole frame. Pixels are numbered in the whole frame, by rows from the upper left.
+  /// `resolution` is that of the whole frame. Pixels are numbered in the whole frame, by rows from
+  /// the upper left.
   PilotGrid(glm::ivec2 resolution, const PixelBounds& crop, std::uint32_t expected_iterations)
       : width_(static_cast<std::uint32_t>(resolution.x)),
         crop_(crop),
@@ -57,7 +59,8 @@ class PilotGrid {
     const std::uint32_t hash = (group ^ group >> 16U) * 0x85EBCA6BU;
     return number % step_ == (hash ^ hash >> 13U) % in_group;
   }
-  /// Index of the tile of a pixel, which must lie in the crop; bias is estimated per tile of about 64 pixels that are taken.
+  /// Index of the tile of a pixel, which must lie in the crop; bias is estimated per tile of about
+  /// 64 pixels that are taken.
   [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
     const glm::ivec2 tile = place(pixel) / tile_side_;
     return static_cast<std::size_t>(tile.y * tiles_.x + tile.x);
@@ -80,8 +83,8 @@ class PilotGrid {
   glm::ivec2 size_{0, 0}, tiles_{0, 0};
 };
 
-/// The candidates of a pilot, in lanes that are worked on at once: no compiler turned loops over arrays of them into vector
-/// instructions, because of the choices in them.
+/// The candidates of a pilot, in lanes that are worked on at once: no compiler turned loops over
+/// arrays of them into vector instructions, because of the choices in them.
 struct PilotCandidates {
   static constexpr std::size_t lanes = 8;
   using Lanes GMIS_VECTOR_OF_BYTES(4 * lanes) = float;
@@ -109,7 +112,8 @@ struct PilotCandidates {
   }
 };
 
-/// Collects the sums of one chunk of paths for every candidate, and the pilot's own picture. Models `ChunkOutput`.
+/// Collects the sums of one chunk of paths for every candidate, and the pilot's own picture. Models
+/// `ChunkOutput`.
 template <Spectrum S>
 class PilotOutput : public PathObserver {
  public:
@@ -126,7 +130,8 @@ class PilotOutput : public PathObserver {
     std::uint32_t pixel;
     std::span<const float> mean;           ///< A
     std::span<const float> second_moment;  ///< ∫ f²/D and the pairs of A
-    /// The merged part with the candidate's disk minus that with a disk of half the radius, all else equal.
+    /// The merged part with the candidate's disk minus that with a disk of half the radius, all
+    /// else equal.
     std::span<const float> kernel_change;
   };
 
@@ -166,8 +171,8 @@ class PilotOutput : public PathObserver {
     pixels_.push_back(pixel);
     std::fill(sums_.begin(), sums_.end(), Sums{});
   }
-  /// Ends the techniques of a camera vertex. Scales the pairs of connections made there to each candidate's number of
-  /// draws.
+  /// Ends the techniques of a camera vertex. Scales the pairs of connections made there to each
+  /// candidate's number of draws.
   void end_vertex() {
     if (!has_connections_) return;
     has_connections_ = false;
@@ -180,7 +185,8 @@ class PilotOutput : public PathObserver {
     }
   }
 
-  /// Notes the squared distance of the vertices that are merged next, divided by the squared radius of the pilot.
+  /// Notes the squared distance of the vertices that are merged next, divided by the squared radius
+  /// of the pilot.
   void on_merge(T relative_distance_squared) noexcept {
     film_.on_merge(relative_distance_squared);
     merge_distance_ = static_cast<float>(relative_distance_squared);
@@ -205,8 +211,8 @@ class PilotOutput : public PathObserver {
         sums.connect_squares += terms.own * terms.own;
       }
       if (merges) {
-        // The pilot's disk stands for the candidate's in `own`. Here the kernels are those of the candidate's disk and of
-        // one with half its radius, a quarter of its area.
+        // The pilot's disk stands for the candidate's in `own`. Here the kernels are those of the
+        // candidate's disk and of one with half its radius, a quarter of its area.
         const Lanes whole = merge_distance_ <= block.disk ? Lanes{} + 1.0F : Lanes{};
         const Lanes half = 4.0F * merge_distance_ <= block.disk ? Lanes{} + 4.0F : Lanes{};
         sums.kernel_change += terms.own * block.inverse_disk * (whole - half);

@@ -7,22 +7,24 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/transport/allocation/choice.hpp"
 #include "gmis/transport/allocation/engine_maker.hpp"
 
 namespace gmis {
 
-/// Number of pilot iterations for a run of this length: 2 to 16, an even number because forecasts use pairs. A pixel
-/// costs a pilot about three times what it costs with the chosen counts; the pilot takes some of them (`PilotGrid`).
+/// Number of pilot iterations for a run of this length: 2 to 16, an even number because forecasts
+/// use pairs. A pixel costs a pilot about three times what it costs with the chosen counts; the
+/// pilot takes some of them (`PilotGrid`).
 [[nodiscard]] constexpr std::uint32_t pilot_iterations_for(std::uint32_t expected_iterations) noexcept {
   return 2 * std::clamp(expected_iterations / 100U, 1U, 8U);
 }
 
-/// The engine of a run, chosen at run time. With several candidates for the counts, the first iteration is preceded by a
-/// pilot, which renders some of the pixels for itself; the run has the best candidate. The choice is made once, from the
-/// pilot alone: counts do not depend on samples of the picture.
+/// The engine of a run, chosen at run time. With several candidates for the counts, the first
+/// iteration is preceded by a pilot, which renders some of the pixels for itself; the run has the
+/// best candidate. The choice is made once, from the pilot alone: counts do not depend on samples
+/// of the picture.
 template <Spectrum S>
 class RenderEngine {
  public:
@@ -31,11 +33,12 @@ class RenderEngine {
                const std::optional<PixelBounds>& crop = std::nullopt)
       : RenderEngine(std::move(maker), settings, {}, 0, crop) {}
 
-  /// Chooses among `candidates` for a run of `expected_iterations`. The pilot renders with the techniques of
-  /// `settings.counts`; every technique of the candidates must be on there, and so must connections and splats. With
-  /// one candidate the run uses its counts, without a pilot; with none it uses `settings.counts`.
+  /// Chooses among `candidates` for a run of `expected_iterations`. The pilot renders with the
+  /// techniques of `settings.counts`; every technique of the candidates must be on there, and so
+  /// must connections and splats. With one candidate the run uses its counts, without a pilot; with
+  /// none it uses `settings.counts`.
   GMIS_RARE RenderEngine(EngineMaker<S> maker, const RenderSettings& settings, std::vector<SampleCounts> candidates,
-               std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt);
+                         std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt);
 
   /// Renders one more iteration, after a pilot where there is one.
   void iterate(ExecutorRef executor) {
@@ -43,14 +46,16 @@ class RenderEngine {
     engine_->iterate(executor);
   }
 
-  /// The engine of the picture; that of the pilot before the first iteration of a run that has a pilot.
+  /// The engine of the picture; that of the pilot before the first iteration of a run that has a
+  /// pilot.
   [[nodiscard]] const AnyEngine<S>& engine() const noexcept { return pilot_ ? pilot_->engine() : *engine_; }
   /// The engine of the picture; null before the first iteration of a run that has a pilot.
   [[nodiscard]] AnyEngine<S>* picture_engine() noexcept { return engine_.get(); }
   /// The choice of the pilot; null before the first iteration and in a run without a pilot.
   [[nodiscard]] const Choice* choice() const noexcept { return choice_ && !pilot_ ? &*choice_ : nullptr; }
 
-  /// Counted work since the start, the pilot included. Contributions and rejections are those of the picture.
+  /// Counted work since the start, the pilot included. Contributions and rejections are those of
+  /// the picture.
   [[nodiscard]] Counters counters() const { return Counters(of_pilot_.counters) += engine().counters(); }
   /// The part of `counters()` that light trees took.
   [[nodiscard]] Counters light_work() const { return Counters(of_pilot_.light_work) += engine().light_work(); }
@@ -63,8 +68,8 @@ class RenderEngine {
     if (engine_) engine_->keep_contributions(keep);
   }
 
-  /// The state for a later run (`core/state_archive.hpp`), between two iterations. A reading engine must have been made
-  /// with the same arguments.
+  /// The state for a later run (`core/state_archive.hpp`), between two iterations. A reading engine
+  /// must have been made with the same arguments.
   template <class Archive>
   void exchange_state(Archive& archive) {
     bool is_choosing = pilot_ != nullptr;

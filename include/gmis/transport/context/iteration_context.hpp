@@ -84,13 +84,12 @@ struct IterationContext {
 
   /// Number of the light tree that the camera subpath of this pixel is paired with.
   [[nodiscard]] constexpr std::size_t tree_of_pixel(std::size_t pixel) const noexcept {
-    const auto pixels =
-        static_cast<std::uint64_t>(frame.resolution.x) * static_cast<std::uint64_t>(frame.resolution.y);
+    const auto pixels = static_cast<std::uint64_t>(frame.resolution.x) * static_cast<std::uint64_t>(frame.resolution.y);
     return light.tree_count == pixels ? pixel : static_cast<std::size_t>(pixel * light.tree_count / pixels);
   }
 
-  /// s(x) of the local count of merging, for a surface with this BSDF: true when light vertices that are made from it are
-  /// photons. 1 everywhere when merging is not local.
+  /// s(x) of the local count of merging, for a surface with this BSDF: true when light vertices
+  /// that are made from it are photons. 1 everywhere when merging is not local.
   template <Bsdf B>
   [[nodiscard]] constexpr bool makes_photons(const B& bsdf) const noexcept {
     if constexpr (has_light_side)
@@ -101,7 +100,8 @@ struct IterationContext {
   /// s(x_0): true when the first vertices of light subpaths are photons.
   [[nodiscard]] constexpr bool lights_make_photons() const noexcept { return !counts.local_merges; }
 
-  /// Nominal number of children c of a camera subpath at a vertex, for a non-delta event; `survival` is included.
+  /// Nominal number of children c of a camera subpath at a vertex, for a non-delta event;
+  /// `survival` is included.
   [[nodiscard]] constexpr T camera_children(T survival) const noexcept {
     return counts.extends_camera ? survival : T(0);
   }

@@ -9,11 +9,11 @@ namespace gmis {
 /// Number of children of the vertices of light subpaths.
 ///
 /// - `Settings`: the settings of the policy; `P(settings)` constructs it.
-/// - `nominal_children(bsdf)`: c of a light subpath at a vertex, without the continuation probability. It is a function
-///   of the vertex alone, because a subpath from the other end of the path knows nothing else about the vertex, and
-///   constant while weights are formed.
-/// - `is_measured`: true when `nominal_children` is measured over separate trees: `Tally` counts vertices and the
-///   children drawn there, and `freeze(tally)` takes the means.
+/// - `nominal_children(bsdf)`: c of a light subpath at a vertex, without the continuation
+///   probability. It is a function of the vertex alone, because a subpath from the other end of the
+///   path knows nothing else about the vertex, and constant while weights are formed.
+/// - `is_measured`: true when `nominal_children` is measured over separate trees: `Tally` counts
+///   vertices and the children drawn there, and `freeze(tally)` takes the means.
 template <class P, class B>
 concept SplitPolicy = Bsdf<B> && requires(P& policy, const P& frozen, const B& bsdf, typename P::Tally& tally) {
   P(typename P::Settings{});

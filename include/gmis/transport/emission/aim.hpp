@@ -11,9 +11,10 @@
 
 namespace gmis {
 
-/// A distribution of lines that pass near a centre. The distance b of a line from the centre lies in one of 16 rings
-/// [ρ_k, ρ_{k+1}) with the same probability. Within a ring, directions from a point are uniform per steradian, and parallel
-/// lines are uniform per area perpendicular to them. So the distribution fits any scale: a point a million radii away, too.
+/// A distribution of lines that pass near a centre. The distance b of a line from the centre lies
+/// in one of 16 rings [ρ_k, ρ_{k+1}) with the same probability. Within a ring, directions from a
+/// point are uniform per steradian, and parallel lines are uniform per area perpendicular to them.
+/// So the distribution fits any scale: a point a million radii away, too.
 template <std::floating_point T>
 class Aim {
  public:
@@ -33,8 +34,8 @@ class Aim {
   /// The bounds of the rings.
   [[nodiscard]] const Radii& radii() const noexcept { return radii_; }
 
-  /// A direction from `point` towards the centre, at most 90° off. Nothing when `point` is nearer to the centre than the
-  /// chosen ring, with the probability `failure(point)`.
+  /// A direction from `point` towards the centre, at most 90° off. Nothing when `point` is nearer
+  /// to the centre than the chosen ring, with the probability `failure(point)`.
   [[nodiscard]] std::optional<Vec3<T>> sample_direction(const Vec3<T>& point, const Vec2<T>& u) const noexcept {
     const Vec3<T> offset = centre_ - point;
     const T distance_squared = glm::dot(offset, offset);
@@ -54,8 +55,9 @@ class Aim {
     const auto reached = std::lower_bound(squares_.begin(), squares_.end() - 1, distance_squared) - squares_.begin();
     return T(rings - static_cast<std::size_t>(reached)) / T(rings);
   }
-  /// Density per steradian of `sample_direction(point, ·)` for the unit `direction` of the line through `on_line`. That the
-  /// line passes `point`, too, is known; `on_line` is nearer to the centre and gives its distance more exactly.
+  /// Density per steradian of `sample_direction(point, ·)` for the unit `direction` of the line
+  /// through `on_line`. That the line passes `point`, too, is known; `on_line` is nearer to the
+  /// centre and gives its distance more exactly.
   [[nodiscard]] T direction_density(const Vec3<T>& point, const Vec3<T>& direction,
                                     const Vec3<T>& on_line) const noexcept {
     const Vec3<T> offset = centre_ - point;
@@ -75,7 +77,8 @@ class Aim {
     const Frame<T> frame = Frame<T>::around(direction);
     return centre_ + (frame.tangent * turn.cos + frame.bitangent * turn.sin) * distance;
   }
-  /// Density of `sample_line(direction, ·)` per area perpendicular to `direction`, for the line through `on_line`.
+  /// Density of `sample_line(direction, ·)` per area perpendicular to `direction`, for the line
+  /// through `on_line`.
   [[nodiscard]] T line_density(const Vec3<T>& direction, const Vec3<T>& on_line) const noexcept {
     const std::size_t ring = ring_of(on_line, direction);
     if (ring == rings) return T(0);

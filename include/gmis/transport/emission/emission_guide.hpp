@@ -15,8 +15,9 @@
 
 namespace gmis {
 
-/// How guided emission starts on one light: the part that is drawn first (the point, or the direction of an infinite light)
-/// by a table over its numbers, then the rest of the line by an aim.
+/// How guided emission starts on one light: the part that is drawn first (the point, or the
+/// direction of an infinite light) by a table over its numbers, then the rest of the line by an
+/// aim.
 template <std::floating_point T, class L>
 struct GuidedLight {
   const L* light;        ///< which
@@ -25,8 +26,9 @@ struct GuidedLight {
   Aim<T> aim;            ///< of the direction from a point, or of the position of a line
 };
 
-/// A density of the starts of light subpaths: a mixture of the one that the lights have, with the probability `own_share`, and a
-/// learned one. It is frozen while it is used. Where a light emits, the density is at least `own_share` times that of the light.
+/// A density of the starts of light subpaths: a mixture of the one that the lights have, with the
+/// probability `own_share`, and a learned one. It is frozen while it is used. Where a light emits,
+/// the density is at least `own_share` times that of the light.
 template <Scene Sc>
 class EmissionGuide {
  public:
@@ -58,8 +60,9 @@ class EmissionGuide {
   /// The lights that are guided.
   [[nodiscard]] std::span<const GuidedLight<T, L>> lights() const noexcept { return lights_; }
 
-  /// Chooses the light of a light subpath. The probability in the result is that of `scene.sample_light(u)`. `guided`
-  /// receives what `sample` needs: null for a start as the light has it.
+  /// Chooses the light of a light subpath. The probability in the result is that of
+  /// `scene.sample_light(u)`. `guided` receives what `sample` needs: null for a start as the light
+  /// has it.
   [[nodiscard]] LightChoice<T, L> sample_light(const Sc& scene, T u, const GuidedLight<T, L>*& guided) const {
     guided = nullptr;
     if (u < own_share_) return scene.sample_light(u / own_share_);
@@ -68,8 +71,9 @@ class EmissionGuide {
     guided = &lights_[static_cast<std::size_t>(found - cumulative_.begin())];
     return {guided->light, scene.selection_probability(*guided->light)};
   }
-  /// Draws the start of a light subpath on the light that `sample_light` chose; nothing when the sample fails. The weight and
-  /// the densities are those of the light alone: they must be divided and multiplied by `ratio`.
+  /// Draws the start of a light subpath on the light that `sample_light` chose; nothing when the
+  /// sample fails. The weight and the densities are those of the light alone: they must be divided
+  /// and multiplied by `ratio`.
   [[nodiscard]] std::optional<EmissionSample<S>> sample(const L& light, const GuidedLight<T, L>* guided,
                                                         const Vec2<T>& uv_origin, const Vec2<T>& uv_direction) const {
     if (guided == nullptr) return light.sample_emission(uv_origin, uv_direction);
@@ -85,11 +89,12 @@ class EmissionGuide {
     return direction ? light.emission_along(drawn->origin, *direction) : drawn;
   }
 
-  /// The density of a start divided by that of the lights alone. `origin` is x_0 (ignored for an infinite light), `receiver`
-  /// is x_1, `direction` points from x_0 to x_1. `selection_probability` is that of `sample_light(u)` for this light, and
-  /// `first` the light's own `EmissionDensity::first`.
+  /// The density of a start divided by that of the lights alone. `origin` is x_0 (ignored for an
+  /// infinite light), `receiver` is x_1, `direction` points from x_0 to x_1.
+  /// `selection_probability` is that of `sample_light(u)` for this light, and `first` the light's
+  /// own `EmissionDensity::first`.
   [[nodiscard]] GMIS_NEVER_INLINE T ratio(const L& light, T selection_probability, T first, const Point& origin,
-                                       const Vec3<T>& direction, const Vec3<T>& receiver) const noexcept {
+                                          const Vec3<T>& direction, const Vec3<T>& receiver) const noexcept {
     const auto found = std::lower_bound(by_address_.begin(), by_address_.end(), &light,
                                         [](const auto& a, const L* b) { return std::less<>{}(a.first, b); });
     if (found == by_address_.end() || found->first != &light) return own_share_;
@@ -108,8 +113,8 @@ class EmissionGuide {
   T own_share_ = T(1);
 };
 
-/// `EmissionDensity::first` of a start under the guide of the context: `first` without one. The arguments are those of
-/// `EmissionGuide::ratio`. Without a light side nothing reads this density.
+/// `EmissionDensity::first` of a start under the guide of the context: `first` without one. The
+/// arguments are those of `EmissionGuide::ratio`. Without a light side nothing reads this density.
 template <class Context, class L, std::floating_point T>
 [[nodiscard]] constexpr T guided_first(const Context& context, const L& light, T selection_probability, T first,
                                        const SurfacePoint<T>& origin, const Vec3<T>& direction,

@@ -33,9 +33,9 @@ struct Arrival {
 
 namespace detail {
 
-/// Follows one camera subpath and takes one sample of the lights at each of its vertices, also at specular ones, where next
-/// events are impossible: light subpaths are needed there most. At a surface with a narrow lobe the BSDF is replaced by that of
-/// a diffuse surface with its albedo.
+/// Follows one camera subpath and takes one sample of the lights at each of its vertices, also at
+/// specular ones, where next events are impossible: light subpaths are needed there most. At a
+/// surface with a narrow lobe the BSDF is replaced by that of a diffuse surface with its albedo.
 template <Scene Sc, UniformSource Source, class Found>
 void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source source, Found&& found) {
   using T = ScalarOf<typename Sc::Spectrum>;
@@ -102,8 +102,9 @@ class Quantiles {
   std::vector<std::pair<T, double>> values_;
 };
 
-/// The aim of one light: the centre is the median of the receivers in each coordinate, and the rings have the same mass.
-/// Nothing when no line comes towards the centre. All arrivals are of one light.
+/// The aim of one light: the centre is the median of the receivers in each coordinate, and the
+/// rings have the same mass. Nothing when no line comes towards the centre. All arrivals are of one
+/// light.
 template <std::floating_point T, class L>
 [[nodiscard]] std::optional<Aim<T>> aim_at(std::span<const Arrival<T, L>> arrivals) {
   constexpr T narrowest = T(1e-3), least_growth = T(1.05);
@@ -133,7 +134,8 @@ template <std::floating_point T, class L>
   return Aim<T>(centre, radii);
 }
 
-/// The table over `start_numbers` of one light: the masses in the bins, spread by (1 2 1)/4 along either axis.
+/// The table over `start_numbers` of one light: the masses in the bins, spread by (1 2 1)/4 along
+/// either axis.
 template <std::floating_point T, class L>
 [[nodiscard]] SquareTable<T> table_of(std::span<const Arrival<T, L>> arrivals) {
   using Table = SquareTable<T>;
@@ -145,8 +147,9 @@ template <std::floating_point T, class L>
 
 }  // namespace detail
 
-/// Learns the guide from arrivals of all lights. The order of the lights in it does not depend on addresses.
-/// A light with less than a thousandth of the mass keeps its own emission, and so do all but the 64 with the most mass.
+/// Learns the guide from arrivals of all lights. The order of the lights in it does not depend on
+/// addresses. A light with less than a thousandth of the mass keeps its own emission, and so do all
+/// but the 64 with the most mass.
 template <Scene Sc>
 [[nodiscard]] EmissionGuide<Sc> guide_from(
     std::vector<Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
@@ -198,8 +201,9 @@ template <Scene Sc>
   return EmissionGuide<Sc>(std::move(lights), static_cast<T>(std::max(own_share, 1.0 - guided / total)));
 }
 
-/// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide, over that without it. It
-/// is taken for an f that is proportional to the density of the arrivals: below 1 the guide makes emission better, on the whole.
+/// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide,
+/// over that without it. It is taken for an f that is proportional to the density of the arrivals:
+/// below 1 the guide makes emission better, on the whole.
 template <Scene Sc>
 [[nodiscard]] double relative_moment(
     const Sc& scene, const EmissionGuide<Sc>& guide,
@@ -214,12 +218,13 @@ template <Scene Sc>
   return total > 0 ? sum / total : 1.0;
 }
 
-/// Learns where emission matters from camera subpaths of their own, one for four pixels and at most 8192, before the first
-/// iteration: they add nothing to the picture, and the guide depends on no sample that it guides. Camera subpaths find where
-/// light is needed even when no light subpath would: a far sun misses the scene with all of its subpaths.
-/// Empty when a guide would gain little, `relative_moment` above `most_moment`: when most of what the lights emit is of use.
-/// With 0.4, the work of its densities is saved where it was measured not to pay.
-/// Same bits for any number of threads.
+/// Learns where emission matters from camera subpaths of their own, one for four pixels and at most
+/// 8192, before the first iteration: they add nothing to the picture, and the guide depends on no
+/// sample that it guides. Camera subpaths find where light is needed even when no light subpath
+/// would: a far sun misses the scene with all of its subpaths. Empty when a guide would gain
+/// little, `relative_moment` above `most_moment`: when most of what the lights emit is of use. With
+/// 0.4, the work of its densities is saved where it was measured not to pay. Same bits for any
+/// number of threads.
 template <Scene Sc, Executor E>
 [[nodiscard]] EmissionGuide<Sc> learn_emission(const Sc& scene, std::uint64_t seed, int max_depth, E& executor,
                                                double most_moment = 0.4) {

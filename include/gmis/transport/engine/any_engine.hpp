@@ -22,7 +22,8 @@
 
 namespace gmis {
 
-/// Seconds of wall time spent in each phase, measured by the calling thread and summed over iterations.
+/// Seconds of wall time spent in each phase, measured by the calling thread and summed over
+/// iterations.
 struct PhaseSeconds {
   double light = 0.0;   ///< tracing light trees
   double grid = 0.0;    ///< building the grid of photons
@@ -39,9 +40,9 @@ struct PhaseSeconds {
   }
 };
 
-/// An engine for any scene with the spectrum `S`: the settings of a run, the latest iteration and the work so far. What
-/// renders an iteration depends on the scene (`Engine`); one virtual call an iteration reaches it, so that code which
-/// only uses engines is compiled once a spectrum.
+/// An engine for any scene with the spectrum `S`: the settings of a run, the latest iteration and
+/// the work so far. What renders an iteration depends on the scene (`Engine`); one virtual call an
+/// iteration reaches it, so that code which only uses engines is compiled once a spectrum.
 template <Spectrum S>
 class AnyEngine {
  public:
@@ -52,8 +53,8 @@ class AnyEngine {
   /// Renders one more iteration; `frame()` is then the image of this iteration alone.
   virtual void iterate(ExecutorRef executor) = 0;
 
-  /// Continues the run of another engine after its iteration `iteration`: random numbers are not reused, and the
-  /// merging radius goes on shrinking. Call it before the first iteration.
+  /// Continues the run of another engine after its iteration `iteration`: random numbers are not
+  /// reused, and the merging radius goes on shrinking. Call it before the first iteration.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
   /// same result, what it measures before the first iteration.
@@ -63,27 +64,32 @@ class AnyEngine {
     pixel_counts_.exchange_state(archive, frame_.size());
   }
 
-  /// Traces the numbers of camera subpaths in `table` from the next iteration on; it must have the pixels of the frame
-  /// and must not depend on samples of the iterations that it serves. Call it before the first iteration with
-  /// `RenderSettings::pixel_counts` learned: nothing is learned then.
+  /// Traces the numbers of camera subpaths in `table` from the next iteration on; it must have the
+  /// pixels of the frame and must not depend on samples of the iterations that it serves. Call it
+  /// before the first iteration with `RenderSettings::pixel_counts` learned: nothing is learned
+  /// then.
   void use_pixel_counts(PixelCountTable table) { pixel_counts_.use(std::move(table), iteration_); }
   /// The numbers of camera subpaths; null before they are learned, and when they would gain little.
   [[nodiscard]] const PixelCountTable* pixel_counts() const noexcept { return pixel_counts_.table(); }
   /// True while numbers of camera subpaths are learned from the iterations.
   [[nodiscard]] bool is_learning() const noexcept { return pixel_counts_.is_learning(); }
 
-  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on; initially they are
-  /// not. They serve for images of single techniques or path classes.
+  /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on;
+  /// initially they are not. They serve for images of single techniques or path classes.
   virtual void keep_contributions(bool keep) = 0;
-  /// Calls `visit(contribution)` for every kept contribution of the latest iteration, in a fixed order.
+  /// Calls `visit(contribution)` for every kept contribution of the latest iteration, in a fixed
+  /// order.
   virtual void for_each_contribution(const std::function<void(const Contribution<S>&)>& visit) const = 0;
 
-  /// Image of the latest iteration: linear values, rows from the upper left. Pixels outside the crop are black.
+  /// Image of the latest iteration: linear values, rows from the upper left. Pixels outside the
+  /// crop are black.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
-  /// For every pixel of the latest iteration, the merged light minus what a disk of half the radius would have merged of
-  /// the same photons: mean over channels, rows from the upper left. Empty when merging is off.
+  /// For every pixel of the latest iteration, the merged light minus what a disk of half the radius
+  /// would have merged of the same photons: mean over channels, rows from the upper left. Empty
+  /// when merging is off.
   [[nodiscard]] std::span<const float> merging_change() const noexcept { return merging_change_; }
-  /// Light merged in the latest iteration: mean over channels, summed over the pixels of the crop; 0 when merging is off.
+  /// Light merged in the latest iteration: mean over channels, summed over the pixels of the crop;
+  /// 0 when merging is off.
   [[nodiscard]] double merged_light() const noexcept { return merged_light_; }
   /// Number of the latest iteration, from 1; 0 before the first one.
   [[nodiscard]] std::uint32_t iteration() const noexcept { return iteration_; }
@@ -97,8 +103,8 @@ class AnyEngine {
   [[nodiscard]] const PhaseSeconds& seconds() const noexcept { return seconds_; }
   /// The counts of every iteration.
   [[nodiscard]] const SampleCounts& counts() const noexcept { return settings_.counts; }
-  /// V̄ / n_L: expected number of stored vertices per light tree. It is measured before the first iteration when
-  /// weights depend on it; otherwise it is 0.
+  /// V̄ / n_L: expected number of stored vertices per light tree. It is measured before the first
+  /// iteration when weights depend on it; otherwise it is 0.
   [[nodiscard]] double vertices_per_tree() const noexcept { return vertices_per_tree_; }
   /// Columns and rows of the frame.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
@@ -116,15 +122,15 @@ class AnyEngine {
   [[nodiscard]] double merge_radius(std::uint32_t iteration) const noexcept {
     return first_radius() * std::pow(static_cast<double>(iteration), 0.5 * (settings_.alpha - 1.0));
   }
-  /// Merging radius of the latest iteration; 0 before the first one. After `merge_within` it is the radius that this
-  /// iteration would have had.
+  /// Merging radius of the latest iteration; 0 before the first one. After `merge_within` it is the
+  /// radius that this iteration would have had.
   [[nodiscard]] double radius() const noexcept { return iteration_ > 0 ? merge_radius(iteration_) : 0.0; }
 
-  /// Sets the radius factor from the next iteration on; the shrinking schedule is unchanged. It must not depend on
-  /// samples of the iterations that it serves.
+  /// Sets the radius factor from the next iteration on; the shrinking schedule is unchanged. It
+  /// must not depend on samples of the iterations that it serves.
   void merge_within(double radius_factor) noexcept { settings_.counts.radius_factor = radius_factor; }
-  /// Multiplies merged light by 1 + `per_radius` r_i from the next iteration on (`MergingGain`); weights stay as they
-  /// are. It must not depend on samples of the iterations that it serves.
+  /// Multiplies merged light by 1 + `per_radius` r_i from the next iteration on (`MergingGain`);
+  /// weights stay as they are. It must not depend on samples of the iterations that it serves.
   void scale_merging(double per_radius) noexcept { merging_gain_ = per_radius; }
   /// The `per_radius` of the next iteration.
   [[nodiscard]] double merging_gain() const noexcept { return merging_gain_; }

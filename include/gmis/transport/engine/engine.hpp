@@ -40,16 +40,17 @@ class Stopwatch {
 
 }  // namespace detail
 
-/// The engine behind all integrators. An iteration traces the light trees, builds the grid of light vertices and traces
-/// one camera subpath per pixel, or more where a `PixelCountTable` says so. `RenderSettings::counts` select the
-/// techniques; the engine skips all work that none of them needs.
+/// The engine behind all integrators. An iteration traces the light trees, builds the grid of light
+/// vertices and traces one camera subpath per pixel, or more where a `PixelCountTable` says so.
+/// `RenderSettings::counts` select the techniques; the engine skips all work that none of them
+/// needs.
 ///
-/// Work is divided into chunks of fixed size, which are merged in their order. The same seed therefore gives the same
-/// bits for any number of threads. The pixels of a crop have the same bits as in the whole picture, unless numbers of
-/// camera subpaths are learned.
+/// Work is divided into chunks of fixed size, which are merged in their order. The same seed
+/// therefore gives the same bits for any number of threads. The pixels of a crop have the same bits
+/// as in the whole picture, unless numbers of camera subpaths are learned.
 ///
-/// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings. No other member
-/// throws, except when an allocation fails.
+/// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings.
+/// No other member throws, except when an allocation fails.
 template <Scene Sc, class Method_ = BothSides, class Source = SampleNumbers>
 class Engine : public AnyEngine<typename Sc::Spectrum> {
  public:
@@ -66,15 +67,16 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   static_assert(SplitPolicy<Split, typename Sc::Bsdf>);
   static_assert(ChunkOutput<Output, S, typename Context::Recursion::Weight>);
 
-  /// The scene must outlive the engine. `crop` is clipped to the frame; without it the whole frame is rendered. `split`
-  /// holds the settings of a method whose light trees split (`GmisSampler`).
-  GMIS_RARE Engine(const Sc& scene, const RenderSettings& settings, const std::optional<PixelBounds>& crop = std::nullopt,
-         const typename Split::Settings& split = {});
+  /// The scene must outlive the engine. `crop` is clipped to the frame; without it the whole frame
+  /// is rendered. `split` holds the settings of a method whose light trees split (`GmisSampler`).
+  GMIS_RARE Engine(const Sc& scene, const RenderSettings& settings,
+                   const std::optional<PixelBounds>& crop = std::nullopt, const typename Split::Settings& split = {});
 
   GMIS_RARE void iterate(ExecutorRef executor) override;
 
-  /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide must not depend on samples
-  /// of the iterations that it serves. Call it before the first iteration with `RenderSettings::emission` learned.
+  /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide
+  /// must not depend on samples of the iterations that it serves. Call it before the first
+  /// iteration with `RenderSettings::emission` learned.
   void use_emission_guide(EmissionGuide<Sc> guide) {
     has_learned_emission_ = true;
     guide_ = std::move(guide);
@@ -84,9 +86,9 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     return guide_.is_empty() ? nullptr : &guide_;
   }
 
-  /// Prepares the engine to replay paths of `iteration` (replay/replay.hpp): traces the light trees of that iteration.
-  /// The engine must not have rendered that iteration or a later one. The same iteration may be prepared again, but no
-  /// other one.
+  /// Prepares the engine to replay paths of `iteration` (replay/replay.hpp): traces the light trees
+  /// of that iteration. The engine must not have rendered that iteration or a later one. The same
+  /// iteration may be prepared again, but no other one.
   GMIS_RARE void prepare_replay(ExecutorRef executor, std::uint32_t iteration);
 
   GMIS_RARE void keep_contributions(bool keep) override {
@@ -100,7 +102,8 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
         if constexpr (requires { output.records(); })
           for (const auto& record : output.records()) visit(record);
   }
-  /// Calls `visit(output)` for every chunk of the light side, then of the camera side, in a fixed order.
+  /// Calls `visit(output)` for every chunk of the light side, then of the camera side, in a fixed
+  /// order.
   template <class Visit>
   void for_each_output(Visit&& visit) {
     for (Output& output : light_outputs_) visit(output);
@@ -115,9 +118,11 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     return this->counts().stores_light_vertices() ? grid_.byte_count() + cache_.byte_count() : 0;
   }
 
-  /// The data that all techniques read in the latest iteration. It holds references into this engine.
+  /// The data that all techniques read in the latest iteration. It holds references into this
+  /// engine.
   [[nodiscard]] Context context() const { return context_for(iteration_, this->counts()); }
-  /// The source of random numbers for one path of the context's iteration. `subpath`: its number among those of its pixel.
+  /// The source of random numbers for one path of the context's iteration. `subpath`: its number
+  /// among those of its pixel.
   [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number,
                                          std::uint32_t subpath = 0) {
     const bool is_light = kind == PathKind::light;
@@ -125,8 +130,8 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     const bool is_independent = subpath > 0 && context.keys.schedule.uniform > 1;
     if constexpr (std::same_as<Source, SampleNumbers>)
       if (context.keys.sampler == Sampler::sobol && !is_independent) [[unlikely]] {
-        // Camera subpaths: a sequence a pixel, over the iterations of a replication. Light trees: one sequence over all
-        // trees of all these iterations.
+        // Camera subpaths: a sequence a pixel, over the iterations of a replication. Light trees:
+        // one sequence over all trees of all these iterations.
         const std::uint32_t replication = (context.keys.iteration - 1) % sobol_replications;
         const std::uint64_t index = (context.keys.iteration - 1) / sobol_replications;
         return is_light ? SampleNumbers::sobol(context.keys.seed, replication, 0, sobol_light_stream,
@@ -137,8 +142,9 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     const std::uint32_t camera = subpath == 0 ? camera_stream : further_camera_streams + subpath;
     return Source(context.keys.seed, context.keys.iteration, number, is_light ? light_stream : camera);
   }
-  /// Calls `trace(pixel, source, share)` for each camera subpath of a pixel (its index in the frame) in the context's
-  /// iteration. The pixel is the sum of their values, each multiplied by `share`.
+  /// Calls `trace(pixel, source, share)` for each camera subpath of a pixel (its index in the
+  /// frame) in the context's iteration. The pixel is the sum of their values, each multiplied by
+  /// `share`.
   template <class Trace>
   static void trace_pixel(const Context& context, std::uint32_t pixel, Trace&& trace) {
     const auto width = static_cast<std::uint32_t>(context.frame.resolution.x);
@@ -155,7 +161,8 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
 
   static constexpr std::size_t chunk_size = 256;
   /// Trees that V̄ is measured with: fewer for a pilot, whose forecasts are less exact than that.
-  static constexpr std::size_t census_tree_count = detail::is_hot_walk<Context, Output> || Split::is_measured ? 4096 : 1024;
+  static constexpr std::size_t census_tree_count =
+      detail::is_hot_walk<Context, Output> || Split::is_measured ? 4096 : 1024;
   enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_emission, 7 and 8: for programs
     light_stream = 0,
     camera_stream = 1,
@@ -166,19 +173,20 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   };
 
   GMIS_RARE [[nodiscard]] Context context_for(std::uint32_t iteration, const SampleCounts& counts) const;
-  /// The counts of the weights, κ and μ, in an iteration with this area of all merging disks, n_L π r².
+  /// The counts of the weights, κ and μ, in an iteration with this area of all merging disks, n_L π
+  /// r².
   GMIS_RARE [[nodiscard]] TechniqueCounts<T> nominal_counts(const SampleCounts& counts, T merge_area) const;
 
   /// Starts the next iteration: traces the light trees and builds the grid.
   GMIS_RARE void begin_iteration(ExecutorRef executor);
-  /// Measures the mean numbers of vertices and children of a light tree over separate trees, which contribute nothing
-  /// to the picture: weights must not depend on the samples that they weight.
+  /// Measures the mean numbers of vertices and children of a light tree over separate trees, which
+  /// contribute nothing to the picture: weights must not depend on the samples that they weight.
   GMIS_RARE void measure_light_trees(ExecutorRef executor);
   void trace_light(ExecutorRef executor, const Context& context);
   void build_grid(ExecutorRef executor, T radius);
   void trace_camera(ExecutorRef executor, const Context& context);
-  /// Traces the subpaths of a pixel that has more than one, or may have, and notes the difference of the last two while
-  /// their numbers are learned.
+  /// Traces the subpaths of a pixel that has more than one, or may have, and notes the difference
+  /// of the last two while their numbers are learned.
   template <class Subpath>
   GMIS_NEVER_INLINE void trace_several(const Context& context, Subpath& subpath, Output& output, std::uint32_t pixel);
   void add_splats();
@@ -299,7 +307,8 @@ void Engine<Sc, Method_, Source>::iterate(ExecutorRef executor) {
 
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::prepare_replay(ExecutorRef executor, std::uint32_t iteration) {
-  while (iteration_ + 1 < iteration && this->is_learning()) iterate(executor);  // tables come from the iterations before
+  while (iteration_ + 1 < iteration && this->is_learning())
+    iterate(executor);  // tables come from the iterations before
   iteration_ = iteration - 1;
   begin_iteration(executor);
 }
@@ -413,9 +422,9 @@ void Engine<Sc, Method_, Source>::trace_several(const Context& context, Subpath&
     subpath.trace(place, pixel, numbers, share);
   });
   if (this->is_learning())
-    this->pixel_counts_.learner().note(
-        pixel, 2.0 * static_cast<double>(mean_channel(output.take_pixel()) - T(2) * but_last),
-        cost_of(output.counters()) - cost_before);
+    this->pixel_counts_.learner().note(pixel,
+                                       2.0 * static_cast<double>(mean_channel(output.take_pixel()) - T(2) * but_last),
+                                       cost_of(output.counters()) - cost_before);
 }
 
 template <Scene Sc, class Method_, class Source>

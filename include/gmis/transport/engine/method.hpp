@@ -17,7 +17,8 @@ struct RecursiveWeights {
   using Recursion = WeightRecursion<T, Heuristic>;
 };
 
-/// Weights for camera subpaths alone, each with one ratio of densities: emitter hits and next events.
+/// Weights for camera subpaths alone, each with one ratio of densities: emitter hits and next
+/// events.
 template <class Heuristic>
 struct CameraSideWeights {
   /// Camera subpaths alone.
@@ -34,12 +35,13 @@ struct LightPaths {
   using Walk = LightPath<Context, Output>;
 };
 
-/// The parts of an engine that are fixed at compile time. The techniques are not among them: `SampleCounts` select them
-/// at run time.
+/// The parts of an engine that are fixed at compile time. The techniques are not among them:
+/// `SampleCounts` select them at run time.
 ///
 /// - `Weights`: the recursion that forms the weights.
 /// - `Output<S>`: a `ChunkOutput`, which receives the contributions.
-/// - `Light`: how light subpaths are traced: `Light::Walk<Context, Output>`, with the `SplitPolicy` `Light::Split<T>`.
+/// - `Light`: how light subpaths are traced: `Light::Walk<Context, Output>`, with the `SplitPolicy`
+///   `Light::Split<T>`.
 template <class Weights_, template <class> class Output_ = FilmOutput, class Light = LightPaths>
 struct Method {
   using Weights = Weights_;
@@ -53,7 +55,8 @@ struct Method {
 
 /// All techniques; light trees are paths without branches.
 using BothSides = Method<RecursiveWeights<BalanceRatio>>;
-/// Emitter hits and next events (path tracing), without light subpaths; each weight has one ratio of densities.
+/// Emitter hits and next events (path tracing), without light subpaths; each weight has one ratio
+/// of densities.
 using CameraSide = Method<CameraSideWeights<BalanceRatio>>;
 
 }  // namespace gmis

@@ -2,23 +2,25 @@
 
 #include <concepts>
 
-#include "gmis/core/attributes.hpp"
 #include "gmis/core/argument_error.hpp"
-#include "gmis/core/guided_light.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/guided_light.hpp"
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/transport/state/settings.hpp"
 
 /// \file
-/// The settings that an engine refuses before it does any work. `std::invalid_argument` (core/argument_error.hpp) says
-/// what to change.
+/// The settings that an engine refuses before it does any work. `std::invalid_argument`
+/// (core/argument_error.hpp) says what to change.
 
 namespace gmis {
 
-/// `settings`, unless an engine for scenes of type `Sc`, with this method and this source of numbers, cannot render a
-/// picture of this resolution with them. `split` holds the settings of a method whose light trees split.
+/// `settings`, unless an engine for scenes of type `Sc`, with this method and this source of
+/// numbers, cannot render a picture of this resolution with them. `split` holds the settings of a
+/// method whose light trees split.
 template <Scene Sc, class Method_, class Source, class SplitSettings>
-GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::ivec2 resolution, const SplitSettings& split) {
+GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::ivec2 resolution,
+                                          const SplitSettings& split) {
   using Split = typename Method_::template Split<ScalarOf<typename Sc::Spectrum>>;
   constexpr bool has_light_side = Method_::Weights::has_light_side;
   const SampleCounts& counts = settings.counts;

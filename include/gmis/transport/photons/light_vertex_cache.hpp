@@ -12,9 +12,9 @@
 
 namespace gmis {
 
-/// The light vertices of one iteration as `Vertex`, in the order of their trees. Each chunk holds consecutive trees and is written
-/// by one thread at a time; different chunks may be written concurrently. Memory is reused from one iteration to the
-/// next.
+/// The light vertices of one iteration as `Vertex`, in the order of their trees. Each chunk holds
+/// consecutive trees and is written by one thread at a time; different chunks may be written
+/// concurrently. Memory is reused from one iteration to the next.
 template <class Vertex>
 class LightVertexCache {
  public:
@@ -51,8 +51,8 @@ class LightVertexCache {
   }
   [[nodiscard]] constexpr Chunk& chunk(std::size_t index) noexcept { return chunks_[index]; }
 
-  /// Numbers all vertices in the order of their trees, for `operator[]` and `photons`. Call it when all chunks are
-  /// complete.
+  /// Numbers all vertices in the order of their trees, for `operator[]` and `photons`. Call it when
+  /// all chunks are complete.
   template <Executor E>
   void gather(E& executor) {
     struct Place {
@@ -86,8 +86,8 @@ class LightVertexCache {
     return {chunk.vertices_.data() + begin, chunk.tree_ends_[local] - begin};
   }
 
-  /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t` when no tree holds
-  /// it. Takes time proportional to the number of chunks.
+  /// Number of the tree that holds `vertex`, a reference into this cache; the largest `std::size_t`
+  /// when no tree holds it. Takes time proportional to the number of chunks.
   [[nodiscard]] constexpr std::size_t tree_of(const Vertex& vertex) const noexcept {
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
       const std::vector<Vertex>& vertices = chunks_[i].vertices_;

@@ -18,21 +18,23 @@
 
 namespace gmis {
 
-/// Finds all points within a radius of a query: a hashed grid of cells, the points sorted by bucket.
+/// Finds all points within a radius of a query: a hashed grid of cells, the points sorted by
+/// bucket.
 ///
-/// Cells are long in y and z and short in x. The cells of one row, which have y and z in common, follow each other in the
-/// table of buckets, so the cells of a row that a query reaches are one range of points: mostly one or two rows are
-/// looked up, and an empty one costs two reads.
+/// Cells are long in y and z and short in x. The cells of one row, which have y and z in common,
+/// follow each other in the table of buckets, so the cells of a row that a query reaches are one
+/// range of points: mostly one or two rows are looked up, and an empty one costs two reads.
 ///
-/// A query visits exactly the points whose distance (as computed in `T`) is at most the radius, each once: rows may fall
-/// on each other in the table, so ranges of points are visited, not cells, and no point of two ranges twice; the box
-/// around all points only ends a query early when it is farther than the radius. Memory is kept from one build to the
-/// next, and is no larger than the largest build asked for.
+/// A query visits exactly the points whose distance (as computed in `T`) is at most the radius,
+/// each once: rows may fall on each other in the table, so ranges of points are visited, not cells,
+/// and no point of two ranges twice; the box around all points only ends a query early when it is
+/// farther than the radius. Memory is kept from one build to the next, and is no larger than the
+/// largest build asked for.
 template <std::floating_point T>
 class LightVertexGrid {
  public:
-  /// Sorts `count` points; `position(i)` gives point i, which queries call `name(i)`, by default i. The result does not
-  /// depend on the executor, nor on how many threads made the points.
+  /// Sorts `count` points; `position(i)` gives point i, which queries call `name(i)`, by default i.
+  /// The result does not depend on the executor, nor on how many threads made the points.
   template <Executor E, class Position, class Name = std::identity>
   void build(E& executor, std::size_t count, T radius, Position&& position, Name&& name = {}) {
     const std::size_t chunk_count = (count + chunk_size - 1) / chunk_size;
@@ -53,8 +55,8 @@ class LightVertexGrid {
     });
     lay_out(count, radius);
 
-    // Sorted in two steps, so that threads share the work: by part of the table of buckets, then each part by bucket.
-    // Both steps keep the order of the points within a bucket.
+    // Sorted in two steps, so that threads share the work: by part of the table of buckets, then
+    // each part by bucket. Both steps keep the order of the points within a bucket.
     const std::size_t bucket_count = std::size_t{mask_} + 1;
     const std::size_t part_count = chunk_count > 1 ? std::min<std::size_t>(256, bucket_count) : 1;
     const std::size_t part_size = bucket_count / part_count;  // both are powers of two
@@ -82,8 +84,8 @@ class LightVertexGrid {
       const std::size_t end = part + 1 < part_count ? part_ends_[(part + 1) * chunk_count] : count;
       for (std::size_t b = first; b < last; ++b) starts_[b] = 0;
       for (std::size_t k = begin; k < end; ++k) ++starts_[bucket_of_[order_[k]]];
-      // Running sums make starts_[b] the end of bucket b. Filling from the back moves starts_[b] to the beginning of
-      // the bucket.
+      // Running sums make starts_[b] the end of bucket b. Filling from the back moves starts_[b] to
+      // the beginning of the bucket.
       auto sum = static_cast<std::uint32_t>(begin);
       for (std::size_t b = first; b < last; ++b) starts_[b] = sum += starts_[b];
       for (std::size_t k = end; k-- > begin;) {
@@ -100,7 +102,8 @@ class LightVertexGrid {
     build(executor, count, radius, std::forward<Position>(position), std::forward<Name>(name));
   }
 
-  /// Calls `visit(name)` for every point within the radius of `at`. A non-finite `at` finds nothing.
+  /// Calls `visit(name)` for every point within the radius of `at`. A non-finite `at` finds
+  /// nothing.
   template <class Visit>
   void query(const Vec3<T>& at, Visit&& visit) const {
     const auto lanes = AxisLanes<T>::of(at), reach = AxisLanes<T>::all(reach_);
@@ -139,9 +142,11 @@ class LightVertexGrid {
 
  private:
   static constexpr std::size_t chunk_size = 4096;
-  /// Edges of a cell in units of the reach: a query spans two cells of a row or, by rounding, three, and mostly one row.
+  /// Edges of a cell in units of the reach: a query spans two cells of a row or, by rounding,
+  /// three, and mostly one row.
   static constexpr T row_step = T(2), row_width = T(8);
-  /// More than the cells of a row that a query spans, so that no bucket is visited twice in one row.
+  /// More than the cells of a row that a query spans, so that no bucket is visited twice in one
+  /// row.
   static constexpr std::size_t fewest_buckets = 8;
 
   struct Point {
@@ -176,7 +181,8 @@ class LightVertexGrid {
     [[nodiscard]] std::span<const Range> all() const noexcept { return {ranges_.data(), count_}; }
 
    private:
-    // At most 3 × 3 rows, each in one or two pieces, have 36 ends, between which there are at most 35 ranges.
+    // At most 3 × 3 rows, each in one or two pieces, have 36 ends, between which there are at most
+    // 35 ranges.
     std::array<Range, 35> ranges_;
     std::size_t count_ = 0;
   };

@@ -11,11 +11,12 @@
 
 namespace gmis {
 
-/// The median width of a pixel, in scene units, at the first non-specular vertices of camera subpaths. The width is the
-/// distance travelled times the square root of the pixel's solid angle; for a camera with parallel rays it is the
-/// square root of the pixel's area. The median depends on the visible part of the scene alone, not on the crop nor on
-/// hidden objects. When no camera subpath finds a non-specular surface, the result is the width at distance 1 (1 when
-/// the camera makes no ray at all).
+/// The median width of a pixel, in scene units, at the first non-specular vertices of camera
+/// subpaths. The width is the distance travelled times the square root of the pixel's solid angle;
+/// for a camera with parallel rays it is the square root of the pixel's area. The median depends on
+/// the visible part of the scene alone, not on the crop nor on hidden objects. When no camera
+/// subpath finds a non-specular surface, the result is the width at distance 1 (1 when the camera
+/// makes no ray at all).
 template <Scene Sc>
 GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   using T = ScalarOf<typename Sc::Spectrum>;
@@ -57,8 +58,8 @@ GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   return *middle;
 }
 
-/// Default merging radius of the first iteration in scene units: 0.4 pixel widths. It replaces an unset
-/// `RenderSettings::radius`.
+/// Default merging radius of the first iteration in scene units: 0.4 pixel widths. It replaces an
+/// unset `RenderSettings::radius`.
 template <Scene Sc>
 [[nodiscard]] inline double default_radius(const Sc& scene) {
   constexpr double pixel_widths = 0.4;

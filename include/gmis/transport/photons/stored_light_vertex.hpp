@@ -21,7 +21,8 @@ class KeptSums {
   Partial sums_;
 };
 
-/// Two numbers with exponents, in 12 bytes instead of 16: no product of 256 densities has an exponent beyond 16 bits.
+/// Two numbers with exponents, in 12 bytes instead of 16: no product of 256 densities has an
+/// exponent beyond 16 bits.
 template <>
 class KeptSums<PartialWeights<float>> {
  public:
@@ -39,8 +40,9 @@ class KeptSums<PartialWeights<float>> {
   std::int16_t shared_exponent_, chain_exponent_;
 };
 
-/// What is kept of a light vertex for connections and merging: 96 bytes with the built-in materials and `float`. The numbers of
-/// its children are functions of its BSDF; of the BSDF only its compact form is kept where it has one.
+/// What is kept of a light vertex for connections and merging: 96 bytes with the built-in materials
+/// and `float`. The numbers of its children are functions of its BSDF; of the BSDF only its compact
+/// form is kept where it has one.
 template <Scene Sc, class Recursion>
 class StoredLightVertex {
  public:

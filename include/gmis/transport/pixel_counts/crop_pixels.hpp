@@ -31,8 +31,8 @@ struct CropPixels {
       for (std::size_t x = 0; x < width; ++x) visit(place(x, y));
   }
 
-  /// Mean of `value(index in the frame)` over the 5 × 5 pixels around each pixel that lie in the crop, by index in the frame;
-  /// 0 beyond the crop.
+  /// Mean of `value(index in the frame)` over the 5 × 5 pixels around each pixel that lie in the
+  /// crop, by index in the frame; 0 beyond the crop.
   template <class Value>
   [[nodiscard]] std::vector<double> blurred(Value&& value) const {
     constexpr std::size_t reach = 2;
@@ -50,7 +50,8 @@ struct CropPixels {
     return means;
   }
 
-  /// W of every pixel, by which errors become relative: 1/√(value² + 0.01), the value being blurred; 1 beyond the crop.
+  /// W of every pixel, by which errors become relative: 1/√(value² + 0.01), the value being
+  /// blurred; 1 beyond the crop.
   template <std::floating_point T, class Value>
   [[nodiscard]] std::vector<T> scales(Value&& value) const {
     std::vector<T> result(frame_size(), T(1));

@@ -13,8 +13,9 @@
 
 namespace gmis {
 
-/// The numbers of camera subpaths by pixel that a run learns from its first iterations, or is given.
-/// They stay fixed from then on, because they must not depend on the samples that they count.
+/// The numbers of camera subpaths by pixel that a run learns from its first iterations, or is
+/// given. They stay fixed from then on, because they must not depend on the samples that they
+/// count.
 class LearnedPixelCounts {
  public:
   /// One camera subpath everywhere; nothing is learned.
@@ -37,7 +38,8 @@ class LearnedPixelCounts {
     is_learning_ = false;
   }
 
-  /// Learns from an iteration (its number, from 1) with this picture; `cost` is the cost of all its work.
+  /// Learns from an iteration (its number, from 1) with this picture; `cost` is the cost of all its
+  /// work.
   template <Spectrum S>
   void end_iteration(std::span<const S> frame, double cost, std::uint32_t iteration) {
     learner_.end_iteration(frame, cost);
@@ -57,8 +59,8 @@ class LearnedPixelCounts {
     return {table(), 1, before, rounds - std::min(before, rounds)};
   }
 
-  /// The state for a later run (`core/state_archive.hpp`), between two iterations, of a frame with this
-  /// number of pixels.
+  /// The state for a later run (`core/state_archive.hpp`), between two iterations, of a frame with
+  /// this number of pixels.
   template <class Archive>
   void exchange_state(Archive& archive, std::size_t pixels) {
     if (!is_on_) return;

@@ -19,8 +19,8 @@
 
 namespace gmis {
 
-/// Variance and cost of one iteration, per pixel. The variance is relative to the squared value of the
-/// pixel, as in relMSE.
+/// Variance and cost of one iteration, per pixel. The variance is relative to the squared value of
+/// the pixel, as in relMSE.
 struct IterationFigures {
   double variance = 0.0;  ///< mean over the pixels, without the worst 0.1 %
   double cost = 0.0;      ///< unit: `OperationCosts`
@@ -30,9 +30,10 @@ struct IterationFigures {
   }
 };
 
-/// Learns a `PixelCountTable` from the first iterations of a run. These have two subpaths a pixel, and are part of the picture as
-/// usual. What the two differ by is the variance that more subpaths divide. All other variance stays: that of splats, and what both
-/// share of one set of photons. The same bits for any number of threads.
+/// Learns a `PixelCountTable` from the first iterations of a run. These have two subpaths a pixel,
+/// and are part of the picture as usual. What the two differ by is the variance that more subpaths
+/// divide. All other variance stays: that of splats, and what both share of one set of photons. The
+/// same bits for any number of threads.
 class PixelCountLearner {
  public:
   static constexpr std::uint32_t iterations = 4;  ///< that it learns from
@@ -46,8 +47,9 @@ class PixelCountLearner {
   /// Iterations so far.
   [[nodiscard]] std::uint32_t seen() const noexcept { return seen_; }
 
-  /// Notes the subpaths of a pixel in the present iteration: the difference of their values, each with weight one, as a mean over channels, and the
-  /// cost of both. Different pixels may be noted at the same time.
+  /// Notes the subpaths of a pixel in the present iteration: the difference of their values, each
+  /// with weight one, as a mean over channels, and the cost of both. Different pixels may be noted
+  /// at the same time.
   void note(std::size_t pixel, double difference, double cost) noexcept {
     Figures& figures = pixels_[pixel];
     figures.own[seen_ / half_length] += square(difference) / 2.0;
@@ -68,14 +70,14 @@ class PixelCountLearner {
     ++seen_;
   }
 
-  /// The table, after `iterations`; nothing when it would gain little. Of five values of λ the best by what half of the iterations
-  /// predict for a table from the other half.
+  /// The table, after `iterations`; nothing when it would gain little. Of five values of λ the best
+  /// by what half of the iterations predict for a table from the other half.
   GMIS_RARE [[nodiscard]] std::optional<PixelCountTable> table() const {
     const std::vector<double> scales =
         crop_.scales<double>([&](std::size_t p) { return (pixels_[p].sum[0] + pixels_[p].sum[1]) / iterations; });
     const std::vector<double> costs = crop_.blurred([&](std::size_t p) { return pixels_[p].cost / iterations; });
-    // For normal values the mean of |x − y| is 2 √(V/π). It is less than a mean of squares in the hands of a few large values, after
-    // which a subpath more is not wanted.
+    // For normal values the mean of |x − y| is 2 √(V/π). It is less than a mean of squares in the
+    // hands of a few large values, after which a subpath more is not wanted.
     const auto own_of = [&](std::array<double, 2> shares) {
       std::vector<double> own = crop_.blurred([&](std::size_t p) {
         return (shares[0] * pixels_[p].apart[0] + shares[1] * pixels_[p].apart[1]) / half_length;
@@ -97,7 +99,7 @@ class PixelCountLearner {
       IterationFigures made;
       for (const std::size_t half : {0U, 1U})
         made = made + predicted(1 - half, scales, std::max(0.0, fixed),
-                          [&](std::size_t p) { return count(factor * lambda, halves[half][p], costs[p]); });
+                                [&](std::size_t p) { return count(factor * lambda, halves[half][p], costs[p]); });
       const double work = made.variance * made.cost / (plain.variance * plain.cost);
       if (work < best) best = work, chosen = factor * lambda;
     }
@@ -130,8 +132,8 @@ class PixelCountLearner {
     double cost = 0.0;                ///< sum of the cost of one subpath
   };
 
-  /// The number n of least variance × cost, for a relative variance V of one subpath and its cost C: λ √(V/C), rounded so that V/n + C n / λ²
-  /// is least, in [1, most].
+  /// The number n of least variance × cost, for a relative variance V of one subpath and its cost
+  /// C: λ √(V/C), rounded so that V/n + C n / λ² is least, in [1, most].
   [[nodiscard]] static std::uint32_t count(double lambda, double variance, double cost) noexcept {
     constexpr double least_cost = 0.5;
     const double squared = square(lambda) * variance / std::max(least_cost, cost);
@@ -140,8 +142,8 @@ class PixelCountLearner {
     return n;
   }
 
-  /// Relative variance of an iteration, without the worst pixels, and its cost, if the pixel p had `count_of(p)` subpaths, as one half of the
-  /// iterations has it.
+  /// Relative variance of an iteration, without the worst pixels, and its cost, if the pixel p had
+  /// `count_of(p)` subpaths, as one half of the iterations has it.
   template <class CountOf>
   [[nodiscard]] IterationFigures predicted(std::size_t half, const std::vector<double>& scales, double fixed,
                                            CountOf&& count_of) const {

@@ -7,9 +7,9 @@
 #include <vector>
 
 /// \file
-/// Numbers of camera subpaths that are functions of the pixel. An iteration traces n(p) subpaths for the pixel p and takes their
-/// mean, so that every iteration is a whole picture, and film and error estimates need not know of the numbers. Weights have the
-/// nominal number, one.
+/// Numbers of camera subpaths that are functions of the pixel. An iteration traces n(p) subpaths
+/// for the pixel p and takes their mean, so that every iteration is a whole picture, and film and
+/// error estimates need not know of the numbers. Weights have the nominal number, one.
 
 namespace gmis {
 
@@ -43,8 +43,9 @@ class PixelCountTable {
   std::vector<std::uint8_t> counts_;
 };
 
-/// Camera subpaths in one iteration: how many a pixel has, and which points of its low-discrepancy sequence are theirs. All
-/// subpaths of a pixel in one replication take points one after the other, without a gap.
+/// Camera subpaths in one iteration: how many a pixel has, and which points of its low-discrepancy
+/// sequence are theirs. All subpaths of a pixel in one replication take points one after the other,
+/// without a gap.
 struct PixelSchedule {
   const PixelCountTable* table = nullptr;
   /// Of every pixel where there is no table. Of more than one, only the first takes a point.

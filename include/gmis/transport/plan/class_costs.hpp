@@ -10,9 +10,9 @@
 #include "gmis/transport/state/technique.hpp"
 
 /// \file
-/// The cost of each path class. One subpath may serve paths of several classes, so the division is a convention and not
-/// a measurement: work is divided in proportion to the contributions that use it. To learn what a run saves without a
-/// class, render without it.
+/// The cost of each path class. One subpath may serve paths of several classes, so the division is
+/// a convention and not a measurement: work is divided in proportion to the contributions that use
+/// it. To learn what a run saves without a class, render without it.
 
 namespace gmis {
 
@@ -53,10 +53,12 @@ struct ClassCosts {
   double unattributed = 0.0;                       ///< cost of work that led to no contribution
 };
 
-/// Divides the cost of `work` among the classes. `light_work` is the part of `work` that light trees took. The costs of
-/// all classes and `unattributed` sum to `cost_of(work)`. The cost of
-/// - camera rays is divided in proportion to `camera_edges`, the cost of light rays in proportion to `light_edges`;
-/// - visibility queries, projections, connections and merges in proportion to the contributions of the technique;
+/// Divides the cost of `work` among the classes. `light_work` is the part of `work` that light
+/// trees took. The costs of all classes and `unattributed` sum to `cost_of(work)`. The cost of
+/// - camera rays is divided in proportion to `camera_edges`, the cost of light rays in proportion
+///   to `light_edges`;
+/// - visibility queries, projections, connections and merges in proportion to the contributions of
+///   the technique;
 /// - stored photons in proportion to the contributions of connections and merges together.
 [[nodiscard]] constexpr ClassCosts costs_of_classes(const std::array<ClassWork, path_class_count>& classes,
                                                     const Counters& work, const Counters& light_work,

@@ -6,8 +6,8 @@
 #include "gmis/transport/state/path_class.hpp"
 
 /// \file
-/// Effects that can be switched on and off by name. Each path belongs to exactly one of the first four effects. The
-/// other effects overlap with these.
+/// Effects that can be switched on and off by name. Each path belongs to exactly one of the first
+/// four effects. The other effects overlap with these.
 
 namespace gmis {
 
@@ -43,9 +43,9 @@ struct SwitchedEffects {
   std::string_view unknown;  ///< the first switch with an unknown name; empty when there is none
 };
 
-/// Reads a list of switches such as "no-caustics,no-glossy" or "emission-only,direct-only". The result is the union of
-/// all classes with `-only` (all classes when there is no `-only`), without the classes of every `no-`. A switch may
-/// also name a single class: "no-LS+DE".
+/// Reads a list of switches such as "no-caustics,no-glossy" or "emission-only,direct-only". The
+/// result is the union of all classes with `-only` (all classes when there is no `-only`), without
+/// the classes of every `no-`. A switch may also name a single class: "no-LS+DE".
 [[nodiscard]] constexpr SwitchedEffects switched_effects(std::string_view list) noexcept {
   const auto classes_named = [](std::string_view name) {
     for (const NamedEffect& effect : named_effects)

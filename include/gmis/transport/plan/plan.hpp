@@ -9,12 +9,14 @@
 #include "gmis/transport/state/technique.hpp"
 
 /// \file
-/// Selects the techniques that a scene needs, by rules over its effects; no sample is drawn. A rule may leave out a
-/// technique only when the remaining techniques still make every path that all techniques together make.
+/// Selects the techniques that a scene needs, by rules over its effects; no sample is drawn. A rule
+/// may leave out a technique only when the remaining techniques still make every path that all
+/// techniques together make.
 
 namespace gmis {
 
-/// The classes of paths that can carry light in a scene with these effects, for paths of at most `max_depth` edges.
+/// The classes of paths that can carry light in a scene with these effects, for paths of at most
+/// `max_depth` edges.
 [[nodiscard]] constexpr PathClassSet classes_of(const Effects& effects, int max_depth) noexcept {
   return PathClassSet::where([&](const PathFeatures& f) {
     if (least_depth(class_with(f)) > max_depth) return false;
@@ -26,9 +28,10 @@ namespace gmis {
   });
 }
 
-/// True when the technique makes at least some paths with these properties. `is_delta`: paths from delta lights, which
-/// no ray can hit; else paths from all other lights. `local_merges`: `SampleCounts::local_merges`, in a scene with narrow
-/// lobes; light vertices that come straight from a light are then no photons.
+/// True when the technique makes at least some paths with these properties. `is_delta`: paths from
+/// delta lights, which no ray can hit; else paths from all other lights. `local_merges`:
+/// `SampleCounts::local_merges`, in a scene with narrow lobes; light vertices that come straight
+/// from a light are then no photons.
 [[nodiscard]] constexpr bool makes_some(Technique technique, const PathFeatures& f, bool is_delta,
                                         bool local_merges = false) noexcept {
   switch (technique) {
@@ -69,8 +72,8 @@ struct PlanFacts {
   }
 };
 
-/// The reason why a technique is off or on. When several rules leave a technique out, the first in this order is
-/// reported.
+/// The reason why a technique is off or on. When several rules leave a technique out, the first in
+/// this order is reported.
 enum class PlanRule : std::uint8_t {
   no_light,           ///< off: the scene has no light
   no_scattering,      ///< off: every surface is specular or black
@@ -83,8 +86,8 @@ enum class PlanRule : std::uint8_t {
   goes_along          ///< on: light subpaths are traced for another technique
 };
 
-/// The rules that leave techniques out. Each rule is a function of a technique and the facts and returns true when the
-/// technique is to be left out. `sentence_of` gives the reason in words.
+/// The rules that leave techniques out. Each rule is a function of a technique and the facts and
+/// returns true when the technique is to be left out. `sentence_of` gives the reason in words.
 namespace plan_rules {
 
 /// The scene has no light.
@@ -107,16 +110,18 @@ constexpr bool makes_nothing(Technique technique, const PlanFacts& facts) {
   return classes_made_by(technique, facts.classes, facts.effects, facts.local_merges).is_empty();
 }
 
-/// Next event makes every path that scatters once and whose light does not pass a mirror or glass first. Emitter hits
-/// make every path that does not scatter. When no other paths are rendered, these two techniques suffice.
+/// Next event makes every path that scatters once and whose light does not pass a mirror or glass
+/// first. Emitter hits make every path that does not scatter. When no other paths are rendered,
+/// these two techniques suffice.
 constexpr bool direct_light_only(Technique technique, const PlanFacts& facts) {
   if (technique == Technique::emitter_hit || technique == Technique::next_event) return false;
   return facts.all_classes(
       [](const PathFeatures& f) { return f.scatterings == 0 || (f.scatterings == 1 && !f.specular_at_light); });
 }
 
-/// Next event makes a path whose light end is not specular; splats make a path whose camera end is not specular.
-/// Merging is needed for paths with both ends specular. It also helps paths between narrow lobes.
+/// Next event makes a path whose light end is not specular; splats make a path whose camera end is
+/// not specular. Merging is needed for paths with both ends specular. It also helps paths between
+/// narrow lobes.
 constexpr bool nothing_to_merge(Technique technique, const PlanFacts& facts) {
   if (technique != Technique::merge) return false;
   if (facts.effects.glossy && facts.effects.least_roughness < narrow_roughness) return false;
@@ -204,8 +209,8 @@ namespace detail {
 
 }  // namespace detail
 
-/// The rendered classes that lose paths without `technique`: no other technique that is on makes these paths, for delta
-/// lights or for the other lights.
+/// The rendered classes that lose paths without `technique`: no other technique that is on makes
+/// these paths, for delta lights or for the other lights.
 [[nodiscard]] constexpr PathClassSet classes_only_by(Technique technique, const Plan& plan) noexcept {
   return plan.classes & PathClassSet::where([&](const PathFeatures& f) {
            for (const bool is_delta : {false, true}) {
@@ -221,8 +226,9 @@ namespace detail {
          });
 }
 
-/// The plan for a scene with these effects, for paths of at most `max_depth` edges. Only classes in `wanted` are
-/// rendered. `local_merges`: merging is to have a local count (`SampleCounts::local_merges`).
+/// The plan for a scene with these effects, for paths of at most `max_depth` edges. Only classes in
+/// `wanted` are rendered. `local_merges`: merging is to have a local count
+/// (`SampleCounts::local_merges`).
 [[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth, PathClassSet wanted = PathClassSet::all(),
                                       bool local_merges = false) noexcept {
   Plan plan{effects, classes_of(effects, max_depth), {}, local_merges, {}};
@@ -234,7 +240,8 @@ namespace detail {
     plan.techniques[i] = {technique, rule == PlanRule::helps, rule,
                           classes_made_by(technique, plan.occurring, effects, local_merges)};
   }
-  // When light subpaths are traced for another technique, a splat costs one more visibility query per vertex.
+  // When light subpaths are traced for another technique, a splat costs one more visibility query
+  // per vertex.
   TechniquePlan& splat = plan.techniques[static_cast<std::size_t>(Technique::splat)];
   if (!splat.is_on && (plan.has(Technique::connect) || plan.has(Technique::merge)))
     splat.is_on = true, splat.rule = PlanRule::goes_along;

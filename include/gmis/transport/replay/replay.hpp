@@ -12,9 +12,9 @@
 #include "gmis/transport/weights/weight_recursion.hpp"
 
 /// \file
-/// Traces one path of a run again, alone, with the same random numbers and light trees. Every value equals that of the
-/// run, bit by bit. The walks and techniques are those of the engine, compiled a second time for an output that records
-/// every vertex.
+/// Traces one path of a run again, alone, with the same random numbers and light trees. Every value
+/// equals that of the run, bit by bit. The walks and techniques are those of the engine, compiled a
+/// second time for an output that records every vertex.
 
 namespace gmis {
 
@@ -45,13 +45,16 @@ struct ReplayedContribution {
   Contribution<S> contribution;            ///< what was added
   std::size_t vertex = 0;                  ///< index in `ReplayedPath::vertices`
   std::optional<RejectionCause> rejected;  ///< empty when the contribution reached the film
-  /// Position of the other end of a next event, a connection or a merge; empty for other techniques.
+  /// Position of the other end of a next event, a connection or a merge; empty for other
+  /// techniques.
   std::optional<Vec3<T>> position;
-  /// Number of the light tree with the other end of a connection or merge, and the depth of the vertex in that tree.
+  /// Number of the light tree with the other end of a connection or merge, and the depth of the
+  /// vertex in that tree.
   std::optional<std::pair<std::uint32_t, int>> light_vertex;
 };
 
-/// An unusable density (zero or not finite): that of a vertex, or that of the light sampled for a vertex.
+/// An unusable density (zero or not finite): that of a vertex, or that of the light sampled for a
+/// vertex.
 struct ReplayedZeroDensity {
   std::size_t vertex = 0;                ///< index in `ReplayedPath::vertices`
   std::optional<TechniqueId> technique;  ///< empty when the subpath itself ended here
@@ -90,7 +93,8 @@ class ReplayOutput : public PathObserver {
     path_.vertices.push_back(start);
   }
 
-  /// Records `vertex`, which `step` reached with `density` per area. The subpath ends here when `density` is unusable.
+  /// Records `vertex`, which `step` reached with `density` per area. The subpath ends here when
+  /// `density` is unusable.
   void on_vertex(const Step<S>& step, T density, const auto& vertex, const SurfacePoint<T>& point) {
     ReplayedVertex<S> seen = after(step, vertex.throughput, vertex.depth);
     seen.point = point;
@@ -106,8 +110,8 @@ class ReplayOutput : public PathObserver {
     path_.vertices.push_back(seen);
   }
 
-  /// Moves on to the next vertex of a light tree before the techniques work there. Vertices are used in the order in
-  /// which they were recorded.
+  /// Moves on to the next vertex of a light tree before the techniques work there. Vertices are
+  /// used in the order in which they were recorded.
   void on_use(const auto&) { ++at_; }
 
   /// Names the light vertex at the other end of the contribution that is added next.
@@ -118,7 +122,8 @@ class ReplayOutput : public PathObserver {
   /// Names the point on a light at the other end of the contribution that is added next.
   void on_light_point(const SurfacePoint<T>& origin) { position_ = origin.position; }
 
-  // The interface of `PathOutput`: each call is recorded and passed on to a `FilmOutput`, which tests the value.
+  // The interface of `PathOutput`: each call is recorded and passed on to a `FilmOutput`, which
+  // tests the value.
   /// Records a contribution to the pixel of the path.
   void add(TechniqueId id, const S& value, T weight) {
     note(pixel_, id, value, weight, [&] { film_.add(id, value, weight); });
@@ -149,7 +154,8 @@ class ReplayOutput : public PathObserver {
  private:
   [[nodiscard]] bool is_light() const { return path_.name.kind == PathKind::light; }
 
-  /// Index of the vertex before one of this depth. Light trees are traced breadth first, camera subpaths depth first.
+  /// Index of the vertex before one of this depth. Light trees are traced breadth first, camera
+  /// subpaths depth first.
   [[nodiscard]] std::size_t parent_of(int depth) const {
     if (is_light()) return at_;
     std::size_t parent = path_.vertices.size() - 1;
@@ -192,10 +198,10 @@ class ReplayOutput : public PathObserver {
   std::optional<std::pair<std::uint32_t, int>> light_vertex_;
 };
 
-/// Traces one path of the iteration that `engine` is prepared for (`Engine::prepare_replay`): the camera subpaths of the
-/// pixel with index `number`, which must lie in the crop, or the light tree `number`, which must be below
-/// `light_tree_count`. A light tree whose first ray leaves the scene has its start as the only vertex; a tree without
-/// an emission sample has no vertex.
+/// Traces one path of the iteration that `engine` is prepared for (`Engine::prepare_replay`): the
+/// camera subpaths of the pixel with index `number`, which must lie in the crop, or the light tree
+/// `number`, which must be below `light_tree_count`. A light tree whose first ray leaves the scene
+/// has its start as the only vertex; a tree without an emission sample has no vertex.
 template <class Engine>
 [[nodiscard]] ReplayedPath<typename Engine::S> replay(const Engine& engine, PathKind kind, std::uint32_t number) {
   using Context = typename Engine::Context;

@@ -13,8 +13,9 @@ namespace gmis {
 /// Kinds of vertices: 0 to 15 non-delta lobes, and 16 or more.
 inline constexpr int split_kinds = 17;
 
-/// The kind of a vertex, which the number of its children depends on: the number of its non-delta lobes, at most
-/// `split_kinds` − 1. A specular vertex has the kind 0; a BSDF that offers no lobes counts as one lobe.
+/// The kind of a vertex, which the number of its children depends on: the number of its non-delta
+/// lobes, at most `split_kinds` − 1. A specular vertex has the kind 0; a BSDF that offers no lobes
+/// counts as one lobe.
 template <Bsdf B>
 [[nodiscard]] constexpr int split_kind(const B& bsdf) noexcept {
   if constexpr (BsdfWithLobes<B>)
@@ -23,8 +24,9 @@ template <Bsdf B>
     return bsdf.is_purely_delta() ? 0 : 1;
 }
 
-/// The N non-delta lobes of a BSDF at one vertex as the proposals of a MIS round. A sample is a unit direction
-/// `to_next`; its density is per steradian, without the cosine. `sample` returns nothing when the lobe fails.
+/// The N non-delta lobes of a BSDF at one vertex as the proposals of a MIS round. A sample is a
+/// unit direction `to_next`; its density is per steradian, without the cosine. `sample` returns
+/// nothing when the lobe fails.
 template <BsdfWithLobes B>
 class LobeProposals {
  public:
@@ -53,9 +55,10 @@ class LobeProposals {
   TransportMode mode_;
 };
 
-/// Draws one round of N samples over the N lobes of `bsdf` and calls `visit(to_next, denominator)` for each. The
-/// denominator is φ_n, per steradian [Elvira W1–W5]. When a single lobe does not cover the support of f, R3 or N3
-/// replaces the requested scheme, because R1, R2, N1 and N2 would lose energy.
+/// Draws one round of N samples over the N lobes of `bsdf` and calls `visit(to_next, denominator)`
+/// for each. The denominator is φ_n, per steradian [Elvira W1–W5]. When a single lobe does not
+/// cover the support of f, R3 or N3 replaces the requested scheme, because R1, R2, N1 and N2 would
+/// lose energy.
 template <BsdfWithLobes B, std::floating_point T, UniformSource Source, class Visit>
 RoundCounts sample_lobes(Scheme scheme, const B& bsdf, const Vec3<T>& to_prev, TransportMode mode, Source& source,
                          Visit&& visit) {
@@ -67,9 +70,9 @@ RoundCounts sample_lobes(Scheme scheme, const B& bsdf, const Vec3<T>& to_prev, T
   });
 }
 
-/// Draws the first `drawn` of `planned` children of a vertex, independently of each other, from the mixture of all
-/// lobes (delta lobes included). Calls `visit(step)` for each child that survives Russian roulette and has a direction.
-/// The weight of each step is divided by `planned`.
+/// Draws the first `drawn` of `planned` children of a vertex, independently of each other, from the
+/// mixture of all lobes (delta lobes included). Calls `visit(step)` for each child that survives
+/// Russian roulette and has a direction. The weight of each step is divided by `planned`.
 template <Bsdf B, UniformSource Source, class Visit>
 void draw_independent_children(const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
   using T = ScalarOf<typename B::Spectrum>;
@@ -81,17 +84,20 @@ void draw_independent_children(const ScatteringVertex<B>& at, int planned, int d
     }
 }
 
-/// Draws the first `drawn` of `planned` children of a vertex. Calls `visit(step)` for each child that survives Russian
-/// roulette and has a non-zero weight; the weight of each step is divided by `planned`. Returns `drawn`.
+/// Draws the first `drawn` of `planned` children of a vertex. Calls `visit(step)` for each child
+/// that survives Russian roulette and has a non-zero weight; the weight of each step is divided by
+/// `planned`. Returns `drawn`.
 ///
-/// With N > 1 non-delta lobes, no delta lobe and `planned` a multiple of N, the children come in rounds of one sample
-/// per lobe, combined by `scheme`. Otherwise they are drawn independently from the mixture of all lobes.
+/// With N > 1 non-delta lobes, no delta lobe and `planned` a multiple of N, the children come in
+/// rounds of one sample per lobe, combined by `scheme`. Otherwise they are drawn independently from
+/// the mixture of all lobes.
 template <Bsdf B, UniformSource Source, class Visit>
 int draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
   if constexpr (BsdfWithLobes<B>) {
     using T = ScalarOf<typename B::Spectrum>;
     const T share = T(1) / static_cast<T>(planned);
-    // A round covers only lobes that have a density. Directions of delta lobes come from `sample` alone.
+    // A round covers only lobes that have a density. Directions of delta lobes come from `sample`
+    // alone.
     const int lobes = at.bsdf.lobe_count();
     if (lobes > 1 && planned > 1 && planned % lobes == 0 && !at.bsdf.has_delta_lobes()) {
       int left = drawn;

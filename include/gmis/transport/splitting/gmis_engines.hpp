@@ -8,8 +8,8 @@
 
 namespace gmis {
 
-/// Engines for `scene`, which must outlive them, whose light trees split [Liu, Algorithm 1]: `SplitTrees` when light
-/// subpaths are traced, else `CameraSide`. Without a pilot.
+/// Engines for `scene`, which must outlive them, whose light trees split [Liu, Algorithm 1]:
+/// `SplitTrees` when light subpaths are traced, else `CameraSide`. Without a pilot.
 template <Scene Sc, class Source = SampleNumbers>
 [[nodiscard]] EngineMaker<typename Sc::Spectrum> gmis_engines(const Sc& scene, const GmisSampler& sampler) {
   using S = typename Sc::Spectrum;

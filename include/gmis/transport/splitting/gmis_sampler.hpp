@@ -12,7 +12,8 @@ enum class TreeBudget : std::uint8_t {
   cut        ///< the queue is dropped, as printed [Liu, Algorithm 1]: loses energy, kept for comparison
 };
 
-/// The settings of the GMIS path sampler [Liu, Algorithm 1]: light trees that split at every non-specular vertex.
+/// The settings of the GMIS path sampler [Liu, Algorithm 1]: light trees that split at every
+/// non-specular vertex.
 struct GmisSampler {
   Scheme scheme = Scheme::N3;  ///< MIS scheme that draws the children of a vertex
   int rounds = 1;              ///< k: a vertex with N lobes has M = kN children; at most 1024

@@ -9,9 +9,9 @@
 
 namespace gmis {
 
-/// Traces the tree of light subpaths that starts at one emission, breadth first [Liu, Algorithm 1]. Vertices are stored
-/// and connected with the camera in the order in which they are made. The split policy of the context decides how many
-/// children a vertex has.
+/// Traces the tree of light subpaths that starts at one emission, breadth first [Liu, Algorithm 1].
+/// Vertices are stored and connected with the camera in the order in which they are made. The split
+/// policy of the context decides how many children a vertex has.
 template <class Context, class Output>
 class LightTree : LightSubpath<Context, Output> {
   using Base = LightSubpath<Context, Output>;
@@ -23,8 +23,8 @@ class LightTree : LightSubpath<Context, Output> {
 
   LightTree(const Context& context, Output& output) : Base(context, output) {}
 
-  /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none. `children` counts
-  /// the children drawn at each vertex.
+  /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none.
+  /// `children` counts the children drawn at each vertex.
   template <UniformSource Source>
   void trace(Source source, Chunk* stored, Tally& children) {
     if (this->context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly

@@ -12,13 +12,14 @@
 
 namespace gmis {
 
-/// Splits every non-specular vertex of a light tree into M = kN children, for N lobes and k rounds, while the tree's
-/// budget of samples lasts [Liu, Algorithm 1]. Models `SplitPolicy`.
+/// Splits every non-specular vertex of a light tree into M = kN children, for N lobes and k rounds,
+/// while the tree's budget of samples lasts [Liu, Algorithm 1]. Models `SplitPolicy`.
 ///
-/// Two numbers are kept apart: the number of children that are drawn, and the *nominal* number c that enters the
-/// weights. c is the mean number drawn at vertices of one kind (`split_kind`), measured over separate light trees,
-/// which contribute nothing to the picture. `TreeBudget::softened` draws one child from the mixture of all lobes where
-/// the rest of the budget is too small for a full split. The decision precedes the draw, so it is unbiased.
+/// Two numbers are kept apart: the number of children that are drawn, and the *nominal* number c
+/// that enters the weights. c is the mean number drawn at vertices of one kind (`split_kind`),
+/// measured over separate light trees, which contribute nothing to the picture.
+/// `TreeBudget::softened` draws one child from the mixture of all lobes where the rest of the
+/// budget is too small for a full split. The decision precedes the draw, so it is unbiased.
 template <std::floating_point T>
 class QueueSplit {
  public:
@@ -41,7 +42,8 @@ class QueueSplit {
       }
       return *this;
     }
-    /// Mean number of children drawn at a vertex of this kind; 1 when no vertex or no child was counted.
+    /// Mean number of children drawn at a vertex of this kind; 1 when no vertex or no child was
+    /// counted.
     [[nodiscard]] constexpr T mean_children(std::size_t kind) const noexcept {
       if (vertices_[kind] == 0 || children_[kind] == 0) return T(1);
       return static_cast<T>(static_cast<double>(children_[kind]) / static_cast<double>(vertices_[kind]));
@@ -86,8 +88,9 @@ class QueueSplit {
   /// True when a tree with this many samples left drops its queue.
   [[nodiscard]] constexpr bool stops_at(int remaining) const noexcept { return is_cut_ && remaining <= 0; }
 
-  /// Draws the children of a light vertex and calls `visit(step)` for each child that goes on. Returns the number of
-  /// samples drawn, which the budget pays for even where a child does not go on.
+  /// Draws the children of a light vertex and calls `visit(step)` for each child that goes on.
+  /// Returns the number of samples drawn, which the budget pays for even where a child does not go
+  /// on.
   template <Bsdf B, UniformSource Source, class Visit>
   int expand(const ScatteringVertex<B>& at, int remaining, Source& source, Visit&& visit) const {
     const int planned = std::max(1, rounds_ * split_kind(at.bsdf));

@@ -5,8 +5,8 @@
 #include "gmis/transport/splitting/queue_split.hpp"
 
 /// \file
-/// The GMIS path sampler [Liu, Algorithm 1]: `Engine<Scene, SplitTrees>`, with the settings `GmisSampler`. No other
-/// header includes this one.
+/// The GMIS path sampler [Liu, Algorithm 1]: `Engine<Scene, SplitTrees>`, with the settings
+/// `GmisSampler`. No other header includes this one.
 
 namespace gmis {
 

@@ -12,8 +12,8 @@
 
 namespace gmis {
 
-/// Collects the contributions of one chunk of paths for the film. Chunks share nothing, so that the order of execution
-/// changes no bit of the result. Models `ChunkOutput`.
+/// Collects the contributions of one chunk of paths for the film. Chunks share nothing, so that the
+/// order of execution changes no bit of the result. Models `ChunkOutput`.
 template <Spectrum S>
 class FilmOutput : public PathObserver {
  public:
@@ -49,8 +49,8 @@ class FilmOutput : public PathObserver {
     merged_light_ += static_cast<double>(merged_);
     merging_change_ = merged_ = 0.0F;
   }
-  /// Sum of the weighted contributions to the pixel since `begin_pixel`, without splats. A sum that overflows is
-  /// counted as a non-finite rejection and replaced by 0.
+  /// Sum of the weighted contributions to the pixel since `begin_pixel`, without splats. A sum that
+  /// overflows is counted as a non-finite rejection and replaced by 0.
   [[nodiscard]] const S& take_pixel() {
     if (!is_finite(pixel_sum_)) [[unlikely]] {
       reject(RejectionCause::non_finite, {});
@@ -59,18 +59,19 @@ class FilmOutput : public PathObserver {
     return pixel_sum_;
   }
 
-  /// Notes the squared distance of the vertices that are merged next, divided by the squared radius. In a disk of half the
-  /// radius a photon counts four times or not at all.
+  /// Notes the squared distance of the vertices that are merged next, divided by the squared
+  /// radius. In a disk of half the radius a photon counts four times or not at all.
   constexpr void on_merge(ScalarOf<S> relative_distance_squared) noexcept {
     kernel_change_ = ScalarOf<S>(4) * relative_distance_squared <= ScalarOf<S>(1) ? -3.0F : 1.0F;
   }
-  /// What was merged since `begin_pixel` minus what a disk of half the radius would have merged of it: mean over channels.
+  /// What was merged since `begin_pixel` minus what a disk of half the radius would have merged of
+  /// it: mean over channels.
   [[nodiscard]] constexpr float merging_change() const noexcept { return merging_change_; }
   /// What was merged since `clear`: mean over channels, summed over the pixels.
   [[nodiscard]] constexpr double merged_light() const noexcept { return merged_light_ + static_cast<double>(merged_); }
 
-  /// Begins light trees. The trees are numbered from `first` on, in the order in which `Counters::light_subpaths`
-  /// counts them.
+  /// Begins light trees. The trees are numbered from `first` on, in the order in which
+  /// `Counters::light_subpaths` counts them.
   constexpr void begin_trees(std::uint32_t first) noexcept {
     kind_ = PathKind::light;
     first_tree_ = first;
@@ -79,8 +80,8 @@ class FilmOutput : public PathObserver {
   [[nodiscard]] constexpr const std::vector<Splat>& splats() const noexcept { return splats_; }
   [[nodiscard]] constexpr const std::vector<Contribution<S>>& records() const noexcept { return records_; }
 
-  /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or negative product is
-  /// counted and left out.
+  /// Adds `value` × `weight` to the pixel whose camera subpath is being traced. A non-finite or
+  /// negative product is counted and left out.
   GMIS_ALWAYS_INLINE void add(TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
@@ -94,7 +95,8 @@ class FilmOutput : public PathObserver {
       record({pixel_, id, value, weight});
   }
 
-  /// Adds `value` × `weight` to any pixel. A non-finite or negative product is counted and left out.
+  /// Adds `value` × `weight` to any pixel. A non-finite or negative product is counted and left
+  /// out.
   void add_splat(std::uint32_t pixel, TechniqueId id, const S& value, ScalarOf<S> weight) {
     const S weighted = value * weight;
     if (!accept(id, weighted)) return;
@@ -122,7 +124,8 @@ class FilmOutput : public PathObserver {
   }
 
  private:
-  /// Counts a contribution. Returns true when it is finite and not negative; otherwise counts a rejection.
+  /// Counts a contribution. Returns true when it is finite and not negative; otherwise counts a
+  /// rejection.
   [[nodiscard]] bool accept(const TechniqueId& id, const S& weighted) {
     ++counters_.contributions;
     // One sum tests all channels at once: it is NaN or infinite when a channel is.

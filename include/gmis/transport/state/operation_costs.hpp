@@ -4,9 +4,11 @@
 
 namespace gmis {
 
-/// Costs of operations relative to a closest-hit ray: a fit to the times of many counts on eighteen scenes of the built-in scene
-/// type (two balls in a box to some thousand triangles; `./run bench operation_costs`). A choice that uses these constants instead of measured
-/// times is the same on every machine. Within a scene the predicted costs of different counts are off by about a tenth.
+/// Costs of operations relative to a closest-hit ray: a fit to the times of many counts on eighteen
+/// scenes of the built-in scene type (two balls in a box to some thousand triangles;
+/// `./run bench operation_costs`). A choice that uses these constants instead of measured times is
+/// the same on every machine. Within a scene the predicted costs of different counts are off by
+/// about a tenth.
 struct OperationCosts {
   double ray = 1.0;            ///< one closest hit, with the vertex made from it
   double shadow_ray = 1.7;     ///< one visibility query, with the light sample before it and its contribution
@@ -17,7 +19,8 @@ struct OperationCosts {
   double projection = 0.85;    ///< one light vertex projected onto the picture, without the visibility query
 };
 
-/// Assumed operations per second on one core, used to turn a time budget into iterations without reading a clock.
+/// Assumed operations per second on one core, used to turn a time budget into iterations without
+/// reading a clock.
 inline constexpr double nominal_operations_per_second = 8e6;
 
 /// The cost of counted work in rays.

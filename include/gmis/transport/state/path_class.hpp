@@ -10,9 +10,10 @@
 #include "gmis/core/concepts.hpp"
 
 /// \file
-/// Path classes in Heckbert's notation [Heckbert 1990]: L is the light, E the eye, and each vertex between them has one
-/// event. D scatters at a surface with a diffuse part, G scatters at a surface without one, S is a delta event. The
-/// class of a path depends on the path alone, not on the technique that made it.
+/// Path classes in Heckbert's notation [Heckbert 1990]: L is the light, E the eye, and each vertex
+/// between them has one event. D scatters at a surface with a diffuse part, G scatters at a surface
+/// without one, S is a delta event. The class of a path depends on the path alone, not on the
+/// technique that made it.
 ///
 /// | name | its events, from the light | what it shows |
 /// | --- | --- | --- |
@@ -24,17 +25,17 @@
 /// | LDS+DE, LDS+DS+E | S between two D | indirect light by mirrors and glass |
 /// | LS+DS+DE, LS+DS+DS+E | both | light from caustics by mirrors and glass |
 ///
-/// S+ before E means seen in a mirror or through glass. Where a name has S+ between two D, the path may have any number
-/// of S and D there, in any order, with at least one S. A name with G in place of D (LGE, LS+GG+E) stands for the paths
-/// in which at least one D is a G.
+/// S+ before E means seen in a mirror or through glass. Where a name has S+ between two D, the path
+/// may have any number of S and D there, in any order, with at least one S. A name with G in place
+/// of D (LGE, LS+GG+E) stands for the paths in which at least one D is a G.
 
 namespace gmis {
 
 /// The event at a vertex of a path: D, G or S.
 enum class PathEvent : std::uint8_t { diffuse, glossy, specular };
 
-/// A BSDF with the optional member `is_glossy()`: true for a surface without a diffuse part. Without this member every
-/// non-delta event is D.
+/// A BSDF with the optional member `is_glossy()`: true for a surface without a diffuse part.
+/// Without this member every non-delta event is D.
 template <class B>
 concept BsdfThatTellsGlossy = Bsdf<B> && requires(const B& bsdf) {
   { bsdf.is_glossy() } -> std::same_as<bool>;
@@ -59,7 +60,8 @@ struct PathFeatures {
   friend constexpr bool operator==(const PathFeatures&, const PathFeatures&) = default;
 };
 
-/// The number of a class, below `path_class_count`; `unclassified` when a run does not classify paths.
+/// The number of a class, below `path_class_count`; `unclassified` when a run does not classify
+/// paths.
 enum class PathClass : std::uint8_t { unclassified = 255 };
 /// How many classes there are, without `unclassified`.
 inline constexpr std::size_t path_class_count = 26;
@@ -152,8 +154,8 @@ class PathClassSet {
   std::uint32_t bits_ = 0;
 };
 
-/// Summary of the events of a subpath, from its start on the light or the camera: one byte. A vertex stores the summary
-/// of the events before that vertex.
+/// Summary of the events of a subpath, from its start on the light or the camera: one byte. A
+/// vertex stores the summary of the events before that vertex.
 class HalfPath {
  public:
   constexpr HalfPath() = default;
@@ -172,8 +174,8 @@ class HalfPath {
     return HalfPath((bits_ & ~(count_mask | ends_specular)) | count | between | glossy);
   }
 
-  /// The class of the path that two subpaths form when an edge joins their far ends. At a merged vertex, which both
-  /// subpaths have, exactly one of the two summaries must include its event.
+  /// The class of the path that two subpaths form when an edge joins their far ends. At a merged
+  /// vertex, which both subpaths have, exactly one of the two summaries must include its event.
   [[nodiscard]] friend constexpr PathClass class_of(HalfPath light, HalfPath camera) noexcept {
     const bool light_scatters = light.scatterings() > 0, camera_scatters = camera.scatterings() > 0;
     const int count = static_cast<int>(light.scatterings() + camera.scatterings());

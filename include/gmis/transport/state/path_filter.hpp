@@ -6,8 +6,8 @@
 
 namespace gmis {
 
-/// Decides which path classes a run makes. A filter without a set of wanted classes keeps every path, leaves all paths
-/// `unclassified` and does not track the events of subpaths.
+/// Decides which path classes a run makes. A filter without a set of wanted classes keeps every
+/// path, leaves all paths `unclassified` and does not track the events of subpaths.
 class PathFilter {
  public:
   constexpr PathFilter() = default;
@@ -37,14 +37,14 @@ class PathFilter {
   [[nodiscard]] constexpr HalfPath after_event(HalfPath path, const B& bsdf, bool is_delta) const noexcept {
     return classifies_ ? path.then(is_delta ? PathEvent::specular : scattering_event(bsdf)) : path;
   }
-  /// The class of a path (`unclassified` when the run does not classify paths), and whether paths of this class are
-  /// wanted.
+  /// The class of a path (`unclassified` when the run does not classify paths), and whether paths
+  /// of this class are wanted.
   struct Joined {
     PathClass path_class = PathClass::unclassified;  ///< of the whole path
     bool is_kept = true;                             ///< whether it is wanted
   };
-  /// The class of the path with the subpaths `light()` and `camera()`. Both are called only when the run classifies
-  /// paths.
+  /// The class of the path with the subpaths `light()` and `camera()`. Both are called only when
+  /// the run classifies paths.
   template <class Light, class Camera>
   [[nodiscard]] constexpr Joined join(Light&& light, Camera&& camera) const noexcept {
     if (!classifies_) [[likely]]

@@ -14,8 +14,8 @@
 
 namespace gmis {
 
-/// One contribution to one pixel, in the unit of radiance. `value` excludes the MIS weight `weight`; `pixel` is the
-/// index of the pixel in the frame.
+/// One contribution to one pixel, in the unit of radiance. `value` excludes the MIS weight
+/// `weight`; `pixel` is the index of the pixel in the frame.
 template <Spectrum S>
 struct Contribution {
   std::uint32_t pixel;  ///< number of the pixel, by rows from the top
@@ -28,10 +28,11 @@ struct Contribution {
 /// Receives contributions: values of type `S`, each with an MIS weight of type `Weight`.
 ///
 /// - `counters()`: the counters of the work, by reference; walks and techniques increment them.
-/// - `add(id, value, weight)`: adds a contribution to the pixel whose camera subpath is being traced.
+/// - `add(id, value, weight)`: adds a contribution to the pixel whose camera subpath is being
+///   traced.
 /// - `add_splat(pixel, id, value, weight)`: adds a contribution to any pixel.
-/// - `reject(cause, technique)`: reports that a sample or contribution of the current path is left out. `technique` is
-///   empty when the subpath itself ends.
+/// - `reject(cause, technique)`: reports that a sample or contribution of the current path is left
+///   out. `technique` is empty when the subpath itself ends.
 template <class O, class S, class Weight>
 concept PathOutput = Spectrum<S> && requires(O& output, std::uint32_t pixel, TechniqueId id, const S& value,
                                              const Weight& weight, const std::optional<TechniqueId>& technique) {
@@ -44,12 +45,14 @@ concept PathOutput = Spectrum<S> && requires(O& output, std::uint32_t pixel, Tec
 /// A `PathOutput` that an engine owns, one for each chunk of paths.
 ///
 /// - `clear()`: begins an iteration.
-/// - `begin_pixel(pixel)`, `take_pixel()`: begin and end a camera subpath; `take_pixel` returns the value of the pixel.
+/// - `begin_pixel(pixel)`, `take_pixel()`: begin and end a camera subpath; `take_pixel` returns the
+///   value of the pixel.
 /// - `begin_trees(first)`: begins light trees; the first one has the number `first`.
 /// - `splats()`: the weighted contributions of light trees to pixels.
 /// - `rejections()`, `counters()`: of the chunk since `clear()`.
-/// - `merging_change()`: of the pixel, the merged light minus what a disk of half the radius would have merged;
-///   `merged_light()`: merged since `clear()`, summed over the pixels. Both are means over channels.
+/// - `merging_change()`: of the pixel, the merged light minus what a disk of half the radius would
+///   have merged; `merged_light()`: merged since `clear()`, summed over the pixels. Both are means
+///   over channels.
 template <class O, class S, class Weight>
 concept ChunkOutput = PathOutput<O, S, Weight> && requires(O& output, const O& finished, std::uint32_t number) {
   output.clear();
@@ -64,8 +67,8 @@ concept ChunkOutput = PathOutput<O, S, Weight> && requires(O& output, const O& f
   { finished.merged_light() } -> std::convertible_to<double>;
 };
 
-/// Base of a `ChunkOutput`, and of every output that the walks write to: hears of each step and does nothing. An
-/// output hides the functions that it needs; calls of the others cost nothing.
+/// Base of a `ChunkOutput`, and of every output that the walks write to: hears of each step and
+/// does nothing. An output hides the functions that it needs; calls of the others cost nothing.
 struct PathObserver {
   /// The subpath starts at `origin`; `weight` is the throughput that leaves there.
   static constexpr void on_start(const auto& /*origin*/, const auto& /*weight*/) noexcept {}
@@ -80,7 +83,8 @@ struct PathObserver {
   static constexpr void on_light_vertex(const auto& /*vertex*/) noexcept {}
   /// The contribution that follows ends at this point of a light.
   static constexpr void on_light_point(const auto& /*origin*/) noexcept {}
-  /// The merge that follows joins two vertices at this squared distance, divided by the squared radius.
+  /// The merge that follows joins two vertices at this squared distance, divided by the squared
+  /// radius.
   static constexpr void on_merge(auto /*relative_distance_squared*/) noexcept {}
   /// The techniques of a camera vertex are done.
   static constexpr void end_vertex() noexcept {}

@@ -10,8 +10,8 @@
 #include "gmis/transport/state/technique.hpp"
 
 /// \file
-/// Names the paths that had contributions left out, so that each can be traced again alone (replay.hpp). The code here
-/// runs only when something is rejected.
+/// Names the paths that had contributions left out, so that each can be traced again alone
+/// (replay.hpp). The code here runs only when something is rejected.
 
 namespace gmis {
 
@@ -25,7 +25,8 @@ enum class RejectionCause : std::uint8_t {
 /// The end that a subpath starts at.
 enum class PathKind : std::uint8_t { camera, light };
 
-/// Identifies one path of a run. With the same seed and settings the path can be traced again, bit by bit.
+/// Identifies one path of a run. With the same seed and settings the path can be traced again, bit
+/// by bit.
 struct PathName {
   PathKind kind = PathKind::camera;  ///< which kind of path it names
   std::uint32_t iteration = 0;       ///< from 1

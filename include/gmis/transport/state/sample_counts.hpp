@@ -6,23 +6,24 @@
 
 namespace gmis {
 
-/// The sample allocation of a run: the number of samples of each technique. An integrator is a set of such counts. A
-/// technique with the count 0 is off: nothing is traced or stored for it, it takes no part in any weight, and its
-/// counters stay 0.
+/// The sample allocation of a run: the number of samples of each technique. An integrator is a set
+/// of such counts. A technique with the count 0 is off: nothing is traced or stored for it, it
+/// takes no part in any weight, and its counters stay 0.
 struct SampleCounts {
-  double light_paths = 1.0;  ///< light trees per pixel
-  int connections = 1;       ///< light vertices drawn per camera vertex from the cache of all light trees; 0: none
-  bool splats = true;        ///< each light vertex is connected with the camera
-  bool merges = true;        ///< each camera vertex gathers the photons within the merging radius
+  double light_paths = 1.0;    ///< light trees per pixel
+  int connections = 1;         ///< light vertices drawn per camera vertex from the cache of all light trees; 0: none
+  bool splats = true;          ///< each light vertex is connected with the camera
+  bool merges = true;          ///< each camera vertex gathers the photons within the merging radius
   bool extends_camera = true;  ///< camera subpaths go on beyond their first non-specular vertex
-  bool next_events = true;   ///< each camera vertex samples a point on a light
-  bool emitter_hits = true;  ///< camera subpaths contribute when they hit a light
-  /// Which light vertices are photons: false, all; true, those made from a surface with a narrow lobe
-  /// (`has_narrow_lobe`), where other techniques seldom find the path. It is a local count of merging (docs/weights.md).
+  bool next_events = true;     ///< each camera vertex samples a point on a light
+  bool emitter_hits = true;    ///< camera subpaths contribute when they hit a light
+  /// Which light vertices are photons: false, all; true, those made from a surface with a narrow
+  /// lobe (`has_narrow_lobe`), where other techniques seldom find the path. It is a local count of
+  /// merging (docs/weights.md).
   bool local_merges = false;
   double radius_factor = 1.0;  ///< m: merging radius divided by `RenderSettings::radius`
-  /// With connections on: each camera vertex is connected with every vertex of one light tree, the one that its
-  /// pixel is paired with, in place of drawn vertices.
+  /// With connections on: each camera vertex is connected with every vertex of one light tree, the
+  /// one that its pixel is paired with, in place of drawn vertices.
   bool connects_paired_tree = false;
 
   /// True when the technique is on.

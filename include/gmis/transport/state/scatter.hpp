@@ -10,8 +10,9 @@
 
 namespace gmis {
 
-/// The cosine factor of f at `point`: |n_s · to_next| for radiance. For importance it includes the correction that
-/// keeps the two kinds of transport adjoint when shading and geometric normal differ:
+/// The cosine factor of f at `point`: |n_s · to_next| for radiance. For importance it includes the
+/// correction that keeps the two kinds of transport adjoint when shading and geometric normal
+/// differ:
 /// |n_g · to_next| |n_s · to_prev| / |n_g · to_prev| [Veach 1997, eq. 5.19]. It is 0 when `to_prev` is parallel to the
 /// surface.
 template <std::floating_point T>
@@ -24,8 +25,8 @@ template <std::floating_point T>
   return std::abs(glm::dot(point.geometric_normal, to_next) * glm::dot(point.shading_normal, to_prev)) / prev_geometric;
 }
 
-/// Continuation probability of Russian roulette: the largest channel of the albedo, in [0, 1]. It is a function of the
-/// vertex alone, so that nominal densities can contain it.
+/// Continuation probability of Russian roulette: the largest channel of the albedo, in [0, 1]. It
+/// is a function of the vertex alone, so that nominal densities can contain it.
 template <Bsdf B>
 [[nodiscard]] constexpr ScalarOf<typename B::Spectrum> survival_probability(const B& bsdf) noexcept {
   using T = ScalarOf<typename B::Spectrum>;
@@ -34,9 +35,10 @@ template <Bsdf B>
 
 /// A step of a subpath.
 ///
-/// `weight` is the factor on the throughput: f |cos| divided by the actual density, continuation probability and number
-/// of siblings. `forward` and `reverse` are the nominal densities that path weights use: nominal number of children ×
-/// density per steradian, without the cosine. For a delta event they are nominal children × selection probability ×
+/// `weight` is the factor on the throughput: f |cos| divided by the actual density, continuation
+/// probability and number of siblings. `forward` and `reverse` are the nominal densities that path
+/// weights use: nominal number of children × density per steradian, without the cosine. For a delta
+/// event they are nominal children × selection probability ×
 /// |cos| × index² (each with the values of its side); their ratio is the ratio of the two delta functions
 /// (docs/weights.md).
 template <Spectrum S>
@@ -48,15 +50,17 @@ struct Step {
   bool is_delta;
 };
 
-/// The nominal numbers of children c at one vertex, continuation probability included: of the subpath that made the
-/// vertex (`forward`) and of a subpath that comes from the other end of the path (`reverse`).
+/// The nominal numbers of children c at one vertex, continuation probability included: of the
+/// subpath that made the vertex (`forward`) and of a subpath that comes from the other end of the
+/// path (`reverse`).
 template <std::floating_point T>
 struct NominalChildren {
   T forward, reverse;
 };
 
-/// A vertex from which a subpath continues. The nominal numbers of children may differ for delta events: when camera
-/// subpaths end at the first non-specular vertex, they still go on through its delta lobes.
+/// A vertex from which a subpath continues. The nominal numbers of children may differ for delta
+/// events: when camera subpaths end at the first non-specular vertex, they still go on through its
+/// delta lobes.
 template <Bsdf B>
 struct ScatteringVertex {
   using T = ScalarOf<typename B::Spectrum>;
@@ -69,11 +73,11 @@ struct ScatteringVertex {
   NominalChildren<T> delta_children;
 };
 
-/// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the subpath is
-/// terminated or the BSDF makes no sample. `needs_reverse`: reverse densities are read.
+/// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the
+/// subpath is terminated or the BSDF makes no sample. `needs_reverse`: reverse densities are read.
 template <bool needs_reverse = true, Bsdf B>
-[[nodiscard]] GMIS_ALWAYS_INLINE inline std::optional<Step<typename B::Spectrum>> scatter(
-    const ScatteringVertex<B>& at, UniformSource auto& source) {
+[[nodiscard]] GMIS_ALWAYS_INLINE inline std::optional<Step<typename B::Spectrum>> scatter(const ScatteringVertex<B>& at,
+                                                                                          UniformSource auto& source) {
   using T = ScalarOf<typename B::Spectrum>;
   const auto [u_survival, u_lobe, u, v] = uniforms<T, 4>(source);
   if (u_survival >= at.survival) return std::nullopt;
@@ -91,8 +95,8 @@ template <bool needs_reverse = true, Bsdf B>
   if (!sample->is_delta)
     return Step<typename B::Spectrum>{sample->to_next, weight, at.children.forward * forward,
                                       at.children.reverse * reverse, false};
-  // The two delta functions: selection probability · |cos| · index², here relative to the index on the side of
-  // `to_prev`.
+  // The two delta functions: selection probability · |cos| · index², here relative to the index on
+  // the side of `to_prev`.
   const T cos_prev = std::abs(glm::dot(point.shading_normal, at.to_prev));
   return Step<typename B::Spectrum>{sample->to_next, weight,
                                     at.delta_children.forward * forward * cos_next * square(sample->eta),

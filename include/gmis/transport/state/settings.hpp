@@ -9,20 +9,23 @@
 
 namespace gmis {
 
-/// Start of light subpaths: by the power of the lights (`power`), or guided to where their light is needed
-/// (`learned`, emission/learn_emission.hpp), for scenes whose lights shine far beyond the picture.
+/// Start of light subpaths: by the power of the lights (`power`), or guided to where their light is
+/// needed (`learned`, emission/learn_emission.hpp), for scenes whose lights shine far beyond the
+/// picture.
 enum class Emission : std::uint8_t { power, learned };
 
-/// Camera subpaths of a pixel: one everywhere (`uniform`), or numbers by pixel that are learned in the first
-/// iterations and used where they are predicted to gain (`learned`, pixel_counts/pixel_counts.hpp).
+/// Camera subpaths of a pixel: one everywhere (`uniform`), or numbers by pixel that are learned in
+/// the first iterations and used where they are predicted to gain (`learned`,
+/// pixel_counts/pixel_counts.hpp).
 enum class PixelCounts : std::uint8_t { uniform, learned };
 
 /// The settings of a run.
 struct RenderSettings {
   SampleCounts counts;     ///< techniques and their numbers of samples, for example one of `gmis::integrators`
   std::uint64_t seed = 0;  ///< selects the random numbers of the run
-  /// The kind of random numbers. With `sobol` the iterations of a replication are not independent of each other;
-  /// error estimates must take replications as batches (`BatchMeans`). A pilot draws independent numbers.
+  /// The kind of random numbers. With `sobol` the iterations of a replication are not independent
+  /// of each other; error estimates must take replications as batches (`BatchMeans`). A pilot draws
+  /// independent numbers.
   Sampler sampler = Sampler::independent;
   int max_depth = 16;            ///< greatest number of edges of a path; 1: light seen directly; at most 256
   std::optional<double> radius;  ///< r_1, times `SampleCounts::radius_factor`, in scene units; unset: 0.4 pixel widths

@@ -15,8 +15,8 @@ inline constexpr std::size_t technique_count = 5;
 inline constexpr std::array<Technique, technique_count> all_techniques{
     Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat, Technique::merge};
 
-/// The technique that made a path of `s` light and `t` camera vertices. A merged vertex counts on both sides.
-/// `path_class` is known only when `RenderSettings::path_classes` is set.
+/// The technique that made a path of `s` light and `t` camera vertices. A merged vertex counts on
+/// both sides. `path_class` is known only when `RenderSettings::path_classes` is set.
 struct TechniqueId {
   Technique technique;                             ///< which way
   std::int16_t s;                                  ///< light vertices
@@ -24,8 +24,9 @@ struct TechniqueId {
   PathClass path_class = PathClass::unclassified;  ///< class of the path, where it is known
 };
 
-/// The counts that weights use: κ, the expected number of samples of a technique at one place of a path, and μ of
-/// merging. A technique that is off has the count 0 and then takes no part in any weight.
+/// The counts that weights use: κ, the expected number of samples of a technique at one place of a
+/// path, and μ of merging. A technique that is off has the count 0 and then takes no part in any
+/// weight.
 template <std::floating_point T>
 struct TechniqueCounts {
   T emitter_hit{};  ///< 1: a camera subpath hits a light
@@ -33,7 +34,8 @@ struct TechniqueCounts {
   T connect{};      ///< ρ: m n_L / V̄ for m vertices drawn from the cache of all trees, 1 for a paired tree
   T splat{};        ///< n_L: light trees whose vertices are connected with the camera, per camera subpath
   T merge{};        ///< μ = n_L π r²: light trees × area of the merging disk [scene units²]
-  /// s(x_0) = 1: merging gathers the first vertices of light subpaths, too. False with a local count of merging.
+  /// s(x_0) = 1: merging gathers the first vertices of light subpaths, too. False with a local
+  /// count of merging.
   bool merges_first = true;
 };
 

@@ -42,8 +42,9 @@ struct CameraVertex {
   [[nodiscard]] constexpr bool is_next_to_camera() const noexcept { return depth == 1; }
 };
 
-/// The straight line between two points: the unit vector from `from` to `to` and the factors of measure along it. When
-/// both points coincide, `distance_squared` is 0 and `direction` is not finite.
+/// The straight line between two points: the unit vector from `from` to `to` and the factors of
+/// measure along it. When both points coincide, `distance_squared` is 0 and `direction` is not
+/// finite.
 template <std::floating_point T>
 struct Link {
   Vec3<T> direction;
@@ -58,8 +59,8 @@ struct Link {
     const T distance_squared = glm::dot(offset, offset);
     return {offset * ieee_divide(T(1), std::sqrt(distance_squared)), distance_squared};
   }
-  /// g at `point` = |cos θ| / d²: the factor from a density per steradian at the other end to a density per area at
-  /// `point`, with the geometric normal.
+  /// g at `point` = |cos θ| / d²: the factor from a density per steradian at the other end to a
+  /// density per area at `point`, with the geometric normal.
   [[nodiscard]] constexpr T to_area(const SurfacePoint<T>& point) const noexcept {
     return solid_angle_per_area(glm::dot(point.geometric_normal, direction), distance_squared);
   }

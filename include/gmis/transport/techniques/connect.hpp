@@ -2,18 +2,19 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
-#include "gmis/transport/state/path_output.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
+#include "gmis/transport/state/path_output.hpp"
 
 namespace gmis {
 
-/// Technique s, t ≥ 2: connects a camera vertex with vertices of light trees. It takes either m vertices drawn
-/// uniformly from the cache of all trees, so that the work does not grow with the trees, or all vertices of the one
-/// tree that the pixel is paired with (`SampleCounts::connects_paired_tree`). Call it for non-specular camera vertices; the cache holds
-/// non-specular vertices only.
+/// Technique s, t ≥ 2: connects a camera vertex with vertices of light trees. It takes either m
+/// vertices drawn uniformly from the cache of all trees, so that the work does not grow with the
+/// trees, or all vertices of the one tree that the pixel is paired with
+/// (`SampleCounts::connects_paired_tree`). Call it for non-specular camera vertices; the cache
+/// holds non-specular vertices only.
 struct Connect {
-  /// Makes the connections of one camera vertex and adds their contributions to `output`. Pairs that would exceed
-  /// `max_depth`, have f = 0 at either end or do not see each other add nothing.
+  /// Makes the connections of one camera vertex and adds their contributions to `output`. Pairs
+  /// that would exceed `max_depth`, have f = 0 at either end or do not see each other add nothing.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, std::size_t pixel,
                                UniformSource auto& source, Output& output) {
@@ -26,7 +27,8 @@ struct Connect {
       for (const auto& light : cache.tree(context.tree_of_pixel(pixel))) try_vertex(light, T(1));
     } else if (cache.size() > 0) {
       for (int i = 0; i < context.counts.connections; ++i)
-        try_vertex(cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))], context.light.connection_scale);
+        try_vertex(cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))],
+                   context.light.connection_scale);
     }
   }
 
@@ -38,7 +40,8 @@ struct Connect {
     return (glm::dot(point.shading_normal, a) > T(0)) != (glm::dot(point.shading_normal, b) > T(0));
   }
 
-  /// `scale`: factor on the throughput of the light vertex, V / (m n_L) for a vertex drawn from the cache, else 1.
+  /// `scale`: factor on the throughput of the light vertex, V / (m n_L) for a vertex drawn from the
+  /// cache, else 1.
   template <class Context, class Vertex, class Output>
   static void connect(const Context& context, const Vertex& vertex, const typename Context::StoredVertex& light,
                       typename Vertex::T scale, Output& output) {

@@ -1,16 +1,17 @@
 #pragma once
 
 #include "gmis/core/light_choice.hpp"
-#include "gmis/transport/state/path_output.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
+#include "gmis/transport/state/path_output.hpp"
 
 namespace gmis {
 
-/// Technique s = 0: a camera subpath meets a light, either a surface that emits or an infinite light.
+/// Technique s = 0: a camera subpath meets a light, either a surface that emits or an infinite
+/// light.
 struct EmitterHit {
-  /// Adds the radiance that `vertex.hit.light` emits at `vertex` along `to_prev`. `weights` are the partial sums there
-  /// with s(x_0), the local count of merging at a light, in place of the surface's. `from` is the vertex before
-  /// `vertex`.
+  /// Adds the radiance that `vertex.hit.light` emits at `vertex` along `to_prev`. `weights` are the
+  /// partial sums there with s(x_0), the local count of merging at a light, in place of the
+  /// surface's. `from` is the vertex before `vertex`.
   template <class Context, class Vertex, class Weights, class Point, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, const Weights& weights, const Point& from,
                                Output& output) {
@@ -18,8 +19,8 @@ struct EmitterHit {
         vertex.path, from, output);
   }
 
-  /// Adds the radiance of all infinite lights that are no delta lights, for a ray that left the scene along
-  /// −`emission_direction`. `weights` and `depth` belong to the vertex at infinity.
+  /// Adds the radiance of all infinite lights that are no delta lights, for a ray that left the
+  /// scene along −`emission_direction`. `weights` and `depth` belong to the vertex at infinity.
   template <class Context, class Direction, class S, class Weights, class Point, class Output>
   static void at_escape(const Context& context, const Direction& emission_direction, const S& throughput,
                         const Weights& weights, int depth, HalfPath path, const Point& from, Output& output) {
@@ -47,11 +48,11 @@ struct EmitterHit {
                                     direction, from.position);
     // a_0 and e_0, each with its own probability of choosing the light, and a_1 in the measure of
     // `EmissionDensity::first` [Georgiev TR 37, 42, 43].
-    const auto weight = context.recursion.emitter_hit(
-        weights, {.origin = choice.selection_probability * emitted.density.origin,
-                  .next_event = next_event_probability(context.scene, choice, from) *
-                                light.next_event_density(origin, direction, from),
-                  .first = first});
+    const auto weight =
+        context.recursion.emitter_hit(weights, {.origin = choice.selection_probability * emitted.density.origin,
+                                                .next_event = next_event_probability(context.scene, choice, from) *
+                                                              light.next_event_density(origin, direction, from),
+                                                .first = first});
     output.add(id, throughput * emitted.radiance, weight);
   }
 };

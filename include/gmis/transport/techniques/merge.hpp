@@ -1,16 +1,18 @@
 #pragma once
 
-#include "gmis/transport/state/path_output.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
+#include "gmis/transport/state/path_output.hpp"
 
 namespace gmis {
 
-/// Technique merge: estimates the radiance that a camera vertex reflects from all light vertices (photons) within the
-/// merging radius. It is a density estimate with the constant kernel 1/(n_L π r²), times a gain near 1
-/// (`AnyEngine::scale_merging`); it is biased when the light or the surface varies over the disk.
+/// Technique merge: estimates the radiance that a camera vertex reflects from all light vertices
+/// (photons) within the merging radius. It is a density estimate with the constant kernel 1/(n_L π
+/// r²), times a gain near 1 (`AnyEngine::scale_merging`); it is biased when the light or the
+/// surface varies over the disk.
 struct Merge {
-  /// Merges one non-specular camera vertex with the stored light vertices within the merging radius and adds the
-  /// contributions to `output`. Pairs that would exceed `max_depth` or have f = 0 add nothing.
+  /// Merges one non-specular camera vertex with the stored light vertices within the merging radius
+  /// and adds the contributions to `output`. Pairs that would exceed `max_depth` or have f = 0 add
+  /// nothing.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, Output& output) {
     using S = typename Vertex::S;
@@ -25,21 +27,21 @@ struct Merge {
       if (!is_kept) return;
       const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, light.to_prev, TransportMode::radiance);
       if (is_black(bsdf.value)) return;
-      // The photon density is irradiance with the geometric normal, but f expects irradiance with the shading normal:
-      // kernel · |n_s · ω| / |n_g · ω|, the kernel being 1/(n_L π r²).
+      // The photon density is irradiance with the geometric normal, but f expects irradiance with
+      // the shading normal: kernel · |n_s · ω| / |n_g · ω|, the kernel being 1/(n_L π r²).
       T correction = context.photons.normalization;
       if (point.shading_normal != point.geometric_normal) {
         const T geometric = std::abs(glm::dot(point.geometric_normal, light.to_prev));
         correction *= geometric > T(0) ? std::abs(glm::dot(point.shading_normal, light.to_prev)) / geometric : T(0);
       }
       const S value = vertex.throughput * bsdf.value * light.throughput * correction;
-      // Merged at x_i: the density at x_i per steradian back to x_{i−1}, by the camera subpath, and back to x_{i+1}, by
-      // the light subpath [Georgiev TR 37–39; docs/weights.md].
-      const auto weight = context.recursion.merge(light.weights(), vertex.children.forward * bsdf.pdf.forward.value,
-                                                  vertex.weights,
-                                                  {.is_next_to_camera = vertex.is_next_to_camera(),
-                                                   .reverse = vertex.children.reverse * bsdf.pdf.reverse.value,
-                                                   .density = T(0)});
+      // Merged at x_i: the density at x_i per steradian back to x_{i−1}, by the camera subpath, and
+      // back to x_{i+1}, by the light subpath [Georgiev TR 37–39; docs/weights.md].
+      const auto weight =
+          context.recursion.merge(light.weights(), vertex.children.forward * bsdf.pdf.forward.value, vertex.weights,
+                                  {.is_next_to_camera = vertex.is_next_to_camera(),
+                                   .reverse = vertex.children.reverse * bsdf.pdf.reverse.value,
+                                   .density = T(0)});
       ++output.counters().merges;
       output.on_light_vertex(light);
       const Vec3<T> offset = point.position - light.point.position;

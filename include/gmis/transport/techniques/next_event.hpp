@@ -3,17 +3,17 @@
 #include "gmis/core/light_choice.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
-#include "gmis/transport/state/path_output.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
+#include "gmis/transport/state/path_output.hpp"
 
 namespace gmis {
 
-/// Technique s = 1, next-event estimation: samples a point on a light for the camera vertex (a direction, for an
-/// infinite light) and connects the two.
+/// Technique s = 1, next-event estimation: samples a point on a light for the camera vertex (a
+/// direction, for an infinite light) and connects the two.
 struct NextEvent {
-  /// Takes one sample for a non-specular camera vertex and adds its contribution to `output`. Always draws three random
-  /// numbers. A sample that is visible but whose density is zero or not finite is rejected as
-  /// `RejectionCause::zero_pdf`.
+  /// Takes one sample for a non-specular camera vertex and adds its contribution to `output`.
+  /// Always draws three random numbers. A sample that is visible but whose density is zero or not
+  /// finite is rejected as `RejectionCause::zero_pdf`.
   template <class Context, class Vertex, class Output>
   static void at_camera_vertex(const Context& context, const Vertex& vertex, UniformSource auto& source,
                                Output& output) {
@@ -47,8 +47,9 @@ struct NextEvent {
       output.reject(RejectionCause::zero_pdf, id);
       return;
     }
-    // `to_vertex_area` is g_1: a_1 = first · g_1, with g_1 = |cos θ_1| / d² (|cos θ_1| alone for an infinite light).
-    // `hit` is b_0 = c ψ(x_1 → x_0) g_0, with g_0 = |cos θ_0| / d² (1 for an infinite light, 0 for a delta light).
+    // `to_vertex_area` is g_1: a_1 = first · g_1, with g_1 = |cos θ_1| / d² (|cos θ_1| alone for an
+    // infinite light). `hit` is b_0 = c ψ(x_1 → x_0) g_0, with g_0 = |cos θ_0| / d² (1 for an
+    // infinite light, 0 for a delta light).
     T to_vertex_area = std::abs(glm::dot(point.geometric_normal, sample->to_light));
     T hit(0);
     if (is_infinite) {
@@ -63,16 +64,16 @@ struct NextEvent {
     const T emission_choice = emission_probability(context.scene, choice);
     const T first = guided_first(context, *choice.light, emission_choice, sample->density.first, sample->origin,
                                  -sample->to_light, point.position);
-    // a_0 and e_0, each with its own probability of choosing the light, b_0, a_1, and the density back to x_2
-    // [Georgiev TR 37, 44, 45].
-    const auto weight = context.recursion.next_event(
-        {.origin = emission_choice * sample->density.origin,
-         .next_event = choice.selection_probability * sample->next_event_density,
-         .first = first},
-        hit, vertex.weights,
-        {.is_next_to_camera = vertex.is_next_to_camera(),
-         .reverse = vertex.children.reverse * bsdf.pdf.reverse.value,
-         .density = first * to_vertex_area});
+    // a_0 and e_0, each with its own probability of choosing the light, b_0, a_1, and the density
+    // back to x_2 [Georgiev TR 37, 44, 45].
+    const auto weight =
+        context.recursion.next_event({.origin = emission_choice * sample->density.origin,
+                                      .next_event = choice.selection_probability * sample->next_event_density,
+                                      .first = first},
+                                     hit, vertex.weights,
+                                     {.is_next_to_camera = vertex.is_next_to_camera(),
+                                      .reverse = vertex.children.reverse * bsdf.pdf.reverse.value,
+                                      .density = first * to_vertex_area});
     output.on_light_point(sample->origin);
     if (absorbs(context.scene) && !is_infinite) [[unlikely]]
       attenuate(context.scene, point, sample->to_light, sample->origin.position, value);

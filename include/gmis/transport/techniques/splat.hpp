@@ -2,16 +2,16 @@
 
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
-#include "gmis/transport/state/path_output.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
+#include "gmis/transport/state/path_output.hpp"
 
 namespace gmis {
 
 /// Technique t = 1: connects a light vertex with the camera and adds to the pixel that sees it.
 struct Splat {
-  /// Connects one non-specular light vertex with a point of the lens and adds the contribution to `output`. A vertex
-  /// that no pixel of the crop sees, or that the camera cannot see, adds nothing. Always draws two random numbers, or none
-  /// for a camera without a lens.
+  /// Connects one non-specular light vertex with a point of the lens and adds the contribution to
+  /// `output`. A vertex that no pixel of the crop sees, or that the camera cannot see, adds
+  /// nothing. Always draws two random numbers, or none for a camera without a lens.
   template <class Context, class Stored, class Output>
   static void at_light_vertex(const Context& context, const Stored& light, UniformSource auto& source, Output& output) {
     using S = typename Stored::S;
@@ -33,11 +33,12 @@ struct Splat {
     if (is_black(bsdf.value)) return;
     const auto link = Link<T>::between(light.point.position, seen->origin.position);
     const T falloff = camera.has_parallel_rays() ? T(1) : T(1) / link.distance_squared;
-    // The pixel's value is the mean radiance over its camera rays, so its response to flux is the density of those
-    // rays, here per area perpendicular to the ray at the light vertex.
+    // The pixel's value is the mean radiance over its camera rays, so its response to flux is the
+    // density of those rays, here per area perpendicular to the ray at the light vertex.
     const T response = seen->density * falloff;
     const T cosine = scattering_cosine(light.point, light.to_prev, seen->to_camera, TransportMode::importance);
-    S value = light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.light.tree_count));
+    S value =
+        light.throughput * bsdf.value * seen->weight * (cosine * response / static_cast<T>(context.light.tree_count));
     if (is_black(value)) return;
 
     ++output.counters().shadow_rays;

@@ -18,10 +18,11 @@
 
 namespace gmis {
 
-/// Traces the camera subpath of one pixel and applies every technique with a positive count at its vertices.
+/// Traces the camera subpath of one pixel and applies every technique with a positive count at its
+/// vertices.
 ///
-/// Contributions go to `output`, in the unit of the scene's radiance. A sample whose density is zero or not finite ends
-/// its subpath and is counted as `RejectionCause::zero_pdf`.
+/// Contributions go to `output`, in the unit of the scene's radiance. A sample whose density is
+/// zero or not finite ends its subpath and is counted as `RejectionCause::zero_pdf`.
 template <class Context, class Output>
 class CameraSubpath {
  public:
@@ -33,9 +34,9 @@ class CameraSubpath {
 
   CameraSubpath(const Context& context, Output& output) : context_(context), output_(output) {}
 
-  /// Traces one subpath through `pixel`. `number` is the index of the pixel in the frame (rows from the upper left).
-  /// `source` must be keyed to this pixel, iteration and subpath. Contributions are multiplied by `share`, for a mean of
-  /// several subpaths.
+  /// Traces one subpath through `pixel`. `number` is the index of the pixel in the frame (rows from
+  /// the upper left). `source` must be keyed to this pixel, iteration and subpath. Contributions
+  /// are multiplied by `share`, for a mean of several subpaths.
   template <UniformSource Source>
   void trace(glm::ivec2 pixel, std::size_t number, Source source, T share = T(1)) {
     ++output_.counters().camera_paths;
@@ -71,8 +72,9 @@ class CameraSubpath {
     HalfPath path{};               ///< the events at `from` and before it
   };
 
-  /// Subpaths that do not end at the first non-specular vertex, in a run that does not classify paths: nearly all. They
-  /// are compiled apart, so that a vertex skips the tests for the rest, and flat, because nearly all time is spent here.
+  /// Subpaths that do not end at the first non-specular vertex, in a run that does not classify
+  /// paths: nearly all. They are compiled apart, so that a vertex skips the tests for the rest, and
+  /// flat, because nearly all time is spent here.
   template <UniformSource Source>
   GMIS_FLATTEN void follow_plain(Edge& edge, Source& source) {
     follow<true>(edge, source);
@@ -134,8 +136,8 @@ class CameraSubpath {
     }
   }
 
-  /// Forms the partial weights of the vertex from its density per area. Returns false and rejects the sample when the
-  /// density is zero or not finite.
+  /// Forms the partial weights of the vertex from its density per area. Returns false and rejects
+  /// the sample when the density is zero or not finite.
   [[nodiscard]] bool arrive(const Edge& edge, Vertex& vertex) {
     const Vec3<T> offset = vertex.hit.point.position - edge.from.position;
     const T distance_squared = glm::dot(offset, offset);
@@ -151,8 +153,8 @@ class CameraSubpath {
     return true;
   }
 
-  /// Adds the radiance of infinite lights to an escaped subpath. The vertex at infinity keeps its density per
-  /// steradian; g at the near end of the edge is |cos|, without a distance.
+  /// Adds the radiance of infinite lights to an escaped subpath. The vertex at infinity keeps its
+  /// density per steradian; g at the near end of the edge is |cos|, without a distance.
   void escape(const Edge& edge) {
     output_.on_escape(edge.step, edge.throughput, edge.depth);
     if (context_.has.emitter_hit) {
@@ -170,8 +172,8 @@ class CameraSubpath {
     return std::abs(glm::dot(edge.from.geometric_normal, edge.step.to_next));
   }
 
-  /// Partial weights at the far end. `to_area_back` is g at the near end, `density` is b at the far end,
-  /// `makes_photons` is s there [Georgiev TR 31–36, mirrored].
+  /// Partial weights at the far end. `to_area_back` is g at the near end, `density` is b at the far
+  /// end, `makes_photons` is s there [Georgiev TR 31–36, mirrored].
   [[nodiscard]] CameraPartial weights_at(const Edge& edge, T to_area_back, T density, bool makes_photons) const {
     if (edge.depth == 1) return context_.recursion.first_camera_vertex(density);
     return context_.recursion.extend_camera(edge.weights_behind, {.is_next_to_camera = edge.depth == 2,
@@ -182,8 +184,8 @@ class CameraSubpath {
                                                                   .density = density});
   }
 
-  /// Partial weights at `vertex` as the end x_0 of a path, on a light. They differ from those of the vertex only when its
-  /// surface makes photons and its light does not.
+  /// Partial weights at `vertex` as the end x_0 of a path, on a light. They differ from those of
+  /// the vertex only when its surface makes photons and its light does not.
   [[nodiscard]] CameraPartial weights_of_hit(const Edge& edge, const Vertex& vertex) const {
     if constexpr (Context::has_light_side)
       if (context_.makes_photons(vertex.hit.bsdf) != context_.lights_make_photons()) {
@@ -194,8 +196,8 @@ class CameraSubpath {
     return vertex.weights;
   }
 
-  /// b_j = c ψ(x_{j+1} → x_j) |cos θ_j| / d², c being part of `forward`. With parallel camera rays, b_{k−1} is the
-  /// density per area perpendicular to the ray, times |cos θ_{k−1}|.
+  /// b_j = c ψ(x_{j+1} → x_j) |cos θ_j| / d², c being part of `forward`. With parallel camera rays,
+  /// b_{k−1} is the density per area perpendicular to the ray, times |cos θ_{k−1}|.
   [[nodiscard]] T density_at(const Edge& edge, const Vertex& vertex, T distance_squared) const {
     const T cos_here = std::abs(glm::dot(vertex.hit.point.geometric_normal, edge.step.to_next));
     const bool is_parallel = edge.depth == 1 && context_.scene.camera().has_parallel_rays();

@@ -19,7 +19,8 @@ class LightPath : LightSubpath<Context, Output> {
 
   LightPath(const Context& context, Output& output) : Base(context, output) {}
 
-  /// Traces one subpath. `stored` receives the vertices for connections and merging; null keeps none.
+  /// Traces one subpath. `stored` receives the vertices for connections and merging; null keeps
+  /// none.
   template <UniformSource Source, class Tally>
   void trace(Source source, Chunk* stored, Tally& /*children*/) {
     trace(source, stored);
@@ -41,13 +42,14 @@ class LightPath : LightSubpath<Context, Output> {
   }
 
  private:
-  /// One flat function: an iteration of photon mapping takes 6 % fewer instructions than with calls, one of vertex
-  /// connection and merging 2 %.
+  /// One flat function: an iteration of photon mapping takes 6 % fewer instructions than with
+  /// calls, one of vertex connection and merging 2 %.
   template <UniformSource Source>
   GMIS_FLATTEN void follow_flat(Source& source, Chunk* stored) {
     follow<false>(source, stored);
   }
-  /// With a guide of emission the path is compiled apart, so that runs without one do no work for it.
+  /// With a guide of emission the path is compiled apart, so that runs without one do no work for
+  /// it.
   template <bool is_guided, UniformSource Source>
   GMIS_NEVER_INLINE void follow_apart(Source& source, Chunk* stored) {
     follow<is_guided>(source, stored);

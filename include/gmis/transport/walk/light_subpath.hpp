@@ -15,7 +15,8 @@
 
 namespace gmis {
 
-/// The steps of light subpaths, from which a walk is made: how one starts, what is done at a vertex, how it goes on.
+/// The steps of light subpaths, from which a walk is made: how one starts, what is done at a
+/// vertex, how it goes on.
 template <class Context, class Output>
 class LightSubpath {
  public:
@@ -30,7 +31,8 @@ class LightSubpath {
 
   [[nodiscard]] constexpr bool goes_on(const Vertex& at) const noexcept { return at.depth + 1 < context_.max_depth; }
 
-  /// Stores a non-specular vertex when the counts of the context ask for it, and connects it with the camera.
+  /// Stores a non-specular vertex when the counts of the context ask for it, and connects it with
+  /// the camera.
   template <UniformSource Source>
   void use(const Vertex& vertex, Source& source, Chunk* stored) {
     output_.on_use(vertex);
@@ -43,11 +45,17 @@ class LightSubpath {
 
   [[nodiscard]] constexpr ScatteringVertex<typename Sc::Bsdf> scattering_at(const Vertex& at) const noexcept {
     const T survival = survival_probability(at.bsdf);
-    return {at.bsdf,  at.point,    at.to_prev, TransportMode::importance,
-            survival, at.children, {at.children.forward, survival}};
+    return {at.bsdf,
+            at.point,
+            at.to_prev,
+            TransportMode::importance,
+            survival,
+            at.children,
+            {at.children.forward, survival}};
   }
 
-  /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is unusable.
+  /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is
+  /// unusable.
   template <bool is_guided, UniformSource Source>
   [[nodiscard]] std::optional<Vertex> emit(Source& source) {
     [[maybe_unused]] const GuidedLight<T, typename Sc::Light>* guided = nullptr;
@@ -79,8 +87,8 @@ class LightSubpath {
     return first_vertex(choice, *emission, *hit, first);
   }
 
-  /// x_1, which `hit` is, made by `emission` with the density `first` of its direction or line; nothing when a density
-  /// is unusable.
+  /// x_1, which `hit` is, made by `emission` with the density `first` of its direction or line;
+  /// nothing when a density is unusable.
   template <class Choice, class Emission, class HitPoint>
   [[nodiscard]] std::optional<Vertex> first_vertex(const Choice& choice, const Emission& emission, const HitPoint& hit,
                                                    T first) {
@@ -97,15 +105,14 @@ class LightSubpath {
       to_origin = is_infinite ? T(1)
                               : solid_angle_per_area(glm::dot(emission.origin.geometric_normal, emission.direction),
                                                      distance_squared);
-    // a_0 and e_0, each with its own probability of choosing the light; that of a next event is known only here, where its
+    // a_0 and e_0, each with its own probability of choosing the light; that of a next event is
+    // known only here, where its
     // receiver x_1 is  [Georgiev TR 31–33]
     const T next_event = next_event_probability(context_.scene, choice, hit.point) *
                          choice.light->next_event_density(emission.origin, emission.direction, hit.point);
-    const auto weights =
-        context_.recursion.first_light_vertex({.origin = choice.selection_probability * emission.density.origin,
-                                               .next_event = next_event,
-                                               .first = density},
-                                              to_origin);
+    const auto weights = context_.recursion.first_light_vertex(
+        {.origin = choice.selection_probability * emission.density.origin, .next_event = next_event, .first = density},
+        to_origin);
     const Vertex vertex{hit.point,
                         hit.bsdf,
                         -emission.direction,
@@ -119,8 +126,8 @@ class LightSubpath {
     return vertex;
   }
 
-  /// Traces one step from `vertex` and writes the next vertex in its place. Returns false when the ray leaves the scene,
-  /// the path class is not wanted or the density is unusable.
+  /// Traces one step from `vertex` and writes the next vertex in its place. Returns false when the
+  /// ray leaves the scene, the path class is not wanted or the density is unusable.
   [[nodiscard]] bool arrive(Vertex& vertex, const Step<S>& step) {
     const Vertex& from = vertex;
     const HalfPath path = context_.filter.after_event(from.path, from.bsdf, step.is_delta);

@@ -6,11 +6,12 @@
 
 namespace gmis {
 
-/// The weights without light subpaths: emitter hits against next events, each taken once per camera vertex.
+/// The weights without light subpaths: emitter hits against next events, each taken once per camera
+/// vertex.
 ///
-/// The weights equal those of `WeightRecursion` with all other counts 0, but no sum that is always 0 is stored. The
-/// members have the same names and arguments. Each weight has one ratio of densities; it stays right when the ratio
-/// rounds to 0 or to infinity.
+/// The weights equal those of `WeightRecursion` with all other counts 0, but no sum that is always
+/// 0 is stored. The members have the same names and arguments. Each weight has one ratio of
+/// densities; it stays right when the ratio rounds to 0 or to infinity.
 template <std::floating_point T, class Heuristic>
 class CameraWeightRecursion {
  public:

@@ -5,9 +5,10 @@
 #include "gmis/transport/state/technique.hpp"
 
 /// \file
-/// The weights of a whole path by brute force: the expected sample density of every technique that can make the path,
-/// as a product over all vertices. It is the oracle for weight_recursion.hpp, and it helps to debug a renderer. `T` is
-/// meant to be long double (up to about 12 vertices with extreme densities) or a type with an unbounded exponent.
+/// The weights of a whole path by brute force: the expected sample density of every technique that
+/// can make the path, as a product over all vertices. It is the oracle for weight_recursion.hpp,
+/// and it helps to debug a renderer. `T` is meant to be long double (up to about 12 vertices with
+/// extreme densities) or a type with an unbounded exponent.
 
 namespace gmis {
 
@@ -18,14 +19,15 @@ struct PathDensities {
   std::vector<T>
       from_camera;  ///< b_i per area, i < k; after a delta event: selection probability × geometry of the edge
   std::vector<bool> is_delta;  ///< whether the path goes through x_i by a delta event (0 < i < k)
-  /// s(x_i), i < k − 1: whether light vertices that were made from x_i are photons, which merging gathers. Empty: all.
+  /// s(x_i), i < k − 1: whether light vertices that were made from x_i are photons, which merging
+  /// gathers. Empty: all.
   std::vector<bool> makes_photons = {};
   T next_event{};                ///< e_0: density of x_0 by next event; includes the probability of choosing the light
   bool light_can_be_hit = true;  ///< false for a delta light
 };
 
-/// One way to make a path: a connection with `s` light vertices (0: emitter hit, 1: next event, k: splat), or merging
-/// at x_s.
+/// One way to make a path: a connection with `s` light vertices (0: emitter hit, 1: next event, k:
+/// splat), or merging at x_s.
 struct TechniqueIndex {
   bool is_merge = false;  ///< merging at x_s, else a connection
   int s = 0;              ///< light vertices, or the number of the merged vertex
@@ -38,8 +40,9 @@ struct TechniqueDensity {
   T density{};               ///< expected number of samples times density, product over the path
 };
 
-/// The expected sample density κ_s U(s) of every technique, in the order s = 0 … k, then s(x_{i−1}) μ b_i U(i+1) of
-/// merging at x_1 … x_{k−1}. A technique that cannot make the path has the density 0. U(s) = Π_{i<s} a_i Π_{i≥s} b_i.
+/// The expected sample density κ_s U(s) of every technique, in the order s = 0 … k, then s(x_{i−1})
+/// μ b_i U(i+1) of merging at x_1 … x_{k−1}. A technique that cannot make the path has the
+/// density 0. U(s) = Π_{i<s} a_i Π_{i≥s} b_i.
 template <class T, class Counts>
 [[nodiscard]] std::vector<TechniqueDensity<T>> technique_densities(const PathDensities<T>& path, const Counts& counts) {
   const int k = static_cast<int>(path.from_light.size());

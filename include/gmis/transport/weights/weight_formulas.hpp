@@ -6,25 +6,28 @@
 #include "gmis/transport/state/technique.hpp"
 
 /// \file
-/// The recursive weights of vertex connection and merging: pure arithmetic on densities; no scene type is seen here and
-/// nothing is mutated to evaluate a weight. docs/weights.md derives every line.
+/// The recursive weights of vertex connection and merging: pure arithmetic on densities; no scene
+/// type is seen here and nothing is mutated to evaluate a weight. docs/weights.md derives every
+/// line.
 ///
-/// Notation, for a path x_0 (light) … x_k (camera): a_i is the expected density per area with which light trees make
-/// x_i, b_i that with which camera subpaths do; U(s) = Π_{i<s} a_i Π_{i≥s} b_i. Connecting s light and k+1−s camera
-/// vertices has the density κ_s U(s), with κ_s the count of its technique; merging at x_i has μ b_i U(i+1), μ = n_L π
-/// r².
+/// Notation, for a path x_0 (light) … x_k (camera): a_i is the expected density per area with which
+/// light trees make x_i, b_i that with which camera subpaths do; U(s) = Π_{i<s} a_i Π_{i≥s} b_i.
+/// Connecting s light and k+1−s camera vertices has the density κ_s U(s), with κ_s the count of its
+/// technique; merging at x_i has μ b_i U(i+1), μ = n_L π r².
 ///
 /// L_i = the densities of all techniques to the left of the connection s = i+1, over U(i+1):
 ///     L_i = b_i (μ_i + κ_i / a_i + L_{i−1} / a_i)                        [Liu, w_{i,VC}, corrected]
-/// The count of merging may be local: photons at x_i count only when s(x_{i−1}) = 1, with s a function of the surface
-/// alone, so that μ_i = s(x_{i−1}) μ stands in place of μ. s(x_0) is the same for all lights; s ≡ 1 is plain merging.
-/// Absolute counts (μ and κ, not their quotient η) let the two partial sums w_VC and w_VM of the paper become one:
-/// w_{i,VC} = L_i / ρ and w_{i,VM} = (L_i / b_i − μ) / μ where μ_i = μ.
+/// The count of merging may be local: photons at x_i count only when s(x_{i−1}) = 1, with s a
+/// function of the surface alone, so that μ_i = s(x_{i−1}) μ stands in place of μ. s(x_0) is the
+/// same for all lights; s ≡ 1 is plain merging. Absolute counts (μ and κ, not their quotient η) let
+/// the two partial sums w_VC and w_VM of the paper become one: w_{i,VC} = L_i / ρ and w_{i,VM} =
+/// (L_i / b_i − μ) / μ where μ_i = μ.
 ///
 /// b_i is not known before the path goes on from x_i, so a subpath carries
 ///     shared_i = κ_i / a_i,   chain_i = g_{i−1} (L_{i−1} / b_{i−1}) / a_i,
-/// with b_{i−1} = reverse_i g_{i−1}: `reverse` per steradian at x_i, g the change from solid angle to area. Then
-/// L_i = b_i (μ_i + shared_i + reverse_i · chain_i). The camera side is the mirror image.
+/// with b_{i−1} = reverse_i g_{i−1}: `reverse` per steradian at x_i, g the change from solid angle
+/// to area. Then L_i = b_i (μ_i + shared_i + reverse_i · chain_i). The camera side is the mirror
+/// image.
 
 namespace gmis {
 
@@ -46,8 +49,9 @@ struct PowerRatio {
   }
 };
 
-/// The two partial sums that a vertex carries about the path behind it. Every weight of a technique that ends at the
-/// vertex follows from them. `Shared` is a plain number on the camera side and a sum over techniques on the light side.
+/// The two partial sums that a vertex carries about the path behind it. Every weight of a technique
+/// that ends at the vertex follows from them. `Shared` is a plain number on the camera side and a
+/// sum over techniques on the light side.
 template <class Shared, class Sum>
 struct PartialSums {
   Shared shared;  ///< κ_i / a_i, or 0 when the edge behind cannot be a connection (a delta event at either end)
@@ -58,14 +62,16 @@ struct PartialSums {
 template <std::floating_point T>
 using PartialWeights = PartialSums<Extended<T>, Extended<T>>;
 
-/// A technique's own density and the sum of those of all others; a weight is the share of the first in both.
+/// A technique's own density and the sum of those of all others; a weight is the share of the first
+/// in both.
 template <class Sum>
 struct OwnAndOthers {
   Sum own;     ///< density of the technique
   Sum others;  ///< sum of the densities of all others
 };
 
-/// The start x_0 of a path on a light, with two densities in one measure, both with the probability of choosing the light.
+/// The start x_0 of a path on a light, with two densities in one measure, both with the probability
+/// of choosing the light.
 template <std::floating_point T>
 struct LightStart {
   T origin;      ///< a_0: density of x_0 by emission
@@ -111,11 +117,13 @@ struct CameraEnd {
   T density;               ///< a_s: with which the light subpath makes x_s, per area
 };
 
-/// The formulas of partial sums and weights. `Heuristic` is applied to every density and count. `Number` is the type of a
-/// density, `Sum_` that of a sum over techniques: arithmetic is done in these, without a check of their range.
+/// The formulas of partial sums and weights. `Heuristic` is applied to every density and count.
+/// `Number` is the type of a density, `Sum_` that of a sum over techniques: arithmetic is done in
+/// these, without a check of their range.
 ///
-/// All densities are nominal, positive and finite, except where 0 is named. Below, n_0 and n_1 are the counts of
-/// emitter hits and next events (1 or 0), so κ_0 = n_0 and κ_1 = n_1 e_0 / a_0; C_i is the mirror image of L_i.
+/// All densities are nominal, positive and finite, except where 0 is named. Below, n_0 and n_1 are
+/// the counts of emitter hits and next events (1 or 0), so κ_0 = n_0 and κ_1 = n_1 e_0 / a_0; C_i
+/// is the mirror image of L_i.
 template <std::floating_point T, class Heuristic, class Number, class Sum_>
 class WeightFormulas {
  public:
@@ -124,8 +132,8 @@ class WeightFormulas {
   using LightPartial = PartialSums<Sum, Sum>;
   using CameraPartial = PartialSums<Number, Sum>;
 
-  /// `Terms::of<technique>(count)` is a sum with one term. The counts are nominal: functions of the path alone, constant
-  /// while weights are formed.
+  /// `Terms::of<technique>(count)` is a sum with one term. The counts are nominal: functions of the
+  /// path alone, constant while weights are formed.
   template <class Terms>
   constexpr WeightFormulas(const TechniqueCounts<T>& counts, Terms) noexcept
       : emitter_hit_(Terms::template of<Technique::emitter_hit>(h(counts.emitter_hit))),
@@ -135,65 +143,68 @@ class WeightFormulas {
         merge_(Terms::template of<Technique::merge>(h(counts.merge))),
         first_merge_(counts.merges_first ? merge_ : Sum()) {}
 
-  // ---- light side -------------------------------------------------------------------------------------------------
+  // ---- light side -------------------------------------------------------------------------------
 
-  /// Partial sums at x_1: shared = n_1 e_0 / (a_0 a_1), chain = n_0 g_0 / (a_0 a_1) [Georgiev TR 31–33].
-  /// `start.first` is a_1; `to_origin` is g_0 (0 for a light that no ray can hit).
+  /// Partial sums at x_1: shared = n_1 e_0 / (a_0 a_1), chain = n_0 g_0 / (a_0 a_1) [Georgiev TR
+  /// 31–33]. `start.first` is a_1; `to_origin` is g_0 (0 for a light that no ray can hit).
   [[nodiscard]] constexpr LightPartial first_light_vertex(LightStart<T> start, T to_origin) const noexcept {
     const Number inverse = Number(T(1)) / (h(start.origin) * h(start.first));
     return {next_event_ * h(start.next_event) * inverse, emitter_hit_ * h(to_origin) * inverse};
   }
 
-  /// Partial sums at x_{i+1} of a light subpath: shared = ρ / a_{i+1}, chain = g_i (L_i / b_i) / a_{i+1}
-  /// [Georgiev TR 34–36; Liu, w_{i,VC}, corrected].
+  /// Partial sums at x_{i+1} of a light subpath: shared = ρ / a_{i+1}, chain = g_i (L_i / b_i) /
+  /// a_{i+1} [Georgiev TR 34–36; Liu, w_{i,VC}, corrected].
   [[nodiscard]] constexpr LightPartial extend_light(const LightPartial& at, LightStep<T> step) const noexcept {
     return extend(at, step, connect_);
   }
 
-  // ---- camera side ------------------------------------------------------------------------------------------------
-  // A camera vertex keeps shared = 1 / b_j without the count. The count is that of a splat, a next event or a
-  // connection; which one is known only where `shared` is used.
+  // ---- camera side ------------------------------------------------------------------------------
+  // A camera vertex keeps shared = 1 / b_j without the count. The count is that of a splat, a next
+  // event or a connection; which one is known only where `shared` is used.
 
-  /// Partial sums at x_{k−1}, the first vertex after the camera: shared = 1 / b_{k−1}, chain = 0 (no technique has a
-  /// light subpath that hits the lens) [Georgiev TR 31–33]. `density` is b_{k−1}.
+  /// Partial sums at x_{k−1}, the first vertex after the camera: shared = 1 / b_{k−1}, chain = 0
+  /// (no technique has a light subpath that hits the lens) [Georgiev TR 31–33]. `density` is
+  /// b_{k−1}.
   [[nodiscard]] constexpr CameraPartial first_camera_vertex(T density) const noexcept {
     return {Number(T(1)) / h(density), Sum()};
   }
 
-  /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain = g_j (C_j / a_j) /
-  /// b_{j−1} [Georgiev TR 34–36].
+  /// Partial sums at x_{j−1} of a camera subpath, from those at x_j: shared = 1 / b_{j−1}, chain =
+  /// g_j (C_j / a_j) / b_{j−1} [Georgiev TR 34–36].
   [[nodiscard]] constexpr CameraPartial extend_camera(const CameraPartial& at, CameraStep<T> step) const noexcept {
     return extend(counted(at, step.is_next_to_camera),
                   {step.makes_photons, step.is_delta, step.reverse, step.to_area, step.density}, Number(T(1)));
   }
 
-  // ---- weights ----------------------------------------------------------------------------------------------------
+  // ---- weights ----------------------------------------------------------------------------------
 
-  /// k = 1, light seen directly: only an emitter hit makes it, so the weight is 1 (0 when emitter hits are off).
+  /// k = 1, light seen directly: only an emitter hit makes it, so the weight is 1 (0 when emitter
+  /// hits are off).
   [[nodiscard]] constexpr Weight seen_directly() const noexcept { return {emitter_hit_, Sum()}; }
 
-  /// s = 0: n_0 / (n_0 + n_1 e_0 shared_0 + a_0 · `first` · chain_0) [Georgiev TR 37, 42, 43].
-  /// `at` is the camera vertex on the light, with k ≥ 2. `start.first` is the density of the emitted direction, so that
-  /// a_1 = `first` · g_1, with the g_1 that `extend_camera` had as `to_area`; `makes_photons` there must have been
-  /// s(x_0).
+  /// s = 0: n_0 / (n_0 + n_1 e_0 shared_0 + a_0 · `first` · chain_0) [Georgiev TR 37, 42, 43]. `at`
+  /// is the camera vertex on the light, with k ≥ 2. `start.first` is the density of the emitted
+  /// direction, so that a_1 = `first` · g_1, with the g_1 that `extend_camera` had as `to_area`;
+  /// `makes_photons` there must have been s(x_0).
   [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, LightStart<T> start) const noexcept {
     const Sum others = next_event_ * h(start.next_event) * at.shared + h(start.origin) * h(start.first) * at.chain;
     return {emitter_hit_, others};
   }
 
-  /// s = 1: n_1 e_0 / (n_1 e_0 + n_0 b_0 + a_0 C_1), with C_1 = a_1 (s(x_0) μ + shared_1 + `reverse` · chain_1)
-  /// [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera subpath makes x_0 (0 for a light that no
-  /// ray can hit); `end.density` is a_1, and `start.first` is not read.
+  /// s = 1: n_1 e_0 / (n_1 e_0 + n_0 b_0 + a_0 C_1), with C_1 = a_1 (s(x_0) μ + shared_1 +
+  /// `reverse` · chain_1) [Georgiev TR 37, 44, 45]. `hit` is b_0, the density with which the camera
+  /// subpath makes x_0 (0 for a light that no ray can hit); `end.density` is a_1, and `start.first`
+  /// is not read.
   [[nodiscard]] constexpr Weight next_event(LightStart<T> start, T hit, const CameraPartial& camera,
                                             CameraEnd<T> end) const noexcept {
-    const Sum others = emitter_hit_ * h(hit) + h(start.origin) * h(end.density) *
-                                                   side(counted(camera, end.is_next_to_camera), first_merge_,
-                                                        end.reverse);
+    const Sum others =
+        emitter_hit_ * h(hit) +
+        h(start.origin) * h(end.density) * side(counted(camera, end.is_next_to_camera), first_merge_, end.reverse);
     return {next_event_ * h(start.next_event), others};
   }
 
-  /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ_i + shared_i + r_i chain_i), C_i = a_i (μ_i + shared_i + r_i
-  /// chain_i) [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected].
+  /// s, t ≥ 2: ρ / (ρ + L_{s−1} + C_s), with L_i = b_i (μ_i + shared_i + r_i chain_i), C_i = a_i
+  /// (μ_i + shared_i + r_i chain_i) [Georgiev TR 37, 40, 41; Liu, w_{i,VC}, corrected].
   [[nodiscard]] constexpr Weight connect(const LightPartial& light, LightEnd<T> light_end, const CameraPartial& camera,
                                          CameraEnd<T> camera_end) const noexcept {
     const Sum before = side(light, merge_if(light_end.is_photon), light_end.reverse);
@@ -202,15 +213,16 @@ class WeightFormulas {
     return {connect_, h(light_end.density) * before + h(camera_end.density) * after};
   }
 
-  /// t = 1: n_L / (n_L + L_{k−1}) [Georgiev TR 37, 46, 47]. `end.density` is b_{k−1}, of the vertex made by a camera
-  /// ray; `end.makes_photons` is not read.
+  /// t = 1: n_L / (n_L + L_{k−1}) [Georgiev TR 37, 46, 47]. `end.density` is b_{k−1}, of the vertex
+  /// made by a camera ray; `end.makes_photons` is not read.
   [[nodiscard]] constexpr Weight splat(const LightPartial& light, LightEnd<T> end) const noexcept {
     return {splat_, h(end.density) * side(light, merge_if(end.is_photon), end.reverse)};
   }
 
-  /// Merging at a photon x_i (s(x_{i−1}) = 1), which both subpaths made: μ / (μ + shared_i + r_i chain_i, of the light
-  /// side and of the camera side) [Georgiev TR 37–39; Liu, w_{i,VM}, corrected]. `light_reverse` is the density per
-  /// steradian at x_i of going back along the light subpath; `end.density` is not read.
+  /// Merging at a photon x_i (s(x_{i−1}) = 1), which both subpaths made: μ / (μ + shared_i + r_i
+  /// chain_i, of the light side and of the camera side) [Georgiev TR 37–39; Liu, w_{i,VM},
+  /// corrected]. `light_reverse` is the density per steradian at x_i of going back along the light
+  /// subpath; `end.density` is not read.
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
                                        CameraEnd<T> end) const noexcept {
     const LightPartial camera_counted = counted(camera, end.is_next_to_camera);
@@ -222,13 +234,14 @@ class WeightFormulas {
   /// A density with the heuristic applied.
   [[nodiscard]] static constexpr Number h(T density) noexcept { return Heuristic::of(Number(density)); }
 
-  /// The partial sums of a camera vertex with κ in `shared`: n_L for x_{k−1} (a splat), else ρ (a connection).
+  /// The partial sums of a camera vertex with κ in `shared`: n_L for x_{k−1} (a splat), else ρ (a
+  /// connection).
   [[nodiscard]] constexpr LightPartial counted(const CameraPartial& camera, bool is_next_to_camera) const noexcept {
     return {(is_next_to_camera ? splat_ : connect_) * camera.shared, camera.chain};
   }
 
-  /// L_i / b_i = μ_i + shared_i + r_i chain_i, at a vertex where the path goes on by a non-delta event; C_i / a_i
-  /// likewise.
+  /// L_i / b_i = μ_i + shared_i + r_i chain_i, at a vertex where the path goes on by a non-delta
+  /// event; C_i / a_i likewise.
   [[nodiscard]] static constexpr Sum side(const LightPartial& at, const Sum& merge, T reverse) noexcept {
     return merge + at.shared + h(reverse) * at.chain;
   }
@@ -240,7 +253,8 @@ class WeightFormulas {
   [[nodiscard]] constexpr PartialSums<Shared, Sum> extend(const LightPartial& at, LightStep<T> step,
                                                           const Shared& count) const noexcept {
     const Number inverse = Number(T(1)) / h(step.density);
-    // A delta event at x_i: no merging at x_i and no connection over either of its edges, so μ_i and `shared` drop out.
+    // A delta event at x_i: no merging at x_i and no connection over either of its edges, so μ_i
+    // and `shared` drop out.
     if (step.is_delta) return {Shared(), h(step.to_area) * h(step.reverse) * at.chain * inverse};
     return {count * inverse, h(step.to_area) * side(at, merge_if(step.is_photon), step.reverse) * inverse};
   }

@@ -40,15 +40,15 @@ struct WholeSum {
   [[nodiscard]] static constexpr Sum stored(PlainSum sum) noexcept { return Sum::rounded(sum); }
 };
 
-/// Forms partial sums and weights from densities and counts by `WeightFormulas`. `Sums` is `WholeSum`, or
-/// `SeparateSums`, which keeps one sum per technique (weights_by_technique.hpp).
+/// Forms partial sums and weights from densities and counts by `WeightFormulas`. `Sums` is
+/// `WholeSum`, or `SeparateSums`, which keeps one sum per technique (weights_by_technique.hpp).
 ///
-/// Partial sums are stored as `Extended` numbers. With `float`, the formulas are evaluated in plain `double` where the
-/// partial sums that enter them have the exponent 0, as nearly always: they are then 0 or between 2^-32 and 2^32, and no
-/// formula multiplies more than three factors with them or with a count, each a density, a geometric factor or their
-/// inverses (10^±45), or, under the power heuristic, its square. Nothing leaves 10^±300, so no number is normalised but
-/// those that are stored.
-/// Otherwise the formulas are evaluated in `Extended` numbers.
+/// Partial sums are stored as `Extended` numbers. With `float`, the formulas are evaluated in plain
+/// `double` where the partial sums that enter them have the exponent 0, as nearly always: they are
+/// then 0 or between 2^-32 and 2^32, and no formula multiplies more than three factors with them or
+/// with a count, each a density, a geometric factor or their inverses (10^±45), or, under the power
+/// heuristic, its square. Nothing leaves 10^±300, so no number is normalised but those that are
+/// stored. Otherwise the formulas are evaluated in `Extended` numbers.
 template <std::floating_point T, class Heuristic = BalanceRatio, class Sums = WholeSum<T>>
 class WeightRecursion {
   static constexpr bool has_plain_path = std::same_as<T, float>;
@@ -139,8 +139,8 @@ class WeightRecursion {
   }
 
  private:
-  /// A formula in `Extended` numbers, never inlined: hardly ever called. It takes copies, so that what is passed need not be in
-  /// memory where it is not called.
+  /// A formula in `Extended` numbers, never inlined: hardly ever called. It takes copies, so that
+  /// what is passed need not be in memory where it is not called.
   template <auto formula, class... Arguments>
   [[nodiscard]] GMIS_NEVER_INLINE constexpr auto exactly(Arguments... of) const noexcept {
     return (exact_.*formula)(of...);

@@ -10,10 +10,11 @@
 #include "gmis/transport/weights/weight_formulas.hpp"
 
 /// \file
-/// Weights of one path under many sample allocations. The sum of all densities of a path is linear in the counts of the
-/// techniques. The recursion therefore runs on vectors with one sum per technique (connections at all vertices
-/// together, merges at all vertices together); the weight under any other counts follows from these sums. An
-/// alternative is to correct the weights afterwards [Grittmann et al. 2022].
+/// Weights of one path under many sample allocations. The sum of all densities of a path is linear
+/// in the counts of the techniques. The recursion therefore runs on vectors with one sum per
+/// technique (connections at all vertices together, merges at all vertices together); the weight
+/// under any other counts follows from these sums. An alternative is to correct the weights
+/// afterwards [Grittmann et al. 2022].
 
 namespace gmis {
 
@@ -21,21 +22,24 @@ namespace gmis {
 template <class X>
 using PerTechnique = std::array<X, technique_count>;
 
-/// The expected sample density of a path by each technique, divided by the density of the technique that made it.
+/// The expected sample density of a path by each technique, divided by the density of the technique
+/// that made it.
 template <std::floating_point T>
 struct TechniqueDensities {
   Technique own;             ///< made the path
   PerTechnique<T> relative;  ///< without unit; all 0 when the density of `own` is 0
 
-  /// Σ factor · relative density: the sum over all techniques after each count is multiplied by its factor. A technique
-  /// with the factor 0 is left out, even where its relative density is infinite.
+  /// Σ factor · relative density: the sum over all techniques after each count is multiplied by its
+  /// factor. A technique with the factor 0 is left out, even where its relative density is
+  /// infinite.
   [[nodiscard]] constexpr T total(const PerTechnique<T>& factors) const noexcept {
     T sum(0);
     for (std::size_t i = 0; i < technique_count; ++i)
       if (factors[i] > T(0)) sum += factors[i] * relative[i];  // 0 times infinity is not meant
     return sum;
   }
-  /// The balance weight 1 / Σ relative with the counts of the rendering; 0 when the density of `own` is 0.
+  /// The balance weight 1 / Σ relative with the counts of the rendering; 0 when the density of
+  /// `own` is 0.
   [[nodiscard]] constexpr T weight() const noexcept {
     T sum(0);
     for (const T density : relative) sum += density;
@@ -62,8 +66,8 @@ struct SumByTechnique {
   }
 };
 
-/// A `Sums` policy of `WeightRecursion` whose weights are `TechniqueDensities`. Its members are those of `WholeSum`, term by
-/// term.
+/// A `Sums` policy of `WeightRecursion` whose weights are `TechniqueDensities`. Its members are
+/// those of `WholeSum`, term by term.
 template <std::floating_point T>
 struct SeparateSums {
   using Sum = SumByTechnique<Extended<T>>;
