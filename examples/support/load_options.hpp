@@ -10,7 +10,7 @@ namespace gmis::tools {
 struct LoadOptions {
   std::optional<std::uintmax_t> max_memory;  ///< in bytes, see `LoadBudget`
   std::optional<double> seconds;             ///< of animations; nothing: the scene as it stands
-  std::string sky;                           ///< see `replace_sky`; empty: as the scene has it
+  std::string sky;  ///< studio, white, none or an image that replaces every sky; empty: as the scene has it
 };
 
 }  // namespace gmis::tools
