@@ -144,11 +144,14 @@ def main():
     wanted = [o for o in outcomes if o.verdict == "understood" or (options.lenient and o.verdict in ("refused", "incomplete"))]
     if options.pictures >= 0:
         wanted = wanted[: options.pictures]
-    with concurrent.futures.ThreadPoolExecutor(1) as pool:  # the program uses all cores itself
-        list(pool.map(lambda numbered: render(options, *numbered), enumerate(wanted)))
-
-    for outcome in outcomes:
-        print(f"{outcome.verdict:10}  {outcome.seconds:6.1f} s  {outcome.file.relative_to(options.folder)}  {'; '.join(outcome.reasons[:2])}")
+    chosen = set(map(id, wanted))
+    number = 0
+    for outcome in outcomes:  # one after the other: the program uses all cores itself
+        if id(outcome) in chosen:
+            render(options, number, outcome)
+            number += 1
+        print(f"{outcome.verdict:10}  {outcome.seconds:6.1f} s  {outcome.file.relative_to(options.folder)}  {'; '.join(outcome.reasons[:2])}",
+              flush=True)
     print()
     by_folder = collections.defaultdict(collections.Counter)
     for outcome in outcomes:

@@ -20,6 +20,7 @@ LAYERS = {
     "render": ["core", "result", "transport"],
     "check": ["core", "mis", "transport"],
     "testing": ["core", "mis"],
+    "benchmark": ["core", "mis"],
 }
 # The folders of a layer from the bottom, where their order is fixed: each includes those before it
 # only. Headers directly in the layer's folder are the room ".", but for ROOM.hpp, which belongs to

@@ -28,7 +28,7 @@ def programs(text):
 
 def right_name(part, name):
     topic = re.sub(rf"^{part}_", "", re.sub(r"^test_|_test$", "", name))
-    return f"test_{part}_{topic}"
+    return f"test_{part}" if topic == part else f"test_{part}_{topic}"
 
 
 def check():

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/guided_light.hpp"
 #include "gmis/core/warp.hpp"
 #include "gmis/scene/edge_margin.hpp"
@@ -441,10 +442,12 @@ class Light {
     return EmissionSample<Spectrum>{
         start, direction, light * (T(1) / (density * inverse_area_)), {density, inverse_area_}};
   }
-  /// Of an area light.
+  /// Radiance that an area light emits at a point of it.
   [[nodiscard]] Spectrum radiance_at(const Vec3<T>& position) const noexcept {
-    if (pattern_ == nullptr) [[likely]]
-      return emission_;
+    return pattern_ == nullptr ? emission_ : radiance_of_pattern(position);
+  }
+  /// `radiance_at` where there is a pattern: few lights have one, so the others do not pay for it.
+  [[nodiscard]] GMIS_RARE Spectrum radiance_of_pattern(const Vec3<T>& position) const noexcept {
     const Vec2<T> b = barycentric(position);
     SurfaceCoordinates<T> at;
     at.uv = uv_[0] + uv_[1] * b.x + uv_[2] * b.y;
