@@ -441,7 +441,7 @@ class Light {
     return EmissionSample<Spectrum>{
         start, direction, light * (T(1) / (density * inverse_area_)), {density, inverse_area_}};
   }
-  /// Of an area light.
+  /// Emitted radiance of an area light at a position.
   [[nodiscard]] Spectrum radiance_at(const Vec3<T>& position) const noexcept {
     if (pattern_ == nullptr) [[likely]]
       return emission_;
