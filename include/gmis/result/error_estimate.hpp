@@ -121,8 +121,8 @@ class ErrorSums {
   static constexpr std::size_t lanes = Parts::lanes;
 
   /// Adds the values of the lanes for which `counts` is true; returns the squared relative error of
-  /// each. `rare`, by part and lane: for a rare sample the inverse of the square of the value that
-  /// it is compared with, else 0; null where none is rare.
+  /// each. `rare`, by part and lane: 1 / (v² + `relative_error_floor`) for a rare sample, v the
+  /// value that it is compared with, else 0; null where none is rare.
   Numbers add(const RunParts<S>& parts, const Parts& here, const std::array<bool, lanes>& counts,
               const std::array<Numbers, Parts::most>* rare) {
     const std::size_t count = parts.count();

@@ -71,8 +71,8 @@ class PixelCountLearner {
   }
 
   /// The table, after `iterations`; nothing when it would gain little. λ is the best of five
-  /// values: the one with the least variance × cost that each half of the iterations predicts for a
-  /// table from the other half.
+  /// values: the one with the least variance × cost, as each half of the iterations predicts it for
+  /// a table from the other half.
   GMIS_RARE [[nodiscard]] std::optional<PixelCountTable> table() const {
     const std::vector<double> scales =
         crop_.scales<double>([&](std::size_t p) { return (pixels_[p].sum[0] + pixels_[p].sum[1]) / iterations; });
