@@ -1,8 +1,8 @@
 #pragma once
 
 /// \file
-/// What a rendering leaves: images with their errors, logs, and what they say about the time it
-/// takes.
+/// The results of a rendering: images with their errors, logs, and the times to an error that
+/// follow from them.
 
 #include "gmis/result/batch_means.hpp"
 #include "gmis/result/budget.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Light transport over a scene of one's own (gmis/core/concepts.hpp says what it must offer): the
+/// Light transport over your own scene (gmis/core/concepts.hpp says what it must offer): the
 /// engine, the known integrators and the techniques that a scene needs. Two parts stand in headers
 /// of their own, because they take long to compile: the pilot that chooses counts
 /// (gmis/transport/allocation/engines_with_pilot.hpp, part of gmis/render.hpp) and light trees that

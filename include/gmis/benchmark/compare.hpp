@@ -50,7 +50,7 @@ struct ComparisonRow {
       0.0;  ///< to a relative standard error of 1 %: 100 times less to 10 %, 100 times more to 0.1 %
 };
 
-/// What `compare` returns, and its texts.
+/// The result of `compare`, and its texts.
 struct Comparison {
   std::string problem;              ///< its name
   double integral = 0.0;            ///< by quadrature
@@ -78,7 +78,7 @@ struct Comparison {
     }
     return result;
   }
-  /// The same as comma-separated values, with the names of the columns first.
+  /// The rows as comma-separated values, with the names of the columns first.
   [[nodiscard]] std::string csv() const {
     std::string result;
     const auto add_line = [&](const auto& cells) {
@@ -95,7 +95,7 @@ struct Comparison {
     }
     return result;
   }
-  /// The same as a JSON object; what is not a finite number is null.
+  /// The comparison as a JSON object; a number that is not finite is null.
   [[nodiscard]] std::string json() const {
     const auto value = [](double x) { return std::isfinite(x) ? number(x, "%.9g") : std::string("null"); };
     std::string result =

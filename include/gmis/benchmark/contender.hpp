@@ -43,7 +43,8 @@ class ComparisonSource {
   std::uint64_t state_;
 };
 
-/// What a round may return in place of a number: its estimate, and how many densities it evaluated.
+/// A result that a round may return in place of a number: its estimate, and how many densities it
+/// evaluated.
 struct RoundValue {
   double value;
   double density_evaluations;
@@ -68,13 +69,13 @@ struct Contender {
   std::optional<double> exact_variance;  ///< of one round; without it the variance is measured
   double half_width = 0.0;  ///< of the 99 % interval of `exact_variance`, where that is itself an average over draws
 
-  /// A round of one's own. `round` is any function of a source: with a `source` parameter of type
+  /// Your own round. `round` is any function of a source: with a `source` parameter of type
   /// `auto&`, or `ComparisonSource&`.
   template <ComparableRound Round>
   Contender(std::string its_name, Round round, std::optional<double> its_exact_variance = {})
       : name(std::move(its_name)), run(in_a_loop(std::move(round))), exact_variance(its_exact_variance) {}
 
-  /// A loop over rounds of one's own.
+  /// Your own loop over rounds.
   Contender(std::string its_name, Run its_run, std::optional<double> its_exact_variance = {})
       : name(std::move(its_name)), run(std::move(its_run)), exact_variance(its_exact_variance) {}
 
@@ -101,9 +102,9 @@ struct Contender {
   }
 };
 
-/// An integral, its proposals and a quadrature rule: what `compare` compares over. Makes contenders
-/// of what the library has, each with its exact variance. f has one channel. Copies share what they
-/// hold.
+/// An integral, its proposals and a quadrature rule: the problem on which `compare` compares
+/// contenders. Makes contenders from the methods of the library, each with its exact variance. f
+/// has one channel. Copies share what they hold.
 template <class Integrand, class P>
 class ComparedProblem {
  public:
@@ -157,7 +158,7 @@ class ComparedProblem {
     if (has_full_support(partition, table())) contender.exact_variance = exact_moments(partition, table()).variance;
     return contender;
   }
-  /// A selection of one's own under one of the five weightings. Its variance is exact for up to
+  /// Your own selection under one of the five weightings. Its variance is exact for up to
   /// 100,000 outcomes.
   template <IndexSelection S>
   [[nodiscard]] Contender selection(std::string name, S selection, Weighting weighting) const {
@@ -174,7 +175,7 @@ class ComparedProblem {
       contender.exact_variance = exact_moments(selection, weighting, table()).variance;
     return contender;
   }
-  /// Weights of one's own (a `WeightHeuristic`) with sample counts.
+  /// Your own weights (a `WeightHeuristic`) with sample counts.
   template <WeightHeuristic H>
   [[nodiscard]] Contender weights(std::string name, H heuristic, std::vector<std::uint32_t> counts) const {
     const std::size_t n = table().proposal_count();

@@ -38,7 +38,7 @@ void check_camera_density(const C& camera, glm::ivec2 pixel, const Vec2<T>& uv, 
 }
 }  // namespace detail
 
-/// Checks a camera of one's own: rays through pixels, projections, densities. `distance`: how far
+/// Checks your own camera: rays through pixels, projections, densities. `distance`: how far
 /// the scene is, in scene units.
 template <Camera C, UniformSource Source>
 [[nodiscard]] Findings check_camera(const C& camera, Source& source, double distance = 1.0, std::size_t rays = 512) {

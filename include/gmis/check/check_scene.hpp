@@ -36,7 +36,7 @@ struct SceneCheckSettings {
   double level = 1e-6;         ///< chance that a sound scene is called broken, of all statistical tests together
 };
 
-/// Samples a scene of one's own and names the conventions that it breaks. It finds mistakes that
+/// Samples your own scene and names the conventions that it breaks. It finds mistakes that
 /// compile, such as a density per area in place of one per steradian; most of them change the
 /// picture only where techniques are combined.
 ///
@@ -132,8 +132,8 @@ class SceneChecker {
     const auto bsdf_for = [&](const Vec3<T>& to) { return bsdf_at(at, to); };
     SurfaceCheck<decltype(bsdf_for), T, Philox>(bsdf_for, at.hit.point, to_prev, source_, findings_).run(pairs);
   }
-  /// As the engine does: the BSDF of a ray that arrives from `to`. Nothing where no ray finds the
-  /// same point.
+  /// The BSDF that the engine would find: that of a ray that arrives from `to`. Nothing where no
+  /// ray finds the same point.
   [[nodiscard]] std::optional<Bsdf> bsdf_at(const detail::CheckedHit<Sc>& at, const Vec3<T>& to) const {
     const Point& point = at.hit.point;
     const V position(point.position);

@@ -64,8 +64,8 @@ struct Finding {
   }
 };
 
-/// What a check found out. Cases are counted by groups, such as the surfaces of one material or the
-/// samples of one light, so that a mistake in something rare is not lost among many cases of
+/// The findings of a check. Cases are counted by groups, such as the surfaces of one material or
+/// the samples of one light, so that a mistake in something rare is not lost among many cases of
 /// others.
 class Findings {
  public:

@@ -175,7 +175,7 @@ class LightDirections {
     judge(convention, result);
   }
 
-  /// Of a ball around the light.
+  /// Radius of a ball around the light.
   [[nodiscard]] double radius_around() {
     V low(0), high(0);
     bool is_empty = true;

@@ -39,7 +39,7 @@ struct CheckedHit {
   std::size_t group;
 };
 
-/// What is alike in surfaces that are tested together.
+/// Key of a surface: surfaces with the same key are tested together.
 template <Bsdf B, std::floating_point T, UniformSource Source>
 [[nodiscard]] std::uint64_t surface_key(const B& bsdf, const Vec3<T>& to_prev, bool emits, Source& source) {
   if constexpr (BsdfWithCheckGroup<B>) {

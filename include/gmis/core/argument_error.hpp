@@ -7,12 +7,12 @@
 
 namespace gmis {
 
-/// What a wrong argument leads to: std::invalid_argument, whose message says what to change. A
+/// Rejects a wrong argument: throws std::invalid_argument, whose message says what to change. A
 /// program that is compiled without exceptions (`-fno-exceptions`) ends by std::abort, as the
 /// standard library's own functions do there.
 ///
 /// Arguments are checked where they are given: once a call of `estimate`, once a construction, once
-/// a round of a loop of one's own, never once a sample.
+/// a round of your own loop, never once a sample.
 [[noreturn]] GMIS_RARE inline void reject_argument([[maybe_unused]] const char* message) {
 #if defined(__cpp_exceptions)
   throw std::invalid_argument(message);

@@ -13,7 +13,7 @@
 #define GMIS_RARE [[gnu::cold, gnu::noinline]]
 /// Inlines all that the function calls: the walks where nearly all time is spent.
 #define GMIS_FLATTEN [[gnu::flatten]]
-/// The same for lambdas, after their parameters.
+/// `GMIS_ALWAYS_INLINE` and `GMIS_RARE` for lambdas, after their parameters.
 #define GMIS_ALWAYS_INLINE_LAMBDA __attribute__((always_inline))
 #define GMIS_RARE_LAMBDA __attribute__((cold, noinline))
 /// A vector of this many bytes, after the name in an alias of its element type; arithmetic is by

@@ -26,7 +26,7 @@ class CompensatedSum {
     if (correction_ != correction_) correction_ = T(0);
   }
 
-  /// The same as `add`.
+  /// Calls `add`.
   constexpr CompensatedSum& operator+=(T term) noexcept {
     add(term);
     return *this;

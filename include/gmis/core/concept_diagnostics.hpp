@@ -266,22 +266,22 @@ consteval auto source_verdict() {
 /// missing.
 template <class B>
 using IsBsdf = typename decltype(detail::bsdf_verdict<B>())::type;
-/// The same for `gmis::BsdfWithLobes<B>`.
+/// `IsBsdf`, but for `gmis::BsdfWithLobes<B>`.
 template <class B>
 using IsBsdfWithLobes = typename decltype(detail::lobes_verdict<B>())::type;
-/// The same for `gmis::Light<L>`.
+/// `IsBsdf`, but for `gmis::Light<L>`.
 template <class L>
 using IsLight = typename decltype(detail::light_verdict<L>())::type;
-/// The same for `gmis::Camera<C>`.
+/// `IsBsdf`, but for `gmis::Camera<C>`.
 template <class C>
 using IsCamera = typename decltype(detail::camera_verdict<C>())::type;
-/// The same for `gmis::Scene<S>` and for the types that the scene names.
+/// `IsBsdf`, but for `gmis::Scene<S>` and for the types that the scene names.
 template <class S>
 using IsScene = typename decltype(detail::scene_verdict<S>())::type;
-/// The same for `gmis::Executor<E>`.
+/// `IsBsdf`, but for `gmis::Executor<E>`.
 template <class E>
 using IsExecutor = typename decltype(detail::executor_verdict<E>())::type;
-/// The same for `gmis::UniformSource<S>`.
+/// `IsBsdf`, but for `gmis::UniformSource<S>`.
 template <class S>
 using IsUniformSource = typename decltype(detail::source_verdict<S>())::type;
 

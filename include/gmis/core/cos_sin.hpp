@@ -44,8 +44,9 @@ template <std::floating_point T>
 
 }  // namespace detail
 
-/// Of π/4 · `t`, −1 ≤ t ≤ 1. For `float` the minimax polynomials in t² of sin(π/4 t)/t (error
-/// 2.4e-9) and of cos(π/4 t) (4.7e-11), so that what is left is the rounding: within 2.4e-7.
+/// Cosine and sine of π/4 · `t`, −1 ≤ t ≤ 1. For `float` the minimax polynomials in t² of sin(π/4
+/// t)/t (error 2.4e-9) and of cos(π/4 t) (4.7e-11), so that what is left is the rounding: within
+/// 2.4e-7.
 template <std::floating_point T>
 [[nodiscard]] inline CosSin<T> cos_sin_of_eighths(T t) noexcept {
   if constexpr (std::same_as<T, float>) {
@@ -60,7 +61,7 @@ template <std::floating_point T>
   }
 }
 
-/// Of `turns` whole turns, 0 ≤ turns ≤ 1: of 2π · `turns`.
+/// Cosine and sine of 2π · `turns`, 0 ≤ turns ≤ 1.
 template <std::floating_point T>
 [[nodiscard]] inline CosSin<T> cos_sin_of_turns(T turns) noexcept {
   // From the nearest quarter on; both the product and the difference are exact.

@@ -31,7 +31,7 @@ class Extended {
   static constexpr T upper = is_single ? T(0x1p32) : T(0x1p256);
   /// Least mantissa that is not 0.
   static constexpr T lower = is_single ? T(0x1p-32) : T(0x1p-256);
-  /// What one step of the exponent stands for.
+  /// The factor that one step of the exponent stands for.
   static constexpr T step = upper * upper;
   /// 1 / `step`.
   static constexpr T inverse_step = lower * lower;

@@ -3,9 +3,9 @@
 #include "gmis/core/concepts.hpp"
 
 /// \file
-/// Which light is chosen, and with which probability. Light subpaths choose by
-/// `Scene::sample_light(u)`. Next events choose by the optional member `sample_light(from, u)` of
-/// the scene, or as light subpaths do when the scene does not have it.
+/// The choice of a light, and its probability. Light subpaths choose with `Scene::sample_light(u)`.
+/// Next events choose with the optional member `sample_light(from, u)` of the scene, or as light
+/// subpaths do when the scene does not have it.
 
 namespace gmis {
 

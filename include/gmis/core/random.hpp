@@ -10,11 +10,12 @@
 
 namespace gmis {
 
-/// What the library draws from: every `std::uniform_random_bit_generator`, so every engine of
-/// `<random>` (also `std::default_random_engine`, `std::minstd_rand`, `std::ranlux48`,
-/// `std::random_device`), the `Philox` below, or a class of one's own. One whose words have 32 or
-/// 64 full bits (`Philox`, `std::mt19937`, `std::mt19937_64`) is used as it is; the bits of any
-/// other are put together, and the words that would make them uneven are drawn again.
+/// The source that the library draws random numbers from: any `std::uniform_random_bit_generator`,
+/// so every engine of `<random>` (also `std::default_random_engine`, `std::minstd_rand`,
+/// `std::ranlux48`, `std::random_device`), the `Philox` below, or your own class. A source whose
+/// words have 32 or 64 full bits (`Philox`, `std::mt19937`, `std::mt19937_64`) is used as it is;
+/// the bits of any other are put together, and the words that would make them uneven are drawn
+/// again.
 template <class S>
 concept UniformSource = std::invocable<S&> && std::unsigned_integral<std::invoke_result_t<S&>> && requires {
   { S::min() } -> std::same_as<std::invoke_result_t<S&>>;
@@ -36,8 +37,8 @@ template <UniformSource S>
   } else if constexpr (last == std::numeric_limits<std::uint64_t>::max()) {
     return static_cast<std::uint32_t>(next() >> 32U);
   } else {
-    // Each word gives 16, 8, 4, 2 or 1 bits, or all 32: as many as it has. They number equal parts
-    // of its range.
+    // Each word gives 32, 16, 8, 4, 2 or 1 bits: the most of these that it has. They number equal
+    // parts of its range.
     constexpr unsigned bits = [] {
       unsigned count = 32;
       while (last < (std::uint64_t{1} << count) - 1) count /= 2;
@@ -162,9 +163,9 @@ class PhiloxBlocks {
   std::uint64_t place_;  // stream, vertex, block within the vertex
 };
 
-/// A counter-based uniform source: a number is a pure function of where it is used and not of what
-/// was drawn before. It is keyed by (seed, iteration, path) and laid out by vertex: `at_vertex(v)`
-/// starts the numbers of vertex `v`, whatever its siblings used. A
+/// A counter-based uniform source: a number is a pure function of the place where it is used, and
+/// does not depend on earlier draws. It is keyed by (seed, iteration, path) and laid out by vertex:
+/// `at_vertex(v)` starts the numbers of vertex `v`, whatever its siblings used. A
 /// `std::uniform_random_bit_generator` of 32-bit words, made in blocks of four (`PhiloxBlocks`).
 ///
 /// Outside a renderer (seed, iteration, path) number streams: sources that differ in any of the

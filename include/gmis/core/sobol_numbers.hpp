@@ -40,7 +40,7 @@ using TwoWords GMIS_VECTOR_OF_BYTES(16) = std::uint64_t;
 using FourWords = std::array<std::uint32_t, 4>;
 #endif
 
-/// Of a `std::uint32_t`, or of four.
+/// The bits of a `std::uint32_t`, or of each of four, in reverse order.
 template <class Word>
 [[nodiscard]] constexpr Word reverse_bits(Word x) noexcept {
   x = ((x >> 1U) & 0x55555555U) | ((x & 0x55555555U) << 1U);
@@ -107,8 +107,8 @@ template <class Word>
 }
 inline constexpr auto sobol_directions = reversed_directions();
 
-/// What four bits of a point's number add, for every value of them: entry [n][value] is for the
-/// bits from 4 n on.
+/// The sums that four bits of a point's number add, for every value of the four: entry [n][value]
+/// is for the bits from 4 n on.
 struct alignas(16) SobolSums {
   std::array<std::array<std::array<std::uint32_t, 4>, 16>, 8> of{};
 };

@@ -32,7 +32,7 @@ class StateWriter {
   GMIS_RARE void operator()(Values&... values) {
     (exchange(values), ...);
   }
-  /// What was written.
+  /// The bytes that were written.
   [[nodiscard]] const std::vector<std::byte>& bytes() const noexcept { return bytes_; }
 
  private:

@@ -171,7 +171,7 @@ struct StatisticalTest {
   return {z, infinity, normal_p_value(z)};
 }
 
-/// As `z_test`, with a standard error that was itself estimated from `count` samples.
+/// `z_test`, but with a standard error that was itself estimated from `count` samples.
 [[nodiscard]] inline StatisticalTest t_test(double mean, double standard_error, std::size_t count,
                                             double expected) noexcept {
   const double degrees = static_cast<double>(count) - 1;

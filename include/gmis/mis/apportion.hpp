@@ -63,8 +63,8 @@ constexpr void apportion(std::span<const T> weights, std::size_t total, std::spa
   }
 }
 
-/// The same, but every positive weight gets at least one sample: a proposal without any would leave
-/// a hole where it alone is positive. The others pay for it, those furthest above their quota
+/// `apportion`, but every positive weight gets at least one sample: a proposal without any would
+/// leave a hole where it alone is positive. The others pay for it, those furthest above their quota
 /// first. Where the quotas of all positive weights are one or more, this is `apportion`. Throws as
 /// `apportion` does, and when there are fewer samples than positive weights.
 template <std::floating_point T>

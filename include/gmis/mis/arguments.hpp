@@ -9,8 +9,8 @@
 #include "gmis/mis/proposal_set.hpp"
 
 /// \file
-/// What the compiler says of arguments that cannot serve: one sentence, for the first thing that is
-/// missing.
+/// The compiler's message about arguments that cannot serve: one sentence, for the first thing that
+/// is missing.
 
 namespace gmis::detail {
 
@@ -48,10 +48,9 @@ struct Explained : Result {
                 "proposals must lie side by side in memory: in a std::array, std::vector or std::span");
   static_assert(fault != Fault::single_proposal,
                 "this is one proposal and not a set of them: pass std::array{proposal}");
-  static_assert(
-      fault != Fault::incomplete_set,
-      "a set of one's own needs `Value`, `Density` (float, double or long double), and const members `size()`, "
-      "`sample(i, source)` and one of `pdf(i, x)`, `pdfs(x, out)`, `log_pdf(i, x)`, `log_pdfs(x, out)`");
+  static_assert(fault != Fault::incomplete_set,
+                "your own set needs `Value`, `Density` (float, double or long double), and const members `size()`, "
+                "`sample(i, source)` and one of `pdf(i, x)`, `pdfs(x, out)`, `log_pdf(i, x)`, `log_pdfs(x, out)`");
   static_assert(fault != Fault::not_a_set,
                 "proposals must be a std::array, std::vector, std::span or std::tuple of them, or a type that meets "
                 "gmis::ProposalSet");
@@ -92,7 +91,7 @@ concept HasAnyPdf = requires(P& p, const X& x) {
   p.log_pdf(x);
 };
 
-/// What a proposal lacks.
+/// The first thing that a proposal lacks.
 template <class P, class Source>
 consteval Fault fault_of_proposal() {
   if constexpr (AnyProposal<P, Source>) {
@@ -130,7 +129,7 @@ consteval Fault fault_of_tuple(const std::tuple<P...>*) {
   }
 }
 
-/// What a set of proposals lacks.
+/// The first thing that a set of proposals lacks.
 template <class P, class Source>
 consteval Fault fault_of_set() {
   if constexpr (Proposals<P, Source>) {

@@ -46,7 +46,7 @@ class Batch {
   [[nodiscard]] const typename Set::Value& x(std::size_t j) const noexcept { return x_[j]; }
   [[nodiscard]] std::size_t index(std::size_t j) const noexcept { return index_[j]; }
   [[nodiscard]] T own(std::size_t j) const noexcept { return own_[j]; }
-  /// As `MixtureSum::over`.
+  /// `MixtureSum::over` for sample j.
   [[nodiscard]] T mixture_over(std::size_t j, T normaliser) const noexcept {
     return least_[j] < T(0) ? std::numeric_limits<T>::quiet_NaN() : sums_[0][j] / normaliser;
   }

@@ -24,7 +24,7 @@ using CountsByProposal = std::span<const std::uint32_t>;
   return total;
 }
 
-/// What a counted round writes in: keep one per thread.
+/// Working memory of a counted round: keep one per thread.
 template <class Set>
 using CountedWorkspace = Workspace<typename Set::Density, dynamic_capacity>;
 

@@ -34,8 +34,8 @@ struct Rejected {
   friend constexpr bool operator==(const Rejected&, const Rejected&) = default;
 };
 
-/// What `estimate` returns. V is double (long double for long double integrands), or a vector of it
-/// for a spectrum.
+/// The result of `estimate`. V is double (long double for long double integrands), or a vector of
+/// it for a spectrum.
 template <class V>
 struct Estimate {
   V mean{};                                 ///< the estimate of ∫ f
@@ -49,8 +49,8 @@ struct Estimate {
   Rejected rejected{};                      ///< samples that count as zero because something is wrong, by cause
 };
 
-/// Sums the rounds of one estimate: the state between `estimate`'s rounds, for a loop of one's own.
-/// Partial ones from several threads can be merged.
+/// Sums the rounds of one estimate: the state between `estimate`'s rounds, for your own loop. The
+/// accumulators of several threads can be merged.
 template <Summable F>
 class EstimateAccumulator {
   using Traits = SpectrumTraits<F>;
@@ -208,7 +208,7 @@ void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& pro
       run(set);
   }
 }
-/// The same for a scheme, run as its cheapest pair.
+/// `add_rounds` for a scheme, run as its cheapest pair.
 template <Scheme scheme, class F, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& proposals, std::uint64_t rounds,
                 Source&& source, const AllocationType& allocation = {}) {
@@ -216,7 +216,7 @@ void add_rounds(EstimateAccumulator<F>& accumulator, Integrand&& f, const P& pro
   add_rounds<pair.selection, pair.weighting>(accumulator, f, proposals, rounds, source, allocation);
 }
 
-/// What sums f over samples of `P` drawn from a `Source`.
+/// The accumulator that sums f over samples of `P` drawn from a `Source`.
 template <class Integrand, class P, class Source = Philox>
 using AccumulatorFor = EstimateAccumulator<SummandOf<
     Integrand, typename std::remove_cvref_t<decltype(as_proposal_set<Source>(std::declval<const P&>()))>::Value>>;
@@ -232,7 +232,7 @@ struct EstimateFrom<Fault::none, Integrand, P, Source> {
 };
 }  // namespace detail
 
-/// What an estimate of f with samples of `P` drawn from a `Source` returns: an `Estimate` of a
+/// The result of an estimate of f with samples of `P` drawn from a `Source`: an `Estimate` of a
 /// number or a spectrum.
 template <class Integrand, class P, class Source>
 using EstimateOf = typename detail::EstimateFrom<detail::fault_of_arguments<Integrand, P, Source>(), Integrand, P,
@@ -264,7 +264,7 @@ template <Selection selection, Weighting weighting, class Integrand, class P, cl
   }
 }
 
-/// The same for a scheme, run as its cheapest pair.
+/// `estimate` for a scheme, run as its cheapest pair.
 template <Scheme scheme, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Integrand&& f, const P& proposals, std::uint64_t rounds,
                                                         Source&& source, const AllocationType& allocation = {}) {
@@ -275,7 +275,7 @@ template <Scheme scheme, class Integrand, class P, class Source, class Allocatio
     return {};
 }
 
-/// The same for a scheme that is chosen at run time.
+/// `estimate` for a scheme that is chosen at run time.
 template <class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Scheme scheme, Integrand&& f, const P& proposals,
                                                         std::uint64_t rounds, Source&& source,
@@ -287,7 +287,7 @@ template <class Integrand, class P, class Source, class AllocationType = EqualAl
     return {};
 }
 
-/// The same for a pair that is chosen at run time.
+/// `estimate` for a pair that is chosen at run time.
 template <class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Selection selection, Weighting weighting, Integrand&& f,
                                                         const P& proposals, std::uint64_t rounds, Source&& source,

@@ -11,14 +11,14 @@
 
 namespace gmis {
 
-/// Which proposals share a group when only the size of the groups is given.
+/// The choice of the proposals that share a group when only the size of the groups is given.
 enum class GroupOrder : std::uint8_t {
   strided,     ///< group g of G has proposals g, g + G, g + 2G, …: neighbours in the set are told apart
   consecutive  ///< group g has proposals gP, gP + 1, …: neighbours stay together
 };
 
 /// A partition of N proposals into groups, for the partial deterministic mixture. Build it outside
-/// the loop; one with a fixed `Capacity` never allocates and holds up to so many proposals.
+/// the loop; one with a fixed `Capacity` never allocates and holds at most `Capacity` proposals.
 template <std::size_t Capacity = dynamic_capacity>
 class Groups {
  public:
@@ -35,7 +35,7 @@ class Groups {
     prepare(count_);
     std::size_t slot = 0;
     for (std::size_t group = 0; group < count_; ++group) {
-      const std::size_t larger = proposal_count % count_;  // so many groups have one proposal more than the others
+      const std::size_t larger = proposal_count % count_;  // groups with one proposal more than the others
       const std::size_t size = proposal_count / count_ + (group < larger ? 1 : 0);
       first_[group] = static_cast<std::uint32_t>(slot);
       for (std::size_t i = 0; i < size; ++i, ++slot)

@@ -12,7 +12,7 @@
 #include "gmis/mis/scheme.hpp"
 
 /// \file
-/// A selection of one's own: how the indices of a round are drawn, where S1, S2 and S3 do not
+/// Your own selection: how the indices of a round are drawn, where S1, S2 and S3 do not
 /// serve. All five weightings follow from the probabilities of the next index.
 
 namespace gmis {
@@ -63,7 +63,7 @@ template <IndexSelection S>
   return marginals;
 }
 
-/// Draws rounds of a selection of one's own under any of the five weightings: the mixture that
+/// Draws rounds of your own selection under any of the five weightings: the mixture that
 /// divides sample m has the coefficients P(i | j_1 … j_{m−1}) (W1), those of its own proposal (W2),
 /// P(j_m = i) (W3), the shares of the indices that the round drew (W4), or the mean over m of
 /// P(j_m = i) (W5).

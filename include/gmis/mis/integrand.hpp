@@ -8,13 +8,13 @@
 #include "gmis/mis/contribution.hpp"
 
 /// \file
-/// What an integrand may return.
+/// The types that an integrand may return.
 
 namespace gmis {
 
-/// A type that estimates add up: a floating-point number, a GLM vector of them, a LogValue, or a
-/// type of one's own with `SpectrumTraits` (`Scalar`, `channel_count`, `channel(value, i)`), of
-/// which nothing else is asked.
+/// A type that estimates add up: a floating-point number, a GLM vector of them, a LogValue, or your
+/// own type with `SpectrumTraits` (`Scalar`, `channel_count`, `channel(value, i)`), which needs
+/// nothing else.
 template <class F>
 concept Summable = std::copyable<F> && requires(const F& f, int i) {
   typename SpectrumTraits<F>::Scalar;
@@ -23,11 +23,12 @@ concept Summable = std::copyable<F> && requires(const F& f, int i) {
   SpectrumTraits<F>::channel(f, i);
 };
 
-/// What a result of f is added up as: an integer, and a bool, as a double; anything else as it is.
+/// The type in which results of f are added up: double for an integer and for a bool, else the type
+/// of the result itself.
 template <class F>
 using SummedAs = std::conditional_t<std::integral<F>, double, F>;
 
-/// What the values of `Integrand` at an X are added up as.
+/// The type in which the values of `Integrand` at an X are added up.
 template <class Integrand, class X>
 using SummandOf = SummedAs<
     std::remove_cvref_t<decltype(std::declval<std::remove_reference_t<Integrand>&>()(std::declval<const X&>()))>>;

@@ -14,7 +14,7 @@
 #include "gmis/mis/storage.hpp"
 
 /// \file
-/// Many proposals of one shape on the line, each number of theirs in an array of its own: one loop
+/// Many proposals of one shape on the line, each parameter in an array of its own: one loop
 /// evaluates all densities at a point, and compilers turn it into vector instructions.
 
 namespace gmis {
@@ -78,7 +78,7 @@ concept LineShape = requires(T z, Philox& source) {
 };
 
 /// The set of q_i(x) = shape((x − location_i)/scale_i)/scale_i. With a `Capacity` it never
-/// allocates and holds up to so many.
+/// allocates and holds at most that number of proposals.
 template <class Shape, std::floating_point T = double, std::size_t Capacity = dynamic_capacity>
 requires LineShape<Shape, T>
 class LocationScaleSet {

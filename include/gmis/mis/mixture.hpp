@@ -18,7 +18,7 @@
 
 namespace gmis {
 
-/// What a sample is divided by: T, or LogDensity<T> for a set that works with logarithms.
+/// The denominator of a sample: T, or LogDensity<T> for a set that works with logarithms.
 template <class Set>
 using Denominator = std::conditional_t<is_log_set<Set>, LogDensity<typename Set::Density>, typename Set::Density>;
 
@@ -193,8 +193,8 @@ class DensitiesAt {
     return uncounted(i);
   }
 
-  /// The same, to be counted by the caller with `count`: a sum of many need not carry a counter
-  /// along.
+  /// `operator[]` without counting: the caller counts with `count`, so that a sum of many densities
+  /// need not carry a counter along.
   [[nodiscard]] GMIS_ALWAYS_INLINE T uncounted(std::size_t i) const {
     if constexpr (!one_at_a_time) {
       return buffer_[i];

@@ -13,7 +13,7 @@
 
 namespace gmis {
 
-/// What sums are kept in: long double for long double, else double.
+/// The type that sums are kept in: long double for long double, else double.
 template <std::floating_point T>
 using AccumulatorOf = std::conditional_t<std::same_as<T, long double>, long double, double>;
 

@@ -19,7 +19,7 @@ namespace gmis {
 ///
 /// Unbiased for every partition in which the mixture of *each* group is positive wherever f ≠ 0;
 /// `check_coverage(f, proposals, groups, …)` looks for places where it is not.
-/// Throws std::invalid_argument when the groups are not those of so many proposals.
+/// Throws std::invalid_argument when the groups are for another number of proposals.
 template <class Set, std::size_t GroupCapacity, UniformSource Source, std::size_t Capacity, class Visit>
 requires ProposalSet<Set, Source> GMIS_ALWAYS_INLINE inline RoundCounts sample_partial_round(
     const Set& set, const Groups<GroupCapacity>& groups, Source& source,

@@ -8,11 +8,11 @@
 #include "gmis/core/random.hpp"
 
 /// \file
-/// What a proposal (a sampling technique with a known density) has to offer.
+/// The members that a proposal (a sampling technique with a known density) must have.
 
 namespace gmis {
 
-/// What `sample` returns: an X, or an `std::optional<X>` by a proposal that can fail to make a
+/// The result of `sample`: an X, or an `std::optional<X>` from a proposal that can fail to make a
 /// sample.
 template <class R>
 struct SampleResult {
@@ -20,7 +20,7 @@ struct SampleResult {
   /// `sample` always makes one.
   static constexpr bool can_fail = false;
 };
-/// The same for a proposal whose `sample` may return nothing.
+/// The result of `sample` of a proposal that may return nothing.
 template <class X>
 struct SampleResult<std::optional<X>> {
   using Value = X;

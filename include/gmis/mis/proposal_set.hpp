@@ -41,7 +41,7 @@ concept SetHasLogPdfs = requires(const S& s, const typename S::Value& x, std::sp
   s.log_pdfs(x, out);
 };
 
-/// What the rounds work on, and what a type of yours can offer in place of a container of
+/// The set that rounds work on. Your own type can have these members in place of a container of
 /// proposals:
 /// - `Value`, `Density`: the type of a sample, and the floating-point type of a density;
 /// - `size()`: N; and, if N has a bound known at compile time,
@@ -252,7 +252,7 @@ template <class Source = Philox, Proposals<Source> S>
   return detail::see_as_set<Source>(proposals);
 }
 
-/// What owns its proposals and is about to end: not a span, which only refers to them.
+/// A temporary that owns its proposals: not a span, which only refers to them.
 template <class R>
 concept OwningTemporary = !std::is_lvalue_reference_v<R> && !requires {
   typename std::remove_cvref_t<R>::element_type;

@@ -17,7 +17,7 @@
 
 namespace gmis {
 
-/// What happened in one round. Samples that were not made, or whose density is zero or not finite,
+/// Events of one round. Samples that were not made, or whose density is zero or not finite,
 /// are not visited: they contribute zero.
 struct RoundCounts {
   std::size_t density_evaluations = 0;  ///< of proposals
@@ -113,7 +113,7 @@ requires ProposalSet<Set, Source> GMIS_ALWAYS_INLINE inline RoundCounts sample_r
   return counts;
 }
 
-/// The same for a scheme, run as its cheapest pair.
+/// `sample_round` for a scheme, run as its cheapest pair.
 template <Scheme scheme, class Set, class AllocationType, UniformSource Source, std::size_t Capacity, class Visit>
 requires ProposalSet<Set, Source> GMIS_ALWAYS_INLINE inline RoundCounts sample_round(
     const Set& set, const AllocationType& allocation, Source& source,
@@ -122,8 +122,8 @@ requires ProposalSet<Set, Source> GMIS_ALWAYS_INLINE inline RoundCounts sample_r
   return sample_round<pair.selection, pair.weighting>(set, allocation, source, workspace, std::forward<Visit>(visit));
 }
 
-/// The same for anything accepted as a set of proposals, one sample of each; the workspace is on
-/// the stack when a bound on the number of proposals is known at compile time.
+/// `sample_round` for anything accepted as a set of proposals, one sample of each; the workspace is
+/// on the stack when a bound on the number of proposals is known at compile time.
 template <Scheme scheme, class P, UniformSource Source, class Visit>
 requires Proposals<P, Source> RoundCounts sample_round(const P& proposals, Source& source, Visit&& visit) {
   const auto& set = as_proposal_set<Source>(proposals);

@@ -27,7 +27,7 @@ struct EqualAllocation {
 
   /// Samples of a round: one for each proposal.
   [[nodiscard]] constexpr std::size_t sample_count(std::size_t proposal_count) const noexcept { return proposal_count; }
-  /// Which proposal makes the sample of this slot, in schemes that do not draw it.
+  /// The proposal that makes the sample of this slot, in schemes that do not draw it.
   [[nodiscard]] constexpr std::size_t proposal_of_slot(std::size_t slot) const noexcept { return slot; }
   /// n_i = 1.
   [[nodiscard]] constexpr std::uint32_t count(std::size_t) const noexcept { return 1; }
@@ -57,7 +57,7 @@ concept CountRange =
 /// How the samples of a round are divided among unequal proposals: weights α_i and sample counts
 /// n_i. S1 draws proposal i with probability α_i, and ψ is Σ α_i q_i; S2 and S3 give it n_i
 /// samples, and ψ is Σ n_i q_i / Σ n_i. Build it outside the loop; one with a fixed `Capacity`
-/// never allocates and holds up to so many proposals and samples.
+/// never allocates and holds at most `Capacity` proposals and `Capacity` samples.
 ///
 /// A proposal of weight 0 is left out. Any other gets a sample: where there are fewer samples in a
 /// round than proposals of positive weight, only S1 can use the allocation, and S2 and S3 reject
@@ -74,7 +74,7 @@ class SampleAllocation {
   template <NumberRange Weights>
   SampleAllocation(const Weights& weights, std::size_t samples)
       : SampleAllocation(FromWeights{}, std::begin(weights), std::size(weights), samples) {}
-  /// The same from a list.
+  /// From a list of weights.
   SampleAllocation(std::initializer_list<T> weights, std::size_t samples)
       : SampleAllocation(FromWeights{}, weights.begin(), weights.size(), samples) {}
 
@@ -83,14 +83,14 @@ class SampleAllocation {
   template <CountRange Counts>
   explicit SampleAllocation(const Counts& counts)
       : SampleAllocation(FromCounts{}, std::begin(counts), std::size(counts)) {}
-  /// The same from a list.
+  /// From a list of counts.
   explicit SampleAllocation(std::initializer_list<std::uint32_t> counts)
       : SampleAllocation(FromCounts{}, counts.begin(), counts.size()) {}
 
   [[nodiscard]] std::size_t proposal_count() const noexcept { return proposals_; }
   /// Samples of a round, Σ n_i.
   [[nodiscard]] std::size_t sample_count(std::size_t) const noexcept { return samples_; }
-  /// Which proposal makes the sample of this slot, in schemes that do not draw it.
+  /// The proposal that makes the sample of this slot, in schemes that do not draw it.
   [[nodiscard]] std::size_t proposal_of_slot(std::size_t slot) const noexcept { return slots_[slot]; }
   /// α_i, which sum to one.
   [[nodiscard]] T weight(std::size_t i) const noexcept { return weights_[i]; }

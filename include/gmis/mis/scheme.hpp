@@ -21,14 +21,14 @@ enum class Selection : std::uint8_t {
 /// The density φ_n that the n-th sample is divided by [Elvira W1–W5]. The estimate is the mean of
 /// f(x_n) / φ_n(x_n).
 enum class Weighting : std::uint8_t {
-  W1,  ///< density of x_n given the indices drawn before it: the mixture of what could still be drawn
+  W1,  ///< density of x_n given the indices drawn before it: the mixture of the proposals that could still be drawn
   W2,  ///< density of x_n given its own index: q_j
   W3,  ///< marginal density of x_n
   W4,  ///< mixture of the indices that were really drawn in this round
   W5   ///< the mixture ψ of all proposals
 };
 
-/// What the fifteen pairs of Selection and Weighting come down to.
+/// The six schemes that the fifteen pairs of Selection and Weighting come down to.
 enum class Scheme : std::uint8_t { R1, R2, R3, N1, N2, N3 };
 
 inline constexpr std::array all_selections{Selection::S1, Selection::S2, Selection::S3};
@@ -55,7 +55,7 @@ constexpr void require_enumerator(Selection selection, Weighting weighting) {
   return table[static_cast<std::size_t>(selection)][static_cast<std::size_t>(weighting)];
 }
 
-/// What makes a scheme.
+/// A pair of selection and weighting, which makes a scheme.
 struct SelectionAndWeighting {
   Selection selection;  ///< which proposal makes a sample
   Weighting weighting;  ///< what it is divided by
@@ -155,7 +155,7 @@ constexpr decltype(auto) dispatch(Scheme scheme, F&& f) {
   return std::forward<F>(f)(std::integral_constant<Scheme, Scheme::N3>{});
 }
 
-/// The same for a pair: calls
+/// `dispatch` for a pair: calls
 /// `f(std::integral_constant<Selection, …>{}, std::integral_constant<Weighting, …>{})`.
 template <class F>
 constexpr decltype(auto) dispatch(Selection selection, Weighting weighting, F&& f) {

@@ -8,7 +8,7 @@
 
 namespace gmis {
 
-/// What a round writes in: the order of its indices, how often each occurs, and the densities at
+/// Working memory of a round: the order of its indices, how often each occurs, and the densities at
 /// one point. Keep one per thread and pass it to `sample_round`. One with a fixed `Capacity` lives
 /// on the stack and never allocates; a dynamic one allocates when a round is larger than any before
 /// it.

@@ -107,7 +107,7 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Pl
 
 /// A request for the whole frame of this scene: the techniques that its effects call for, with
 /// counts that a pilot chooses. Merging has a local count, and its radius is chosen unless
-/// `settings` have one. `settings.counts` are replaced; without settings of one's own, numbers are
+/// `settings` have one. `settings.counts` are replaced; without your own settings, numbers are
 /// Sobol' points, in replications that the error estimate knows of (`Sampler::sobol`). A budget
 /// without any limit becomes one of 64 iterations. `threads` of the executor turn a time into an
 /// expected number of iterations.

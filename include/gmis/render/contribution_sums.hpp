@@ -57,7 +57,7 @@ class CropSums {
 
 }  // namespace detail
 
-/// Sums of what each technique gave, over all iterations.
+/// Sums of the contributions of each technique, over all iterations.
 template <Spectrum S>
 class TechniqueSums {
  public:
@@ -123,7 +123,7 @@ struct ClassPictures {
   double unattributed_cost = 0.0;     ///< share of operations that no contribution came of
 };
 
-/// Sums of what each path class gave, over all iterations.
+/// Sums of the contributions of each path class, over all iterations.
 template <Spectrum S>
 class ClassSums {
  public:

@@ -39,10 +39,10 @@ namespace gmis {
 /// most rooms, and above 0.8 under a sky.
 inline constexpr double usual_evenness = 0.3;
 
-/// What is known before a run of how its noise falls. With a choice it is the law of the chosen
-/// forecast, which is that of an iteration with the mean disk of the run, for the radius of
-/// `counts`, those of the latest iteration; without one nothing but α, below 1 where something
-/// merges, and the usual evenness of `settings.sampler`.
+/// The law by which the noise of a run is expected to fall, from what is known before the run. With
+/// a choice it is the law of the chosen forecast: that of an iteration with the mean disk of the
+/// run, for the radius of `counts`, the counts of the latest iteration. Without a choice only α,
+/// below 1 where something merges, and the usual evenness of `settings.sampler` are known.
 [[nodiscard]] inline ErrorLaw expected_law(const std::optional<Choice>& choice, const SampleCounts& counts,
                                            const RenderSettings& settings) {
   const double alpha = settings.alpha, exponent = counts.has(Technique::merge) ? alpha : 1.0;

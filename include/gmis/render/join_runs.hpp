@@ -19,9 +19,9 @@ namespace gmis {
 /// picture is the mean over the iterations of all, the error is estimated from the parts of all.
 /// `checkpoints`: at least one, of either run's end or of any moment before. `request`: that of the
 /// runs; its seed is ignored, and no rendering is done. `resolution`: of the camera. The iterations
-/// of a run are independent of those of the others, so that nothing is lost beside one run of as
-/// many iterations, but that every run has a pilot of its own and that merging's radius is that of
-/// the shorter runs.
+/// of a run are independent of the iterations of the other runs. Only two things are worse than in
+/// one run with all the iterations: every run spends time on a pilot of its own, and merging's
+/// radius is that of the shorter runs.
 ///
 /// Times are sums over the runs. The log is that of the longest run, with one point more for all
 /// runs together.

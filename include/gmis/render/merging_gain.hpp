@@ -6,24 +6,24 @@
 
 namespace gmis {
 
-/// What the later iterations of a run multiply what they merge with, so that the mean of the
-/// picture comes out right.
+/// The factor by which the later iterations of a run multiply the light that they merge, so that
+/// the mean of the picture comes out right.
 ///
 /// In the midst of a surface a disk moves light and leaves the mean as it is; within one radius of
 /// where a surface ends, it loses or adds light, in proportion to its radius
-/// (`bias_of_change_of_mean`). The iterations so far have measured how much. What is still to come
+/// (`bias_of_change_of_mean`). The iterations so far have measured how much. The iterations to come
 /// can therefore make up for all of it: iteration i multiplies what it merges by 1 + q r_i, the
 /// more the wider its disk is. To first order the mean is then that of disks without extent
 /// [Richardson 1911]; pixels into which nothing is merged stay as they are. q vanishes as the disks
 /// do, so that the picture converges to the same limit.
 class MergingGain {
  public:
-  /// Greatest change of what an iteration merges: a larger one would follow the noise of a few
-  /// photons.
+  /// Greatest relative change of the light that an iteration merges: a larger one would follow the
+  /// noise of a few photons.
   static constexpr double most_change = 0.25;
 
-  /// Adds an iteration. `merged`: mean over the pixels of what it has merged, with the gain.
-  /// `radius`: of its disk, in scene units.
+  /// Adds an iteration. `merged`: mean over the pixels of the light that it has merged, with the
+  /// gain. `radius`: of its disk, in scene units.
   void add_iteration(double merged, double radius) noexcept {
     if (!std::isfinite(merged)) merged = 0.0;  // as in a sum of changes
     merged_ += merged;
@@ -48,8 +48,8 @@ class MergingGain {
 
   /// q, per scene unit.
   [[nodiscard]] double per_radius() const noexcept { return per_radius_; }
-  /// What the iterations so far have added to the mean over the pixels by their gain, summed over
-  /// iterations.
+  /// The light that the iterations so far have added to the mean over the pixels by their gain,
+  /// summed over iterations.
   [[nodiscard]] double made_up() const noexcept { return made_up_; }
 
   /// Takes in another run.

@@ -15,8 +15,9 @@
 
 namespace gmis {
 
-/// What a checkpoint must have in common with the run that goes on from it: each property with its
-/// value in words. What changes no sample is left out: limits, threads, callbacks, the reference.
+/// The properties that a checkpoint must have in common with the run that goes on from it, each
+/// with its value in words. Settings that change no sample are left out: limits, threads,
+/// callbacks, the reference.
 struct RunIdentity {
   /// A name and its value, as text.
   struct Property {

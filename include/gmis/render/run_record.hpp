@@ -190,7 +190,7 @@ struct RunRecord {
     return result;
   }
 
-  /// As in `RenderSummary`.
+  /// The bias of merging, for `RenderSummary`.
   GMIS_RARE [[nodiscard]] std::optional<MergingBias> merging_bias() const {
     if (!merging.is_known()) return std::nullopt;
     MergingBias bias = merging.bias_of(film);

@@ -124,7 +124,7 @@ class ThreadExecutor {
     }
   }
 
-  /// What a thread of the pool does.
+  /// The loop of a thread of the pool.
   void serve() {
     std::uint64_t served = 0;
     std::unique_lock lock(mutex_);

@@ -72,8 +72,9 @@ struct ErrorEstimate {
 /// When an interval may be shown; chosen by calibration (docs/accuracy-and-time.md).
 struct ErrorCalibration {
   std::size_t fewest_batches = 8;  ///< below it there is no interval
-  /// Of the squared error relative to other batches over that relative to all batches: where rare
-  /// samples are both the error and the value that it is relative to, the two differ.
+  /// Largest quotient of the squared error relative to the other batches and that relative to all
+  /// batches: the two differ where rare samples make both the error and the value that it is
+  /// relative to.
   double largest_disagreement = 1.15;
   double largest_deviation = 0.35;      ///< standard deviation of the squared error, relative
   double largest_share_of_worst = 0.2;  ///< of `ErrorEstimate::worst` in the squared error
@@ -111,7 +112,7 @@ template <Spectrum S>
 
 namespace detail {
 
-/// What is summed over the values of a picture to estimate its error.
+/// The sums over the values of a picture that estimate its error.
 template <Spectrum S>
 class ErrorSums {
  public:
@@ -120,8 +121,8 @@ class ErrorSums {
   static constexpr std::size_t lanes = Parts::lanes;
 
   /// Adds the values of the lanes for which `counts` is true; returns the squared relative error of
-  /// each. `rare`, by part and lane: for a rare sample the inverse of what the square of its value
-  /// is taken for, else 0; null where none is rare.
+  /// each. `rare`, by part and lane: 1 / (v² + `relative_error_floor`) for a rare sample, v the
+  /// value that it is compared with, else 0; null where none is rare.
   Numbers add(const RunParts<S>& parts, const Parts& here, const std::array<bool, lanes>& counts,
               const std::array<Numbers, Parts::most>* rare) {
     const std::size_t count = parts.count();
@@ -169,7 +170,8 @@ class ErrorSums {
   /// Relative to the mean of all parts, and to that of the others.
   [[nodiscard]] double near() const noexcept { return near_; }
   [[nodiscard]] double far() const noexcept { return far_; }
-  /// Of the deviations of two parts, c < b, each over what its value is taken for.
+  /// Sum of the products of the deviations of two parts, c < b, each relative to the value that it
+  /// is compared with.
   [[nodiscard]] double product(std::size_t b, std::size_t c) const noexcept {
     return std::accumulate(products_[b][c].begin(), products_[b][c].end(), 0.0);
   }

@@ -36,7 +36,7 @@ struct PowerLaw {
 
 /// The power law through the later part of a log, by least squares in logarithms. The points are to
 /// be in the order of time and about evenly spread over its logarithm, as those of a
-/// `ConvergenceLog` are. Those before 1/16 of the last time are left out: what a run begins with
+/// `ConvergenceLog` are. Points before 1/16 of the last time are left out: the beginning of a run
 /// (pilots, cold caches, estimates from few iterations) says little about its course. With fewer
 /// than 4 points left, or less than a fourfold span of time, the slope is −1/2 through the last
 /// point. Nothing without a positive error at a positive time.

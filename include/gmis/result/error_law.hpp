@@ -28,7 +28,7 @@ struct ErrorLaw {
   double alpha = 1.0;     ///< of the radius, `RenderSettings::alpha`; 1 where nothing merges or the disk stays as it is
   double evenness = 0.0;  ///< e: the share of the squared error that evenly spread numbers take away in the end
 
-  /// Relative error after so many iterations, which need not be a whole number.
+  /// Relative error after this number of iterations, which need not be whole.
   [[nodiscard]] double error_at(double iterations) const noexcept { return std::sqrt(squared_error_at(iterations)); }
 
   /// The share of `merging` in the squared error.
@@ -97,13 +97,13 @@ struct ErrorLaw {
 /// forecast, or nothing but α and the evenness (both parts 0). The evenness stays: in a log it
 /// looks like less merging.
 ///
-/// Points of a log know of each other and are few: from N iterations the share of merging counts as
-/// N / (N + 64) of what is found, the rest is the expected one. An error above the expected one has
-/// come with rare samples that were not known, and counts as independent. Where the error is in
-/// doubt (it has no interval) rare samples rule it: those that are met one after the other let it
-/// fall too slowly, and few of them state it too high, while a forecast, which leaves the brightest
-/// pixels out, is too low. Then the share counts as N / (N + 512), and the law goes through the
-/// forecast and the last point in the proportion of 16 to N on a scale of logarithms.
+/// Points of a log know of each other and are few: from N iterations, the found share of merging
+/// has the weight N / (N + 64), and the expected share has the rest. An error above the expected
+/// one has come with rare samples that were not known, and counts as independent. Where the error
+/// is in doubt (it has no interval) rare samples rule it: those that are met one after the other
+/// let it fall too slowly, and few of them state it too high, while a forecast, which leaves the
+/// brightest pixels out, is too low. Then the share counts as N / (N + 512), and the law goes
+/// through the forecast and the last point in the proportion of 16 to N on a scale of logarithms.
 GMIS_RARE [[nodiscard]] inline ErrorLaw fit_error_law(std::span<const ErrorAtTime> points, const ErrorLaw& expected,
                                                       bool is_in_doubt = false) {
   const ErrorAtTime last = points.back();

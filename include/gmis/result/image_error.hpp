@@ -11,7 +11,7 @@ namespace gmis {
 /// Added to the squared value that a squared error is divided by, so that dark pixels do not rule.
 inline constexpr double relative_error_floor = 0.01;
 
-/// Of the worst pixels, so many are left out of a trimmed figure: 0.1 %, rounded down.
+/// Number of worst pixels that are left out of a trimmed figure: 0.1 %, rounded down.
 [[nodiscard]] constexpr std::size_t trimmed_pixels(std::size_t pixels) noexcept {
   return pixels / 1000;
 }

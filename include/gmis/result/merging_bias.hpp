@@ -22,15 +22,15 @@ namespace gmis {
 /// ∓g(x/r), and the ratio √(∫ g(t)² dt / ∫ (g(t) − g(2 t))² dt).
 inline constexpr double bias_of_change_at_edge = 2.0802;
 
-/// The same where the light is smooth: the bias of a disk is proportional to the square of its
-/// radius to first order [Hachisuka et al. 2010, eq. 6], so that three quarters of it are gone at
-/// half the radius.
+/// `bias_of_change_at_edge`, but where the light is smooth: the bias of a disk is proportional to
+/// the square of its radius to first order [Hachisuka et al. 2010, eq. 6], so that three quarters
+/// of it are gone at half the radius.
 inline constexpr double bias_of_change_when_smooth = 4.0 / 3.0;
 
-/// The same for the mean over a whole image. In the midst of a flat surface a disk only moves
-/// light, which leaves the mean as it is; light is lost or added within one radius of where a
-/// surface, or what is seen of it, ends. That is in proportion to the radius, so that half of it is
-/// gone at half the radius.
+/// `bias_of_change_at_edge`, but for the mean over a whole image. In the midst of a flat surface a
+/// disk only moves light, which leaves the mean as it is; light is lost or added within one radius
+/// of where a surface, or what is seen of it, ends. That is in proportion to the radius, so that
+/// half of it is gone at half the radius.
 inline constexpr double bias_of_change_of_mean = 2.0;
 
 /// The bias of merging over a whole image, as a relative error.
@@ -39,12 +39,12 @@ struct MergingBias {
   double relative_bias = 0.0;
   /// √(standard error of `relative_bias`²); a bias below about twice this may be noise.
   double standard_error = 0.0;
-  /// Of the mean over the image: bias / value, below 0 where merging loses light. It is linear in
-  /// the samples, and so rises from the noise long before `relative_bias` does.
+  /// Bias of the mean over the image, relative: bias / value, below 0 where merging loses light. It
+  /// is linear in the samples, and so rises from the noise long before `relative_bias` does.
   double of_mean = 0.0;
   double standard_error_of_mean = 0.0;
-  /// What the run has added to the mean to make up for it (render/merging_gain.hpp), over the mean;
-  /// `of_mean` is what is left.
+  /// The light that the run has added to make up for the bias of the mean
+  /// (render/merging_gain.hpp), over the mean; `of_mean` is the bias that is left.
   double made_up = 0.0;
 
   /// Upper confidence bound: the squared bias plus two standard errors.
@@ -97,7 +97,7 @@ class MergingChange {
   /// of it is left; within one of 2 by 2 pixels more of it is. So there are two estimates: over
   /// large tiles with the ratio of smooth light, and over small ones with that of an edge. The one
   /// with the larger bound is returned. The standard error of a mean over tiles comes from the sum
-  /// of the squares of what large tiles add: one photon is merged with several pixels, so that
+  /// of the squares of the terms of large tiles: one photon is merged with several pixels, so that
   /// neighbours are not independent of each other; large tiles nearly are.
   template <Spectrum S>
   [[nodiscard]] MergingBias bias_of(const Film<S>& film) const {

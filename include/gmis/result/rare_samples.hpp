@@ -15,8 +15,9 @@
 #include "gmis/result/run_parts.hpp"
 
 /// \file
-/// What a bright, rare sample (a firefly) is compared with: not with a mean that has most likely
-/// missed what such samples add, but with what is around it, of the other parts of the run.
+/// The value that a bright, rare sample (a firefly) is compared with: not the mean of its pixel,
+/// which has most likely missed the light of such samples, but a mean around it, from the other
+/// parts of the run.
 
 namespace gmis::detail {
 
@@ -72,8 +73,9 @@ struct RareSample {
 /// brighter than its mean. How much brighter, the other parts tell at the very same pixels; by few
 /// samples of their own in each pixel, but without bias, so all pixels with squares of the same
 /// size tell it together: Σ ω (mean of the others there) / Σ ω (mean around), with ω the share of
-/// the sample in the squared relative error. Of what that is above 1, n / (n + 20) is believed, n =
-/// (Σ y)² / Σ y² the effective number of the terms y of the upper sum (20 by calibration).
+/// the sample in the squared relative error. The excess of this quotient over 1 is multiplied by n
+/// / (n + 20), n = (Σ y)² / Σ y² the effective number of the terms y of the upper sum (20 by
+/// calibration).
 class RareSamples {
  public:
   /// `samples`: by value and part, without what is around them. `mean`: of every value of the
@@ -106,9 +108,9 @@ class RareSamples {
     }
   }
 
-  /// By value and part.
+  /// The rare samples, by value and part.
   [[nodiscard]] std::span<const RareSample> samples() const noexcept { return samples_; }
-  /// What the value of the pixel is taken for.
+  /// The value that the sample is compared with.
   [[nodiscard]] double value_at(const RareSample& sample) const noexcept {
     return brightness_[sample.around.reach] * sample.around.mean;
   }

@@ -33,7 +33,7 @@ class RunParts {
   }
 
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
-  /// Parts whose lengths differ by one iteration at most: the first so many.
+  /// Number of the first parts whose lengths differ by one iteration at most.
   [[nodiscard]] std::size_t equal_count() const noexcept {
     return means_.has_equal_batches() ? means_.batch_count() : 0;
   }
@@ -68,9 +68,9 @@ class RunParts {
   std::array<double, most> shares_{};
 };
 
-/// What the parts of a run say of a few values, of a channel of a pixel each, side by side, for
-/// this is asked of every value of a picture. With w_b the share of part b, x_b its value there and
-/// m the mean of all.
+/// The statistics of a few values over the parts of a run, each value a channel of a pixel. They
+/// are computed side by side, because every value of a picture needs them. Below, w_b is the share
+/// of part b, x_b its value there, and m the mean of all.
 template <Spectrum S>
 class PartsOfValues {
  public:

@@ -16,7 +16,7 @@
 
 namespace gmis {
 
-/// What it takes to come down to an error, from the beginning of the run.
+/// The iterations and the time that a run needs, from its beginning, to come down to an error.
 struct Price {
   double error = 0.0;         ///< relative error to be reached
   double iterations = 0.0;    ///< infinite, like the times, when the error does not fall that far
@@ -40,7 +40,7 @@ struct PriceTable {
   }
 };
 
-/// What a part of a run took.
+/// The iterations and the time of a part of a run.
 struct WorkDone {
   double iterations = 0.0;    ///< how many
   double cpu_seconds = 0.0;   ///< processor time of all threads

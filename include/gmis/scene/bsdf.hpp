@@ -39,7 +39,7 @@ class SurfaceBsdf {
         geometric_normal_(geometric_normal),
         shading_normal_(shading_normal),
         is_flat_(geometric_normal == shading_normal) {}
-  /// The same for a material that may vary over the surface.
+  /// For a material that may vary over the surface; `material` must outlive this.
   SurfaceBsdf(const Material& material, const Vec3<T>& geometric_normal, const Vec3<T>& shading_normal,
               const SurfaceCoordinates<T>& at) noexcept
       : SurfaceBsdf(material, geometric_normal, shading_normal) {
@@ -81,7 +81,7 @@ class SurfaceBsdf {
     return reflect(to_prev, to_next, std::abs(prev), std::abs(next));
   }
 
-  /// As gmis::Bsdf asks.
+  /// A direction drawn from the lobes; `gmis::Bsdf` states the contract.
   [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv,
                                              TransportMode mode) const noexcept {
     if (is_varying()) [[unlikely]]
@@ -234,7 +234,7 @@ class SurfaceBsdf {
            material_->kind != Kind::diffuse_transmission;
   }
 
-  /// What the surface is made of; textures are not applied.
+  /// The material of the surface, without its textures.
   [[nodiscard]] const PlainMaterial<T>& material() const noexcept { return *material_; }
 
  private:
@@ -359,7 +359,7 @@ class SurfaceBsdf {
     result.pdf.reverse.value += (T(1) - p) * top[2];
     return result;
   }
-  /// Of a smooth metal under a smooth coat.
+  /// Reflectance of a smooth metal under a smooth coat.
   [[nodiscard]] Spectrum coated_metal_reflectance(T cosine) const noexcept {
     const auto coat = fresnel_dielectric(cosine, material_->eta);
     const Spectrum metal = fresnel_conductor(coat.cos_transmitted, material_->metal_eta, material_->metal_k);

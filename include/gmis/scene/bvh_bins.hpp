@@ -56,7 +56,7 @@ class BvhBinGrid {
     const auto scale = [&](std::size_t axis) { return extent[axis] > T(0) ? T(bin_count) / extent[axis] : T(0); };
     scale_ = Quad<T>::of(scale(0), scale(1), scale(2));
   }
-  /// By axis; 0 along an axis on which all centroids are equal.
+  /// The bin of a box along each axis; 0 along an axis on which all centroids are equal.
   [[nodiscard]] std::array<std::int32_t, 4> bins_of(const Bounds<T>& box) const noexcept {
     const Quad<T> scaled = (doubled_centroid(box) - lower_) * scale_;
     return maximum(minimum(scaled, Quad<T>::all(T(bin_count - 1))), Quad<T>::all(T(0))).truncated();

@@ -29,8 +29,8 @@ namespace gmis::scene {
 template <std::floating_point T, SurfaceModel<T> Bsdf_>
 class SceneBuilder;
 
-/// What was built, for reports and for settings that are relative to the size of the scene. Lengths
-/// in scene units.
+/// Figures of the scene that was built, for reports and for settings that are relative to the size
+/// of the scene. Lengths in scene units.
 struct SceneStatistics {
   std::size_t triangle_count = 0;             ///< triangles
   std::size_t sphere_count = 0;               ///< spheres
@@ -56,7 +56,7 @@ class BvhScene {
   using Material = typename Bsdf_::Material;
   using Light = scene::Light<T>;
   using Camera = scene::Camera<T>;
-  /// What `intersect` finds.
+  /// The result of `intersect`.
   using Hit = gmis::Hit<T, Bsdf, Light>;
 
   BvhScene(const BvhScene&) = delete;
@@ -127,7 +127,7 @@ class BvhScene {
   [[nodiscard]] const Camera& camera() const noexcept { return camera_; }
   /// Sizes and times of the tree.
   [[nodiscard]] const SceneStatistics& statistics() const noexcept { return statistics_; }
-  /// What the scene has.
+  /// The effects that the scene has.
   [[nodiscard]] const Effects& effects() const noexcept { return effects_; }
 
  private:

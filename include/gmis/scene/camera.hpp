@@ -114,7 +114,7 @@ class Camera {
     }
   }
 
-  /// As gmis::Camera asks.
+  /// In pixels.
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return resolution_; }
   [[nodiscard]] bool has_parallel_rays() const noexcept { return is_orthographic_; }
   [[nodiscard]] bool has_lens() const noexcept { return has_lens_; }

@@ -102,7 +102,8 @@ class LargeTriangleCutter {
     return piece;
   }
 
-  /// The same for both orders of the ends.
+  /// True when the edge from a to b is too long for its distance; the result does not depend on the
+  /// order of a and b.
   [[nodiscard]] bool is_too_long(glm::dvec3 a, glm::dvec3 b) const noexcept {
     const auto key = [](const glm::dvec3& v) { return std::array<double, 3>{v.x, v.y, v.z}; };
     if (key(b) < key(a)) std::swap(a, b);

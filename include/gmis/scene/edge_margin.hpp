@@ -27,8 +27,9 @@
 
 namespace gmis::scene {
 
-/// Which edges of a triangle points are kept off, since another triangle meets it there at an
-/// angle, or one of their ends touches such an edge: bit k for the edge opposite to corner k.
+/// The edges of a triangle that points are kept off, because another triangle meets it there at an
+/// angle, or because one end of the edge touches such an edge: bit k for the edge opposite to
+/// corner k.
 using SharpEdges = std::uint8_t;
 
 /// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the
@@ -57,7 +58,7 @@ template <std::floating_point T>
 }
 
 /// The barycentric coordinates `weights`, moved off the sharp edges where they are too near to one.
-/// Rarely needed, and out of the way of what is.
+/// Rarely needed, so it is not inlined.
 template <std::floating_point T>
 [[nodiscard]] GMIS_RARE Vec3<T> keep_off_edges(const Vec3<T>& weights, const std::array<Vec3<T>, 3>& corners,
                                                SharpEdges sharp, T position_error) {

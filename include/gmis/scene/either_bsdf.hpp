@@ -82,7 +82,7 @@ requires(std::same_as<typename A::Spectrum, typename B::Spectrum> &&
   [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const noexcept {
     return visit([&](const auto& bsdf) { return bsdf.evaluate(to_prev, to_next, mode); });
   }
-  /// As gmis::Bsdf asks.
+  /// A direction drawn from the BSDF that is held; `gmis::Bsdf` states the contract.
   [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv,
                                              TransportMode mode) const noexcept {
     return visit([&](const auto& bsdf) { return bsdf.sample(to_prev, u, uv, mode); });

@@ -32,8 +32,8 @@ class LightHierarchyBuilder {
   };
   using Range = std::span<Leaf>;
   static constexpr int bin_count = 12;
-  /// Below, groups are halved: paths have 64 bits, and so many levels leave room for 2^24 lights
-  /// more.
+  /// Below, groups are halved: paths have 64 bits, and the 24 levels that are left have room for
+  /// 2^24 lights.
   static constexpr int deepest_bins = 40;
 
   explicit LightHierarchyBuilder(std::span<const Light<T>> lights) {

@@ -225,7 +225,7 @@ template <std::floating_point T = float>
   return result;
 }
 
-/// The same with a grey scale.
+/// `make_coated_diffuse` with a grey specular scale.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_coated_diffuse(const glm::dvec3& reflectance, double eta, double alpha,
                                                      double specular_scale = 1,
@@ -253,8 +253,9 @@ template <std::floating_point T = float>
 /// GGX `coat_alpha`. Light that goes to and fro between coat and metal is summed as for two smooth
 /// parallel layers, which is exact where both are smooth: with F of the coat and R of the metal
 /// within it, F + (1 − F)² R / (1 − F R). A rough coat blurs the metal too: its α is then
-/// √(alpha² + coat_alpha²). f = F D G / (4 cos cos) of the coat + the same of the metal, with (1 −
-/// F(prev)) (1 − F(next)) R / (1 − F R) in place of F, F and R inside the fraction at the facet.
+/// √(alpha² + coat_alpha²). f = F D G / (4 cos cos) of the coat + F' D G / (4 cos cos) of the
+/// metal, with F' = (1 − F(prev)) (1 − F(next)) R / (1 − F R), where F and R inside the fraction
+/// are those at the facet.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_coated_conductor(const glm::dvec3& eta, const glm::dvec3& k, double alpha,
                                                        double coat_eta, double coat_alpha,

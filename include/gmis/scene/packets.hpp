@@ -45,8 +45,8 @@ struct RayAxes {
   AxisArray<T> origin, direction, inverse;
 };
 
-/// What tests need of a ray beside its coordinates, computed once. It is kept apart from them, so
-/// that a compiler can keep it in registers.
+/// The properties of a ray that tests need beside its coordinates, computed once. They are kept
+/// apart from the coordinates, so that a compiler can keep them in registers.
 template <std::floating_point T>
 struct PreparedRay {
   const detail::AxisTriple* near_plane;  ///< see `near_planes`; the far plane is the other one

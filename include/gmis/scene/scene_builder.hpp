@@ -213,7 +213,7 @@ class SceneBuilder {
     std::uint32_t coordinates = no_coordinates;  ///< in `coordinates_`
     std::size_t surface = 0;
   };
-  /// What the triangles of the tree are: `numbers` of those that were added, or, from
+  /// The triangles of the tree: `numbers` are indices of triangles that were added, or, from
   /// `triangles_.size()` on, of pieces.
   struct KeptTriangles {
     /// A piece of a triangle that was cut.
@@ -444,7 +444,7 @@ class SceneBuilder {
                           static_cast<double>(std::numeric_limits<T>::epsilon()));
   }
 
-  /// What the shapes and lights that were kept make possible.
+  /// The effects that the kept shapes and lights make possible.
   [[nodiscard]] Effects derived_effects(const Scene& scene, const KeptTriangles& kept) const {
     Effects effects;
     std::vector<bool> is_used(materials_.size(), false);

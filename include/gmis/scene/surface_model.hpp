@@ -31,10 +31,14 @@ concept SurfaceModel = Bsdf<B> && std::same_as<typename B::Spectrum, Vec3<T>> &&
 // Never defined; core/missing_members.hpp says what these are for.
 // clang-format off
 namespace surface_model_lacks {
-template <class B, class T> struct Spectrum;        // using Spectrum = gmis::Vec3<T>
-template <class B> struct Material;                 // using Material = …, a type that can be copied
-template <class B, class T> struct constructor;     // B(const Material&, Vec3<T> geometric_normal, Vec3<T> shading_normal)
-template <class Material> struct add_effects_of;    // void add_effects_of(const Material&, gmis::Effects&), beside Material
+template <class B, class T>
+struct Spectrum;  // using Spectrum = gmis::Vec3<T>
+template <class B>
+struct Material;  // using Material = …, a type that can be copied
+template <class B, class T>
+struct constructor;  // B(const Material&, Vec3<T> geometric_normal, Vec3<T> shading_normal)
+template <class Material>
+struct add_effects_of;  // void add_effects_of(const Material&, gmis::Effects&), beside Material
 }  // namespace surface_model_lacks
 // clang-format on
 

@@ -18,8 +18,8 @@
 
 namespace gmis::scene {
 
-/// The pixels of a texture: 8 bits a channel and a table of what each of the 256 values stands for,
-/// or floats. One channel (grey) or three.
+/// The pixels of a texture: 8 bits a channel and a table of the value that each of the 256 bytes
+/// stands for, or floats. One channel (grey) or three.
 struct TextureImage {
   glm::ivec2 resolution{0};          ///< in texels
   int channels = 3;                  ///< of a texel
@@ -72,7 +72,7 @@ class Texture {
                                     TextureFilter filter = TextureFilter::bilinear, bool is_inverted = false) {
     return Texture::image(std::move(image), placement, {wrap, wrap}, filter, is_inverted);
   }
-  /// The same with a wrap of its own for s and for t.
+  /// `image` with a wrap of its own for s and for t.
   [[nodiscard]] static Handle image(std::shared_ptr<const TextureImage> image, const TexturePlacement& placement,
                                     const std::array<TextureWrap, 2>& wrap, TextureFilter filter,
                                     bool is_inverted = false) {

@@ -18,7 +18,7 @@
 
 namespace gmis::scene {
 
-/// What varies. A null handle: as the plain material has it.
+/// The textures of a material. Where a handle is null, the value of the plain material holds.
 template <std::floating_point T>
 struct MaterialTextures {
   using Handle = typename Texture<T>::Handle;

@@ -27,7 +27,7 @@ struct EstimatorCheck {
   StatisticalTest mean_test;      ///< z, with the exact variance
   StatisticalTest variance_test;  ///< t, its p-value corrected for the skewness of the squared deviations [Hall 1992]
   double smallest_mean_error = 0.0;      ///< relative error of the mean that is seen with a probability of 99 %
-  double smallest_variance_error = 0.0;  ///< the same of the variance
+  double smallest_variance_error = 0.0;  ///< relative error of the variance that is seen with a probability of 99 %
 
   /// True when neither test finds anything: a sound estimator fails with the probability `level`.
   [[nodiscard]] bool passes() const noexcept {

@@ -17,9 +17,10 @@
 
 namespace gmis {
 
-/// What MIS weights must do to be unbiased: sum to one wherever a technique makes samples, and
-/// vanish where their own technique makes none [Veach 1997, section 9.2]. Any weights can be added,
-/// point by point, or path by path with one weight for each technique.
+/// Checks the two conditions under which MIS weights are unbiased: they sum to one wherever a
+/// technique makes samples, and vanish where their own technique makes none [Veach 1997, section
+/// 9.2]. Any weights can be added, point by point, or path by path with one weight for each
+/// technique.
 class WeightCheck {
  public:
   /// One point. `densities[k]`: expected sample density n_k q_k of technique k (any common factor),
@@ -55,7 +56,7 @@ class WeightCheck {
       worst_ = points_ - 1;
     }
   }
-  /// The same for vectors.
+  /// Adds one point, from vectors.
   template <class D, class W>
   void add(const std::vector<D>& densities, const std::vector<W>& weights) {
     add(std::span<const D>(densities), std::span<const W>(weights));
@@ -127,8 +128,8 @@ template <class Weights, class P, class Points>
   return check;
 }
 
-/// The same at points that are drawn: `each` samples of every proposal, those without samples
-/// included.
+/// `check_weights_at` at points that are drawn: `each` samples of every proposal, those without
+/// samples included.
 template <class Weights, class P, UniformSource Source>
 [[nodiscard]] WeightCheck check_weights(Weights&& weights, const P& proposals, CountsByProposal counts,
                                         std::size_t each, Source& source) {

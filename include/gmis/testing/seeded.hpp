@@ -9,8 +9,8 @@
 
 namespace gmis {
 
-/// What shifts the seeds of all tests: 0, or what the environment variable GMIS_TEST_SEED says, a
-/// number or `random`. The same value replays a run.
+/// The shift of the seeds of all tests: 0, or the value of the environment variable GMIS_TEST_SEED,
+/// a number or `random`. The same value replays a run.
 [[nodiscard]] inline std::uint64_t test_run_seed() {
   static const std::uint64_t value = [] {
     const char* const text = std::getenv("GMIS_TEST_SEED");

@@ -15,7 +15,7 @@
 
 namespace gmis {
 
-/// What things cost, in nanoseconds or any other unit, as measured by the caller.
+/// Costs of the parts of a round, in nanoseconds or any other unit, as measured by the caller.
 struct CostModel {
   double per_density;  ///< one evaluation of one proposal's density at one point
   double per_sample;   ///< all else about a sample: drawing it, evaluating f, dividing

@@ -17,7 +17,7 @@ struct ProblemCheck {
   std::vector<double> density_integrals;  ///< ∫ q_i over the finer rule: one, or the probability that a sample is made
   double integral = 0.0;                  ///< ∫ f by the finer rule
   double integral_change = 0.0;           ///< |difference between the rules| over ∫ |f|
-  double variance_change = 0.0;           ///< the same of the variance of N3, relative to ∫ f²/ψ
+  double variance_change = 0.0;           ///< |difference between the variances of N3 under both rules| over ∫ f²/ψ
   double end_share = 0.0;                 ///< share of ∫ |f| in the first and last 1 % of the nodes of the finer rule
   double end_share_of_mixture = 0.0;      ///< share of ψ there
   bool can_fail = false;                  ///< a `sample` may return nothing, so that ∫ q_i may be below one

@@ -54,8 +54,8 @@ template <class Contribution>
 }
 
 /// Mean and variance of one round of N3 with counts, (1/n) Σ f/ψ with ψ = Σ n_k q_k/n: variance
-/// (1/n) ∫ f²/ψ − (1/n²) Σ n_k (∫ f q_k/ψ)². Holds for partial support too (the mean is then that
-/// of what ψ covers).
+/// (1/n) ∫ f²/ψ − (1/n²) Σ n_k (∫ f q_k/ψ)². Holds for partial support too (the mean is then ∫ f
+/// over the points that ψ covers).
 [[nodiscard]] inline ExactMoments exact_moments(CountsByProposal counts, const TabulatedProblem& problem) {
   const double total = static_cast<double>(checked_total(counts, problem.proposal_count()));
   const std::vector<double> psi = mixture_of(fractions_of(counts), problem);

@@ -12,7 +12,7 @@
 
 namespace gmis {
 
-/// What probing found. A probe counts when f ≠ 0 there.
+/// The result of probing. A probe counts when f ≠ 0 there.
 template <class X>
 struct Coverage {
   std::uint64_t probes = 0;              ///< points looked at
@@ -167,8 +167,8 @@ requires AnyProposal<Probe, Source>
   return points;
 }
 
-/// The same with `count` samples of `probe`, a proposal that covers everything where f might not be
-/// zero.
+/// `check_coverage` at `count` samples of `probe`, a proposal that covers every point where f might
+/// not be zero.
 template <class Integrand, class P, class Probe, UniformSource Source>
 requires AnyProposal<Probe, Source>
 [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Probe& probe, std::uint64_t count,
@@ -176,7 +176,7 @@ requires AnyProposal<Probe, Source>
   return check_coverage<Source>(f, proposals, probe_points(probe, count, source));
 }
 
-/// The same for an allocation, or for groups.
+/// `check_coverage` at `count` samples of `probe`, for an allocation or for groups.
 template <class Integrand, class P, class Division, class Probe, UniformSource Source>
 requires AnyProposal<Probe, Source>
 [[nodiscard]] auto check_coverage(Integrand&& f, const P& proposals, const Division& division, const Probe& probe,

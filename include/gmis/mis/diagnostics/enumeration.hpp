@@ -148,7 +148,7 @@ class OutcomeSum {
 
 }  // namespace detail
 
-/// Mean and variance of one round of a selection of one's own under any of the five weightings, by
+/// Mean and variance of one round of your own selection under any of the five weightings, by
 /// a sum over all outcomes of the selection. Holds for partial support too. Eight samples drawn
 /// from eight proposals with replacement take a few seconds. Throws std::invalid_argument for more
 /// than `max_outcomes` outcomes, and as `marginal_probabilities` does.

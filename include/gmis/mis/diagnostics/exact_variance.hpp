@@ -78,7 +78,8 @@ class MultisetSum {
   }
 
  private:
-  // `probability`: of the counts chosen so far, times the number of orders of what remains.
+  // `probability`: that of the counts chosen so far, times the number of orders of the remaining
+  // samples.
   void visit(std::size_t i, std::size_t remaining, double probability) {
     const double* const base = partial_.data() + i * problem_.node_count();
     double* const sum = partial_.data() + (i + 1) * problem_.node_count();
@@ -232,8 +233,9 @@ class SubsetSum {
   return {mean, detail::conditional_variance(problem, divided.data(), n, [](auto) { return 1.0; })};
 }
 
-/// What `scheme` converges to: ∫ f when the proposals cover f as it needs, else less. Also for N2
-/// with partial support. Throws std::invalid_argument as `exact_moments` does for its N.
+/// The mean that `scheme` converges to: ∫ f when the proposals cover f as the scheme needs, else
+/// less. Also for N2 with partial support. Throws std::invalid_argument as `exact_moments` does for
+/// its N.
 [[nodiscard]] inline double exact_mean(Scheme scheme, const TabulatedProblem& problem) {
   if (scheme != Scheme::N2) return exact_moments(scheme, problem).mean;
   require_argument(problem.proposal_count() <= max_exact_n2, "too many proposals for an exact N2");

@@ -88,7 +88,7 @@ concept NodeRange = requires(const R& nodes) {
 
 /// A rule over the whole line, by the map x = centre + scale tan(π t/2) of a composite
 /// Gauss–Legendre rule in t on (−1, 1): densities with tails down to 1/x² become smooth bounded
-/// functions of t. `scale` is the width of what is integrated. `breakpoints`: places, ascending,
+/// functions of t. `scale` is the width of the integrand. `breakpoints`: places, ascending,
 /// where an integrand or a density jumps. Between two of them, and outside, lie `panels` equal
 /// parts in t of `order` points. Throws std::invalid_argument for a scale that is not positive and
 /// finite, and as `composite_gauss_legendre` does.

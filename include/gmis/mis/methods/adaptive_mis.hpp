@@ -15,7 +15,7 @@
 
 namespace gmis {
 
-/// What adaptive MIS returns: the estimate, every sample with its final weight, and every proposal
+/// The result of adaptive MIS: the estimate, every sample with its final weight, and every proposal
 /// that was used.
 template <class P, class X = ValueOf<P>>
 struct AdaptiveEstimate {

@@ -17,9 +17,9 @@ namespace gmis {
 template <std::size_t M>
 struct SelfNormalisedEstimate {
   std::array<double, M> mean{};  ///< of h_1 … h_M under π. Biased by a term of the order 1/rounds
-  /// Of `mean`, from the spread of w (h − mean) between rounds (delta method); nothing for a single
-  /// round. Its error is of the order 1/rounds, and it knows nothing of a mode of π that no sample
-  /// has met.
+  /// Covariance of `mean`, from the spread of w (h − mean) between rounds (delta method); nothing
+  /// for a single round. Its error is of the order 1/rounds, and it knows nothing of a mode of π
+  /// that no sample has met.
   std::optional<std::array<std::array<double, M>, M>> covariance{};
   double normaliser = 0.0;                   ///< an unbiased estimate of the integral of the unnormalised π
   std::optional<double> normaliser_error{};  ///< its standard error
@@ -29,7 +29,7 @@ struct SelfNormalisedEstimate {
   std::uint64_t density_evaluations = 0;  ///< of proposals
   Rejected rejected{};                    ///< samples that count as zero, by cause
 
-  /// Of mean i, by the delta method.
+  /// Standard error of mean i, by the delta method.
   [[nodiscard]] double standard_error(std::size_t i) const noexcept { return std::sqrt((*covariance)[i][i]); }
 };
 

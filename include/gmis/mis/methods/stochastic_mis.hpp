@@ -33,10 +33,10 @@ concept KnownMarginal = TechniqueFamily<Family, Source> && requires(const Family
   { family.marginal_pdf(family.sample(family.draw(source), source)) } -> std::floating_point;
 };
 
-/// What `draw` of a family returns.
+/// The technique that `draw` of a family returns.
 template <class Family, class Source = Philox>
 using TechniqueOf = std::remove_cvref_t<decltype(std::declval<const Family&>().draw(std::declval<Source&>()))>;
-/// What `sample` of a family returns.
+/// The sample that `sample` of a family returns.
 template <class Family, class Source = Philox>
 using FamilyValue = std::remove_cvref_t<decltype(std::declval<const Family&>().sample(
     std::declval<const TechniqueOf<Family, Source>&>(), std::declval<Source&>()))>;

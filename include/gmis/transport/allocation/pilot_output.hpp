@@ -23,8 +23,8 @@ namespace gmis {
 
 /// Selects the pixels that a pilot renders, and groups them in tiles. The longer the run, the more
 /// pixels: an eighth to a half of them, but at least about `fewest_pixels` and at most about
-/// `most_pixels`. It takes one of every so many that follow each other, not always the same one: a
-/// picture may have rows or columns that alternate.
+/// `most_pixels`. It takes one of every `step()` pixels that follow each other, not always the same
+/// one: a picture may have rows or columns that alternate.
 class PilotGrid {
  public:
   static constexpr std::int64_t fewest_pixels = 1 << 11, most_pixels = 1 << 16;
@@ -235,9 +235,9 @@ class PilotOutput : public PathObserver {
     return film_.take_pixel();
   }
 
-  /// As `FilmOutput::merging_change`, for the pilot's own disk.
+  /// `FilmOutput::merging_change`, for the pilot's own disk.
   [[nodiscard]] float merging_change() const noexcept { return film_.merging_change(); }
-  /// As `FilmOutput::merged_light`.
+  /// `FilmOutput::merged_light`, for the pilot's pixels.
   [[nodiscard]] double merged_light() const noexcept { return film_.merged_light(); }
 
   [[nodiscard]] std::size_t pixel_count() const noexcept { return pixels_.size(); }

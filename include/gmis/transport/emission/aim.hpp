@@ -29,7 +29,7 @@ class Aim {
     for (std::size_t k = 0; k < squares_.size(); ++k) squares_[k] = square(radii[k]);
   }
 
-  /// What lines pass.
+  /// The centre that the lines pass near.
   [[nodiscard]] const Vec3<T>& centre() const noexcept { return centre_; }
   /// The bounds of the rings.
   [[nodiscard]] const Radii& radii() const noexcept { return radii_; }

@@ -222,7 +222,7 @@ template <Scene Sc>
 /// 8192, before the first iteration: they add nothing to the picture, and the guide depends on no
 /// sample that it guides. Camera subpaths find where light is needed even when no light subpath
 /// would: a far sun misses the scene with all of its subpaths. Empty when a guide would gain
-/// little, `relative_moment` above `most_moment`: when most of what the lights emit is of use. With
+/// little, `relative_moment` above `most_moment`: when most of the emitted light is of use. With
 /// 0.4, the work of its densities is saved where it was measured not to pay. Same bits for any
 /// number of threads.
 template <Scene Sc, Executor E>

@@ -40,9 +40,9 @@ class KeptSums<PartialWeights<float>> {
   std::int16_t shared_exponent_, chain_exponent_;
 };
 
-/// What is kept of a light vertex for connections and merging: 96 bytes with the built-in materials
-/// and `float`. The numbers of its children are functions of its BSDF; of the BSDF only its compact
-/// form is kept where it has one.
+/// The part of a light vertex that connections and merging need: 96 bytes with the built-in
+/// materials and `float`. The numbers of its children are functions of its BSDF; of the BSDF only
+/// its compact form is kept where it has one.
 template <Scene Sc, class Recursion>
 class StoredLightVertex {
  public:

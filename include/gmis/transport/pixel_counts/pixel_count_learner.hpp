@@ -70,8 +70,9 @@ class PixelCountLearner {
     ++seen_;
   }
 
-  /// The table, after `iterations`; nothing when it would gain little. Of five values of λ the best
-  /// by what half of the iterations predict for a table from the other half.
+  /// The table, after `iterations`; nothing when it would gain little. λ is the best of five
+  /// values: the one with the least variance × cost, as each half of the iterations predicts it for
+  /// a table from the other half.
   GMIS_RARE [[nodiscard]] std::optional<PixelCountTable> table() const {
     const std::vector<double> scales =
         crop_.scales<double>([&](std::size_t p) { return (pixels_[p].sum[0] + pixels_[p].sum[1]) / iterations; });
@@ -122,7 +123,7 @@ class PixelCountLearner {
  private:
   static constexpr std::uint32_t half_length = iterations / 2;
 
-  /// Of one pixel, by half of the iterations.
+  /// Figures of one pixel, by half of the iterations.
   struct Figures {
     std::array<double, 2>
         own{};  ///< sum of the variance of one subpath that another one in the same iteration does not share

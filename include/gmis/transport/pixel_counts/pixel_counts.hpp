@@ -24,7 +24,7 @@ class PixelCountTable {
 
   /// True when there is no table.
   [[nodiscard]] bool is_empty() const noexcept { return counts_.empty(); }
-  /// True when the table is for a frame of so many pixels, or empty.
+  /// True when the table is for a frame of `pixels` pixels, or empty.
   [[nodiscard]] bool fits(std::size_t pixels) const noexcept {
     return is_empty() ||
            (counts_.size() == pixels && std::all_of(counts_.begin(), counts_.end(),
@@ -48,7 +48,8 @@ class PixelCountTable {
 /// without a gap.
 struct PixelSchedule {
   const PixelCountTable* table = nullptr;
-  /// Of every pixel where there is no table. Of more than one, only the first takes a point.
+  /// Number of subpaths of every pixel where there is no table. When it is above one, only the
+  /// first takes a point.
   std::uint32_t uniform = 1;
   /// Earlier iterations of the replication in which a pixel took one point …
   std::uint64_t before = 0;

@@ -172,7 +172,7 @@ struct Plan {
   bool local_merges;                                      ///< as in `SampleCounts`
   std::array<TechniquePlan, technique_count> techniques;  ///< in the order of `Technique`
 
-  /// What is decided about a technique.
+  /// The plan of a technique.
   [[nodiscard]] constexpr const TechniquePlan& operator[](Technique technique) const noexcept {
     return techniques[static_cast<std::size_t>(technique)];
   }

@@ -138,11 +138,11 @@ class ReplayOutput : public PathObserver {
     pixel_ = pixel;
     film_.begin_pixel(pixel);
   }
-  /// What the pixel received.
+  /// The sum that the pixel received.
   [[nodiscard]] const S& take_pixel() { return film_.take_pixel(); }
   /// A chunk of light trees starts.
   constexpr void begin_trees(std::uint32_t first) noexcept { film_.begin_trees(first); }
-  /// Of the operations of this path.
+  /// Counters of the operations of this path.
   [[nodiscard]] constexpr Counters& counters() noexcept { return film_.counters(); }
 
   /// Records that something was left out.

@@ -64,10 +64,10 @@ class FilmOutput : public PathObserver {
   constexpr void on_merge(ScalarOf<S> relative_distance_squared) noexcept {
     kernel_change_ = ScalarOf<S>(4) * relative_distance_squared <= ScalarOf<S>(1) ? -3.0F : 1.0F;
   }
-  /// What was merged since `begin_pixel` minus what a disk of half the radius would have merged of
-  /// it: mean over channels.
+  /// The light that was merged since `begin_pixel` minus the light that a disk of half the radius
+  /// would have merged from the same photons: mean over channels.
   [[nodiscard]] constexpr float merging_change() const noexcept { return merging_change_; }
-  /// What was merged since `clear`: mean over channels, summed over the pixels.
+  /// The light that was merged since `clear`: mean over channels, summed over the pixels.
   [[nodiscard]] constexpr double merged_light() const noexcept { return merged_light_ + static_cast<double>(merged_); }
 
   /// Begins light trees. The trees are numbered from `first` on, in the order in which

@@ -17,7 +17,7 @@ struct SampleCounts {
   bool extends_camera = true;  ///< camera subpaths go on beyond their first non-specular vertex
   bool next_events = true;     ///< each camera vertex samples a point on a light
   bool emitter_hits = true;    ///< camera subpaths contribute when they hit a light
-  /// Which light vertices are photons: false, all; true, those made from a surface with a narrow
+  /// The light vertices that are photons: false, all; true, those made from a surface with a narrow
   /// lobe (`has_narrow_lobe`), where other techniques seldom find the path. It is a local count of
   /// merging (docs/weights.md).
   bool local_merges = false;

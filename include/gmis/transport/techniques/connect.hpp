@@ -79,7 +79,8 @@ struct Connect {
     if (absorbs(context.scene)) [[unlikely]]
       attenuate(context.scene, point, link.direction, light.point.position, value);
 
-    // With x_{s−1} the light vertex and x_s the camera vertex  [Georgiev TR 37, 40, 41; docs/weights.md]:
+    // With x_{s−1} the light vertex and x_s the camera vertex
+    // [Georgiev TR 37, 40, 41; docs/weights.md]:
     //   b_{s−1} = c ψ(x_s → x_{s−1}) g_{s−1},   a_s = c ψ(x_{s−1} → x_s) g_s,
     //   reverse densities per steradian: at x_{s−1} back to x_{s−2}, at x_s back to x_{s+1}.
     const NominalChildren<T> children = context.children_of_light_vertex(bsdf_of_light);

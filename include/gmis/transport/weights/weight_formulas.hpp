@@ -16,7 +16,7 @@
 /// technique; merging at x_i has μ b_i U(i+1), μ = n_L π r².
 ///
 /// L_i = the densities of all techniques to the left of the connection s = i+1, over U(i+1):
-///     L_i = b_i (μ_i + κ_i / a_i + L_{i−1} / a_i)                        [Liu, w_{i,VC}, corrected]
+///     L_i = b_i (μ_i + κ_i / a_i + L_{i−1} / a_i)                       [Liu, w_{i,VC}, corrected]
 /// The count of merging may be local: photons at x_i count only when s(x_{i−1}) = 1, with s a
 /// function of the surface alone, so that μ_i = s(x_{i−1}) μ stands in place of μ. s(x_0) is the
 /// same for all lights; s ≡ 1 is plain merging. Absolute counts (μ and κ, not their quotient η) let
@@ -62,8 +62,8 @@ struct PartialSums {
 template <std::floating_point T>
 using PartialWeights = PartialSums<Extended<T>, Extended<T>>;
 
-/// A technique's own density and the sum of those of all others; a weight is the share of the first
-/// in both.
+/// The density of a technique and the sum of the densities of all others; its weight is the density
+/// over the sum of both.
 template <class Sum>
 struct OwnAndOthers {
   Sum own;     ///< density of the technique
