@@ -14,7 +14,7 @@
 //
 //   light_choice                                  variance of the picture at equal samples
 //   light_choice loop LIGHTS SELECTION COUNT      COUNT next events in a town of LIGHTS lamps;
-//                                                 benches/light_choice.py counts instructions
+//                                                 benches/light_choice.py counts their instructions
 
 namespace {
 
