@@ -13,7 +13,8 @@
 // Lights chosen by power and for their receiver (`LightSelection`).
 //
 //   light_choice                                  variance of the picture at equal samples
-//   light_choice loop LIGHTS SELECTION COUNT      COUNT next events in a town of LIGHTS lamps, for benches/light_choice.py to count
+//   light_choice loop LIGHTS SELECTION COUNT      COUNT next events in a town of LIGHTS lamps;
+//                                                 benches/light_choice.py counts their instructions
 
 namespace {
 

@@ -75,8 +75,8 @@ inline std::array<double, 2> trimmed_and_whole(std::vector<double> values) {
   return {sum / static_cast<double>(kept), (sum + rest) / static_cast<double>(values.size())};
 }
 
-/// What two ways to render one picture have shown. An array holds the figure without the largest
-/// thousandth, and of all.
+/// The variances and times of two ways to render one picture. An array holds two means over the
+/// values: without the largest thousandth, and over all of them.
 struct Comparison {
   std::array<double, 2> before{}, after{};  ///< relative variance of one iteration, of the plain way and of the other
   double plain_seconds = 0, other_seconds = 0;  ///< of one iteration

@@ -148,7 +148,8 @@ void compare_groups(const Options& options, Report& report) {
     }
 }
 
-/// What `best_scheme` picks from a pilot, and what the exact variances say of it.
+/// Prints the scheme that `best_scheme` picks from a pilot, the best by the exact variances, and
+/// the ratio of their variance × cost.
 void judge_choices(const Options& options) {
   std::printf("best_scheme from a pilot of 100 rounds\n");
   const auto name = [](const gmis::SchemeCandidate& candidate) {

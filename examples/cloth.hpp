@@ -84,7 +84,7 @@ class SheenAlbedo {
   std::array<float, cells + 1> table_{};
 };
 
-/// What a cloth surface is made of; from `make_cloth`.
+/// The parameters of a cloth surface; from `make_cloth`.
 struct Cloth {
   Vec3 base{0};   ///< reflectance of the Lambertian base
   Vec3 sheen{0};  ///< colour of the fibres
@@ -113,7 +113,7 @@ inline Cloth make_cloth(const Vec3& base, const Vec3& sheen, float roughness) {
   return result;
 }
 
-/// What a cloth surface makes possible. The sheen lobe is as wide as the diffuse one: for the
+/// Adds the effects of a cloth surface. The sheen lobe is as wide as the diffuse one: for the
 /// choice of techniques it counts as diffuse.
 inline void add_effects_of(const Cloth& cloth, gmis::Effects& effects) {
   if (!gmis::is_black(cloth.albedo)) effects.diffuse = true;

@@ -98,8 +98,7 @@ void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Opt
   request.scene_properties.emplace_back("the choice of lights", name_of(options.lights));
 }
 
-/// What could not be written. Nothing that fails keeps what has been computed from being written
-/// elsewhere.
+/// The first failure to write a file. A failure does not keep the other files from being written.
 class WriteFailures {
  public:
   void add(const std::string& message) {
@@ -195,7 +194,7 @@ int print_replay(const RenderRequest& request, const PathChoice& choice, const B
   return done;
 }
 
-/// What an .exr says of how it was made.
+/// The notes in an .exr on how it was made.
 std::vector<std::pair<std::string, std::string>> notes_of(const Options& options, const RenderResult& result,
                                                           const std::string& plan) {
   std::vector<std::pair<std::string, std::string>> notes{{"gmis:version", GMIS_VERSION},

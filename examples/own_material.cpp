@@ -8,7 +8,7 @@
 
 #include "cloth.hpp"
 
-// A material of one's own (cloth.hpp) beside those of the library, in one scene, rendered by path
+// Your own material (cloth.hpp) beside those of the library, in one scene, rendered by path
 // tracing and by vertex connection and merging. Both must have the same mean: the program fails
 // where they have not.
 

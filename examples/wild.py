@@ -4,8 +4,10 @@
 A line for each file, counts by folder and by reason at the end, and a page with the pictures:
 FOLDER of --out, index.html.
 
-Usage: wild.py PROGRAM FOLDER [--out OUT] [--lenient] [--pictures N] [--size WxH] [--iterations N] [--seconds LIMIT]
-[--jobs N] [--max-memory BYTES]; --pictures 0 checks alone.
+Usage: wild.py PROGRAM FOLDER [--out OUT] [--lenient] [--pictures N] [--size WxH]
+               [--iterations N] [--seconds LIMIT] [--jobs N] [--max-memory BYTES]
+
+--pictures 0 checks alone.
 """
 
 import argparse
@@ -127,7 +129,7 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/wild"))
     parser.add_argument("--lenient", action="store_true", help="render also what is understood in part")
-    parser.add_argument("--pictures", type=int, default=-1, help="at most so many; all if it is not given")
+    parser.add_argument("--pictures", type=int, default=-1, help="the largest number of pictures; all if it is not given")
     parser.add_argument("--size", default="128x128")
     parser.add_argument("--iterations", type=int, default=8)
     parser.add_argument("--seconds", type=float, default=120, help="most time for one file")

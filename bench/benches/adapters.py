@@ -1,12 +1,12 @@
-"""Costs of each adapter of examples/, as Markdown tables; `compile` has the cost of compiling.
+"""The costs of each adapter of examples/, as Markdown tables; `compile` has the costs of compiling.
 
 lines    Lines of the adapter, and of the complete program.
-share    Of the instructions of an iteration, how many are the library's, how many the renderer's.
-         Callgrind counts the instructions at each address; line tables with inlined calls say whose
-         source each comes from: the innermost call that lies in the library (core, transport) or in
-         the renderer (examples, or gmis/scene for the built-in one). Functions that both use (GLM,
-         the standard library, the C library, Embree) count for whoever calls them. The difference
-         of two runs leaves out the construction of the scene.
+share    The library's share and the renderer's share of the instructions of an iteration. Callgrind
+         counts the instructions at each address; line tables with inlined calls say whose source
+         each comes from: the innermost call that lies in the library (core, transport) or in the
+         renderer (examples, or gmis/scene for the built-in one). Functions that both use (GLM, the
+         standard library, the C library, Embree) count for whoever calls them. The difference of
+         two runs leaves out the construction of the scene.
 """
 import pathlib
 import subprocess

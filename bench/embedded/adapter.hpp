@@ -202,7 +202,7 @@ class Camera {
 
  private:
   [[nodiscard]] Point pinhole() const { return {to_glm(camera_->mPosition), {}, {}, 0.f}; }
-  /// Of the rays of one pixel, per steradian.
+  /// Density of the rays of one pixel, per steradian.
   [[nodiscard]] float density(float cosine) const { return Sqr(camera_->mImagePlaneDist / cosine) / cosine; }
 
   const ::Camera* camera_;

@@ -12,7 +12,7 @@
 /// One round of each scheme as one would write it without the library.
 namespace bench {
 
-/// What a loop by hand keeps between rounds.
+/// The memory that a loop by hand keeps between rounds.
 struct Scratch {
   std::vector<std::uint32_t> order;
   std::vector<double> multiplicity;

@@ -126,7 +126,7 @@ class Camera {
 
  private:
   [[nodiscard]] Point pinhole() const { return {ours(eye_->position), {}, {}, 0}; }
-  /// Of the rays of one pixel, per steradian: 1 / (area of the pixel at distance 1 · cos³).
+  /// Density of the rays of one pixel, per steradian: 1 / (area of the pixel at distance 1 · cos³).
   [[nodiscard]] double density(const dvec3& direction) const {
     const double area = 4 * eye_->half_width * eye_->half_height / (eye_->columns * eye_->rows);
     const double cosine = glm::dot(direction, ours(eye_->forward));

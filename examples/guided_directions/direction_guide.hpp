@@ -15,8 +15,9 @@
 
 namespace gmis {
 
-/// What a subpath brought to a surface point: light along a light subpath (`mode` radiance: camera
-/// subpaths go on to where it comes from), or importance along a camera subpath.
+/// Light or importance that a subpath brought to a surface point: light along a light subpath
+/// (`mode` radiance: camera subpaths go on to where it comes from), importance along a camera
+/// subpath.
 template <std::floating_point T>
 struct Incidence {
   Vec3<T> position;    ///< of the surface point
@@ -95,7 +96,7 @@ class LearnedLobe {
 template <std::floating_point T>
 class DirectionGuide {
  public:
-  /// What `lobe_at` gives.
+  /// The lobe that `lobe_at` returns.
   using Lobe = LearnedLobe<T>;
   /// A part of the surfaces.
   using Cell = GuideCell<T>;

@@ -70,7 +70,7 @@ class Guided {
   [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const {
     return evaluate_mixture<true>(to_prev, to_next, mode);
   }
-  /// As gmis::Bsdf asks.
+  /// A direction to go on in, from the mixture; the member that gmis::Bsdf requires.
   [[nodiscard]] std::optional<Sample> sample(const Vec3<T>& to_prev, T u, const Vec2<T>& uv, TransportMode mode) const {
     return sample_mixture<true>(to_prev, u, uv, mode);
   }

@@ -25,7 +25,7 @@ class GuidedScene : public SceneLike<Sc> {
  public:
   using T = ScalarOf<typename Sc::Spectrum>;
   using Bsdf = Guided<typename Sc::Bsdf, typename Guide::Lobe>;
-  /// What `intersect` finds.
+  /// The hit that `intersect` finds.
   using Hit = gmis::Hit<T, Bsdf, typename Sc::Light>;
 
   /// Both must outlive this.

@@ -31,8 +31,8 @@ struct Lamp {
 };
 
 /// For every cell of a grid over the ground: the lamps in the order of their numbers, with
-/// cumulative probabilities. Those follow the light that reaches the middle of the cell; a tenth is
-/// by power alone, so that no lamp has none.
+/// cumulative probabilities. The probabilities follow the light that reaches the middle of the
+/// cell; a tenth is by power alone, so that no lamp has the probability 0.
 class LampGrid {
  public:
   LampGrid() = default;

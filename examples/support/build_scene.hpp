@@ -27,7 +27,7 @@ class BuiltScene {
   [[nodiscard]] const std::string& film_file_name() const { return film_file_name_; }
   /// The part of the picture that the scene file asks for.
   [[nodiscard]] const std::optional<PixelBounds>& film_crop() const { return film_crop_; }
-  /// How much of what there is, in one line.
+  /// The size of the scene in numbers, in one line.
   [[nodiscard]] const std::string& summary() const { return summary_; }
 
  private:

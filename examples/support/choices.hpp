@@ -9,8 +9,8 @@
 
 namespace gmis::tools {
 
-/// By the scene's effects, the depth of paths, the classes that are wanted and whether merging has
-/// a local count.
+/// The plan by the scene's effects, the depth of paths, the classes that are wanted and whether
+/// merging has a local count.
 [[nodiscard]] Plan plan_for_scene(const BuiltScene& scene, const RenderSettings& settings);
 
 /// The counts of an integrator; those of `auto` are all techniques of the plan, each once.

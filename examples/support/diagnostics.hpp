@@ -115,7 +115,7 @@ class Diagnostics {
   return result + "\"";
 }
 
-/// The same for the name of a file, of which the end counts.
+/// `in_quotes`, for the name of a file: the cut leaves the end of a long name.
 [[nodiscard]] inline std::string file_in_quotes(std::string_view name) {
   constexpr std::size_t longest = 100;
   std::string result = name.size() > longest ? "\"…" : "\"";

@@ -7,16 +7,16 @@
 
 namespace gmis::tools {
 
-/// What the reading of one scene may take. All that a file can make large is counted here before
-/// the memory is taken: bytes read and unpacked, texels, triangles, numbers of accessors; and how
-/// often files are opened.
+/// The limit on the memory that the reading of one scene takes. All that a file can make large is
+/// counted here before the memory is taken: bytes read and unpacked, texels, triangles, numbers of
+/// accessors; and how often files are opened.
 class LoadBudget {
  public:
   /// In bytes; three quarters of the memory of this machine if it is not given.
   explicit LoadBudget(std::uintmax_t limit = default_limit()) : limit_(limit) {}
 
-  /// Counts so many bytes, for `what` ("the image \"a.png\""). Throws `InputError`, which names it,
-  /// when there is no room.
+  /// Counts this number of bytes, for `what` ("the image \"a.png\""). Throws `InputError`, which
+  /// names it, when there is no room.
   void take(std::uintmax_t bytes, const std::string& what, const SourcePosition& where);
   /// Counts the same number for each of `count` things.
   void take(std::uintmax_t count, std::uintmax_t bytes_each, const std::string& what, const SourcePosition& where);

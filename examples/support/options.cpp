@@ -156,8 +156,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "Camera subpaths of a pixel in an iteration: uniform (one, the default), or learned: more where they pay")
       ->type_name("uniform|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
-  app.add_option("--iterations", raw.iterations, "Stop after so many iterations (64)")->type_name("NUMBER");
-  app.add_option("--time", raw.seconds, "Stop after so many seconds")->type_name("SECONDS");
+  app.add_option("--iterations", raw.iterations, "Stop after this number of iterations (64)")->type_name("NUMBER");
+  app.add_option("--time", raw.seconds, "Stop after this number of seconds")->type_name("SECONDS");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small")
       ->type_name("NUMBER");
   app.add_option("--isa", raw.isa,
@@ -213,7 +213,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->expected(1)
       ->allow_extra_args(false);
   app.add_option("--write-every", options.write_every,
-                 "Keep picture and checkpoint on disk current: write them after so many seconds again (30)")
+                 "Seconds after which picture and checkpoint on disk are written again while the run goes on (30)")
       ->type_name("SECONDS");
   app.add_option("--tev", options.tev_address,
                  "Show the picture in the viewer tev as it grows; a viewer that is not there is a warning")
@@ -263,7 +263,7 @@ ToneCurve tone_of(const std::string& name) {
   throw InputError("--tone " + in_quotes(name) + " is not known: use clamp, reinhard or filmic");
 }
 
-/// What the parser knows of itself.
+/// Name, description and options of the program, as the parser has them.
 ProgramSummary summary_of(const CLI::App& app) {
   ProgramSummary summary{app.get_name(), GMIS_VERSION, app.get_description(), "[SCENE]", "--list-scenes", {}};
   for (const CLI::Option* option : app.get_options()) {

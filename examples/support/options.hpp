@@ -34,7 +34,7 @@ struct PathChoice {
   std::optional<std::array<std::uint32_t, 2>> pixel;  ///< … if it is not given by its column and row
 };
 
-/// What the command line of gmis-render asks for.
+/// The options of gmis-render's command line.
 struct Options {
   std::string scene;
   LoadOptions load;
@@ -90,7 +90,7 @@ struct Options {
 /// Throws `InputError` for a command line that is not understood.
 [[nodiscard]] std::optional<Options> parse_command_line(int argc, char** argv);
 
-/// Those that are always the same techniques.
+/// The integrators that always have the same techniques.
 inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorChoice::lt,  IntegratorChoice::bpt,
                                             IntegratorChoice::ppm, IntegratorChoice::bpm, IntegratorChoice::vcm,
                                             IntegratorChoice::gmis};

@@ -144,7 +144,8 @@ std::string reason_for_nothing(const RenderRequest& request, const Plan& plan) {
   return {};
 }
 
-/// What the scene calls for and this integrator has not; empty where a pilot has chosen.
+/// The techniques that the scene calls for and this integrator has not; empty where a pilot has
+/// chosen.
 std::string techniques_left_out(const RenderResult& result, const RenderRequest& request, const Plan& plan) {
   std::string names;
   if (request.integrator == IntegratorChoice::automatic) return names;
@@ -155,8 +156,8 @@ std::string techniques_left_out(const RenderResult& result, const RenderRequest&
   return names;
 }
 
-/// What made most of a pixel, where images of techniques or of classes are there to tell; empty
-/// otherwise.
+/// The technique or the path class that made most of a pixel, where images of techniques or of
+/// classes are there to tell; empty otherwise.
 std::string maker_of(const RenderResult& result, std::size_t pixel) {
   const auto brightness = [&](const Image& image) {
     return image.rgb[3 * pixel] + image.rgb[3 * pixel + 1] + image.rgb[3 * pixel + 2];

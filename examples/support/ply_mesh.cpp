@@ -229,7 +229,7 @@ class TextNumbers {
   std::string_view rest_, line_;
 };
 
-/// What a property of a vertex is.
+/// The meaning of a property of a vertex.
 enum class Role { x, y, z, nx, ny, nz, u, v, none };
 
 Role role_of(const std::string& name) {

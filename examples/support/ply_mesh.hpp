@@ -14,9 +14,10 @@ namespace gmis::tools {
 [[nodiscard]] MeshDescription read_ply(const std::filesystem::path& file, LoadBudget& budget,
                                        const SourcePosition& where);
 
-/// The same for the bytes of such a file; `name` is what messages call it. The file must be as long
-/// as it says: its header whole, every element and property named once, every list with the entries
-/// that its length promises. As text each element has a line of its own, with exactly its values.
+/// `read_ply`, for the bytes of such a file; `name` is what messages call it. The file must be as
+/// long as it says: its header whole, every element and property named once, every list with the
+/// entries that its length promises. As text each element has a line of its own, with exactly its
+/// values.
 [[nodiscard]] MeshDescription parse_ply(std::string_view bytes, const std::string& name, LoadBudget& budget,
                                         const SourcePosition& where);
 

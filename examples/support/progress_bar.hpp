@@ -9,8 +9,8 @@
 
 namespace gmis::tools {
 
-/// How far a rendering is, and how long it will take: within an iteration by the pieces of work
-/// that are done, of as many as the iteration before had.
+/// How far a rendering is, and how long it will take: within an iteration by the share of its
+/// pieces of work that are done; their number is taken from the iteration before.
 class Progress {
  public:
   /// `pieces`: about how many pieces of work the first iteration has.

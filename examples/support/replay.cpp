@@ -14,7 +14,7 @@ template gmis::ReplayedPath<gmis::tools::SceneSpectrum> gmis::replay(
 namespace gmis::tools {
 namespace {
 
-/// What a run has changed before the iteration of the path.
+/// The changes that a run has made before the iteration of the path.
 struct Changes {
   std::optional<double> radius_factor;
   double merging_gain = 0.0;

@@ -56,7 +56,7 @@ struct CoatedDiffuseDescription {
   Rgb reflectance{0.5};
   double alpha = 0;
   double eta = 1.5;
-  Rgb specular{1};  ///< factor of what the coat reflects
+  Rgb specular{1};  ///< factor on the light that the coat reflects
 };
 
 /// A thin sheet that scatters to both sides.
@@ -77,8 +77,8 @@ struct MixDescription {
   TextureHandle amount;
 };
 
-/// What replaces a number or a colour of the description where it varies over the surface; else
-/// null.
+/// The textures that replace numbers and colours of the description where these vary over the
+/// surface; else null.
 struct MaterialTexturesDescription {
   TextureHandle color, transmittance, roughness, height, normal_map;
   bool is_remapped = false;  ///< α = √roughness
@@ -117,8 +117,8 @@ struct EmissionDescription {
   TextureHandle texture{};  ///< factor of the radiance over a mesh; null where it is the same everywhere
 };
 
-/// What media absorb on both sides of a dielectric, per scene unit: behind the geometric normal and
-/// before it.
+/// The absorption of the media on both sides of a dielectric, per scene unit: behind the geometric
+/// normal and before it.
 struct AbsorptionDescription {
   Rgb inside{0}, outside{0};
 };

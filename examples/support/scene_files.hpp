@@ -12,7 +12,7 @@ namespace gmis::tools {
 /// program.
 [[nodiscard]] std::filesystem::path built_in_scene_folder();
 [[nodiscard]] std::vector<std::string> built_in_scene_names();
-/// What a built-in scene shows: the comment in its first line.
+/// The description of a built-in scene: the comment in its first line.
 [[nodiscard]] std::string line_of_scene(const std::string& name);
 
 /// The file that SCENE on the command line means. Throws `InputError` when there is none.

@@ -33,8 +33,8 @@ struct LoadedScene {
 /// Reads the scene and builds nothing: all that there is to say of it, errors included.
 [[nodiscard]] Diagnostics check_scene_file(const std::filesystem::path& file, const LoadOptions& options = {});
 
-/// What the options mean for this scene. Throws `InputError` when the crop lies outside the
-/// picture.
+/// The request that the options make for this scene. Throws `InputError` when the crop lies outside
+/// the picture.
 [[nodiscard]] RenderRequest request_of(const Options& options, const BuiltScene& scene);
 
 /// One line per fact: what will be done, and why.
@@ -58,7 +58,7 @@ void write_output(const RenderResult& result, const std::filesystem::path& outpu
 /// them side by side: `sheet.png`. Images of other classes that an earlier run left there are
 /// removed.
 void write_classes(const RenderResult& result, const std::filesystem::path& folder);
-/// What --aov asks for as layers of the picture's file: its variance, the path classes, and
+/// The layers of the picture's file that --aov asks for: its variance, the path classes, and
 /// NAME_sS_tT for every technique.
 [[nodiscard]] std::vector<ImageLayer> layers_of(const RenderResult& result, const Options& options);
 /// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with

@@ -70,8 +70,8 @@ Json classes_json(PathClassSet classes) {
   return json;
 }
 
-/// What each class adds to the mean, and what it cost: processor time by its share of the counted
-/// operations.
+/// The part of the mean that each class adds, and its cost: processor time by its share of the
+/// counted operations.
 Json class_images_json(const RenderResult& result) {
   Json json;
   for (const ClassImage& one : result.classes.classes)

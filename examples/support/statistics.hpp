@@ -10,7 +10,7 @@
 
 namespace gmis::tools {
 
-/// What the statistics file tells beyond the result itself.
+/// The facts in the statistics file that the result itself does not have.
 struct RunFacts {
   const Options* options = nullptr;
   std::string plan;   ///< in words

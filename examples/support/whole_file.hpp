@@ -16,7 +16,7 @@ namespace gmis::tools {
 /// no regular file (a terminal, a pipe, /dev/null) is written directly.
 void write_whole(const std::filesystem::path& file, const std::function<void(const std::filesystem::path&)>& write);
 
-/// The same for a text.
+/// `write_whole`, for a text.
 void write_whole(const std::string& text, const std::filesystem::path& file);
 
 /// To be called before the work: throws `InputError` when `write_whole` could not make this file

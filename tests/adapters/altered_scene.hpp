@@ -14,8 +14,8 @@
 
 namespace gmis_test {
 
-/// What a mistake changes; a function that is not set changes nothing. Lights are named by their
-/// number.
+/// The changes that a mistake makes; a function that is not set changes nothing. Lights are named
+/// by their number.
 template <gmis::Scene Inner>
 struct Alterations {
   using S = typename Inner::Spectrum;

@@ -99,7 +99,7 @@ TEST_CASE("a run that goes on from any of its iterations has the bits of one tha
   }
 }
 
-TEST_CASE("a checkpoint that does not fit is refused by name of what differs") {
+TEST_CASE("a checkpoint that does not fit is refused, and the message names what differs") {
   gmis::SerialExecutor executor;
   Render render(furnace, request(true));
   REQUIRE(render.advance(executor));

@@ -251,7 +251,7 @@ TEST_CASE("Runs with a pilot each: times, choice and bias of both") {
   CHECK(reversed.merging_bias->bound() == Approx(all.merging_bias->bound()).epsilon(1e-3));
 }
 
-TEST_CASE("Runs that cannot be joined are refused by name of what differs") {
+TEST_CASE("Runs that cannot be joined are refused, and the message names what differs") {
   const Run a(request(1, 3)), b(request(2, 3)), again(request(1, 5));
   const gmis::RenderRequest same = request(1, 3);
   CHECK(refusal(same, {a.checkpoint, b.checkpoint}).empty());

@@ -226,7 +226,8 @@ std::vector<RareMistake<Town>> mistakes_of_town() {
 }
 
 // ----------------------------------------------------------------------------------------
-// Materials of one's own: cloth, a rough metal, a small ball of it, six lamps, a sky.
+// Materials that the library does not have: cloth, a rough metal, a small ball of it, six lamps, a
+// sky.
 
 using OwnScene = gmis::scene::BvhScene<float, gmis::scene::EitherBsdf<gmis::scene::SurfaceBsdf<float>, own::ClothBsdf>>;
 

@@ -18,7 +18,7 @@ using Furnace = gmis_test::FurnaceScene<float>;
 constexpr int size = 12;
 const Furnace furnace(0.7F, 1.0F, size, 2);
 
-/// Counts of `vcm` that nothing chooses, so that an engine of one's own makes the same picture.
+/// Counts of `vcm` that nothing chooses, so that an engine built by hand makes the same picture.
 gmis::RenderRequest request(std::uint32_t iterations) {
   gmis::RenderRequest result;
   result.settings.max_depth = 4;

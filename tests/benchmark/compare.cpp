@@ -52,7 +52,7 @@ TEST_CASE("compare: the six schemes with their exact variances, and measured one
   CHECK(gmis::compare(case_b, case_b.schemes(), deterministic()).csv() == comparison.csv());
 }
 
-TEST_CASE("compare: rounds, weights, groups and selections of one's own", "[benchmark]") {
+TEST_CASE("compare: rounds, weights, groups and your own selections", "[benchmark]") {
   std::vector<gmis::Contender> all{{"antithetic",
                                     [](auto& source) {
                                       const double x = test::proposals_b[1].sample(source);
@@ -79,7 +79,8 @@ TEST_CASE("compare: rounds, weights, groups and selections of one's own", "[benc
   CHECK(rows[1].density_evaluations == 7.0);
   CHECK(rows[1].measured_variance == Approx(1.0 / 12.0).epsilon(0.2));
   CHECK(rows[2].density_evaluations == 5.0);
-  // Each proposal once, by the mixture of what was drawn: N3. So are the balance weights and S2W3.
+  // Each proposal once, by the mixture of the drawn proposals: N3. So are the balance weights and
+  // S2W3.
   for (const std::size_t i : {3U, 4U, 5U}) {
     CHECK(rows[i].variance == Approx(0.0505404).epsilon(5e-6));
     CHECK(rows[i].measured_variance == Approx(0.0505).epsilon(0.5));

@@ -28,7 +28,7 @@ gmis::TabulatedProblem problem_of(std::size_t n) {
 }  // namespace
 
 // The sum over all outcomes against the closed forms, which are derived otherwise.
-TEST_CASE("selections S1, S2 and S3 as selections of one's own have the variances of the six schemes", "[benchmark]") {
+TEST_CASE("S1, S2 and S3 written as your own selections have the variances of the six schemes", "[benchmark]") {
   for (const std::size_t n : {1U, 2U, 3U, 4U}) {
     const auto problem = problem_of(n);
     for (const auto weighting : gmis::all_weightings) {
@@ -66,7 +66,7 @@ TEST_CASE("marginal probabilities of a selection", "[benchmark]") {
 
 // Rounds that are drawn against the sum over all outcomes: 2 selections × 5 weightings, false-alarm
 // rate 1e-4 in all.
-TEST_CASE("rounds of a selection of one's own have its exact moments", "[benchmark]") {
+TEST_CASE("rounds of your own selection have its exact moments", "[benchmark]") {
   const double level = test::sidak_level(1e-4, 10);
   const auto problem = problem_of(3);
   const std::vector<test::Ramp> three(ramps.begin(), ramps.begin() + 3);

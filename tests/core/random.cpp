@@ -193,15 +193,15 @@ std::vector<std::uint32_t> words_of(Moves moves, std::size_t count, std::uint32_
   return words;
 }
 
-/// Probability of at most `count` events where so many are expected of a Poisson distribution: a
+/// Probability of at most `count` events of a Poisson distribution with the mean `expected`: a
 /// tail of χ².
 double at_most(double count, double expected) {
   return gmis::chi_square_p_value(2.0 * expected, 2.0 * (count + 1.0));
 }
 
-/// How often two distances between 4096 neighbouring words are equal, over all groups of so many
-/// words: birthday spacings [Marsaglia; L'Ecuyer and Simard 2001]. Each group has a Poisson
-/// distribution with the mean 4096³ / (4 · 2^32) = 4. The probability of a number as far off.
+/// The p-value of the test by birthday spacings [Marsaglia; L'Ecuyer and Simard 2001]: how often
+/// two distances between 4096 neighbouring words are equal, over all groups of 4096 words. Each
+/// group has a Poisson distribution with the mean 4096³ / (4 · 2^32) = 4.
 double birthday_p_value(const std::vector<std::uint32_t>& words) {
   constexpr std::size_t birthdays = 4096;
   double equal = 0.0;
@@ -317,8 +317,8 @@ TEST_CASE("each bit of the key of wyrand's blocks changes each bit of the number
   gmis::Philox inputs(gmis_test::seed(22));
   constexpr unsigned bits = 64 + 32 + 32 + 8 + 24;
   const double worst = worst_bit(bits, trials, [&](unsigned bit) {
-    // Like the keys of a renderer, but for a seed of any bits: where nearly all bits are 0, there
-    // are only so many keys.
+    // Like the keys of a renderer, but for a seed of any bits: there are too few keys with nearly
+    // all bits 0.
     const std::uint64_t seed = std::uint64_t{inputs()} << 32U | inputs();
     const std::array<std::uint32_t, 4> rest{inputs() & 0x3FFU, inputs() & 0xFFFFFU, inputs() & 0x7U, inputs() & 0x1FU};
     const auto words_with = [&](bool changes) {

@@ -190,8 +190,8 @@ struct Moments {
   double mean = 0.0, variance = 0.0;
 };
 
-/// Of the mean over `points` points, by independent replications: a product over the numbers of two
-/// vertices.
+/// Mean and variance of the mean over `points` points, by independent replications: the integrand
+/// is a product over the numbers of two vertices.
 Moments mean_of_product(bool is_sobol, std::uint32_t points, int replications) {
   double sum = 0.0, squares = 0.0;
   for (int r = 0; r < replications; ++r) {

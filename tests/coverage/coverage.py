@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Which lines and branches of include/ the tests run: reads what programs built with --coverage
-have counted.
+"""The lines and branches of include/ that the tests run: reads the counts of programs built with
+--coverage.
 
 Usage: coverage.py BUILD-FOLDER [OUTPUT-FOLDER]
 

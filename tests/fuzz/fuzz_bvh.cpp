@@ -63,7 +63,7 @@ long double true_t_of(const TriangleCorners<float>& corners, const Ray<float>& r
   const Long normal = glm::cross(Long(corners[1]) - Long(corners[0]), Long(corners[2]) - Long(corners[0]));
   return glm::dot(Long(corners[0]) - Long(ray.origin), normal) / glm::dot(Long(ray.direction), normal);
 }
-/// Of the two, the one that is nearer to `t`.
+/// The hit of a sphere that is nearer to `t`.
 long double true_t_of(const SphereShape<float>& sphere, const Ray<float>& ray, float t) {
   const Long f = Long(ray.origin) - Long(sphere.center), d(ray.direction);
   const long double a = glm::dot(d, d), b = glm::dot(f, d), r = sphere.radius;

@@ -6,8 +6,8 @@
 #include <cstdlib>
 
 /// \file
-/// What fuzz targets share: the bytes of an input taken one after the other, and a way to say what
-/// does not hold.
+/// The common parts of fuzz targets: the bytes of an input taken one after the other, and a way to
+/// report a condition that does not hold.
 
 namespace fuzz {
 

@@ -29,7 +29,7 @@ struct Tally {
   std::uint64_t false_shadows = 0;  ///< a ray met a surface that it had left, or one that was not in its way
   std::uint64_t wrong_places = 0;   ///< a hit that is not where it must be
 
-  /// That nothing is in the way of this ray, asked in both ways.
+  /// Counts a false shadow unless both queries say that nothing is in the way of this ray.
   template <class Scene, class Ray>
   void expect_nothing(const Scene& scene, const Ray& ray) {
     rays += 2;
@@ -280,7 +280,9 @@ TEMPLATE_TEST_CASE("hostile: no ray that leaves a sphere, a triangle or a closed
   check_all<TestType>(100'000, 301);
 }
 
-TEMPLATE_TEST_CASE("hostile: the same of ten million rays each", "[.][slow]", float, double) {
+TEMPLATE_TEST_CASE(
+    "hostile: none of ten million rays that leave a sphere, a triangle or a closed body leaks or meets it again",
+    "[.][slow]", float, double) {
   check_all<TestType>(10'000'000, 401);
 }
 

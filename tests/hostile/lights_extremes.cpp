@@ -24,7 +24,7 @@ struct Sum {
   double sum = 0, squares = 0;
   int count = 0, bad = 0;
 
-  /// What a sample of light at `at` makes of irradiance; 0 where there is none.
+  /// Adds a sample of the irradiance at `at`; 0 where there is none.
   template <std::floating_point T>
   void add(const scene::Light<T>& light, const SurfacePoint<T>& at, Philox& source) {
     ++count;
@@ -264,7 +264,8 @@ TEMPLATE_TEST_CASE("hostile: lights from 1e-12 to 1e12 and black ones are chosen
     REQUIRE(choice.selection_probability == scene.selection_probability(*choice.light));
     ++chosen[static_cast<std::size_t>(choice.light - scene.lights().data())];
   }
-  // By their normal approximation; of what is hardly ever chosen, by that of 10 choices.
+  // Counts by their normal approximation; for a light that is hardly ever chosen, with the variance
+  // of 10 expected choices.
   for (std::size_t i = 0; i < strengths.size(); ++i) {
     const double expected = count * strengths[i] / total;
     CAPTURE(strengths[i], chosen[i], expected);

@@ -187,7 +187,7 @@ void check_samples(const std::vector<Named<T>>& materials, int count) {
       // that f has.
       const T scale = mode == TransportMode::importance || sample->eta == T(1) ? T(1) : sample->eta * sample->eta;
       worst_weight = std::max(worst_weight, static_cast<double>(sample->weight.x * scale));
-      // Facets seen edge-on, at the rim of what `uv` covers, leave as little.
+      // Facets seen edge-on, at the rim of the square of `uv`, leave as little.
       if (uv.x > T(0.99)) continue;
       // Phong's lobe ends at 90° from the mirror direction, where a rounding error is all that is
       // left of its density.

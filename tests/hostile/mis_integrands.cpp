@@ -104,7 +104,7 @@ struct Cell {
   double pdf(double x) const { return x >= low && x < low + width ? 1.0 / width : 0.0; }
 };
 
-/// As `test::FaultyDensity`, by its logarithm.
+/// `test::FaultyDensity`, by its logarithm.
 struct FaultyLogarithm {
   double fault;
   double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }

@@ -112,7 +112,7 @@ void check_round(const Set& set, gmis::Selection selection, gmis::Weighting weig
 /// Few, so that also a short run sees many tables.
 constexpr int rounds_per_table = 4;
 
-/// The same for all pairs.
+/// `check_round`, for all pairs of a selection and a weighting.
 template <class Set, class Exact, class Read>
 void check_rounds(const Set& set, gmis::Philox& source, Tally& tally, const Exact& exact, const Read& read) {
   for (int round = 0; round < rounds_per_table; ++round)

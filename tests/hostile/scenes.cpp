@@ -51,7 +51,7 @@ RenderRequest request_for(const BuiltScene& scene, IntegratorChoice integrator, 
   return request;
 }
 
-/// Means of whole pictures, iteration by iteration, and of what must not be.
+/// The mean of each iteration's picture, and counts that show faults.
 struct Run {
   std::vector<double> means;
   double mean_square = 0;  ///< of all values of all pictures
@@ -70,8 +70,8 @@ struct Run {
     const auto n = static_cast<double>(means.size());
     return std::sqrt(squares / (n * (n - 1)));
   }
-  /// The same where all pixels have one expected value: as if each were a sample by itself, which
-  /// all but splats are.
+  /// The standard error where all pixels have one expected value: as if each were a sample by
+  /// itself, which all but splats are.
   [[nodiscard]] double error_of_values() const {
     constexpr double pixels = picture_size * picture_size;
     return std::sqrt(std::max(0.0, mean_square - mean() * mean()) / (pixels * static_cast<double>(means.size())));
@@ -106,8 +106,8 @@ Run run(const BuiltScene& scene, const RenderRequest& request, int iterations, i
   return true;
 }
 
-/// Those whose pictures three iterations tell something about; `lt` and `ppm` leave most pixels
-/// black.
+/// Whether three iterations of the integrator put light into every pixel; `lt` and `ppm` leave most
+/// pixels black.
 [[nodiscard]] bool meets_light_in_every_pixel(IntegratorChoice integrator) {
   return integrator != IntegratorChoice::lt && integrator != IntegratorChoice::ppm;
 }

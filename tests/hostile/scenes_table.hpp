@@ -11,7 +11,7 @@ namespace hostile {
 
 using Builder = gmis::scene::SceneBuilder<float>;
 
-/// What lies in the way of some integrators, by their nature (docs/integrators.md).
+/// The paths of a scene, by the reason why some integrators cannot make them (docs/integrators.md).
 enum class Paths {
   all,            ///< each of the seven makes every path
   through_delta,  ///< delta surfaces: lt cannot connect the camera with what is seen by way of them
@@ -31,7 +31,7 @@ struct HostileScene {
   Paths paths = Paths::all;
   /// The radiance of every pixel; where there is none, `pt` says what the mean is.
   std::optional<double> radiance{};
-  /// What merging may be off by, relative to the mean.
+  /// The largest bias of merging, relative to the mean.
   double bias = 0.015;
   /// Rare paths of enormous weight: the estimate is held to nothing but being finite.
   bool has_heavy_tail = false;

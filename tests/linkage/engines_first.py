@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Of an inline function that several files have compiled, a program keeps one. This sees that for
-every function that the engines' objects define, it is one of theirs: of a size that one of them
-has."""
+"""A program keeps one copy of an inline function that several files have compiled. This checks that
+for every function that the engines' objects define, the program has a copy from these objects: one
+with the size of a copy there."""
 
 import collections
 import subprocess

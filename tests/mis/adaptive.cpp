@@ -171,7 +171,7 @@ TEST_CASE("population Monte Carlo: who moves where", "[mis]") {
   CHECK(unit[0].a < 0.1);
 }
 
-// 4 problems × (mean, variance) of what does not adapt.
+// 4 problems × (mean, variance) of the estimate that does not adapt.
 TEST_CASE("adaptive MIS: as N3 without adaptation, weights and proposals as defined with it", "[mis]") {
   const double level = test::sidak_level(1e-4, 8);
   gmis::Philox source(gmis_test::seed(94));
@@ -263,7 +263,8 @@ OfThree fitted(std::span<const std::size_t> x, std::span<const double> weights) 
 struct AdaptiveMoments {
   long double mean = 0.0L, second = 0.0L, stated_variance = 0.0L;
 };
-/// By all outcomes of all iterations, each with the probability that its own proposals give it.
+/// The moments by all outcomes of all iterations, each with the probability that its own proposals
+/// give it.
 AdaptiveMoments all_outcomes(const std::array<double, 3>& f, std::size_t each, std::size_t iterations) {
   AdaptiveMoments moments;
   std::vector<std::size_t> x;

@@ -452,16 +452,16 @@ TEST_CASE("a proposal of logarithms is checked against its density", "[mis]") {
 TEST_CASE("N2 with an unequal allocation discards the index of a failed sample", "[mis]") {
   const std::array<Half, 2> proposals{{{0.5}, {1.0}}};
   const gmis::SampleAllocation allocation({2, 1});
-  // On [0, 1) both are 1/2, so every mixture of what is left is 1/2; on [1, 2) it is 1/2 times the
-  // share of the second in it. N2 is biased there, and by how much follows from the three places of
-  // the second in the order.
+  // On [0, 1) both are 1/2, so every mixture of the remaining proposals is 1/2; on [1, 2) it is 1/2
+  // times the share of the second in it. N2 is biased there, and by how much follows from the three
+  // places of the second in the order.
   gmis::Philox source(gmis_test::seed(6));
   const auto estimate =
       gmis::estimate<Scheme::N2>([](double x) { return x < 1.0 ? 1.0 : 0.0; }, proposals, 20000, source, allocation);
   CHECK(test::normal_p_value((estimate.mean - 1.0) / estimate.standard_error.value()) > 1e-5);
-  // ∫ over [1, 2): the second is drawn in place 0, 1 or 2 (1/3 each), when its share of what is
-  // left is 1/3, 1/2 or 1; a sample falls there with probability 1/2 and adds (1/3) / (share / 2).
-  // The mean is (3 + 2 + 1)/9 · … = 2/3.
+  // ∫ over [1, 2): the second is drawn in place 0, 1 or 2 (1/3 each), when its share of the
+  // remaining proposals is 1/3, 1/2 or 1; a sample falls there with probability 1/2 and adds (1/3)
+  // / (share / 2). The mean is (3 + 2 + 1)/9 · … = 2/3.
   const auto far =
       gmis::estimate<Scheme::N2>([](double x) { return x < 1.0 ? 0.0 : 1.0; }, proposals, 20000, source, allocation);
   CHECK(test::normal_p_value((far.mean - 2.0 / 3.0) / far.standard_error.value()) > 1e-5);

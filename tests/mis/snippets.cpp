@@ -50,7 +50,7 @@ class Lobes {
  public:
   using Value = double;
   using Density = float;
-  static constexpr std::size_t capacity = 4;  // at most so many proposals
+  static constexpr std::size_t capacity = 4;  // the largest number of proposals
 
   explicit Lobes(std::span<const float> rates) : size_(rates.size()) {
     for (std::size_t i = 0; i < size_; ++i) rates_[i] = rates[i];
@@ -172,7 +172,7 @@ gmis::SchemeChoice which_scheme(const std::vector<Exponential>& proposals) {
 
 }  // namespace
 
-TEST_CASE("a proposal of one's own is checked", "[mis][docs]") {
+TEST_CASE("your own proposal is checked", "[mis][docs]") {
   gmis::Philox source(gmis_test::seed(1));
   const gmis::DensityCheck check = gmis::check_proposal(Exponential{2.0}, 0.0, 10.0, source);
   CHECK(check.passes(1e-6));

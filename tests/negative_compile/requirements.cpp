@@ -9,7 +9,7 @@
 
 // A type for each concept, and with GMIS_FAULT_… one thing wrong with one of them.
 
-struct Colour {  // a vector class of one's own
+struct Colour {  // a program's own vector class
   float r = 0, g = 0, b = 0;
   Colour() = default;
 #ifdef GMIS_FAULT_spectrum_copies

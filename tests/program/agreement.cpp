@@ -153,7 +153,7 @@ struct ReferenceCase {
 const double block_level = gmis::sidak_level(1e-3, 256 * 3 * 4 * 2);
 
 /// Means of 8×8 blocks within the standard errors that the family allows, of the reference (from
-/// its two halves) and of ours together, or within 2 %, whichever is larger. Returns a description
+/// its two halves) and of gmis together, or within 2 %, whichever is larger. Returns a description
 /// of every block that is not.
 std::vector<std::string> blocks_that_differ(const ReferenceCase& reference, IntegratorChoice integrator) {
   const auto scene = load(references / (reference.name + ".pbrt"), 128, reference.masking);

@@ -91,7 +91,7 @@ TEST_CASE("a run goes on to more iterations, on other threads, and keeps what it
   CHECK(text_of(folder / "c.pfm") == text_of(folder / "a.pfm"));
 }
 
-TEST_CASE("a checkpoint that does not fit: exit code 2, and the name of what differs") {
+TEST_CASE("a checkpoint that does not fit: exit code 2, and a message that names what differs") {
   const ScratchFolder folder;
   const std::string same = "cornell --size 8x8 --integrator vcm --connections 1 --iterations 2 --quiet --out a.pfm ";
   REQUIRE(run(folder, same + "--checkpoint a.checkpoint").exit_code == 0);

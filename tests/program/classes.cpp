@@ -127,7 +127,7 @@ Json statistics(const ScratchFolder& folder, const std::string& arguments) {
   return Json::parse(text_of(folder / "s.json"));
 }
 
-/// By the names of their files.
+/// The images of path classes, by the names of their files.
 std::map<std::string, Image> class_images(const ScratchFolder& folder) {
   std::map<std::string, Image> images;
   for (const auto& entry : fs::directory_iterator(folder.path / "a_classes"))

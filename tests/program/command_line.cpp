@@ -441,8 +441,7 @@ TEST_CASE("The images of all techniques add up to the image") {
     names.erase("pyramid");
     names.erase("pyramid_unweighted");
     CHECK(names.empty());
-    // A frame is a sum of some hundred floats a pixel, each rounded by 6e-8 of what there is so
-    // far.
+    // A frame is a sum of some hundred floats a pixel, each rounded by 6e-8 of the sum so far.
     for (std::size_t i = 0; i < sum.size(); ++i)
       CHECK(sum[i] == Approx(static_cast<double>(whole.rgb[i])).epsilon(1e-5).margin(1e-7));
   }

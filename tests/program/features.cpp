@@ -31,7 +31,7 @@ namespace {
 const fs::path folder = GMIS_FEATURE_FOLDER;
 constexpr int resolution = 16;
 
-/// What is seen at x to the right and y up, both from −1 to 1.
+/// The radiance that is seen at x to the right and y up, both from −1 to 1.
 using Picture = std::function<Rgb(double x, double y)>;
 
 double from_srgb(double code) {
@@ -218,7 +218,7 @@ Measured measured(const std::string& name, IntegratorChoice integrator) {
   return result;
 }
 
-/// The means of quarters and channels of what ought to be seen.
+/// The means of the expected picture, by quarters and channels.
 std::vector<double> expected(const Picture& picture) {
   std::vector<double> means(12);
   constexpr int steps = 400;

@@ -226,7 +226,7 @@ class BlockMeans {
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] double frames() const { return frames_; }
   [[nodiscard]] double mean(std::size_t i) const { return sum_[i] / frames_; }
-  /// Of the means.
+  /// Covariance of the means.
   [[nodiscard]] double covariance(std::size_t i, std::size_t j) const {
     return (products_[std::max(i, j) * count_ + std::min(i, j)] / frames_ - mean(i) * mean(j)) / (frames_ - 1.0);
   }
@@ -275,7 +275,7 @@ struct Differences {
       for (std::size_t j = 0; j < g.size(); ++j) variance += g[i] * covariance[i * g.size() + j] * g[j];
     return std::sqrt(std::max(0.0, variance));
   }
-  /// The largest difference of a block beyond so many of its standard errors.
+  /// The largest difference of a block beyond `errors` times its standard error.
   [[nodiscard]] double worst_beyond(double errors) const {
     double worst = 0.0;
     for (std::size_t i = 0; i < value.size(); ++i) worst = std::max(worst, std::abs(value[i]) - errors * error(i));

@@ -85,7 +85,7 @@ bool is_black(const SceneEngine& source) {
   return std::all_of(frame.begin(), frame.end(), [](const Spectrum& s) { return gmis::is_black(s); });
 }
 
-/// What each technique that is off must have left at exactly 0, and what is on must not.
+/// Checks that the counts are 0 exactly for the techniques that are off.
 void check_counts(const Counters& counts, const gmis::Plan& plan) {
   CHECK((counts.light_subpaths > 0) == plan.traces_light());
   CHECK((counts.connections > 0) == plan.has(Technique::connect));

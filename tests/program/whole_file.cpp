@@ -34,7 +34,7 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// While it lives no file can grow beyond so many bytes: what a full disk is like.
+/// While it lives no file can grow beyond this number of bytes, as on a full disk.
 class LimitedFiles {
  public:
   explicit LimitedFiles(rlim_t bytes) {

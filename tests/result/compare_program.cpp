@@ -96,7 +96,7 @@ TEST_CASE("The curves of all scenes as one picture") {
     CHECK(svg.find(part) != std::string::npos);
 }
 
-TEST_CASE("Ctrl-C in the middle of a comparison leaves a valid report of what there is") {
+TEST_CASE("Ctrl-C in the middle of a comparison leaves a valid report of the results so far") {
   const ScratchFolder folder;
   const pid_t child = fork();
   REQUIRE(child >= 0);

@@ -104,8 +104,8 @@ namespace {
 
 using Real = long double;
 
-/// The mean around a pixel of what `value_at` says of the pixels, by the definition of
-/// `neighbourhood_without`, and how far it reaches.
+/// The mean of `value_at` around a pixel, by the definition of `neighbourhood_without`, and how far
+/// it reaches.
 std::pair<Real, int> value_around(glm::ivec2 size, std::size_t pixel, Real added, const auto& value_at) {
   const int x = static_cast<int>(pixel) % size.x, y = static_cast<int>(pixel) / size.x;
   for (int reach = 1;; reach *= 2) {
@@ -122,7 +122,7 @@ std::pair<Real, int> value_around(glm::ivec2 size, std::size_t pixel, Real added
   }
 }
 
-/// What `estimate_error` adds up, by its definition.
+/// The sums of `estimate_error`, by its definition.
 struct Definition {
   Real sum = 0, near = 0, far = 0;  // the squared error; relative to the mean of all parts, and to that of the others
   std::vector<Real> per_pixel;      // of `sum`

@@ -72,7 +72,7 @@ long double redistributed(long double distance) {
   return powered < knee ? 0.95L / knee * powered : 0.95L + (powered - knee) / (largest - knee) * 0.05L;
 }
 
-/// By the definition, pixel by pixel.
+/// ꟻLIP of one pixel, by the definition.
 long double flip_at(const Image& a, const Image& b, int px, int py) {
   const auto opponent = [](const Image& image, int x, int y) {
     x = std::clamp(x, 0, image.width - 1);

@@ -28,8 +28,8 @@ struct Bounds {
     const glm::dvec3 size = upper - lower;
     return size.x * size.y + size.y * size.z + size.z * size.x;
   }
-  /// Where a line from `origin` enters, at 0 at the least; infinity where it misses or enters
-  /// beyond `t_max`.
+  /// The parameter t at which a line from `origin` enters, 0 if it begins inside; infinity where it
+  /// misses or enters beyond `t_max`.
   [[nodiscard]] double entry(const glm::dvec3& origin, const glm::dvec3& direction, double t_max) const {
     const glm::dvec3 one = (lower - origin) / direction, other = (upper - origin) / direction;
     const glm::dvec3 near = glm::min(one, other), far = glm::max(one, other);
@@ -57,7 +57,7 @@ struct Tree {
   Child root{};
 };
 
-/// What the library built.
+/// The tree that the library built.
 class Library {
  public:
   explicit Library(const Triangles& triangles) : built_(BvhBuilder<float>(triangles, {}).build()) {
@@ -217,7 +217,7 @@ double distance(const TriangleCorners<float>& triangle, const Line& ray) {
   return u >= 0 && v >= 0 && u + v <= 1 && t > 0 ? t : std::numeric_limits<double>::infinity();
 }
 
-/// What the search for the nearest hit visits, nearer children first.
+/// The nodes and packets that the search for the nearest hit visits, nearer children first.
 Visits closest_hit_visits(const Tree& tree, const Triangles& triangles, const Line& ray, double& nearest) {
   struct Waiting {
     double entry;

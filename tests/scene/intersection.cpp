@@ -8,7 +8,7 @@ using namespace scene_test;
 
 namespace {
 
-/// What a ray meets, in long double and one primitive after the other. `margin`: how far inside the
+/// A hit of a ray with one primitive, in long double. `margin`: how far inside the
 /// primitive, relative to its size; near 0 rounding may decide either way.
 struct Meeting {
   long double t;

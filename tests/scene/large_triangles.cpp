@@ -30,7 +30,7 @@ double distance_of(const glm::dvec3& a, const glm::dvec3& b) {
   return at((lower + upper) / 2);
 }
 
-/// Of any size from 0.1 to 1e5, as near to 0 as it likes.
+/// A point in a cube around the origin whose half side is any size from 0.1 to 1e5.
 glm::dvec3 random_point(Philox& source) {
   const double size = std::pow(10.0, 6 * uniform<double>(source) - 1);
   const auto coordinate = [&] { return size * (2 * uniform<double>(source) - 1); };

@@ -114,8 +114,9 @@ TEST_CASE("irradiance of lights at a point, in a direction, all around", "[light
   CHECK(z_test(found.mean, found.standard_error, 3 * pi<T>).passes(level));
 }
 
-/// What a light emits through a plane far below must be the irradiance that next event gives there:
-/// flux through a window by emission, and by integrating next event over the window.
+/// Compares the flux that a light emits through a plane far below with the irradiance that next
+/// event gives there: flux through a window by emission, and by integrating next event over the
+/// window.
 template <std::floating_point T>
 void compare_emission_with_next_event(const scene::Light<T>& light, Philox& source) {
   constexpr int count = 200'000;
@@ -708,8 +709,8 @@ TEST_CASE("a sky over a wide plane does not starve the lamps", "[light]") {
   CHECK(wide[0] + wide[1] + wide[2] + wide[3] == Approx(1).epsilon(1e-6));
 }
 
-/// What a unit of its area emits, by quadrature over the directions of both sides: radiance
-/// · |cos|, midpoints in the cosine.
+/// The flux that a unit of a light's area emits, by quadrature over the directions of both sides:
+/// radiance · |cos|, midpoints in the cosine.
 template <std::floating_point T>
 double emitted_per_area(const scene::Light<T>& light) {
   const SurfacePoint<T> origin{Vec3<T>(0), Vec3<T>(0, 0, 1), Vec3<T>(0, 0, 1), T(0)};

@@ -23,7 +23,7 @@ LEAST_CHANCE = 1e-3
 
 
 def chance_of(failures, runs, rate=RATE):
-    """That a case with this rate fails so often or more often."""
+    """Probability that a case with this rate fails this number of times or more often."""
     return sum(math.comb(runs, k) * rate**k * (1 - rate) ** (runs - k) for k in range(failures, runs + 1))
 
 

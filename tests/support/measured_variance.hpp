@@ -10,7 +10,8 @@
 
 namespace gmis_test {
 
-/// Of one iteration, relative as relMSE is, in the mean over pixels; and how well that is known.
+/// The variance of one iteration, relative as relMSE is, in the mean over pixels; and the relative
+/// standard error of that.
 struct RelativeVariance {
   double value = 0, relative_error = 0;
 };

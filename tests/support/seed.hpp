@@ -6,8 +6,8 @@
 
 namespace gmis_test {
 
-/// What shifts the seeds of all property tests. A test that fails prints it (support/main.cpp), and
-/// the same value replays the run.
+/// The number that shifts the seeds of all property tests. A test that fails prints it
+/// (support/main.cpp), and the same value replays the run.
 inline std::uint64_t run_seed() {
   return gmis::test_run_seed();
 }

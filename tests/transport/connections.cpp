@@ -38,7 +38,8 @@ struct Measured {
   SampleCounts counts;
 };
 
-/// By Student's t: a false alarm of all 20 comparisons together in a thousandth of the seeds.
+/// A mean with its standard error and, by Student's t, its limit of chance: a false alarm of all 20
+/// comparisons together in a thousandth of the seeds.
 Measured measured(double sum, double squares, int iterations, const Counters& counters, const SampleCounts& counts) {
   const double mean = sum / iterations;
   const double error = std::sqrt(std::max(0.0, squares / iterations - mean * mean) / (iterations - 1));
@@ -81,7 +82,7 @@ void check(const Measured& measured) {
   CHECK(measured.standard_error < 2e-3 * std::sqrt(fewer) * truth);
 }
 
-/// The mean of what connections of two light and two camera vertices give without their weight.
+/// The mean of the connections of two light and two camera vertices without their weight.
 Measured connections_alone(const RenderSettings& settings, int wanted) {
   const int iterations = std::max(2, wanted / fewer);
   const Furnace scene(0.7F, 1.0F, 16, 1);

@@ -109,7 +109,7 @@ struct DiscreteAtlas {
   }
   /// The index of refraction at a delta surface on the side of `to`.
   [[nodiscard]] T index(std::size_t to) const { return to % 2 == 0 ? T(1) : T(1.5); }
-  /// Of a delta lobe, for flux on its way from the light to the camera.
+  /// Transmittance of a delta lobe, for flux on its way from the light to the camera.
   [[nodiscard]] T transmittance(std::size_t node, int lobe, const V& to_light, const V& to_camera) const {
     return law(7 + lobe, node, T(0.3), T(0.9), to_light, to_camera);
   }
@@ -130,7 +130,8 @@ struct DiscreteAtlas {
   [[nodiscard]] T light_probability(Kind kind) const {
     return law(13, static_cast<std::size_t>(kind), T(0.15), T(0.35));
   }
-  /// The same for a next event at a surface, where lights are chosen for their receiver.
+  /// `light_probability`, for a next event at a surface, where lights are chosen for their
+  /// receiver.
   [[nodiscard]] T light_probability_at(Kind kind, const V& position, const V& geometric_normal,
                                        const V& shading_normal) const {
     return law(16, static_cast<std::size_t>(kind), T(0.02), T(0.6), position,

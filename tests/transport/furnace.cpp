@@ -43,7 +43,7 @@ Measured render(const gmis_test::FurnaceScene<T>& scene, const gmis_test::ways::
   return {mean, std::sqrt(variance), iterations, engine.counters()};
 }
 
-/// What chance may make of the difference between a mean and what it estimates.
+/// The largest difference between a mean and its true value that chance explains at `level`.
 double chance(const Measured& measured) {
   return gmis::student_t_quantile(1 - level / 2, measured.iterations - 1) * measured.standard_error;
 }
@@ -126,8 +126,8 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
 }
 
 TEST_CASE("where merging makes nearly all of the light it makes the right amount") {
-  // Emitter hits and merging alone, with so many photons that merging has nine tenths of all that
-  // is not seen directly: a wrong area of its disk or number of photons shows in full.
+  // Emitter hits and merging alone, with enough photons that merging has nine tenths of all that is
+  // not seen directly: a wrong area of its disk or number of photons shows in full.
   gmis::RenderSettings settings;
   settings.max_depth = 4;
   settings.radius = 0.05;

@@ -124,7 +124,7 @@ TEST_CASE("a grid can be built again with other points, and a query that is not 
 
 namespace {
 
-/// Any layout: how many points, how far, of what shape, how often the same, around which place.
+/// A layout with any number of points, any extent, shape, share of repeated points and place.
 template <class T>
 struct Layout {
   std::vector<gmis::Vec3<T>> points;

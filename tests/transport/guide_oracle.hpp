@@ -37,7 +37,8 @@ template <class World>
 
 /// The density of the start from a node of a light to a surface under the guide, over that of the
 /// light alone: with the probability s as the light has it, else
-///   (probability of the light) · (density of its numbers) · (1/16 per ring) / (solid angle or area of the ring),
+///   (probability of the light) · (density of its numbers) · (1/16 per ring)
+///     / (solid angle or area of the ring),
 /// or as the light has it for a ring that begins beyond the point.
 template <class World>
 [[nodiscard]] long double guide_ratio(const gmis::EmissionGuide<World>& guide, const World& world,

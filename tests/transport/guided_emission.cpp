@@ -182,7 +182,7 @@ TEST_CASE("A run that goes on later learns the same: its pictures have the same 
   CHECK(std::memcmp(whole.frame().data(), later.frame().data(), whole.frame().size_bytes()) == 0);
 }
 
-TEST_CASE("Nothing is guided where most of what the lights emit is of use") {
+TEST_CASE("Nothing is guided where most of the emitted light is of use") {
   Builder builder;
   const auto grey = builder.add_material(gmis::scene::make_diffuse({0.5, 0.5, 0.5}));
   builder.add_sphere({0, 0, 0}, 5, grey);

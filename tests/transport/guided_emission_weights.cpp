@@ -15,7 +15,7 @@ gmis_test::ways::Settings settings() {
   return result;
 }
 
-constexpr int iterations = 5;  // so many that the numbers of whole paths are reached with any seed
+constexpr int iterations = 5;  // enough for the numbers of whole paths with any seed
 
 template <class I, class World_ = World>
 void check(const gmis_test::ways::Settings& render_settings = settings()) {

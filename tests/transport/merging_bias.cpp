@@ -196,7 +196,7 @@ TEST_CASE("At an edge of the light the bias of a disk is this much of its change
 }
 
 TEST_CASE("What merging takes from the mean of a picture is what a run says, at the edges of a surface") {
-  // The run says 2 (L(ρ) − L(ρ/2)), of what is left of the light.
+  // The run says 2 (L(ρ) − L(ρ/2)), relative to the light that merging leaves.
   using namespace gmis_test::sun_on_square;
   const Scene scene = make_scene();
   gmis::SerialExecutor executor;

@@ -46,7 +46,7 @@ TEST_CASE("The gain makes up for a bias in proportion to the radius, whenever it
         if (i == 4 || i == 8 || i == 16 || i == 32)
           gain.choose(of_disks, factor * radii(i + 1, length, alpha), factor * std::pow(i + 1, 0.5 * (alpha - 1)));
       }
-      // What is left is of second order: the bias of what the gain adds.
+      // The remaining bias is of second order: the bias of the light that the gain adds.
       const double without = std::abs(of_disks / length);
       CHECK(std::abs(mean - light) < 0.03 * without);
       CHECK(gain.made_up() == Approx(-of_disks).epsilon(0.03));

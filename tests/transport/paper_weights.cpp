@@ -35,8 +35,8 @@ LightSide recursion(const gmis::PathDensities<Wide>& path, Wide eta, bool as_pri
   return w;
 }
 
-/// What they claim to be: the densities of all techniques to the left over that of connecting
-/// behind x_i, or merging at x_i.
+/// The ratios that the paper's recursions claim to be: the densities of all techniques to the left
+/// over that of connecting behind x_i, or merging at x_i.
 LightSide by_force(const gmis::PathDensities<Wide>& path, Wide eta) {
   const auto k = path.from_light.size();
   gmis::TechniqueCounts<Wide> counts{1, 1, 1, 1, eta};

@@ -55,7 +55,7 @@ struct Outcome {
   return result;
 }
 
-/// What brute force says of one path, and what was seen of it.
+/// The densities, weights and value of one path by brute force, and the engine's weights.
 struct Known {
   std::vector<long double> drawn_density;  ///< a connection's with one particular vertex of a tree
   std::vector<long double> weight;
@@ -243,8 +243,8 @@ Outcome run(bool has_parallel_rays, const ways::Settings& render_settings, int i
   return outcome;
 }
 
-/// `whole`: at least so many paths were seen by every one of their techniques, so that the sum over
-/// them means something.
+/// `whole`: at least this number of paths was seen by every one of their techniques, so that the
+/// sum over them means something.
 inline void check(const Outcome& outcome, double tolerance, std::size_t whole) {
   CAPTURE(outcome.worst_weight_at, outcome.worst_value_at, outcome.worst_weight / tolerance,
           outcome.worst_value / tolerance, outcome.worst_sum / tolerance);

@@ -72,10 +72,10 @@ struct NominalCounts {
       lobe_pdf;
 };
 
-/// What a path carries and with which densities each technique makes it, all in area measure,
-/// written down from the laws of the world vertex by vertex. A delta event is taken per unit of
-/// étendue, n² |cos| dω with the shading normal, on either side of it: so it has one and the same δ
-/// in the light it carries and in the densities of both ways, which cancels.
+/// The light that a path carries and the densities with which each technique makes it, all in area
+/// measure, written down from the laws of the world vertex by vertex. A delta event is taken per
+/// unit of étendue, n² |cos| dω with the shading normal, on either side of it: so it has one and
+/// the same δ in the light it carries and in the densities of both ways, which cancels.
 class PathOracle {
  public:
   using Atlas = DiscreteAtlas<long double>;
@@ -88,8 +88,9 @@ class PathOracle {
     long double value;
   };
 
-  /// With the densities that weights are to count on, or (`as_drawn`) with those of what is really
-  /// drawn: rounds of one child a lobe have the lobes' even mixture, where `sample` has its own.
+  /// The path with the densities that weights are to count on, or (`as_drawn`) with the densities
+  /// of the real draws: rounds of one child a lobe have the lobes' even mixture, where `sample` has
+  /// its own.
   [[nodiscard]] Path operator()(const DiscretePath& path, bool as_drawn = false) const {
     const auto k = static_cast<std::size_t>(path.edges());
     const auto node = [&](std::size_t i) { return std::size_t{path.nodes[i]}; };

@@ -57,7 +57,7 @@ struct Measured {
   double vertex_variance;  ///< the relative variance of V, the light vertices that an iteration stores
 };
 
-/// What an iteration with the candidate's counts then has.
+/// The variance and the cost of an iteration with the candidate's counts.
 template <class I>
 Measured measure(const Scene& scene, gmis::RenderSettings settings, const gmis::SampleCounts& candidate) {
   constexpr int iterations = 40;
@@ -176,7 +176,7 @@ TEST_CASE("Forecasts with a local count of merging and other radii than the pilo
                   50);
 }
 
-TEST_CASE("A pilot takes one pixel of every so many, and not always the same one", "[pilot]") {
+TEST_CASE("A pilot takes one pixel of each group of N, and not always the same one", "[pilot]") {
   struct Case {
     glm::ivec2 lower, upper;
     std::uint32_t iterations, step;
@@ -325,7 +325,7 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   rendered.counts = merges;
   rendered.counts.light_paths = 1.0;  // no part in the bias
   gmis::SerialExecutor executor;
-  constexpr std::size_t count = 90;  // so many that limits hardly vary
+  constexpr std::size_t count = 90;  // enough that limits hardly vary
   constexpr int iterations = 125;
   const auto add = [](double value, double& sum, double& squares) {
     sum += value / count;

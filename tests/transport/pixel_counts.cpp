@@ -65,7 +65,8 @@ std::vector<float> frames(const Scene& scene, const gmis::RenderSettings& settin
   return all;
 }
 
-/// The same after a run that was interrupted, of a frame of this number of pixels.
+/// `run` after an interruption: its state is written and read again, for a frame of `frame_size`
+/// pixels.
 gmis::LearnedPixelCounts interrupted(gmis::LearnedPixelCounts& run, const gmis::CropPixels& crop,
                                      std::size_t frame_size) {
   gmis::StateWriter writer;

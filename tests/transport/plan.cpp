@@ -93,7 +93,7 @@ bool can_happen(PathEvent event, const Effects& effects) {
   return false;
 }
 
-/// Every combination of what decides anything.
+/// Every combination of the effects that decide anything.
 std::vector<Effects> all_effects() {
   std::vector<Effects> result;
   for (unsigned bits = 0; bits < 256; ++bits) {
@@ -380,7 +380,7 @@ TEST_CASE("plans and classes know the lobes of all materials: no path is of a cl
       engine.keep_contributions(true);
       gmis::SerialExecutor executor;
       PathClassSet seen;
-      // Where all is glass, few iterations see any light: as many as it takes.
+      // Where all is glass, few iterations see any light: it iterates until one does.
       for (int i = 0; i < 4 || (seen.is_empty() && i < 1000); ++i) {
         engine.iterate(executor);
         engine.for_each_contribution([&](const auto& contribution) { seen.add(contribution.id.path_class); });

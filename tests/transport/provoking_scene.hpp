@@ -11,12 +11,12 @@
 
 namespace gmis_test {
 
-/// What a surface or a light of somebody's own does wrong.
+/// The fault of a user's surface or light.
 enum class Provocation {
   none,
   mark,         ///< nothing wrong, but what would be is marked: its second channel is halved
   value,        ///< f is `bad`
-  mark_sample,  ///< as `mark`, of what goes on by a sampled direction
+  mark_sample,  ///< as `mark`, of paths that go on by a sampled direction
   density,      ///< the density of a sampled direction is `bad`
   mark_light,   ///< as `mark`, of sampled light
   light_density,

@@ -80,7 +80,8 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
     local.counts.radius_factor = 8.0;
     check_both_cameras<Vcm>(1e-10, 100, local);
   }
-  // Trees with an ample budget: so many children are drawn as the weights count on.
+  // Trees with an ample budget: the number of children that are drawn is the one that the weights
+  // count on.
   SECTION("gmis") {
     auto split = settings();
     split.max_depth = 4;

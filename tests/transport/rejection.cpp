@@ -78,7 +78,7 @@ std::vector<float> frame_of(const std::vector<Record>& records, const IsKept& is
   return frame;
 }
 
-/// `is_bad(marks)`: whether a contribution with so many marks must be left out.
+/// `is_bad(marks)`: whether a contribution with this number of marks must be left out.
 template <class I, class IsBad>
 void check_provocation(Provocation mark, Provocation what, float bad, const IsBad& is_bad, bool is_exact = true) {
   CAPTURE(static_cast<int>(what), bad);

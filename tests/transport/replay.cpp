@@ -31,7 +31,7 @@ bool are_same(const Record& a, const Record& b) {
          std::memcmp(&a.weight, &b.weight, sizeof a.weight) == 0;
 }
 
-/// What a contribution says of its other end.
+/// Whether a contribution names its other end exactly where its technique has one.
 bool has_other_end(const gmis::ReplayedContribution<float>& made) {
   switch (made.contribution.id.technique) {
     case gmis::Technique::next_event:

@@ -280,7 +280,7 @@ TEST_CASE("After its pilot a run is one with the chosen counts, and has nothing 
 }
 
 TEST_CASE("A pilot takes the pixels of its crop, not those of the frame, within one radius") {
-  // So many pixels that of the whole frame an eighth would be taken.
+  // The whole frame has enough pixels that a pilot would take an eighth of them.
   const Scene scene(0.7F, 1.0F, 260, 1);
   gmis::SerialExecutor executor;
   gmis::RenderSettings direct = settings();

@@ -122,8 +122,8 @@ TEST_CASE("pictures of low-discrepancy numbers do not depend on who renders them
   CHECK(of(gmis::Sampler::independent, gmis::SerialExecutor{}) != serial);
 }
 
-// The variance is the mean over 64 pixels and 6 runs; it was 0.35 to 0.5 of that of independent
-// numbers with path tracing, whatever the seed.
+// The variance is the mean over 64 pixels and 6 runs; it was 0.35 to 0.5 times the variance with
+// independent numbers for path tracing, whatever the seed.
 TEST_CASE("low-discrepancy numbers leave less noise, and the stated error is the true one") {
   using gmis_test::ways::Pt;
   constexpr int runs = 6, iterations = 8 * 32;

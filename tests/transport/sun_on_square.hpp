@@ -11,7 +11,7 @@
 #include "transport/quads.hpp"
 
 // What merging loses at the edges of a surface, exactly: the sun on a square of side a, all of
-// which is seen. Of a disk at the distance x from an edge the share g(x/r) lies beyond it and
+// which is seen. The share g(x/r) of a disk at the distance x from an edge lies beyond the edge and
 // gathers nothing; ∫ g(t) dt = 2/(3π) from 0 to 1. With ρ = r/a the loss is L(ρ) = 4 · 2/(3π) ρ − 4
 // c ρ²: at a corner the part beyond both edges is not lost twice. That part is at most the product
 // of the two, for in a disk large x go with small y: 0 ≤ c ≤ (2/(3π))².
@@ -47,8 +47,8 @@ inline gmis::RenderRequest merging_alone(double alpha, std::uint64_t seed) {
   return request;
 }
 
-/// Limit of what the run says of the bias of the mean. Nine large tiles make an error with as many
-/// degrees of freedom. With `noise`: a false alarm in 5e3 runs.
+/// Limit of the error of the bias of the mean that the run states. Nine large tiles make an error
+/// with as many degrees of freedom. With `noise`: a false alarm in 5e3 runs.
 inline double sure(const gmis::RenderResult& result) {
   return gmis::student_t_quantile(1 - 0.5e-4, 9) * result.merging_bias->standard_error_of_mean;
 }

@@ -10,7 +10,7 @@
 
 namespace gmis_test {
 
-/// What put a tag on a throughput.
+/// The event that put a tag on a throughput.
 enum class TagRole : std::uint8_t { camera, light, scattered_radiance, scattered_importance };
 
 /// One vertex of a path. `order` counts the ray that found the vertex, so that it grows along a

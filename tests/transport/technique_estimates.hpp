@@ -38,11 +38,11 @@ class TechniqueEstimates {
  public:
   static constexpr std::size_t most_edges = 12;
 
-  /// What paths of `edges` edges carry, as one technique alone estimates it.
+  /// The light along paths of `edges` edges, as one technique alone estimates it.
   [[nodiscard]] const Series& alone(gmis::Technique technique, int edges) const {
     return alone_[static_cast<std::size_t>(technique)][static_cast<std::size_t>(edges)];
   }
-  /// The same, all techniques by their weights.
+  /// The light along paths of `edges` edges, by all techniques with their weights.
   [[nodiscard]] const Series& together(int edges) const { return together_[static_cast<std::size_t>(edges)]; }
   /// The image.
   [[nodiscard]] const Series& image() const { return image_; }

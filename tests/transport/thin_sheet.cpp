@@ -8,10 +8,10 @@
 
 // A closed sphere of a thin sheet, which reflects the share r diffusely and lets the share t
 // through, in light of radiance 1 from everywhere. Light is the same at all points within: a wall
-// there shows what it lets in, t, and the share r of what the wall around it shows. So paths of k
-// edges carry t r^(k−2) to a camera inside; to one outside, r by 2 edges, and from within t · t
-// r^(k−3). Each technique alone must find that, through the sheet or within it. Some 45
-// comparisons, each at the level of a false alarm in 100,000 runs.
+// there shows the light that it lets in, t, and the share r of the light from the wall around it.
+// So paths of k edges carry t r^(k−2) to a camera inside; to one outside, r by 2 edges, and from
+// within t · t r^(k−3). Each technique alone must find that, through the sheet or within it. Some
+// 45 comparisons, each at the level of a false alarm in 100,000 runs.
 
 namespace {
 

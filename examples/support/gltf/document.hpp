@@ -50,8 +50,8 @@ class Document {
   /// "mesh 3", or "mesh "chair"" where it has a name.
   [[nodiscard]] std::string named(const char* kind, const Json& object, std::size_t number) const;
 
-  /// The numbers of an accessor with so many components, in a row; normalised integers from −1 or 0
-  /// to 1.
+  /// The numbers of an accessor in a row, `components` for each element; normalised integers from
+  /// −1 or 0 to 1.
   [[nodiscard]] std::vector<double> accessor(std::size_t number, std::size_t components) const;
   [[nodiscard]] std::size_t components_of(std::size_t accessor) const;
   /// The bytes of a view, unpacked where EXT_meshopt_compression packs them.
@@ -65,7 +65,7 @@ class Document {
  private:
   void parse(std::string bytes);
   [[nodiscard]] const std::string& buffer(std::size_t number) const;
-  /// What a uri stands for: data in itself, or a file.
+  /// The content of a uri: its own data, or a file.
   [[nodiscard]] std::string content(const std::string& uri, const std::string& what) const;
   [[nodiscard]] std::string_view part(std::size_t buffer, double offset, double length, const std::string& what) const;
   [[nodiscard]] const std::string& unpacked_view(std::size_t number, const Json& packed) const;

@@ -13,7 +13,7 @@
 
 namespace gmis::tools::gltf {
 
-/// What a material of glTF is here.
+/// A material of glTF in this library's terms.
 struct MadeMaterial {
   std::size_t number = 0;  ///< in `SceneDescription::materials`
   std::optional<EmissionDescription> emission;

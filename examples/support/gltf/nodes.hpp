@@ -16,7 +16,7 @@ class Nodes {
   Nodes(const Document& document, std::optional<double> seconds);
 
   [[nodiscard]] const glm::dmat4& world_from(std::size_t node) const { return world_.at(node); }
-  /// Of morph targets, where the animation moves them; else empty.
+  /// The weights of morph targets, where the animation moves them; else empty.
   [[nodiscard]] const std::vector<double>& weights_of(std::size_t node) const { return weights_.at(node); }
   /// The nodes of the scene that is shown, parents first.
   [[nodiscard]] const std::vector<std::size_t>& shown() const { return shown_; }
@@ -40,8 +40,9 @@ class Nodes {
   std::vector<std::size_t> shown_;
 };
 
-/// The value of an animation's sampler at a time: keys with so many numbers each; before the first
-/// and after the last key theirs. `is_rotation` interpolates along the sphere.
+/// The value of an animation's sampler at a time, from `values` with the same number of numbers for
+/// each key; before the first and after the last key the value there. `is_rotation` interpolates
+/// along the sphere.
 [[nodiscard]] std::vector<double> sampled(const std::vector<double>& times, const std::vector<double>& values,
                                           const std::string& interpolation, double seconds, bool is_rotation);
 

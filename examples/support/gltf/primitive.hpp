@@ -19,7 +19,8 @@ class Primitive {
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] bool has(const std::string& attribute) const;
   [[nodiscard]] std::size_t components_of(const std::string& attribute) const;
-  /// In a row, so many a vertex; empty where there are none.
+  /// The numbers of an attribute in a row, `components` for each vertex; empty where there are
+  /// none.
   [[nodiscard]] std::vector<double> numbers(const std::string& attribute, std::size_t components) const;
   [[nodiscard]] std::vector<glm::dvec3> triples(const std::string& attribute) const;
   /// Three corners a triangle, of lists, strips and fans. Throws for a vertex that is not there.

@@ -115,8 +115,8 @@ class Reader {
     }
   }
 
-  /// What takes a vertex to the world, for each joint of the skin of a node; none where it has no
-  /// skin.
+  /// The transformation of a vertex to the world, for each joint of the skin of a node; none where
+  /// it has no skin.
   [[nodiscard]] std::vector<glm::dmat4> bones_of(const Json& node) const {
     const auto number = document_.index(node, "skin");
     if (!number) return {};

@@ -14,7 +14,7 @@ namespace gmis::tools {
 [[nodiscard]] bool can_read_gltf();
 
 /// Reads a .gltf or .glb file. What changes the picture and is not understood goes to
-/// `diagnostics`, like notes of what stands in for what. Throws `InputError` for a file that is
+/// `diagnostics`, like notes of the substitutes for it. Throws `InputError` for a file that is
 /// none, or when this build cannot read glTF.
 [[nodiscard]] SceneDescription read_gltf_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
                                                const LoadOptions& options = {});

@@ -14,7 +14,7 @@ namespace {
 
 enum class Format { exr, pfm, png };
 
-/// Of a file that is to be written or read here; a PNG is only ever written.
+/// The format of a file that is to be written or read here; a PNG is only ever written.
 Format format_of(const std::filesystem::path& file, bool is_read = false) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),

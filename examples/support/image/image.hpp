@@ -28,7 +28,7 @@ struct Image {
 /// The part of `image` with x0 ≤ x < x1 and y0 ≤ y < y1.
 [[nodiscard]] Image cropped(const Image& image, int x0, int y0, int x1, int y1);
 
-/// Of all pixels and channels.
+/// The mean of all pixels and channels.
 [[nodiscard]] double mean_of(const Image& image);
 
 /// The exposure, in powers of two from −10 to 10, that brings the log-average of the luminance of
@@ -53,7 +53,7 @@ struct ImageLayer {
   Image image;
 };
 
-/// What goes into a file with a picture.
+/// The content of a picture's file beside the picture, and how the picture is written.
 struct ImageExtras {
   float exposure = 1;                                        ///< factor on all values; of .png alone
   ToneCurve tone = ToneCurve::clamp;                         ///< after the exposure; of .png alone

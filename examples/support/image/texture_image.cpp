@@ -62,7 +62,7 @@ Shared from_floats(const Image& image, TexturePart part) {
 
 #if GMIS_HAS_STB
 
-/// What the library has allocated, and what it says when it fails.
+/// Memory that stb_image has allocated.
 template <class Value>
 using Pixels = std::unique_ptr<Value, void (*)(void*)>;
 

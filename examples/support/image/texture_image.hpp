@@ -24,7 +24,8 @@ enum class TexturePart { color, grey, alpha };
                                                                             TexturePart part, LoadBudget& budget,
                                                                             const SourcePosition& where);
 
-/// The same for a file in memory, such as one inside a glTF file; `name` stands for it in messages.
+/// `read_texture_image`, for a file in memory, such as one inside a glTF file; `name` stands for it
+/// in messages.
 [[nodiscard]] std::shared_ptr<const scene::TextureImage> read_texture_image(const unsigned char* bytes,
                                                                             std::size_t count, const std::string& name,
                                                                             const TextureEncoding& encoding,

@@ -19,8 +19,8 @@ struct Primaries {
 /// Linear sRGB from the linear RGB of a space of pbrt-v4: srgb, dci-p3, rec2020 or aces2065-1.
 /// White stays white.
 [[nodiscard]] std::optional<glm::dmat3> srgb_from(const std::string& space);
-/// What `whitebalance` of pbrt's film does to linear sRGB: light of this temperature in kelvins, on
-/// the CIE's daylight locus (below 4000 K on that of black bodies), becomes white.
+/// The effect of `whitebalance` of pbrt's film on linear sRGB: light of this temperature in
+/// kelvins, on the CIE's daylight locus (below 4000 K on that of black bodies), becomes white.
 [[nodiscard]] glm::dmat3 white_balance(double kelvins);
 
 }  // namespace gmis::tools::pbrt

@@ -10,9 +10,9 @@
 #include "support/scene_description.hpp"
 
 /// \file
-/// What the directives Material, LightSource, AreaLightSource and Shape make of their parameters.
-/// Each function throws `InputError` for a kind it does not know and for parameters that make no
-/// sense.
+/// The materials, lights and shapes that the directives Material, LightSource, AreaLightSource and
+/// Shape make of their parameters. Each function throws `InputError` for a kind it does not know
+/// and for parameters that make no sense.
 
 namespace gmis::tools::pbrt {
 
@@ -38,7 +38,7 @@ struct Files {
 /// Multiplies the colour of a light by this matrix; what becomes negative is 0.
 void expose(LightDescription& light, const glm::dmat3& matrix);
 
-/// What an area light emits, before it is known how large it is.
+/// The emission of an area light, before its area is known.
 struct AreaLight {
   EmissionDescription emission;
   std::optional<double> power;  ///< of the whole shape, over all directions and (if so) both sides

@@ -21,7 +21,8 @@ Rgb reflectance_or(Parameters& parameters, const std::string& name, const Rgb& o
   return value;
 }
 
-/// The same where it may vary over the surface: then `texture` is set, and the value is the mean.
+/// `reflectance_or`, for a reflectance that may vary over the surface: then `texture` is set, and
+/// the value is the mean.
 Rgb reflectance_or(Parameters& parameters, const std::string& name, const Rgb& otherwise, Diagnostics& diagnostics,
                    TextureHandle& texture) {
   if (!parameters.varies(name)) return reflectance_or(parameters, name, otherwise, diagnostics);
@@ -46,8 +47,8 @@ double alpha_of(Parameters& parameters, Diagnostics& diagnostics) {
   return alpha < specular_below ? 0 : alpha;
 }
 
-/// The same where it may vary over the surface: then `textures` has it, and the value is any of a
-/// rough surface.
+/// `alpha_of`, for a roughness that may vary over the surface: then `textures` has it, and the
+/// value is any alpha of a rough surface.
 double alpha_of(Parameters& parameters, Diagnostics& diagnostics, MaterialTexturesDescription& textures) {
   const char* varying = nullptr;
   for (const char* name : {"roughness", "uroughness", "vroughness"})

@@ -69,7 +69,7 @@ class Parameters {
   /// A colour given as `rgb`, `spectrum` (named, a file, or pairs), `blackbody` or `texture`; of a
   /// texture that varies, its mean, which is reported as not supported.
   [[nodiscard]] std::optional<Rgb> color(const std::string& name);
-  /// The same as a texture, constant or not; and that of a number.
+  /// A colour, or a number, as a texture that is constant or not.
   [[nodiscard]] std::optional<TextureHandle> color_texture(const std::string& name);
   [[nodiscard]] std::optional<TextureHandle> number_texture(const std::string& name);
   /// Whether a texture is given that is not the same everywhere.

@@ -44,7 +44,7 @@ constexpr std::array known_glasses{
     NamedGlass{"glass-F11", 1.78472},
 };
 
-/// Of rec. 709 primaries and D65.
+/// Linear RGB of rec. 709 primaries and D65.
 Rgb from_xyz(const glm::dvec3& xyz) {
   return {3.2404542 * xyz.x - 1.5371385 * xyz.y - 0.4985314 * xyz.z,
           -0.9692660 * xyz.x + 1.8760108 * xyz.y + 0.0415560 * xyz.z,

@@ -15,7 +15,7 @@
 
 namespace gmis::tools {
 
-/// What is to be compared, and how far.
+/// The scenes and integrators that are to be compared, and how far.
 struct ComparisonRequest {
   struct Contender {
     IntegratorChoice integrator;
@@ -31,7 +31,7 @@ struct ComparisonRequest {
   std::uint32_t seeds = 3;
   std::filesystem::path reference;  ///< empty: one is made for each scene
   double reference_seconds = 0;     ///< processor time for making one; 0: none is made, errors are estimated
-  /// What makes the references: one for all scenes or one for each.
+  /// The integrators that make the references: one for all scenes or one for each.
   std::vector<IntegratorChoice> reference_integrators{IntegratorChoice::bpt};
   std::filesystem::path folder;  ///< for references, logs and whatever else is written
   const std::atomic<bool>* interrupted = nullptr;

@@ -10,7 +10,7 @@
 #include "gmis/result/error_fit.hpp"
 
 /// \file
-/// What the courses of several runs say: the figures of a comparison.
+/// The figures of a comparison, from the courses of several runs.
 
 namespace gmis::tools {
 

@@ -163,7 +163,7 @@ Plane features_of(const Plane& plane, bool points) {
 
 // --- ꟻLIP ----------------------------------------------------------------------------------------
 
-/// What its two halves, colours and features, need of one picture.
+/// The parts of one picture that ꟻLIP's two halves, colours and features, need.
 struct Seen {
   std::vector<Colour> lab;  ///< after the eye's filters
   Plane edges, points;

@@ -26,7 +26,7 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
     text.replace(at, from.size(), to);
 }
 
-/// As gnuplot's SVG spells a colour: rgb( 10,  11,  12).
+/// A colour as gnuplot's SVG spells it: rgb( 10,  11,  12).
 std::string as_svg(const std::string& colour) {
   const auto part = [&](std::size_t at) { return std::stoi(colour.substr(at, 2), nullptr, 16); };
   char buffer[40];

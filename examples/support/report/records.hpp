@@ -12,7 +12,7 @@
 #include "support/report/metrics.hpp"
 
 /// \file
-/// What a comparison of integrators has measured.
+/// The measurements of a comparison of integrators.
 
 namespace gmis::tools {
 

@@ -28,12 +28,12 @@ struct Table {
 
 /// The tables of all scenes, as Markdown.
 [[nodiscard]] std::string markdown_of(const Comparison& comparison);
-/// Of one scene, for a terminal.
+/// The table of one scene, for a terminal.
 [[nodiscard]] std::string text_of(const Table& table);
 
 /// Three significant digits without an exponent: 1230, 12.3, 0.0123.
 [[nodiscard]] std::string three_digits(double value);
-/// As a percentage.
+/// The value as a percentage.
 [[nodiscard]] std::string percentage(double value);
 
 }  // namespace gmis::tools
