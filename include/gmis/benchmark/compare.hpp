@@ -42,6 +42,7 @@ struct ComparisonRow {
   double mean_error = 0.0;           ///< standard error of `measured_mean`
   double measured_variance = 0.0;    ///< over the rounds below, also where the variance is exact
   double measured_half_width = 0.0;  ///< of its 95 % interval, by the fourth moment; too small with heavy tails
+  /// Number of rounds behind the measured figures.
   std::uint64_t measured_rounds = 0;
   double nanoseconds = 0.0;          ///< of one round
   double density_evaluations = 0.0;  ///< in one round; NaN where a round does not say

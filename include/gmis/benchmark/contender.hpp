@@ -29,6 +29,7 @@ namespace gmis {
 class ComparisonSource {
  public:
   using result_type = std::uint64_t;
+  /// Starts from the state `seed`.
   explicit constexpr ComparisonSource(std::uint64_t seed) noexcept : state_(seed) {}
   [[nodiscard]] static constexpr result_type min() noexcept { return 0; }
   [[nodiscard]] static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
@@ -46,8 +47,8 @@ class ComparisonSource {
 /// A result that a round may return in place of a number: its estimate, and how many densities it
 /// evaluated.
 struct RoundValue {
-  double value;
-  double density_evaluations;
+  double value;                ///< estimate of one round, or the sum of several
+  double density_evaluations;  ///< densities evaluated for it; NaN where a round does not say
 };
 
 /// A round: `round(source)` returns the estimate of one round, as a number or a `RoundValue`.
@@ -113,9 +114,11 @@ class ComparedProblem {
   ComparedProblem(std::string name, Integrand f, P proposals, const Nodes& nodes)
       : shared_(std::make_shared<const Shared>(std::move(name), std::move(f), std::move(proposals), nodes)) {}
 
+  /// The name of the problem, as it was given.
   [[nodiscard]] const std::string& name() const noexcept { return shared_->name; }
   /// The problem at the nodes of the rule.
   [[nodiscard]] const TabulatedProblem& table() const noexcept { return shared_->table; }
+  /// The integral of f, by the quadrature rule.
   [[nodiscard]] double integral() const noexcept { return shared_->table.integral(); }
 
   /// One of the six schemes, run as its cheapest pair. R2 and N2 of many proposals have their

@@ -24,6 +24,7 @@ namespace gmis {
 template <class BsdfFor, std::floating_point T, UniformSource Source>
 class SurfaceCheck {
  public:
+  /// The BSDF of the point.
   using B = typename std::remove_cvref_t<std::invoke_result_t<const BsdfFor&, const Vec3<T>&>>::value_type;
   using S = typename B::Spectrum;
 

@@ -15,6 +15,7 @@
 #define GMIS_FLATTEN [[gnu::flatten]]
 /// `GMIS_ALWAYS_INLINE` and `GMIS_RARE` for lambdas, after their parameters.
 #define GMIS_ALWAYS_INLINE_LAMBDA __attribute__((always_inline))
+/// Marks a lambda that runs seldom, after its parameters: compiled for size, never inlined.
 #define GMIS_RARE_LAMBDA __attribute__((cold, noinline))
 /// A vector of this many bytes, after the name in an alias of its element type; arithmetic is by
 /// element.

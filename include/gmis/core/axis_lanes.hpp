@@ -23,10 +23,13 @@ using AxisArray = std::array<T, 4>;
 /// where the compiler may use SSE2, with the same bits.
 template <std::floating_point T>
 struct AxisLanes {
-  Vec3<T> value;
+  Vec3<T> value;  ///< x, y and z
 
+  /// The coordinates of `v`.
   [[nodiscard]] static AxisLanes of(const Vec3<T>& v) noexcept { return {v}; }
+  /// All three coordinates are `x`.
   [[nodiscard]] static AxisLanes all(T x) noexcept { return {Vec3<T>(x)}; }
+  /// Writes the coordinates to the first three numbers of `to`.
   void store(AxisArray<T>& to) const noexcept { to = {value.x, value.y, value.z, T(0)}; }
 
   [[nodiscard]] friend AxisLanes operator+(const AxisLanes& a, const AxisLanes& b) noexcept {
@@ -66,12 +69,16 @@ struct AxisLanes {
 };
 
 #if defined(__SSE2__)
+/// The three coordinates in one register of SSE2.
 template <>
 struct AxisLanes<float> {
-  __m128 value;  // the fourth is what the third is
+  __m128 value;  ///< x, y, z, and a fourth number that equals the third
 
+  /// The coordinates of `v`.
   [[nodiscard]] static AxisLanes of(const Vec3<float>& v) noexcept { return {_mm_setr_ps(v.x, v.y, v.z, v.z)}; }
+  /// All three coordinates are `x`.
   [[nodiscard]] static AxisLanes all(float x) noexcept { return {_mm_set1_ps(x)}; }
+  /// Writes the coordinates to the first three numbers of `to`.
   void store(AxisArray<float>& to) const noexcept { _mm_storeu_ps(to.data(), value); }
 
   [[nodiscard]] friend AxisLanes operator+(AxisLanes a, AxisLanes b) noexcept { return {_mm_add_ps(a.value, b.value)}; }
@@ -80,6 +87,7 @@ struct AxisLanes<float> {
   [[nodiscard]] friend bool are_at_most(AxisLanes a, AxisLanes b, float bound) noexcept {
     return _mm_movemask_ps(_mm_cmple_ps(_mm_max_ps(a.value, b.value), _mm_set1_ps(bound))) == 15;
   }
+  /// The largest integers that are not above the coordinates, which must be within their range.
   [[nodiscard]] AxisArray<std::int32_t> floors() const noexcept {
     const __m128i towards_zero = _mm_cvttps_epi32(value);
     const __m128i is_above = _mm_castps_si128(_mm_cmplt_ps(value, _mm_cvtepi32_ps(towards_zero)));  // −1 or 0
@@ -87,8 +95,11 @@ struct AxisLanes<float> {
     _mm_store_si128(reinterpret_cast<__m128i*>(result.data()), _mm_add_epi32(towards_zero, is_above));
     return result;
   }
+  /// 1 / x; ±∞ of ±0.
   [[nodiscard]] AxisLanes inverse() const noexcept { return {_mm_div_ps(_mm_set1_ps(1.0F), value)}; }
+  /// Bit i is set where coordinate i has its sign set: below 0, or −0.
   [[nodiscard]] std::uint32_t signs() const noexcept { return static_cast<std::uint32_t>(_mm_movemask_ps(value)) & 7U; }
+  /// Bit i is set where coordinate i is longer than the next one; after the last comes the first.
   [[nodiscard]] std::uint32_t descents() const noexcept {
     const __m128 lengths = _mm_andnot_ps(_mm_set1_ps(-0.0F), value);
     const __m128 next = _mm_shuffle_ps(lengths, lengths, _MM_SHUFFLE(3, 0, 2, 1));

@@ -18,7 +18,8 @@ namespace gmis {
 /// The cosine and the sine of one angle.
 template <std::floating_point T>
 struct CosSin {
-  T cos, sin;
+  T cos;  ///< cosine of the angle
+  T sin;  ///< sine of the angle
 };
 
 namespace detail {

@@ -24,6 +24,7 @@ concept StoppableExecutor = Executor<E> && requires(E& executor, const std::atom
 /// reference. Models `StoppableExecutor`; an executor that cannot be stopped is never stopped.
 class ExecutorRef {
  public:
+  /// Refers to `executor`, which must outlive this.
   template <class E>
   requires(!std::same_as<std::remove_const_t<E>, ExecutorRef> && Executor<E>) ExecutorRef(E& executor)
   noexcept
@@ -44,9 +45,12 @@ class ExecutorRef {
     run_(executor_, count, const_cast<std::remove_const_t<W>*>(std::addressof(work)),
          [](void* of, std::size_t i) { (*static_cast<W*>(of))(i); });
   }
+  /// Leaves out work that has not begun while `*flag` is true; a null pointer ends this. It does
+  /// nothing when the executor is no `StoppableExecutor`.
   void stop_when(const std::atomic<bool>* flag) const {
     if (stop_when_ != nullptr) stop_when_(executor_, flag);
   }
+  /// True while work is being left out; false when the executor is no `StoppableExecutor`.
   [[nodiscard]] bool is_stopped() const { return is_stopped_ != nullptr && is_stopped_(executor_); }
 
  private:

@@ -24,6 +24,7 @@ class SceneLike {
   [[nodiscard]] const Sc& own() const noexcept { return scene_; }
 
   // All that follows is the scene's.
+  /// The first hit of `ray` with the scene.
   [[nodiscard]] auto intersect(const Ray<T>& ray) const { return scene_.intersect(ray); }
   [[nodiscard]] bool visible(const Ray<T>& ray) const { return scene_.visible(ray); }
   [[nodiscard]] LightChoice<T, Light> sample_light(T u) const { return scene_.sample_light(u); }
@@ -38,8 +39,11 @@ class SceneLike {
   }
   [[nodiscard]] decltype(auto) infinite_lights() const { return scene_.infinite_lights(); }
   [[nodiscard]] const Camera& camera() const { return scene_.camera(); }
+  /// The effects that the scene states, where it states them.
   [[nodiscard]] Effects effects() const requires SceneWithEffects<Sc> { return scene_.effects(); }
+  /// False when the scene promises that its transmittance is 1 along every segment.
   [[nodiscard]] bool has_absorption() const requires SceneWithAbsorption<Sc> { return scene_.has_absorption(); }
+  /// Transmittance of the scene along `ray`, per channel, from 0 to `t_max`.
   [[nodiscard]] Spectrum transmittance(const Ray<T>& ray) const requires SceneWithAbsorption<Sc> {
     return scene_.transmittance(ray);
   }

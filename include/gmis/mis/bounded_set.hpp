@@ -23,16 +23,19 @@ class BoundedSet {
   explicit constexpr BoundedSet(const Set& set) noexcept : set_(set) {}
   explicit BoundedSet(const Set&&) = delete;  // it would refer to a temporary
 
+  /// Number of proposals, at most `Bound`.
   [[nodiscard]] GMIS_ALWAYS_INLINE constexpr std::size_t size() const noexcept {
     if constexpr (Bound == 1)
       return 1;
     else
       return set_.size();
   }
+  /// Draws a sample of proposal `i`.
   template <class Source>
   [[nodiscard]] GMIS_ALWAYS_INLINE constexpr auto sample(std::size_t i, Source& source) const {
     return set_.sample(i, source);
   }
+  /// Density of proposal `i` at `x`, in the measure of the set.
   [[nodiscard]] GMIS_ALWAYS_INLINE constexpr Density pdf(std::size_t i, const Value& x) const requires SetHasPdf<Set> {
     return set_.pdf(i, x);
   }

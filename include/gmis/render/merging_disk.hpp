@@ -11,9 +11,9 @@ namespace gmis {
 
 /// The merging of a run so far.
 struct DisksSoFar {
-  std::uint32_t iterations = 0;
-  double area = 0.0;          ///< sum of the squared radii of all iterations
-  double squared_bias = 0.0;  ///< of the mean of all iterations, relative; 0 where none is known
+  std::uint32_t iterations = 0;  ///< number of iterations so far
+  double area = 0.0;             ///< sum of the squared radii of all iterations
+  double squared_bias = 0.0;     ///< of the mean of all iterations, relative; 0 where none is known
 };
 
 /// r_1², from which the disks of the iterations that are left shrink, with the least mean squared

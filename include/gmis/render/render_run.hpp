@@ -91,6 +91,7 @@ class RenderRun {
 
   /// Adds the latest iteration to the convergence log unless it is there.
   GMIS_RARE void finish_log(ExecutorRef executor);
+  /// Adds the latest iteration to the log likewise, with a `SerialExecutor`.
   void finish_log() {
     SerialExecutor executor;
     finish_log(executor);

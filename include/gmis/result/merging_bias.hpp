@@ -42,6 +42,7 @@ struct MergingBias {
   /// Bias of the mean over the image, relative: bias / value, below 0 where merging loses light. It
   /// is linear in the samples, and so rises from the noise long before `relative_bias` does.
   double of_mean = 0.0;
+  /// Standard error of `of_mean`.
   double standard_error_of_mean = 0.0;
   /// The light that the run has added to make up for the bias of the mean
   /// (render/merging_gain.hpp), over the mean; `of_mean` is the bias that is left.

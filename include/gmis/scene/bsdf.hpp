@@ -53,10 +53,11 @@ class SurfaceBsdf {
 
   /// All but the normals.
   struct Compact {
-    using Whole = SurfaceBsdf;
-    const PlainMaterial<T>* material;
-    Vec2<T> uv;
+    using Whole = SurfaceBsdf;         ///< the BSDF that this stands for
+    const PlainMaterial<T>* material;  ///< the material at the point
+    Vec2<T> uv;                        ///< texture coordinates at the point
   };
+  /// The BSDF without its normals, which a stored point holds.
   [[nodiscard]] Compact compact() const noexcept { return {material_, uv_}; }
   /// The BSDF again, with the normals of its point.
   SurfaceBsdf(const Compact& compact, const SurfacePoint<T>& point) noexcept

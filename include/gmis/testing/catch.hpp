@@ -52,6 +52,7 @@ class EstimatesExactly : public detail::CatchMatcher {
   EstimatesExactly(const TabulatedProblem& problem, Scheme scheme, std::uint64_t rounds = 100'000, double level = 1e-4)
       : EstimatesExactly(exact_moments(scheme, problem), rounds, level) {}
 
+  /// Runs `round` and returns true when `check_estimator` finds its moments exact.
   template <class Round>
   [[nodiscard]] bool match(const Round& round) const {
     const EstimatorCheck check = check_estimator(round, exact_, rounds_, level_);
@@ -68,8 +69,10 @@ class EstimatesExactly : public detail::CatchMatcher {
 /// Matches a `WeightCheck` that finds nothing.
 class SumsToOne : public detail::CatchMatcher {
  public:
+  /// `tolerance` goes to `WeightCheck::passes`.
   explicit SumsToOne(double tolerance = 1e-9) : tolerance_(tolerance) {}
 
+  /// True when `check` passes with the tolerance.
   [[nodiscard]] bool match(const WeightCheck& check) const {
     text_ = "weights sum to one\n" + check.text();
     return check.passes(tolerance_);

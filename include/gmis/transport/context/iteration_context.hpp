@@ -17,13 +17,17 @@ namespace gmis {
 
 /// The techniques that are on.
 struct TechniquesOn {
-  bool emitter_hit, next_event, connect, splat, merge;
+  bool emitter_hit;  ///< camera subpaths hit emitters
+  bool next_event;   ///< camera vertices are connected with points on lights
+  bool connect;      ///< camera vertices are connected with light vertices
+  bool splat;        ///< light vertices are connected with the camera
+  bool merge;        ///< camera vertices gather photons
 };
 
 /// The rendered part of the frame.
 struct FrameBounds {
-  PixelBounds crop;
-  glm::ivec2 resolution;
+  PixelBounds crop;       ///< the rendered pixels
+  glm::ivec2 resolution;  ///< columns and rows of the frame
 
   /// Index of the pixel in the frame (rows from the upper left), or −1 when it is outside the crop.
   [[nodiscard]] constexpr std::int64_t pixel_index(glm::ivec2 pixel) const noexcept {
@@ -35,18 +39,18 @@ struct FrameBounds {
 
 /// The keys of the random numbers of an iteration.
 struct NumberKeys {
-  std::uint64_t seed;
-  Sampler sampler;
-  std::uint32_t iteration;
-  PixelSchedule schedule;  ///< camera subpaths by pixel
+  std::uint64_t seed;       ///< of the run
+  Sampler sampler;          ///< the sequences that the numbers come from
+  std::uint32_t iteration;  ///< from 1
+  PixelSchedule schedule;   ///< camera subpaths by pixel
 };
 
 /// The light vertices of an iteration, for connections.
 template <class StoredVertex, std::floating_point T>
 struct LightVertices {
-  const LightVertexCache<StoredVertex>& cache;
-  std::uint64_t tree_count;  ///< n_L
-  T connection_scale;        ///< V / (m n_L): factor on the throughput of a light vertex drawn from the cache
+  const LightVertexCache<StoredVertex>& cache;  ///< in the order of the light trees
+  std::uint64_t tree_count;                     ///< n_L
+  T connection_scale;  ///< V / (m n_L): factor on the throughput of a light vertex drawn from the cache
 };
 
 /// The photons of an iteration, for merging.
@@ -60,27 +64,28 @@ struct Photons {
 /// Plain data that is fixed during one iteration and that all techniques read.
 template <Scene Sc, class Method_>
 struct IterationContext {
-  using SceneType = Sc;
-  using MethodType = Method_;
+  using SceneType = Sc;        ///< the scene
+  using MethodType = Method_;  ///< the parts of the engine fixed at compile time
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
   using Recursion = typename Method_::Weights::template Recursion<T>;
   using Split = typename Method_::template Split<T>;
   using StoredVertex = StoredLightVertex<Sc, Recursion>;
+  /// Light subpaths take part.
   static constexpr bool has_light_side = Method_::Weights::has_light_side;
 
-  const Sc& scene;
-  Recursion recursion;
-  Split split;  ///< nominal children of light subpaths
-  SampleCounts counts;
-  TechniquesOn has;
-  int max_depth;
-  FrameBounds frame;
-  NumberKeys keys;
-  PathFilter filter;
-  LightVertices<StoredVertex, T> light;
-  Photons<T> photons;
-  const EmissionGuide<Sc>* guide;  ///< of light subpaths; null where they start as the lights emit
+  const Sc& scene;                       ///< must outlive the context
+  Recursion recursion;                   ///< forms the path weights
+  Split split;                           ///< nominal children of light subpaths
+  SampleCounts counts;                   ///< numbers of samples by technique
+  TechniquesOn has;                      ///< the techniques that are on
+  int max_depth;                         ///< greatest number of edges of a path
+  FrameBounds frame;                     ///< frame and crop, in pixels
+  NumberKeys keys;                       ///< keys of the random numbers
+  PathFilter filter;                     ///< the path classes that are made
+  LightVertices<StoredVertex, T> light;  ///< light vertices for connections
+  Photons<T> photons;                    ///< light vertices for merging
+  const EmissionGuide<Sc>* guide;        ///< of light subpaths; null where they start as the lights emit
 
   /// Number of the light tree that the camera subpath of this pixel is paired with.
   [[nodiscard]] constexpr std::size_t tree_of_pixel(std::size_t pixel) const noexcept {

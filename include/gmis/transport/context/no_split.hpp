@@ -29,16 +29,20 @@ struct NoSplit {
   struct Settings {};  ///< there is nothing to set
   /// Counts nothing.
   struct Tally {
+    /// Does nothing.
     constexpr Tally& operator+=(const Tally&) noexcept { return *this; }
   };
-  static constexpr bool is_measured = false;
+  static constexpr bool is_measured = false;  ///< c is known
 
   NoSplit() = default;
+  /// There is nothing to set.
   constexpr explicit NoSplit(Settings) noexcept {}
+  /// c = 1 at every vertex.
   template <Bsdf B>
   [[nodiscard]] static constexpr T nominal_children(const B&) noexcept {
     return T(1);
   }
+  /// Does nothing, since c is known.
   static constexpr void freeze(const Tally&) noexcept {}
 };
 

@@ -57,7 +57,9 @@ class AnyEngine {
   /// reused, and the merging radius goes on shrinking. Call it before the first iteration.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
-  /// same result, what it measures before the first iteration.
+  /// Reads or writes the state for a later run (`core/state_archive.hpp`), between two iterations.
+  /// An engine measures again, with the same result, all that it measures before its first
+  /// iteration.
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(iteration_, settings_.counts.radius_factor, merging_gain_, counters_, light_work_, rejections_, seconds_);
@@ -136,25 +138,29 @@ class AnyEngine {
   [[nodiscard]] double merging_gain() const noexcept { return merging_gain_; }
 
  protected:
+  /// An engine before its first iteration. `crop` is clipped to the frame; without it the whole
+  /// frame is rendered.
   GMIS_RARE AnyEngine(const RenderSettings& settings, glm::ivec2 resolution, const std::optional<PixelBounds>& crop);
 
   /// Learns numbers of camera subpaths from the latest iteration, which took the work `work`.
   GMIS_RARE void learn_pixel_counts(const Counters& work);
 
-  RenderSettings settings_;
-  glm::ivec2 resolution_;
-  PixelBounds crop_;
-  double radius_ = 0.0;        // r_1 for a radius factor of 1
-  double merging_gain_ = 0.0;  // q of `MergingGain`
-  double vertices_per_tree_ = 0.0, merged_light_ = 0.0;
-  std::size_t light_tree_count_ = 0;
-  std::vector<S> frame_;
-  std::vector<float> merging_change_;
-  Counters counters_, light_work_;
-  RejectionLog rejections_;
-  PhaseSeconds seconds_;
-  std::uint32_t iteration_ = 0;
-  LearnedPixelCounts pixel_counts_;
+  RenderSettings settings_;            ///< of the next iteration
+  glm::ivec2 resolution_;              ///< columns and rows of the frame
+  PixelBounds crop_;                   ///< the rendered part of the frame
+  double radius_ = 0.0;                ///< r_1 for a radius factor of 1, in scene units
+  double merging_gain_ = 0.0;          ///< q of `MergingGain`
+  double vertices_per_tree_ = 0.0;     ///< V̄ / n_L; 0 unless weights depend on it
+  double merged_light_ = 0.0;          ///< in the latest iteration, summed over the crop
+  std::size_t light_tree_count_ = 0;   ///< n_L
+  std::vector<S> frame_;               ///< the image of the latest iteration
+  std::vector<float> merging_change_;  ///< by pixel of the latest iteration; empty without merging
+  Counters counters_;                  ///< the work of all iterations
+  Counters light_work_;                ///< the part of it that light trees took
+  RejectionLog rejections_;            ///< the first paths with rejections
+  PhaseSeconds seconds_;               ///< wall time by phase, over all iterations
+  std::uint32_t iteration_ = 0;        ///< number of the latest iteration, from 1
+  LearnedPixelCounts pixel_counts_;    ///< numbers of camera subpaths
 };
 
 template <Spectrum S>

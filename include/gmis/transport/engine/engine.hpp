@@ -60,6 +60,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   using StoredVertex = typename Context::StoredVertex;
   using Split = typename Context::Split;
   using Output = typename Method_::template Output<S>;
+  /// Traces light subpaths or light trees.
   using LightWalk = typename Method_::template LightWalk<Context, Output>;
   /// Light trees take part.
   static constexpr bool has_light_side = Context::has_light_side;
@@ -96,6 +97,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
       if constexpr (requires { output.keep_contributions(keep); }) output.keep_contributions(keep);
     });
   }
+  /// Calls `visit` for every kept contribution, the light side first, in the order of the chunks.
   GMIS_RARE void for_each_contribution(const std::function<void(const Contribution<S>&)>& visit) const override {
     for (const auto* outputs : {&light_outputs_, &camera_outputs_})
       for (const Output& output : *outputs)
@@ -411,6 +413,7 @@ void Engine<Sc, Method_, Source>::trace_camera(ExecutorRef executor, const Conte
   }
 }
 
+/// \cond
 template <Scene Sc, class Method_, class Source>
 template <class Subpath>
 void Engine<Sc, Method_, Source>::trace_several(const Context& context, Subpath& subpath, Output& output,
@@ -426,6 +429,7 @@ void Engine<Sc, Method_, Source>::trace_several(const Context& context, Subpath&
                                        2.0 * static_cast<double>(mean_channel(output.take_pixel()) - T(2) * but_last),
                                        cost_of(output.counters()) - cost_before);
 }
+/// \endcond
 
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::add_splats() {

@@ -31,6 +31,7 @@ struct CameraSideWeights {
 struct LightPaths {
   template <std::floating_point T>
   using Split = NoSplit<T>;
+  /// Traces a light subpath.
   template <class Context, class Output>
   using Walk = LightPath<Context, Output>;
 };
@@ -49,6 +50,7 @@ struct Method {
   using Output = Output_<S>;
   template <std::floating_point T>
   using Split = typename Light::template Split<T>;
+  /// Traces light subpaths, as `Light` does.
   template <class Context, class AnyOutput>
   using LightWalk = typename Light::template Walk<Context, AnyOutput>;
 };

@@ -13,9 +13,11 @@ namespace gmis {
 
 /// The pixels of a crop in a frame whose pixels are stored by rows.
 struct CropPixels {
-  std::size_t frame_width = 1, frame_height = 1;
-  std::size_t first = 0;              ///< index of the upper left pixel in the frame
-  std::size_t width = 0, height = 0;  ///< of the crop
+  std::size_t frame_width = 1;   ///< columns of the frame
+  std::size_t frame_height = 1;  ///< rows of the frame
+  std::size_t first = 0;         ///< index in the frame of the crop's upper left pixel
+  std::size_t width = 0;         ///< columns of the crop
+  std::size_t height = 0;        ///< rows of the crop
 
   /// Number of pixels of the frame.
   [[nodiscard]] std::size_t frame_size() const noexcept { return frame_width * frame_height; }

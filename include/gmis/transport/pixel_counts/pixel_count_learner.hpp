@@ -42,6 +42,7 @@ class PixelCountLearner {
   static constexpr double most_work = 0.9;
 
   PixelCountLearner() = default;
+  /// Learns the numbers for the pixels of `crop`.
   explicit PixelCountLearner(const CropPixels& crop) : crop_(crop), pixels_(crop.frame_size()) {}
 
   /// Iterations so far.

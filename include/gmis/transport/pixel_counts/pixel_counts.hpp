@@ -47,6 +47,7 @@ class PixelCountTable {
 /// sequence are theirs. All subpaths of a pixel in one replication take points one after the other,
 /// without a gap.
 struct PixelSchedule {
+  /// The numbers by pixel; null where every pixel has `uniform`.
   const PixelCountTable* table = nullptr;
   /// Number of subpaths of every pixel where there is no table. When it is above one, only the
   /// first takes a point.
@@ -56,9 +57,11 @@ struct PixelSchedule {
   /// … and those in which it had as many subpaths as now.
   std::uint64_t rounds = 0;
 
+  /// Number of camera subpaths of a pixel (its index in the frame).
   [[nodiscard]] std::uint32_t count(std::size_t pixel) const noexcept {
     return table != nullptr ? (*table)[pixel] : uniform;
   }
+  /// Index, in the sequence of the pixel, of the point that its first subpath takes.
   [[nodiscard]] std::uint64_t first_point(std::size_t pixel) const noexcept { return before + rounds * count(pixel); }
 };
 

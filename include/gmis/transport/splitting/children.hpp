@@ -34,10 +34,13 @@ class LobeProposals {
   using Value = Vec3<Density>;
   static constexpr std::size_t capacity = static_cast<std::size_t>(B::max_lobes);
 
+  /// `bsdf` must outlive this. `to_prev` is a unit direction away from the surface.
   LobeProposals(const B& bsdf, const Value& to_prev, TransportMode mode)
       : bsdf_(bsdf), to_prev_(to_prev), mode_(mode) {}
 
+  /// N: number of non-delta lobes here.
   [[nodiscard]] constexpr std::size_t size() const noexcept { return static_cast<std::size_t>(bsdf_.lobe_count()); }
+  /// Draws a unit direction from one lobe; nothing when the lobe fails.
   [[nodiscard]] std::optional<Value> sample(std::size_t lobe, UniformSource auto& source) const {
     const Density u = uniform<Density>(source);
     return bsdf_.sample_lobe(static_cast<int>(lobe), to_prev_, {u, uniform<Density>(source)}, mode_);

@@ -18,6 +18,7 @@ struct GmisSampler {
   Scheme scheme = Scheme::N3;  ///< MIS scheme that draws the children of a vertex
   int rounds = 1;              ///< k: a vertex with N lobes has M = kN children; at most 1024
   int budget = 20;             ///< samples that a light tree may draw before it stops splitting
+  /// How a tree goes on when its budget is spent.
   TreeBudget at_end_of_budget = TreeBudget::softened;
 };
 

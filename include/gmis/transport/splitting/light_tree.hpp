@@ -21,6 +21,7 @@ class LightTree : LightSubpath<Context, Output> {
  public:
   using typename Base::Chunk;
 
+  /// Context and output must outlive this.
   LightTree(const Context& context, Output& output) : Base(context, output) {}
 
   /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none.
@@ -37,6 +38,7 @@ class LightTree : LightSubpath<Context, Output> {
       }
     follow<false>(source, stored, children);
   }
+  /// Traces one tree without counting children.
   template <UniformSource Source>
   void trace(Source source, Chunk* stored) {
     Tally ignored;

@@ -23,18 +23,20 @@ namespace gmis {
 template <std::floating_point T>
 class QueueSplit {
  public:
-  using Settings = GmisSampler;
-  static constexpr bool is_measured = true;
+  using Settings = GmisSampler;              ///< scheme, rounds and budget
+  static constexpr bool is_measured = true;  ///< c is measured over separate trees
 
   /// Counts vertices and the children drawn there, by the kind of the vertex.
   class Tally {
    public:
+    /// Counts a vertex with this BSDF and the children drawn there.
     template <Bsdf B>
     constexpr void count(const B& bsdf, int drawn) noexcept {
       const auto kind = static_cast<std::size_t>(split_kind(bsdf));
       ++vertices_[kind];
       children_[kind] += static_cast<std::uint64_t>(drawn);
     }
+    /// Adds the vertices and children that `other` has counted.
     Tally& operator+=(const Tally& other) noexcept {
       for (std::size_t kind = 0; kind < vertices_.size(); ++kind) {
         vertices_[kind] += other.vertices_[kind];
@@ -54,6 +56,7 @@ class QueueSplit {
   };
 
   QueueSplit() : QueueSplit(Settings{}) {}
+  /// c is 1 for every kind of vertex until `freeze`. Rounds are clamped to [1, 1024].
   explicit QueueSplit(const Settings& settings)
       : scheme_(settings.scheme),
         budget_(settings.budget),

@@ -14,6 +14,7 @@ namespace gmis {
 struct LightTrees {
   template <std::floating_point T>
   using Split = QueueSplit<T>;
+  /// Traces a light tree.
   template <class Context, class Output>
   using Walk = LightTree<Context, Output>;
 };

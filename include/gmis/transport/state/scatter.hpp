@@ -43,11 +43,11 @@ template <Bsdf B>
 /// (docs/weights.md).
 template <Spectrum S>
 struct Step {
-  Vec3<ScalarOf<S>> to_next;
-  S weight;
-  ScalarOf<S> forward;
-  ScalarOf<S> reverse;
-  bool is_delta;
+  Vec3<ScalarOf<S>> to_next;  ///< unit direction of the step, away from the surface
+  S weight;                   ///< factor on the throughput
+  ScalarOf<S> forward;        ///< nominal density of this step
+  ScalarOf<S> reverse;        ///< nominal density of the step in the other direction of the path
+  bool is_delta;              ///< the step comes from a delta lobe
 };
 
 /// The nominal numbers of children c at one vertex, continuation probability included: of the
@@ -55,7 +55,8 @@ struct Step {
 /// path (`reverse`).
 template <std::floating_point T>
 struct NominalChildren {
-  T forward, reverse;
+  T forward;  ///< c of the subpath that made the vertex
+  T reverse;  ///< c of a subpath from the other end of the path
 };
 
 /// A vertex from which a subpath continues. The nominal numbers of children may differ for delta
@@ -64,13 +65,13 @@ struct NominalChildren {
 template <Bsdf B>
 struct ScatteringVertex {
   using T = ScalarOf<typename B::Spectrum>;
-  const B& bsdf;
-  const SurfacePoint<T>& point;
-  const Vec3<T>& to_prev;
-  TransportMode mode;
-  T survival;
-  NominalChildren<T> children;
-  NominalChildren<T> delta_children;
+  const B& bsdf;                      ///< must outlive this, as the point and `to_prev` must
+  const SurfacePoint<T>& point;       ///< position and normals of the surface here
+  const Vec3<T>& to_prev;             ///< unit direction to the vertex before
+  TransportMode mode;                 ///< radiance on camera, importance on light subpaths
+  T survival;                         ///< continuation probability of Russian roulette
+  NominalChildren<T> children;        ///< c for a non-delta event
+  NominalChildren<T> delta_children;  ///< c for a delta event
 };
 
 /// Draws one child from the mixture of all lobes, after Russian roulette. Returns nothing when the

@@ -14,10 +14,11 @@ template <Scene Sc, class Recursion>
 struct LightVertex {
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
-  SurfacePoint<T> point;
-  typename Sc::Bsdf bsdf;
-  Vec3<T> to_prev;
-  S throughput;  ///< flux that arrives here, divided by the actual density per light tree; without MIS weight
+  SurfacePoint<T> point;   ///< position and normals of the surface here
+  typename Sc::Bsdf bsdf;  ///< scatters light at `point`
+  Vec3<T> to_prev;         ///< unit direction to the vertex before, towards the light
+  S throughput;            ///< flux that arrives here, divided by the actual density per light tree; without MIS weight
+  /// Partial sums of the path weights here.
   typename Recursion::LightPartial weights;
   NominalChildren<T> children;  ///< c here: `forward` of a light subpath, `reverse` of a camera subpath
   std::int16_t depth;           ///< edges from the light
@@ -31,8 +32,9 @@ struct CameraVertex {
   using S = typename Sc::Spectrum;
   using T = ScalarOf<S>;
   const Hit<T, typename Sc::Bsdf, typename Sc::Light>& hit;  ///< must outlive the vertex
-  Vec3<T> to_prev;
-  S throughput;  ///< factor on the radiance that leaves here along `to_prev`; without MIS weight
+  Vec3<T> to_prev;  ///< unit direction to the vertex before, towards the camera
+  S throughput;     ///< factor on the radiance that leaves here along `to_prev`; without MIS weight
+  /// Partial sums of the path weights here.
   typename Recursion::CameraPartial weights;
   NominalChildren<T> children{};  ///< c here: `forward` of a camera subpath, `reverse` of a light subpath
   std::int16_t depth;             ///< edges from the camera
@@ -47,8 +49,8 @@ struct CameraVertex {
 /// finite.
 template <std::floating_point T>
 struct Link {
-  Vec3<T> direction;
-  T distance_squared;
+  Vec3<T> direction;   ///< unit vector from `from` to `to`
+  T distance_squared;  ///< d², in squared scene units
 
   /// The line from `from` to `to`.
   [[nodiscard]] static constexpr Link between(const Vec3<T>& from, const Vec3<T>& to) noexcept {
