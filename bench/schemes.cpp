@@ -166,7 +166,7 @@ void judge_choices(const Options& options) {
       for (const double factor : {1.0, 16.0, 256.0}) {
         const gmis::CostModel costs{factor * per_density, std::max(0.1, rows[0].nanoseconds / count - per_density)};
         Words source(options.times.seed);
-        const gmis::Pilot pilot(problem, problem.proposals(n), 100, source);
+        const gmis::PilotSamples pilot(problem, problem.proposals(n), 100, source);
         const auto choice = gmis::best_scheme(pilot.problem(), costs, source);
         const auto exact = gmis::best_scheme(over.table(), costs, source);
         std::printf("%-7s %4zu %5g×  picked %-20s best %-20s variance × cost over the least: %.3f\n", problem.name, n,

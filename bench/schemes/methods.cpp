@@ -24,7 +24,7 @@ gmis::Comparison compare_methods(const Problem& problem, std::size_t n, const gm
   const std::vector<std::uint32_t> ones(n, 1);
   Words pilot_source(settings.seed);
   gmis::ScrambledSobol points(settings.seed);
-  const gmis::Pilot pilot(problem, proposals, 30, pilot_source);
+  const gmis::PilotSamples pilot(problem, proposals, 30, pilot_source);
   const gmis::TabulatedProblem& table = pilot.problem();
   const auto coefficients = gmis::control_coefficients(ones, table);
   const auto factors = gmis::variance_aware_factors(table);

@@ -42,7 +42,7 @@ inline Outcome outcome_of(const auto& estimate) {
 inline Outcome with_pilot(const four::Problem& problem, std::uint32_t budget, gmis::Philox& source, auto rest) {
   const auto n = static_cast<std::uint32_t>(problem.proposals.size());
   const std::uint32_t pilot_rounds = budget / 10 / n;
-  const gmis::Pilot pilot(problem.f, problem.proposals, pilot_rounds, source);
+  const gmis::PilotSamples pilot(problem.f, problem.proposals, pilot_rounds, source);
   Outcome outcome = outcome_of(rest(pilot.problem(), budget / n - pilot_rounds));
   outcome.integrand_evaluations += pilot_rounds * n;
   outcome.density_evaluations += pilot_rounds * n * n;

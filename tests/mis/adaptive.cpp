@@ -387,7 +387,7 @@ TEST_CASE("chosen groups: the best of all partitions, by brute force", "[mis]") 
       CHECK(variance < largest);
       CHECK(chosen.density_evaluations_per_round() == 6 * size);
     }
-    const gmis::Pilot pilot(problem.f, proposals, 500, source);
+    const gmis::PilotSamples pilot(problem.f, proposals, 500, source);
     const auto by_pilot = gmis::best_groups(pilot.problem(), 2);
     CHECK(exact_moments(by_pilot, table).variance <= 1.3 * exact_moments(gmis::best_groups(table, 2), table).variance);
     const auto run = gmis::estimate_partial(problem.f, proposals, by_pilot, 4000, source);

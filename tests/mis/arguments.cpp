@@ -255,12 +255,12 @@ TEST_CASE("empty sets, no rounds and buffers that are too small are rejected", "
   check_pairs(TooLarge{}, gmis::EqualAllocation{}, always);
   REJECTED(gmis::estimate_weighted(gmis::Balance{}, f, none, 2, source));
   REJECTED(gmis::check_coverage(f, none, Numbers{0.5}));
-  REJECTED(gmis::Pilot(f, none, 10, source));
+  REJECTED(gmis::PilotSamples(f, none, 10, source));
   REJECTED(gmis::estimate<Scheme::N3>(f, ramps, 0, source));
   REJECTED(gmis::estimate<Scheme::N3>(f, ramps, static_cast<std::uint64_t>(-1), source));
   REJECTED(gmis::estimate_partial(f, ramps, gmis::Groups<>(3, 2), 0, source));
   REJECTED(gmis::estimate_weighted(gmis::Balance{}, f, ramps, 0, source));
-  REJECTED(gmis::Pilot(f, ramps, 0, source));
+  REJECTED(gmis::PilotSamples(f, ramps, 0, source));
   REJECTED(gmis::check_coverage(f, ramps, test::Uniform{}, 0, source));
   gmis::Workspace<double, 2> small;
   const auto ignore = [](double, double, std::size_t) {};
@@ -384,7 +384,7 @@ TEST_CASE("integers and bools are numbers; SpectrumTraits alone is enough", "[mi
   CHECK(bare.rejected.non_finite_integrand > 0);
   CHECK(bare.mean[0] <= real.mean);
   gmis::Philox e(3);
-  CHECK(gmis::Pilot([](double x) { return x > 0.5 ? 2 : 0; }, ramps, 50, e).problem().node_count() == 150);
+  CHECK(gmis::PilotSamples([](double x) { return x > 0.5 ? 2 : 0; }, ramps, 50, e).problem().node_count() == 150);
   CHECK(gmis::estimate_partial([](double) { return 1U; }, ramps, gmis::Groups<>(3, 2), 5, e).rounds == 5);
   CHECK(gmis::estimate_weighted(
             gmis::Power{}, [](double) { return 1L; }, ramps, 5, e)
@@ -435,7 +435,7 @@ TEST_CASE("a set is checked for the source that it is used with", "[mis]") {
   CHECK(test::normal_p_value((estimate.mean - 1.0) / estimate.standard_error.value()) > 1e-5);
   CHECK(gmis::estimate_partial(f, proposals, gmis::Groups<>(2, 1), 10, source).rounds == 10);
   CHECK(gmis::estimate_weighted(gmis::Power{}, f, proposals, 10, source).rounds == 10);
-  CHECK(gmis::Pilot(f, proposals, 10, source).problem().node_count() == 20);
+  CHECK(gmis::PilotSamples(f, proposals, 10, source).problem().node_count() == 20);
   CHECK(gmis::check_coverage(f, proposals, MersenneOnly{}, 10, source).probes == 10);
   CHECK(gmis::check_coverage<std::mt19937>(f, proposals, Numbers{0.5}).allows(Scheme::N1));
 }
@@ -513,6 +513,6 @@ concept HandsOutFromTemporary = requires {
 static_assert(!HandsOutFromTemporary<gmis::TabulatedProblem>);
 static_assert(!HandsOutFromTemporary<const gmis::TabulatedProblem>);
 static_assert(HandsOutFromTemporary<gmis::TabulatedProblem&>);
-static_assert(std::same_as<decltype(std::declval<gmis::Pilot>().problem()), gmis::TabulatedProblem>);
+static_assert(std::same_as<decltype(std::declval<gmis::PilotSamples>().problem()), gmis::TabulatedProblem>);
 static_assert(std::same_as<decltype(std::declval<gmis::SchemeChoice>().chosen()), gmis::SchemeCandidate>);
 static_assert(std::same_as<decltype(std::declval<const gmis::SchemeChoice>().chosen()), gmis::SchemeCandidate>);

@@ -76,7 +76,7 @@ TEST_CASE("best_scheme picks what exact variances and costs say", "[mis]") {
   const double share = GENERATE(1.0, 0.6, 0.02);
   const Problem problem(share);
   gmis::Philox source(gmis_test::seed(11));
-  const gmis::Pilot pilot(Problem::f, problem.bumps, 500, source);
+  const gmis::PilotSamples pilot(Problem::f, problem.bumps, 500, source);
   for (const CostModel costs : {CostModel{1.0, 1000.0}, CostModel{10.0, 10.0}, CostModel{1000.0, 1.0}}) {
     CAPTURE(share, costs.per_density, costs.per_sample);
     const auto exact = exact_scores(problem, costs);
@@ -118,7 +118,7 @@ TEST_CASE("no variance that a pilot gives is negative, however short it is", "[m
   const auto mixture = [&](double x) { return ramps[0].pdf(x) + ramps[1].pdf(x) + ramps[2].pdf(x); };
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     gmis::Philox source(gmis_test::seed(seed));
-    const gmis::Pilot pilot(mixture, ramps, 2, source);
+    const gmis::PilotSamples pilot(mixture, ramps, 2, source);
     CAPTURE(seed);
     for (const Scheme scheme : gmis::all_schemes) CHECK(exact_variance(scheme, pilot.problem()) > -1e-12);
     CHECK(exact_moments(gmis::Groups<>(3, 2), pilot.problem()).variance > -1e-12);
@@ -128,7 +128,7 @@ TEST_CASE("no variance that a pilot gives is negative, however short it is", "[m
 TEST_CASE("best_scheme: of schemes without variance the cheapest wins", "[mis]") {
   const std::array<test::Ramp, 4> ramps{{{1.0}, {1.0}, {1.0}, {1.0}}};
   gmis::Philox source(gmis_test::seed(2));
-  const gmis::Pilot pilot([](double x) { return 3.0 * (1.0 + (x - 0.5)); }, ramps, 5, source);
+  const gmis::PilotSamples pilot([](double x) { return 3.0 * (1.0 + (x - 0.5)); }, ramps, 5, source);
   const auto choice = gmis::best_scheme(pilot.problem(), {10.0, 10.0}, source);
   for (const auto& candidate : choice.candidates) CHECK(candidate.variance < 1e-14);
   CHECK(choice.chosen().density_evaluations <= 16.0);
@@ -137,7 +137,7 @@ TEST_CASE("best_scheme: of schemes without variance the cheapest wins", "[mis]")
 TEST_CASE("best_scheme never picks a scheme that the pilot knows to be biased", "[mis]") {
   const std::array<test::Uniform, 4> halves{{{0.0, 0.5}, {0.0, 0.5}, {0.5, 1.0}, {0.5, 1.0}}};
   gmis::Philox source(gmis_test::seed(2));
-  const gmis::Pilot pilot([](double x) { return 1.0 + x; }, halves, 50, source);
+  const gmis::PilotSamples pilot([](double x) { return 1.0 + x; }, halves, 50, source);
   const auto choice = gmis::best_scheme(pilot.problem(), {1000.0, 1.0}, source);
   for (const auto& candidate : choice.candidates) {
     const bool covers = candidate.group_size >= 2 || !needs_full_support(candidate.scheme);
@@ -156,7 +156,7 @@ TEST_CASE("best_scheme is a function of the seed, and works with logarithms out 
   for (const Far& proposal : far) near.push_back({proposal.mean, 1.0});
   const auto table_of = [](const auto& integrand, const auto& proposals) {
     gmis::Philox source(gmis_test::seed(9));
-    const gmis::Pilot pilot(integrand, proposals, 100, source);
+    const gmis::PilotSamples pilot(integrand, proposals, 100, source);
     return gmis::best_scheme(pilot.problem(), {10.0, 10.0}, source);
   };
   const auto once = table_of(f, near), again = table_of(f, near), from_logs = table_of(f_log, far);
@@ -179,7 +179,7 @@ TEST_CASE("a pilot of proposals that fail knows their share", "[mis]") {
   };
   const std::array<Half, 1> proposals{};
   gmis::Philox source(gmis_test::seed(6));
-  const gmis::Pilot pilot([](double) { return 1.0; }, proposals, 4000, source);
+  const gmis::PilotSamples pilot([](double) { return 1.0; }, proposals, 4000, source);
   // f/q is 2 or 0, each half the time: variance 1; its estimate 4 p̂ (1/2 − p̂ ...) stays within 5
   // standard deviations.
   CHECK(exact_variance(Scheme::R1, pilot.problem()) == Approx(1.0).margin(0.1));

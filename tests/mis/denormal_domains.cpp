@@ -136,7 +136,7 @@ TEST_CASE("best_scheme is not misled where f is zero and a density denormal", "[
   const auto truth = gmis::best_scheme(exact, costs, source);
   CHECK(truth.chosen().scheme == Scheme::N3);
   for (int trial = 0; trial < 123; ++trial) {
-    const gmis::Pilot pilot(parabola, normals, 200, source);
+    const gmis::PilotSamples pilot(parabola, normals, 200, source);
     const auto choice = gmis::best_scheme(pilot.problem(), costs, source);
     for (const auto& candidate : choice.candidates) CHECK(std::isfinite(candidate.variance));
     CHECK(exact.integral() == Approx(4.0 / 3.0));

@@ -13,7 +13,7 @@ int main() {
   const std::vector<test::Ramp> ramps{{-1.0}, {1.0}};
   gmis::Philox source(1);
   const auto estimate = gmis::estimate<gmis::Scheme::N3>([](double) { return 1.0; }, ramps, 10, source);
-  const gmis::Pilot pilot([](double) { return 1.0; }, ramps, 10, source);
+  const gmis::PilotSamples pilot([](double) { return 1.0; }, ramps, 10, source);
   if (estimate.rounds != 10 || pilot.problem().node_count() != 20) return 1;
   std::signal(SIGABRT, [](int) { std::_Exit(0); });
   const gmis::Groups<> groups(2, 0);

@@ -239,7 +239,7 @@ TEST_CASE("best plan: scheme, groups and allocation from one pilot", "[mis]") {
     CAPTURE(problem.name);
     const auto table = test::tabulated(problem);
     const auto exact = gmis::best_plan(table, costs, 12, source);
-    const gmis::Pilot pilot(problem.f, problem.proposals, 200, source);
+    const gmis::PilotSamples pilot(problem.f, problem.proposals, 200, source);
     const auto measured = gmis::best_plan(pilot.problem(), costs, 12, source);
     const auto& chosen = measured.chosen();
     for (const auto& candidate : exact.candidates)

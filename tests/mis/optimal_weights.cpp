@@ -248,7 +248,7 @@ TEST_CASE("control variates: channels, logarithms, pilots and faults", "[mis]") 
   CHECK(test::normal_p_value((direct.mean[0] - 1.0) / (*direct.standard_error)[0]) > 1e-5);
 
   // A pilot's coefficients serve as well as those of quadrature.
-  const gmis::Pilot pilot(problem.f, problem.proposals, 300, source);
+  const gmis::PilotSamples pilot(problem.f, problem.proposals, 300, source);
   const auto beta = gmis::control_coefficients(counts, pilot.problem());
   const auto table = test::tabulated(problem);
   const double least =

@@ -165,7 +165,7 @@ auto estimate_of_batches(const std::vector<Exponential>& proposals) {
 gmis::SchemeChoice which_scheme(const std::vector<Exponential>& proposals) {
   gmis::Philox source(7);
   const auto f = [](double x) { return x * std::exp(-x); };
-  const gmis::Pilot pilot(f, proposals, 100, source);  // 100 samples of each proposal, with all densities
+  const gmis::PilotSamples pilot(f, proposals, 100, source);  // 100 samples of each proposal, with all densities
   const gmis::CostModel costs{.per_density = 8.0, .per_sample = 40.0};  // nanoseconds, as you measured them
   return gmis::best_scheme(pilot.problem(), costs, source);
 }

@@ -24,14 +24,14 @@ struct CostModel {
 /// Samples of a problem with all densities at each: what `best_scheme` works out variances from.
 /// Everything is kept relative to the mixture ψ at the sample, so that densities outside the range
 /// of double do no harm.
-class Pilot {
+class PilotSamples {
  public:
   /// Draws `rounds` ≥ 1 rounds, one sample of each proposal a round. The integrand returns a number
   /// or a `LogValue`; give it the channel, or the mean of the channels, whose variance counts.
   /// Throws std::invalid_argument when no sample was usable, and for arguments that `estimate`
   /// rejects.
   template <class Integrand, class P, class Source>
-  Pilot(Integrand&& f, const P& proposals, std::uint64_t rounds, Source&& source)
+  PilotSamples(Integrand&& f, const P& proposals, std::uint64_t rounds, Source&& source)
       : problem_(tabulate(f, proposals, rounds, source, rejected_)) {}
 
   /// The samples as the nodes of a quadrature rule: a sum over them estimates an integral.

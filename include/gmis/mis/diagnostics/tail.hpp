@@ -40,7 +40,8 @@ class ContributionTail {
 
   /// Contributions that were added.
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
-  /// (Σ |c|)²/Σ c²: so many equal contributions would have the same second moment. 0 without any.
+  /// (Σ |c|)²/Σ c²: N equal contributions, N this number, would have the same second moment. 0
+  /// without any.
   [[nodiscard]] double effective_sample_size() const noexcept { return squares_ > 0.0 ? sum_ * sum_ / squares_ : 0.0; }
   /// Largest |c| over Σ |c|.
   [[nodiscard]] double share_of_largest() const {

@@ -16,8 +16,8 @@ namespace gmis {
 /// same cost [Elvira, Martino, Luengo, Bugallo: Heretical multiple importance sampling, 2016]: from
 /// the better of strided and consecutive groups, pairs of proposals change places as long as that
 /// gains. A local minimum. The partition is chosen before the samples that use it are drawn, from a
-/// quadrature rule or a `Pilot`, so that estimates stay unbiased; a partition chosen by the samples
-/// themselves would bias.
+/// quadrature rule or a `PilotSamples`, so that estimates stay unbiased; a partition chosen by the
+/// samples themselves would bias.
 ///
 /// Groups that do not cover f are left out. Throws std::invalid_argument when none of the two
 /// starts covers f.

@@ -13,8 +13,8 @@
 
 /// \file
 /// Sample allocation by variance and cost: fractions α_k for R3, counts n_k for N3, from a table of
-/// nodes, which is a quadrature rule or a `Pilot`. A cost is that of one sample of proposal k, all
-/// its density evaluations included.
+/// nodes, which is a quadrature rule or a `PilotSamples`. A cost is that of one sample of proposal
+/// k, all its density evaluations included.
 
 namespace gmis {
 
