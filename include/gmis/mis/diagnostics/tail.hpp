@@ -124,8 +124,8 @@ struct EstimateWithTail {
   ContributionTail tail;  ///< of all samples that could be used
 };
 
-/// As `estimate`, with the tail of the contributions f/φ. The numbers drawn, and so the estimate,
-/// are the same.
+/// The estimate that `estimate` returns, and the tail of its contributions f/φ. Both functions draw
+/// the numbers of one stream, so the estimates are equal.
 template <Scheme scheme, class Integrand, class P, class Source, class AllocationType = EqualAllocation>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_with_tail(Integrand&& f, const P& proposals, std::uint64_t rounds, Source&& source,
