@@ -174,8 +174,11 @@ constexpr int runs = 8;
 
 Measured measured(const std::string& name, IntegratorChoice integrator) {
   Diagnostics diagnostics;
-  SceneDescription description = read_scene(file_of(name), diagnostics);
-  if (file_of(name).extension() == ".gltf") description.film.width = description.film.height = resolution;
+  const bool is_gltf = file_of(name).extension() == ".gltf";
+  LoadOptions load;
+  if (is_gltf) load.sky = "white";  // none of these files has a light
+  SceneDescription description = read_scene(file_of(name), diagnostics, load);
+  if (is_gltf) description.film.width = description.film.height = resolution;
   const auto scene = build_scene(description, diagnostics);
   for (const Diagnostic& diagnostic : diagnostics.all()) {
     CAPTURE(diagnostic.to_string());
