@@ -89,6 +89,11 @@ def measure_whole(options, compiler):
         words = words[:words.index("-o")]
         drop = ("-O", "-march") if compiler == "g++" else ("-O", "-march", "--param", "-fno-tree-slp-vectorize", "-fpch-preprocess")
         words = [word for word in words if not word.startswith(drop)]
+        # A precompiled header is another compiler's, or one of other options.
+        if any("cmake_pch" in word for word in words):
+            header = next(i for i, word in enumerate(words) if "cmake_pch" in word)
+            del words[header - 1:header + 1]
+        words = [word for word in words if word != "-Winvalid-pch"]
         costs = compiled([compiler, *words, "-O2", "-c", entry["file"]], (options.out / "program.o").resolve(), 1)
         seconds, megabytes, text = seconds + costs[0], max(megabytes, costs[1]), text + costs[2]
     return seconds, megabytes, text

@@ -28,21 +28,21 @@ struct Pinned {
 
 const std::vector<Pinned> pinned{
     // clang-format off
-    {"--integrator pt", "c857090fb57696a9", "da9b9e0bae83f739"},
-    {"--integrator lt", "15238bd36471c6c0", "d623d98e32901224"},
-    {"--integrator bpt --connections 1", "cbff657aa1240dad", "eda5d54699d62dfd"},
-    {"--integrator bpt --connections 2", "1bee8977aace3b12", "8ed0b43d104f2936"},
-    {"--integrator bpt --connections 4", "4e7ef2797ca07c64", "a8a1a779dbaaa1f9"},
-    {"--integrator bpt --connections paired", "a2213c29d51c9ed7", "605d104fca12922d"},
-    {"--integrator ppm", "908fe40cecb58f3c", "0374bbe1065abbec"},
-    {"--integrator bpm", "0dd982b06e195cca", "5f9352b9853fd759"},
-    {"--integrator vcm --connections 1", "dc7a49164b768b60", "4009fb62a83b26f6"},
-    {"--integrator vcm --connections 2", "dd1ba3b009d76de9", "830e6d2d663cf8f3"},
-    {"--integrator vcm --connections 4", "99d224fb30bbc6af", "848ddd3024e541a5"},
-    {"--integrator vcm --connections paired", "f4c6892a0ead399f", "0fb67a85017a9116"},
-    {"--integrator gmis --split none --connections 1", "dc7a49164b768b60", "4009fb62a83b26f6"},
-    {"--integrator gmis --split budgeted --connections 1", "a9c54d6ff0a34b8e", "6043062a9123108d"},
-    {"--integrator gmis --split paper --scheme R2 --connections 2", "0376ee79d7f9f778", "e2c0b150030aafc8"},
+    {"--integrator pt", "a980661c81a446f8", "94c9cb91d37e9c89"},
+    {"--integrator lt", "88665426eea08a52", "f897f5372ce06bad"},
+    {"--integrator bpt --connections 1", "3f42ad9fd3c6e71b", "ae7820985643826f"},
+    {"--integrator bpt --connections 2", "965cfcbe36322db4", "1bb4de54d995983c"},
+    {"--integrator bpt --connections 4", "471678e8918025ef", "7161735952c03c1e"},
+    {"--integrator bpt --connections paired", "647a5061063f9a05", "3b3b8a18669b53cf"},
+    {"--integrator ppm", "73f50d5db804ed37", "36f489a76734c4a7"},
+    {"--integrator bpm", "d723c0ac700c7cd2", "5d523594809a2ee7"},
+    {"--integrator vcm --connections 1", "207a363b06b0b415", "830e54afe91120a5"},
+    {"--integrator vcm --connections 2", "355794398f6d45b2", "c5ee738c329f1638"},
+    {"--integrator vcm --connections 4", "1ff2fe3c40048eb9", "fab41114c41b7a51"},
+    {"--integrator vcm --connections paired", "0395b106783027b9", "2ac0fbaec0a290ba"},
+    {"--integrator gmis --split none --connections 1", "207a363b06b0b415", "830e54afe91120a5"},
+    {"--integrator gmis --split budgeted --connections 1", "777e36c000dd0d7b", "b3350d7485d29401"},
+    {"--integrator gmis --split paper --scheme R2 --connections 2", "d97bc2fbf546f84d", "65af1fff51899981"},
     // clang-format on
 };
 

@@ -93,9 +93,8 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   GMIS_RARE void prepare_replay(ExecutorRef executor, std::uint32_t iteration);
 
   GMIS_RARE void keep_contributions(bool keep) override {
-    for_each_output([keep](Output& output) {
-      if constexpr (requires { output.keep_contributions(keep); }) output.keep_contributions(keep);
-    });
+    if constexpr (requires(Output & output) { output.keep_contributions(keep); })
+      for_each_output([keep](Output& output) { output.keep_contributions(keep); });
   }
   /// Calls `visit` for every kept contribution, the light side first, in the order of the chunks.
   GMIS_RARE void for_each_contribution(const std::function<void(const Contribution<S>&)>& visit) const override {
