@@ -177,7 +177,7 @@ TEST_CASE("counts have variances where a fraction of a density underflows", "[mi
   REQUIRE(meets_underflow);
   const gmis::TabulatedProblem table(parabola, normals, nodes);
   // In long double, whose range no density leaves.
-  long double integral = 0, second = 0, part[2] = {};
+  long double second = 0, part[2] = {};
   for (const auto& node : nodes) {
     const long double value = static_cast<long double>(parabola(node.x)),
                       weight = static_cast<long double>(node.weight);
@@ -185,7 +185,6 @@ TEST_CASE("counts have variances where a fraction of a density underflows", "[mi
     const long double q[2] = {static_cast<long double>(normals[0].pdf(node.x)),
                               static_cast<long double>(normals[1].pdf(node.x))};
     const long double psi = (q[0] + 3 * q[1]) / 4;
-    integral += weight * value;
     second += weight * value * value / psi;
     for (int k = 0; k < 2; ++k) part[k] += weight * value * q[k] / psi;
   }
