@@ -491,12 +491,12 @@ TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of e
       "KHR_materials_pbrSpecularGlossiness",
       {{"diffuseFactor", {0.5, 0.25, 0, 1}}, {"specularFactor", {0.04, 0.04, 0.04}}, {"glossinessFactor", 0.5}}));
   CAPTURE(plastic.error);
-  const auto& coated = std::get<CoatedDiffuseDescription>(kind(plastic));
+  const auto coated = std::get<CoatedDiffuseDescription>(kind(plastic));
   CHECK(near(coated.reflectance, {0.5, 0.25, 0}));
   CHECK(coated.alpha == Approx(0.25));
   const Read gold = material(extended("KHR_materials_pbrSpecularGlossiness",
                                       {{"diffuseFactor", {0, 0, 0, 1}}, {"specularFactor", {1, 0.7, 0.3}}}));
-  const auto& metal = std::get<ConductorDescription>(kind(gold));
+  const auto metal = std::get<ConductorDescription>(kind(gold));
   for (int c = 0; c < 3; ++c) {
     const double k2 = metal.k[c] * metal.k[c];
     CHECK(k2 / (4 + k2) == Approx(std::min(Rgb(1, 0.7, 0.3)[c], 0.9999)));  // head on, with eta 1
