@@ -74,6 +74,9 @@ enum class Mistake {
   to_prev_reversed,
   local_directions,
   reflects_only_wrong,
+  forward_density_swapped,
+  forward_weight_without_cosine,
+  forward_sample_fails,
   count
 };
 
@@ -97,6 +100,21 @@ class BrokenBsdf {
     if (mistake_ == Mistake::pdf_uniform && f.pdf.forward.value > T(0))
       f.pdf.forward.value = f.pdf.reverse.value = T(1) / (T(2) * gmis::pi<T>);
     return f;
+  }
+  [[nodiscard]] gmis::BsdfValue<Spectrum> evaluate_forward(const gmis::Vec3<T>& to_prev, const gmis::Vec3<T>& to_next,
+                                                           gmis::TransportMode mode) const {
+    auto f = evaluate(to_prev, to_next, mode);
+    if (mistake_ == Mistake::forward_density_swapped) f.pdf.forward = f.pdf.reverse;
+    return f;
+  }
+  [[nodiscard]] std::optional<gmis::ScatterSample<Spectrum>> sample_forward(const gmis::Vec3<T>& to_prev, T u,
+                                                                            const gmis::Vec2<T>& uv,
+                                                                            gmis::TransportMode mode) const {
+    auto s = sample(to_prev, u, uv, mode);
+    if (mistake_ == Mistake::forward_sample_fails) return std::nullopt;
+    if (s && mistake_ == Mistake::forward_weight_without_cosine)
+      s->weight = s->weight * (T(1) / std::max(T(0.1), std::abs(glm::dot(normal_, s->to_next))));
+    return s;
   }
   [[nodiscard]] std::optional<gmis::ScatterSample<Spectrum>> sample(gmis::Vec3<T> to_prev, T u, gmis::Vec2<T> uv,
                                                                     gmis::TransportMode mode) const {

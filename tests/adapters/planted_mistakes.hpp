@@ -120,6 +120,9 @@ inline const std::vector<Planted> planted{
     {Mistake::to_prev_reversed, Convention::bsdf_through},
     {Mistake::local_directions, Convention::bsdf_world},
     {Mistake::reflects_only_wrong, Convention::bsdf_reflects_only},
+    {Mistake::forward_density_swapped, Convention::bsdf_forward},
+    {Mistake::forward_weight_without_cosine, Convention::bsdf_forward},
+    {Mistake::forward_sample_fails, Convention::bsdf_forward},
 };
 // clang-format on
 

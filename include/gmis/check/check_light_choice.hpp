@@ -110,16 +110,22 @@ class LightChoiceCheck {
     const double reach = std::sqrt(2.0 * std::max(p * (1.0 - p), 0.0) * logarithm / n) + logarithm / n;
     findings_.judge(convention, std::abs(share - p) <= reach + 1e-4, p, share);
   }
-  /// True when one sample of the light is seen from the receiver and scattered there.
+  /// True when one of 16 samples of the light is seen from the receiver and scattered there: most
+  /// of a light may be hidden, and a light that no receiver sees tells nothing.
   [[nodiscard]] bool reaches(const Light& light, const CheckedHit<Sc>& receiver, Philox& source) const {
     const Point& from = receiver.hit.point;
-    const T u = uniform<T>(source);
-    const auto sample = light.sample_next_event(from, {u, uniform<T>(source)});
-    if (!sample || is_black(sample->weight)) return false;
-    if (is_black(receiver.hit.bsdf.evaluate(-receiver.ray.direction, sample->to_light, TransportMode::radiance).value))
-      return false;
-    return scene_.visible(light.is_infinite() ? leave(from, sample->to_light)
-                                              : segment(from, sample->origin, sample->to_light));
+    const auto is_seen = [&] {
+      const T u = uniform<T>(source);
+      const auto sample = light.sample_next_event(from, {u, uniform<T>(source)});
+      if (!sample || is_black(sample->weight)) return false;
+      const auto f = receiver.hit.bsdf.evaluate(-receiver.ray.direction, sample->to_light, TransportMode::radiance);
+      return !is_black(f.value) &&
+             scene_.visible(light.is_infinite() ? leave(from, sample->to_light)
+                                                : segment(from, sample->origin, sample->to_light));
+    };
+    for (int i = 0; i < 16; ++i)
+      if (is_seen()) return true;
+    return false;
   }
 
   const Sc& scene_;

@@ -78,9 +78,14 @@ class SceneChecker {
 
   void find_points() {
     points_.walk_from_camera(settings_.walks);
+    std::vector<const Light*> lights;
     for (std::size_t i = 0; i < settings_.walks; ++i)
-      if (const auto choice = scene_.sample_light(uniform<T>(source_)); choice.light != nullptr)
+      if (const auto choice = scene_.sample_light(uniform<T>(source_)); choice.light != nullptr) {
         points_.walk_from_light(*choice.light);
+        if (std::find(lights.begin(), lights.end(), choice.light) == lights.end()) lights.push_back(choice.light);
+      }
+    lights.resize(std::min(lights.size(), settings_.most_lights));
+    for (const Light* light : lights) points_.seek_light(*light);
     points_.seek_rare(settings_.rays);
   }
 

@@ -71,7 +71,21 @@ class SurfaceCheck {
   [[nodiscard]] static double number(SolidAnglePdf<T> pdf) { return static_cast<double>(pdf.value); }
   [[nodiscard]] auto draw(const B& from, const Vec3<T>& to_prev, TransportMode mode) {
     const T u = uniform<T>(source_), v = uniform<T>(source_);
-    return from.sample(to_prev, u, {v, uniform<T>(source_)}, mode);
+    const Vec2<T> uv{v, uniform<T>(source_)};
+    const auto sample = from.sample(to_prev, u, uv, mode);
+    if constexpr (requires { from.sample_forward(to_prev, u, uv, mode); })
+      check_forward_sample(sample, from.sample_forward(to_prev, u, uv, mode));
+    return sample;
+  }
+  /// `sample` and `sample_forward` with the same numbers.
+  void check_forward_sample(const std::optional<ScatterSample<S>>& sample,
+                            const std::optional<ScatterSample<S>>& other) {
+    if (!sample || !other) return findings_.count(Convention::bsdf_forward, !sample && !other);
+    findings_.count(Convention::bsdf_forward, sample->is_delta == other->is_delta);
+    const double cosine = glm::dot(V(sample->to_next), V(other->to_next));
+    findings_.count(Convention::bsdf_forward, cosine > 0.9999, cosine, 1.0);
+    compare(Convention::bsdf_forward, number(other->pdf.forward), number(sample->pdf.forward), 0.01);
+    compare_channels(Convention::bsdf_forward, other->weight, sample->weight, 1.0, 0.01);
   }
   [[nodiscard]] TransportMode other_mode() const {
     return mode_ == TransportMode::radiance ? TransportMode::importance : TransportMode::radiance;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "gmis/core/math.hpp"
@@ -69,12 +70,12 @@ class CapMixture {
     const Cap& cap = caps_[uniform_index(source, static_cast<std::uint32_t>(caps_.size()))];
     return glm::normalize(Frame<double>::around(cap.center).to_world(square_to_cone(Vec2<double>(u, v), cap.drop)));
   }
-  /// Four functions of a direction with values in [0, 1] by which a wrong shape shows where the
-  /// integral is right: all, a side of `axis`, and two caps that hold a fifth of the draws.
-  [[nodiscard]] std::array<double, 4> factors(const V& direction, const V& axis) const noexcept {
+  /// Five functions of a direction with values in [0, 1] by which a wrong shape shows where the
+  /// integral is right: all, both sides of `axis`, and two caps that hold a fifth of the draws.
+  [[nodiscard]] std::array<double, 5> factors(const V& direction, const V& axis) const noexcept {
     const double side = std::clamp((1.0 + glm::dot(direction, axis)) / 2.0, 0.0, 1.0);
-    if (caps_.empty()) return {1.0, side, 0.0, 0.0};
-    return {1.0, side, caps_[0].holds(direction) ? 1.0 : 0.0, caps_[2].holds(direction) ? 1.0 : 0.0};
+    if (caps_.empty()) return {1.0, side, 1.0 - side, 0.0, 0.0};
+    return {1.0, side, 1.0 - side, caps_[0].holds(direction) ? 1.0 : 0.0, caps_[2].holds(direction) ? 1.0 : 0.0};
   }
 
  private:
@@ -100,7 +101,7 @@ class CapMixture {
 /// difference by E_p[h (c − 1) / (c p/u + 1)]: u must be near p, or the test is blind to it.
 class DensityTest {
  public:
-  using Factors = std::array<double, 4>;
+  using Factors = std::array<double, 5>;
 
   /// A draw of the sampler that failed.
   void add_failure() noexcept { add_sample(false, 0.0, 1.0, {}); }
@@ -151,7 +152,7 @@ class DensityTest {
   [[nodiscard]] static double share_of(double density, double known) noexcept {
     return density > 0.0 ? density / (density + known) : 0.0;
   }
-  std::array<Means, 4> means_;
+  std::array<Means, std::tuple_size_v<Factors>> means_;
 };
 
 }  // namespace gmis::detail

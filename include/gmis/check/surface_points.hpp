@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/concepts.hpp"
@@ -106,6 +107,20 @@ class SurfacePoints {
     if (const auto start = light.sample_emission(origin, two()))
       follow(start->origin, start->direction, TransportMode::importance);
   }
+  /// Rays from any surface to points of a light from which light starts: a lamp may be one of many
+  /// that look alike.
+  void seek_light(const Light& light) {
+    constexpr int rays = 16;
+    for (int i = 0; i < rays && !hits_.empty(); ++i) {
+      const Vec2<T> origin = two();
+      const auto start = light.sample_emission(origin, two());
+      if (!start) continue;
+      const Vec3<double> normal(start->origin.geometric_normal), at(start->origin.position);
+      if (light.is_infinite() || !(glm::length(normal) > 0.5)) return;  // no surface
+      const auto [from, offset] = surface_before(at, normal);
+      if (glm::dot(offset, normal) < 0.0) shoot(from, Vec3<T>(glm::normalize(offset)), always);
+    }
+  }
   /// Looks for what is rare by rays from any surface: in any direction, of which those are kept
   /// that end where few hits are; to places with few hits, which may be small objects; to groups
   /// that have too few points. About `rays` of the first two kinds each.
@@ -144,6 +159,8 @@ class SurfacePoints {
   [[nodiscard]] double distance() const noexcept { return distance_; }
 
  private:
+  static constexpr auto always = [](std::size_t, const Point&) { return true; };
+
   [[nodiscard]] Vec2<T> two() {
     const T u = uniform<T>(source_);
     return {u, uniform<T>(source_)};
@@ -155,7 +172,7 @@ class SurfacePoints {
   /// Follows a subpath and keeps its vertices.
   void follow(Point from, Vec3<T> direction, TransportMode mode) {
     for (int depth = 0; depth < depth_; ++depth) {
-      const auto hit = shoot(from, direction, [](std::size_t, const Point&) { return true; });
+      const auto hit = shoot(from, direction, always);
       if (!hit) return;
       const T u = uniform<T>(source_);
       const auto sample = hit->bsdf.sample(-direction, u, two(), mode);
@@ -198,6 +215,17 @@ class SurfacePoints {
     const auto [place, is_new] = groups_.try_emplace(key, std::min(groups_.size(), most_groups - 1));
     return place->second;
   }
+  /// A point of any surface, if possible on the side of `target` that `normal` points to, and the
+  /// vector from it to `target`.
+  [[nodiscard]] std::pair<Point, Vec3<double>> surface_before(const Vec3<double>& target, const Vec3<double>& normal) {
+    Point from = any().hit.point;
+    Vec3<double> offset = target - Vec3<double>(from.position);
+    for (int i = 0; i < 8 && glm::dot(offset, normal) >= 0.0; ++i) {
+      from = any().hit.point;
+      offset = target - Vec3<double>(from.position);
+    }
+    return {from, offset};
+  }
   /// A ray from any surface to a point beside that of a hit.
   template <class IsWanted>
   void aim(std::size_t target, double spread, const IsWanted& is_wanted) {
@@ -206,12 +234,7 @@ class SurfacePoints {
     const Vec3<double> normal(hits_[target].hit.point.geometric_normal);
     const double side = glm::dot(Vec3<double>(hits_[target].ray.direction), normal);
     // From a surface that lies on the side from which the hit was found.
-    Point from = any().hit.point;
-    Vec3<double> offset = aimed_at - Vec3<double>(from.position);
-    for (int i = 0; i < 8 && glm::dot(offset, normal) * side <= 0.0; ++i) {
-      from = any().hit.point;
-      offset = aimed_at - Vec3<double>(from.position);
-    }
+    const auto [from, offset] = surface_before(aimed_at, side < 0.0 ? normal : -normal);
     if (glm::length(offset) > 1e-3 * distance_) shoot(from, Vec3<T>(glm::normalize(offset)), is_wanted);
   }
   /// Rays to places with few hits.
