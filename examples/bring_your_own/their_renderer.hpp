@@ -150,7 +150,9 @@ struct Shape {
       return {};
     }
     const Vector n = cross(side_a, side_b);
-    const double t = dot(corner - origin, n) / dot(way, n);
+    const double slope = dot(way, n);
+    if (slope == 0) return {};
+    const double t = dot(corner - origin, n) / slope;
     if (!within(t)) return {};
     const Vector at = origin + t * way - corner;
     const double u = dot(cross(at, side_b), n) / dot(n, n), v = dot(cross(side_a, at), n) / dot(n, n);

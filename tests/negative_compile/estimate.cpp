@@ -1,5 +1,5 @@
 #include <gmis/mis.hpp>
-#include <gmis/mis/diagnostics.hpp>
+#include <gmis/mis/diagnostics/tabulated_problem.hpp>
 #include <list>
 #include <memory>
 

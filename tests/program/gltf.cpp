@@ -388,7 +388,7 @@ TEST_CASE("A texture is turned, scaled and moved counter-clockwise as it is seen
       add_image(json);
       json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] =
           transform;
-      json["samplers"] = {sampler};
+      json["samplers"] = Json::array({sampler});
       json["textures"][0]["sampler"] = 0;
     });
   };

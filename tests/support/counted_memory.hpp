@@ -16,12 +16,17 @@ inline constexpr std::size_t header = 64;  // keeps what follows aligned as much
 
 inline void* allocate(std::size_t size) {
   void* const block = std::aligned_alloc(header, (size + 2 * header - 1) / header * header);
-  if (block == nullptr) throw std::bad_alloc();
+  if (block == nullptr) return nullptr;
   *static_cast<std::size_t*>(block) = size;
   const std::size_t sum = now += size;
   for (std::size_t most = peak; most < sum && !peak.compare_exchange_weak(most, sum);) {
   }
   return static_cast<char*>(block) + header;
+}
+inline void* allocate_or_throw(std::size_t size) {
+  void* const pointer = allocate(size);
+  if (pointer == nullptr) throw std::bad_alloc();
+  return pointer;
 }
 inline void release(void* pointer) noexcept {
   if (pointer == nullptr) return;
@@ -33,9 +38,13 @@ inline void release(void* pointer) noexcept {
 }  // namespace counted_memory
 
 void* operator new(std::size_t size) {
-  return counted_memory::allocate(size);
+  return counted_memory::allocate_or_throw(size);
 }
 void* operator new(std::size_t size, std::align_val_t) {
+  return counted_memory::allocate_or_throw(size);
+}
+// ThreadSanitizer has one of its own, which would not call the one above.
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   return counted_memory::allocate(size);
 }
 void operator delete(void* pointer) noexcept {

@@ -23,7 +23,10 @@ struct Mine {
   void operator()(double x, std::span<double> out) const {
     double sum = 0.0;
     for (std::size_t k = 0; k < 2; ++k) sum += n[k] * halves[k].pdf(x);
-    for (std::size_t k = 0; k < 2; ++k) out[k] = std::max(floor, n[k] * halves[k].pdf(x) / sum);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double balance = sum > 0 ? n[k] * halves[k].pdf(x) / sum : 0.0;
+      out[k] = std::max(floor, balance);
+    }
   }
 };
 

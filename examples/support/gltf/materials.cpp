@@ -129,8 +129,7 @@ Rgb Materials::color(const Json& object, const char* name, const Rgb& otherwise,
   const Rgb value(list[0], list[1], list[2]);
   for (const double c : list)
     if (!(c >= 0 && c <= most))
-      unsupported(name_ + ": " + name + " is negative or above " + std::to_string(static_cast<long>(most)) +
-                  ": it is cut");
+      unsupported(name_ + ": " + name + (c < 0 ? " is negative" : " is above its limit") + ": it is cut");
   return glm::clamp(value, Rgb(0), Rgb(most));
 }
 

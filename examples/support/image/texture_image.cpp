@@ -90,8 +90,8 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
                TexturePart part, LoadBudget& budget, const SourcePosition& where) {
   const auto fail = [&]() -> InputError {
     const char* reason = stbi_failure_reason();
-    return {where,
-            "the image " + file_in_quotes(name) + " cannot be read: " + (reason != nullptr ? reason : "no reason")};
+    return {where, "the image " + file_in_quotes(name) +
+                       " cannot be read: " + (reason != nullptr ? in_quotes(reason) : "no reason is given")};
   };
   if (count > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw InputError(where, "the image " + file_in_quotes(name) + " is larger than 2 GiB");
