@@ -37,10 +37,11 @@ def add_options(parser):
 
 
 def render(options, scene, size, extra, stem):
-    """A run of 12 segments with shapes in the scene file that are not understood left out; made once."""
+    """The statistics of a run, which is made once. What a file says beyond what is understood is left
+    out."""
     stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
     if not stats.exists():
-        measuring.render(options, scene, "--lenient", f"--size {size} --max-depth 12", extra, stats=stats, picture=picture)
+        measuring.render(options, scene, "--lenient", f"--size {size} --max-depth 12", " ".join(extra), stats=stats, picture=picture)
     return json.loads(stats.read_text())
 
 

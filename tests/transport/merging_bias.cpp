@@ -1,6 +1,7 @@
 #include "gmis/result/merging_bias.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -199,12 +200,15 @@ TEST_CASE("A disk gathers no photons around the edge of a box") {
   // The top of a box in a sun that lights two of its sides as brightly: the top loses at its edges
   // what the square alone does. With the photons of the sides, a third of ρ more for each of the two
   // edges (a half disk of radius √(1 − t²), ∫ (1 − t²)/2 dt = 1/3), the loss would be a quarter of
-  // that. Where the sun is below the top, nothing that the sides gather is seen.
+  // that. Where the sun is below the top, nothing that the sides gather is seen. One half of the top
+  // is wound the other way.
   using namespace gmis_test::sun_on_square;
   const bool is_above = GENERATE(true, false);
   gmis::scene::SceneBuilder<float> builder;
   const auto grey = builder.add_material(gmis::scene::make_diffuse<float>({0.5, 0.5, 0.5}));
-  gmis_test::add_quad(builder, grey, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  const std::vector<glm::dvec3> corners{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  const std::vector<std::array<int, 3>> halves{{0, 1, 2}, {0, 3, 2}};
+  builder.add_mesh({corners, halves}, grey);
   gmis_test::add_quad(builder, grey, {1, 0, -0.25}, {0, 1, 0}, {0, 0, 0.25});
   gmis_test::add_quad(builder, grey, {0, 1, -0.25}, {0, 0, 0.25}, {1, 0, 0});
   builder.add_directional_light({1, 1, is_above ? 1 : -0.2}, {1, 1, 1});
