@@ -1,12 +1,13 @@
-"""Error × time of --integrator auto in interiors, over that of pt, bpt, vcm and the best fixed counts.
+"""Error × time of --integrator auto in interiors, over pt, bpt, vcm and the best fixed counts.
 
 The argument is a folder with the scenes of gonsolo/bitterli, NAME/pbrt/scene-v4.pbrt. Missing
 textures become grey and missing meshes are left out (bench/interiors/prepare.py).
 
 All configurations render for the same processor time on one thread. The error of a run is against
-the mean of two long runs of bpt; bias² is the mean product of the errors of two seeds, each against
-another of these two runs, so that neither noise of the reference nor of the runs is in it. Noise² is
-what is left of relMSE. Auto states a bound on its bias: the table says in how many runs it holds.
+two long runs of bpt: the product of its differences from the two. Bias² is the mean product of the
+errors of two seeds, one against either long run, so that no noise of a run or of the reference is
+in it; noise² is the rest of relMSE. Auto states a bound on its bias: the table says in how many
+runs it holds.
 
 Writes out/interiors/runs.json, and a table beside it.
 """
@@ -37,8 +38,8 @@ def add_options(parser):
 
 
 def render(options, scene, size, extra, stem):
-    """The statistics of a run, which is made once. What a file says beyond what is understood is left
-    out."""
+    """The statistics of a run, which is made once. Statements of the file that are not understood
+    are left out."""
     stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
     if not stats.exists():
         measuring.render(options, scene, "--lenient", f"--size {size} --max-depth 12", " ".join(extra), stats=stats, picture=picture)
@@ -46,14 +47,14 @@ def render(options, scene, size, extra, stem):
 
 
 def iterations_for(options, scene, size, extra, seconds, stem):
-    """As many as take `seconds` of processor time."""
+    """The number of iterations that takes `seconds` of processor time."""
     tried = 16
     return max(4, round(tried * seconds / render(options, scene, size, [*extra, f"--iterations {tried}"], stem)["seconds"]["cpu"]))
 
 
 def products(one, other, references):
-    """By pixel: the sum over channels of the product of two relative errors, each against its own
-    reference."""
+    """Products of two relative errors, each against its own reference: one for each pixel, mean over
+    channels."""
     terms = [(x - a) * (y - b) / (((a + b) / 2) ** 2 + 0.01) for x, y, a, b in zip(one, other, *references)]
     return [sum(terms[k:k + 3]) / 3 for k in range(0, len(terms), 3)]
 

@@ -21,8 +21,8 @@ def grey_picture(extension):
 
 
 def prepare(scene, folder):
-    """Writes `folder`/scene.pbrt, which is `scene` with all that is missing filled in; returns it and
-    the names of the missing files."""
+    """Writes `folder`/scene.pbrt, which is `scene` with all that is missing filled in. Returns its
+    path and the names of the missing files."""
     scene, folder = pathlib.Path(scene).resolve(), pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     lines, missing = scene.read_text(encoding="utf-8").splitlines(keepends=True), []

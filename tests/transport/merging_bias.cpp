@@ -198,10 +198,9 @@ TEST_CASE("At an edge of the light the bias of a disk is this much of its change
 
 TEST_CASE("A disk gathers no photons around the edge of a box") {
   // The top of a box in a sun that lights two of its sides as brightly: the top loses at its edges
-  // what the square alone does. With the photons of the sides, a third of ρ more for each of the two
-  // edges (a half disk of radius √(1 − t²), ∫ (1 − t²)/2 dt = 1/3), the loss would be a quarter of
-  // that. Where the sun is below the top, nothing that the sides gather is seen. One half of the top
-  // is wound the other way.
+  // as much as the square alone. The photons of the sides would add a third of ρ for each of the
+  // two edges (half disks of radius √(1 − t²), ∫ (1 − t²)/2 dt = 1/3) and leave a quarter of the
+  // loss. With the sun below the top, the top is black. One half of the top is wound the other way.
   using namespace gmis_test::sun_on_square;
   const bool is_above = GENERATE(true, false);
   gmis::scene::SceneBuilder<float> builder;
@@ -232,7 +231,7 @@ TEST_CASE("A disk gathers no photons around the edge of a box") {
   CAPTURE(missing, lost, most, noise);
   CHECK(missing > lost - noise);
   CHECK(missing < most + noise);
-  CHECK(noise < rho / 6);  // so that a quarter of what the sides would add shows
+  CHECK(noise < rho / 6);  // so that a quarter of the light of the sides shows
 }
 
 TEST_CASE("What merging takes from the mean of a picture is what a run says, at the edges of a surface") {
