@@ -53,8 +53,8 @@ def iterations_for(options, scene, size, extra, seconds, stem):
 
 
 def products(one, other, references):
-    """Products of two relative errors, each against its own reference: one for each pixel, mean over
-    channels."""
+    """Products of two relative errors, each against its own reference: one for each pixel, the
+    mean over channels."""
     terms = [(x - a) * (y - b) / (((a + b) / 2) ** 2 + 0.01) for x, y, a, b in zip(one, other, *references)]
     return [sum(terms[k:k + 3]) / 3 for k in range(0, len(terms), 3)]
 
