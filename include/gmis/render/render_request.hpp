@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gmis/render/picture.hpp"
+#include "gmis/render/ranks.hpp"
 #include "gmis/result/budget.hpp"
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/rejection_limit.hpp"
@@ -31,6 +32,10 @@ struct RenderRequest {
   Budget budget;                   ///< its first limit that is met ends the run, after at least 1 iteration
   RejectionLimit rejection_limit;  ///< a run that surely exceeds it ends
   const std::atomic<bool>* interrupt = nullptr;  ///< set to true from anywhere, it ends the run
+
+  /// Processes that share the iterations; by default this one alone. All of them have the same
+  /// request but for limits, callbacks and reference, of which those of rank 0 count.
+  RanksRef ranks;
 
   /// Identifies the scene in checkpoints, for example by a digest of its files.
   std::string scene_name;

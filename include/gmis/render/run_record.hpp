@@ -12,14 +12,15 @@
 #include <vector>
 
 #include "gmis/core/attributes.hpp"
+#include "gmis/core/math.hpp"
 #include "gmis/render/contribution_sums.hpp"
 #include "gmis/render/expected_law.hpp"
+#include "gmis/render/iteration_result.hpp"
 #include "gmis/render/merging_gain.hpp"
+#include "gmis/render/pixel_sums.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
-#include "gmis/result/batch_means.hpp"
 #include "gmis/result/image_error.hpp"
-#include "gmis/result/merging_bias.hpp"
 #include "gmis/result/sobol_gain.hpp"
 
 namespace gmis {
@@ -35,13 +36,11 @@ namespace gmis {
 /// All that a run has made so far and that its result is made from: sums over iterations, and what
 /// they took. It needs no scene and no engine, so that runs can be joined without either.
 template <Spectrum S>
-struct RunRecord {
-  Film<S> film;                              ///< of the crop
-  std::vector<Film<S>> halves;               ///< of the odd and of the even iterations, or empty
-  std::optional<BatchMeans<S>> batches;      ///< for the error
+struct RunRecord : PixelSums<S> {
+  using PixelSums<S>::film, PixelSums<S>::halves, PixelSums<S>::batches, PixelSums<S>::merging;
+
   TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
   ClassSums<S> classes;                      ///< empty sums unless they are asked for
-  MergingChange merging;                     ///< what the disk changes
   MergingGain gain;                          ///< what makes up for the bias of the mean
   double disks = 0.0;                        ///< sum of the squared merging radii of all iterations, in scene units
   ConvergenceLog log;                        ///< error and time so far
@@ -62,13 +61,20 @@ struct RunRecord {
 
   /// A record without iterations, for the run of a request. `resolution`: of the camera.
   RunRecord(const RenderRequest& request, glm::ivec2 resolution)
-      : film(size_of(request, resolution)),
-        halves(request.halves ? 2 : 0, Film<S>(size_of(request, resolution))),
-        techniques(resolution, crop_of(request, resolution)),
-        classes(resolution, crop_of(request, resolution)),
-        merging(film.resolution()) {
-    if (request.intervals || request.budget.relative_error)
-      batches.emplace(film.resolution(), request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
+      : RunRecord(request, resolution, crop_of(request, resolution)) {}
+  /// The same, of a part of the frame alone.
+  RunRecord(const RenderRequest& request, glm::ivec2 resolution, const PixelBounds& part)
+      : PixelSums<S>(request, part.upper - part.lower), techniques(resolution, part), classes(resolution, part) {}
+
+  /// Adds an iteration that had this merging radius and gain. `pixel_count`: of the whole picture.
+  void add(const IterationResult<S>& iteration, std::size_t pixel_count, double radius_of_disk, double gain_per_radius) {
+    ++state.iterations;
+    this->add_iteration(state.iterations, iteration.frame, iteration.merging_change,
+                        1.0 + gain_per_radius * radius_of_disk);
+    disks += square(radius_of_disk);
+    gain.add_iteration(iteration.merged_light / static_cast<double>(std::max<std::size_t>(1, pixel_count)),
+                       radius_of_disk);
+    cpu_seconds += iteration.cpu_seconds;
   }
 
   /// The state for a later run (`core/state_archive.hpp`). A reading record must be made for the
@@ -219,12 +225,6 @@ struct RunRecord {
     std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
     errors.push_back(present->relative_error / 2.0);
     return price_table(log.points(), errors, law_so_far());
-  }
-
- private:
-  [[nodiscard]] static glm::ivec2 size_of(const RenderRequest& request, glm::ivec2 resolution) {
-    const PixelBounds crop = crop_of(request, resolution);
-    return crop.upper - crop.lower;
   }
 };
 
