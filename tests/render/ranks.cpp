@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gmis/render.hpp"
+#include "gmis/render/join_runs.hpp"
 #include "gmis/transport/splitting/gmis_engines.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -247,4 +248,73 @@ TEST_CASE("Ranks with another run are refused, and the message names the rank an
     message = error.what();
   }
   CHECK(message.find("pictures of techniques") != std::string::npos);
+}
+
+TEST_CASE("The parts of a run, rendered apart and joined in any order, have the bits of the run") {
+  for (const Case& one : cases()) {
+    if (one.name == "auto" || one.request.budget.relative_error) continue;
+    INFO(one.name);
+    const gmis::RenderResult whole = outcome_of(one, 1).result;
+    const std::uint32_t length = *one.request.budget.iterations;
+    std::vector<std::vector<std::byte>> checkpoints;
+    for (const auto& [first, last] : {std::pair{6U, length}, {1U, 2U}, {3U, 5U}}) {
+      Case part = one;
+      part.request.part = gmis::RunPart{first, last, length};
+      Outcome outcome = outcome_of(part, 1);
+      CHECK(outcome.result.iterations == last - first + 1);
+      if (last == length) {  // killed on the way, and resumed
+        Case shorter = part;
+        shorter.request.seconds_between_pictures = 0;
+        std::vector<std::byte> early;
+        shorter.request.on_checkpoint = [&](std::span<const std::byte> bytes) {
+          if (early.empty()) early.assign(bytes.begin(), bytes.end());
+        };
+        (void)outcome_of(shorter, 1);
+        outcome = outcome_of(part, 1, early);
+      }
+      checkpoints.push_back(outcome.checkpoint);
+    }
+    gmis::RenderResult joined = gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints);
+    CHECK(joined.stopped_by == gmis::StopReason::joined);
+    CHECK(joined.joined_seeds == std::vector<std::uint64_t>{gmis_test::seed(31)});
+    joined.stopped_by = whole.stopped_by;
+    check_same(joined, whole);
+  }
+}
+
+TEST_CASE("Parts that are missing, there twice or of another run are refused, and the message says which") {
+  const Case one{"bpt", request_with(gmis::integrators::bpt, 8)};
+  const auto part_of = [&](std::uint32_t first, std::uint32_t last, std::uint32_t of, std::uint64_t seed = 31) {
+    Case part = one;
+    part.request.settings.seed = gmis_test::seed(seed);
+    part.request.part = gmis::RunPart{first, last, of};
+    return outcome_of(part, 1).checkpoint;
+  };
+  const auto refusal = [&](const std::vector<std::vector<std::byte>>& checkpoints) -> std::string {
+    try {
+      (void)gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto a = part_of(1, 3, 8), b = part_of(4, 6, 8), c = part_of(7, 8, 8);
+  CHECK(refusal({c, a, b}).empty());
+  CHECK(refusal({a, c}) == "iterations 4 to 6 of the run are missing");
+  CHECK(refusal({a, b}) == "iterations 7 to 8 of the run are missing");
+  CHECK(refusal({b, c}) == "iterations 1 to 3 of the run are missing");
+  CHECK(refusal({a, b, part_of(6, 8, 8)}) == "iterations 6 to 6 of the run are there twice");
+  CHECK(refusal({a, b, part_of(7, 8, 9)}) == "the parts are of runs of different lengths");
+  CHECK(refusal({a, b, part_of(7, 8, 8, 32)}) ==
+        "checkpoint 3: the seed of this part differs from that of checkpoint 1");
+  CHECK(refusal({a, b, outcome_of(one, 1).checkpoint}) ==
+        "checkpoint 3: parts of a run are joined with its parts alone");
+  Case merging{"auto", automatic()};
+  merging.request.part = gmis::RunPart{1, 2, 4};
+  CHECK_THROWS_AS(outcome_of(merging, 1), std::invalid_argument);
+  Case shared = one;
+  shared.request.part = gmis::RunPart{1, 2, 4};
+  CHECK_THROWS_AS(outcome_of(shared, 2), std::invalid_argument);
+  shared.request.part = gmis::RunPart{3, 2, 4};
+  CHECK_THROWS_AS(outcome_of(shared, 1), std::invalid_argument);
 }

@@ -186,6 +186,10 @@ class RenderRun {
   /// pilot, and measures light trees, too. The seconds are those of that iteration.
   GMIS_RARE void update_forecast(double cpu_seconds, double wall_seconds);
 
+  /// Rejects a part of a run that cannot be rendered by itself.
+  GMIS_RARE void prepare_part();
+  /// Iterations of the run before those of its part.
+  [[nodiscard]] std::uint32_t iterations_before() const { return request_.part ? request_.part->first - 1 : 0; }
   /// Number of iterations to render now: one a rank, but decisions come between rounds.
   [[nodiscard]] std::uint32_t round_length() const;
   /// Takes in an iteration of the round under way, which took this share of its wall time.
@@ -242,6 +246,9 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
       made_(request_, resolution_, detail::stripe_of(crop_, request_.ranks.rank(), request_.ranks.count())) {
   const RanksRef& ranks = request_.ranks;
   detail::require_same_run(ranks, identity());
+  request_.budget = ranks.of_first(request_.budget);
+  request_.rejection_limit = ranks.of_first(request_.rejection_limit);
+  request_.expected_iterations = ranks.of_first(request_.expected_iterations);
   require_argument(ranks.count() == 1 || !(request_.techniques || request_.class_pictures),
                    "several ranks make no pictures of techniques and of path classes: render those with one");
   if (!ranks.is_first()) {
@@ -252,9 +259,27 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
     request_.on_checkpoint = {};
     request_.reference = {};
   }
+  if (request_.part) prepare_part();
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   make_engine();
   note_engine();
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::prepare_part() {
+  const RunPart& part = *request_.part;
+  require_argument(part.first >= 1 && part.first <= part.last && part.last <= part.of,
+                   "a part of a run needs 1 <= first <= last <= of");
+  require_argument(request_.ranks.count() == 1, "a part of a run is rendered by one rank");
+  require_argument(!request_.techniques && !request_.class_pictures,
+                   "a part of a run keeps no pictures of techniques and of path classes");
+  require_argument(request_.candidates.size() < 2 ||
+                       std::none_of(request_.candidates.begin(), request_.candidates.end(),
+                                    [](const SampleCounts& one) { return one.has(Technique::merge); }),
+                   "a part of a run cannot follow the iterations before it, as merging does where a pilot may choose "
+                   "it: give the counts, or candidates without merging");
+  request_.budget.iterations = part.length();
+  made_.part = part;
 }
 
 template <Spectrum S_>
@@ -333,7 +358,7 @@ std::uint32_t RenderRun<S_>::round_length() const {
   auto length = static_cast<std::uint32_t>(request_.ranks.count());
   if (engine_->engine().is_learning()) return 1;
   if (adapts_merging()) length = std::min(length, std::max(4U, 2 * std::bit_floor(n)) - n);
-  const std::uint32_t last = request_.ranks.of_first(request_.budget.iterations.value_or(0));
+  const std::uint32_t last = request_.budget.iterations.value_or(0);
   return last > n ? std::min(length, last - n) : length;
 }
 
@@ -350,7 +375,10 @@ bool RenderRun<S_>::advance(ExecutorRef executor) {
     double ignored = 0.0;
     const detail::RunTimer timer(made_.state.seconds, ignored);
     const EngineWork before = engine.take_work();
-    const bool is_whole = round_.render(engine, executor, made_.state.iterations, length);
+    // Numbers of camera subpaths are learned from the first iterations, whoever renders them.
+    while (engine.is_learning() && engine.iteration() < iterations_before()) engine.iterate(executor);
+    (void)engine.take_work();
+    const bool is_whole = round_.render(engine, executor, iterations_before() + made_.state.iterations, length);
     engine.add_work(before);
     if (!is_whole) return false;
   }
@@ -368,7 +396,7 @@ bool RenderRun<S_>::advance(ExecutorRef executor) {
 template <Spectrum S_>
 void RenderRun<S_>::take(const IterationResult<S>& iteration, double wall_seconds) {
   AnyEngine<S>& engine = *engine_->picture_engine();
-  engine.continue_after(made_.state.iterations + 1);
+  engine.continue_after(iterations_before() + made_.state.iterations + 1);
   engine.add_work(iteration.work);
   const double cpu_before = made_.cpu_seconds;
   {
@@ -379,6 +407,11 @@ void RenderRun<S_>::take(const IterationResult<S>& iteration, double wall_second
     frame_ = iteration.frame;
     made_.add(iteration, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), engine.radius(),
               engine.merging_gain());
+    if (request_.part)
+      made_.kept.push_back({iteration,
+                            {iteration.frame.begin(), iteration.frame.end()},
+                            {iteration.merging_change.begin(), iteration.merging_change.end()},
+                            engine.radius()});
     if (request_.techniques || request_.class_pictures)
       engine.for_each_contribution([&](const Contribution<S>& contribution) {
         if (request_.techniques) made_.techniques.add(contribution);

@@ -51,6 +51,8 @@ struct RunRecord : PixelSums<S> {
   std::vector<RejectedPath> rejected_paths;  ///< the first ones
   PhaseSeconds phases;                       ///< wall time by phase
   double film_seconds = 0.0;                 ///< wall time of sums over iterations
+  RunPart part;                              ///< with `kept`: which iterations these are
+  std::vector<KeptIteration<S>> kept;        ///< the iterations of a part of a run, else empty
   // Of the engine.
   SampleCounts counts;                 ///< of the last iteration
   std::optional<Choice> choice;        ///< of a pilot that has finished
@@ -63,8 +65,10 @@ struct RunRecord : PixelSums<S> {
   RunRecord(const RenderRequest& request, glm::ivec2 resolution)
       : RunRecord(request, resolution, crop_of(request, resolution)) {}
   /// The same, of a part of the frame alone.
-  RunRecord(const RenderRequest& request, glm::ivec2 resolution, const PixelBounds& part)
-      : PixelSums<S>(request, part.upper - part.lower), techniques(resolution, part), classes(resolution, part) {}
+  RunRecord(const RenderRequest& request, glm::ivec2 resolution, const PixelBounds& bounds)
+      : PixelSums<S>(request, bounds.upper - bounds.lower),
+        techniques(resolution, bounds),
+        classes(resolution, bounds) {}
 
   /// Adds an iteration that had this merging radius and gain. `pixel_count`: of the whole picture.
   void add(const IterationResult<S>& iteration, std::size_t pixel_count, double radius_of_disk, double gain_per_radius) {
@@ -82,7 +86,7 @@ struct RunRecord : PixelSums<S> {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes);
+            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes, part, kept);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);
