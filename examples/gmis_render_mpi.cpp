@@ -84,8 +84,9 @@ int main(int argc, char** argv) {
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &given);
   MpiRanks ranks;
   const int code = gmis::tools::render_program(argc, argv, ranks);
-  // Other ranks may wait for one that has failed.
-  if (code == 1 && ranks.rank() > 0) MPI_Abort(MPI_COMM_WORLD, code);
+  // Other ranks may wait for one that has failed. A wrong request fails on all of them, and rank 0
+  // says so.
+  if (code == 1 || (code != 0 && ranks.rank() == 0)) MPI_Abort(MPI_COMM_WORLD, code);
   MPI_Finalize();
   return code;
 }

@@ -274,7 +274,8 @@ TEST_CASE("The parts of a run, rendered apart and joined in any order, have the 
       }
       checkpoints.push_back(outcome.checkpoint);
     }
-    gmis::RenderResult joined = gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints);
+    gmis::RenderResult joined = gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints,
+                                                           engines(one).properties);
     CHECK(joined.stopped_by == gmis::StopReason::joined);
     CHECK(joined.joined_seeds == std::vector<std::uint64_t>{gmis_test::seed(31)});
     joined.stopped_by = whole.stopped_by;

@@ -74,7 +74,8 @@ template <Spectrum S>
 /// Joins runs of the same scene and request, each with a seed of its own, into one result: the
 /// picture is the mean over the iterations of all, the error is estimated from the parts of all.
 /// `checkpoints`: at least one, of either run's end or of any moment before. `request`: that of the
-/// runs; its seed is ignored, and no rendering is done. `resolution`: of the camera. The iterations
+/// runs; its seed is ignored, and no rendering is done. `resolution`: of the camera. `properties`:
+/// those of the engines (`EngineMaker::properties`). The iterations
 /// of a run are independent of the iterations of the other runs. Only two things are worse than in
 /// one run with all the iterations: every run spends time on a pilot of its own, and merging's
 /// radius is that of the shorter runs.
@@ -90,9 +91,11 @@ template <Spectrum S>
 /// iterations of a divided run are missing or there twice.
 template <Spectrum S>
 [[nodiscard]] RenderResult join_runs(const RenderRequest& request, glm::ivec2 resolution,
-                                     std::span<const std::vector<std::byte>> checkpoints) {
+                                     std::span<const std::vector<std::byte>> checkpoints,
+                                     const std::vector<std::pair<std::string, std::string>>& properties = {}) {
   require_argument(!checkpoints.empty(), "join_runs needs at least one checkpoint");
-  const RunIdentity expected = identity_of(request, resolution, Film<S>::channel_count, sizeof(ScalarOf<S>));
+  RunIdentity expected = identity_of(request, resolution, Film<S>::channel_count, sizeof(ScalarOf<S>));
+  for (const auto& [name, value] : properties) expected.add(name, value);
   // Other bits of the same numbers are as good where samples are independent.
   constexpr std::array<std::string_view, 3> may_differ{RunIdentity::seed, RunIdentity::instruction_set,
                                                        RunIdentity::part};
