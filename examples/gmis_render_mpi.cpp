@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <climits>
 #include <cstddef>
+#include <cstdio>
+#include <cstdlib>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -26,13 +28,20 @@ class MpiRanks {
   [[nodiscard]] int rank() const { return rank_; }
   [[nodiscard]] int count() const { return count_; }
 
-  static void exchange(std::span<const std::byte> send, std::span<const std::size_t> send_sizes,
-                       std::span<std::byte> receive, std::span<const std::size_t> receive_sizes) {
+  void exchange(std::span<const std::byte> send, std::span<const std::size_t> send_sizes, std::span<std::byte> receive,
+                std::span<const std::size_t> receive_sizes) {
     const Layout from(send_sizes), to(receive_sizes);
+    if (is_measuring_) {
+      const double start = MPI_Wtime();
+      MPI_Barrier(MPI_COMM_WORLD);
+      waiting_ += MPI_Wtime() - start;
+    }
+    const Measured measured(*this, exchanges_, receive.size());
     MPI_Alltoallv(send.data(), from.sizes.data(), from.places.data(), MPI_BYTE, receive.data(), to.sizes.data(),
                   to.places.data(), MPI_BYTE, MPI_COMM_WORLD);
   }
-  void gather(std::span<const std::byte> send, std::span<std::byte> receive, std::span<const std::size_t> sizes) const {
+  void gather(std::span<const std::byte> send, std::span<std::byte> receive, std::span<const std::size_t> sizes) {
+    const Measured measured(*this, gathers_, receive.size());
     if (rank_ > 0) {
       in_pieces(send, [](std::span<const std::byte> piece) {
         MPI_Send(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, 0, 0, MPI_COMM_WORLD);
@@ -52,7 +61,36 @@ class MpiRanks {
     });
   }
 
+  /// One line of JSON on standard error: what rank 0 has received, and the seconds of it.
+  void print_times() const {
+    if (is_measuring_ && rank_ == 0)
+      std::fprintf(stderr,
+                   "{\"ranks\": %d, \"waiting\": %.6f, \"exchanges\": %.0f, \"exchange_bytes\": %.0f, "
+                   "\"exchange_seconds\": %.6f, \"gathers\": %.0f, \"gather_bytes\": %.0f, \"gather_seconds\": %.6f}\n",
+                   count_, waiting_, exchanges_.calls, exchanges_.bytes, exchanges_.seconds, gathers_.calls,
+                   gathers_.bytes, gathers_.seconds);
+  }
+
  private:
+  struct Traffic {
+    double calls = 0, bytes = 0, seconds = 0;
+  };
+  /// Adds the time of its lifetime.
+  class Measured {
+   public:
+    Measured(const MpiRanks& ranks, Traffic& traffic, std::size_t bytes) : traffic_(traffic), start_(MPI_Wtime()) {
+      if (!ranks.is_measuring_) return;
+      traffic.calls += 1;
+      traffic.bytes += static_cast<double>(bytes);
+    }
+    ~Measured() { traffic_.seconds += MPI_Wtime() - start_; }
+    Measured(const Measured&) = delete;
+    Measured& operator=(const Measured&) = delete;
+
+   private:
+    Traffic& traffic_;
+    double start_;
+  };
   struct Layout {
     std::vector<int> sizes, places;
 
@@ -75,6 +113,9 @@ class MpiRanks {
   }
 
   int rank_ = 0, count_ = 1;
+  const bool is_measuring_ = std::getenv("GMIS_MPI_TIMES") != nullptr;
+  double waiting_ = 0.0;
+  Traffic exchanges_, gathers_;
 };
 
 }  // namespace
@@ -84,6 +125,7 @@ int main(int argc, char** argv) {
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &given);
   MpiRanks ranks;
   const int code = gmis::tools::render_program(argc, argv, ranks);
+  ranks.print_times();
   // Other ranks may wait for one that has failed. A wrong request fails on all of them, and rank 0
   // says so.
   if (code == 1 || (code != 0 && ranks.rank() == 0)) MPI_Abort(MPI_COMM_WORLD, code);

@@ -319,3 +319,21 @@ TEST_CASE("Parts that are missing, there twice or of another run are refused, an
   shared.request.part = gmis::RunPart{3, 2, 4};
   CHECK_THROWS_AS(outcome_of(shared, 1), std::invalid_argument);
 }
+
+TEST_CASE("A renderer with a transport of its own: bytes in memory, on docs/many-machines.md") {
+  const gmis::RenderRequest request = request_with(gmis::integrators::vcm, 12);
+  std::vector<std::vector<std::byte>> received;
+  const auto send = [&](const std::vector<std::byte>& bytes) { received.push_back(bytes); };
+  const auto render_part = [&](const gmis::RunPart& part) {
+    gmis::RenderRequest task = request;
+    task.part = part;
+    gmis::SerialExecutor executor;
+    gmis::Render render(furnace, task);
+    render.run(executor);
+    send(render.checkpoint());
+  };
+  for (const std::uint32_t first : {1U, 5U, 9U}) render_part({first, first + 3, 12});
+  const auto resolution = furnace.camera().resolution();
+  const gmis::RenderResult result = gmis::join_runs<float>(request, resolution, received);
+  CHECK(result.picture.values == outcome_of({"vcm", request}, 1).result.picture.values);
+}
