@@ -261,9 +261,8 @@ int run(Options options, const gmis::RanksRef& ranks) {
   RenderRequest request;
   on_all_ranks(ranks, [&] {
     if (!options.replay && is_first) check_outputs(options);
-    loaded =
-        load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict,
-                   options.lights, options.load);
+    loaded = load_scene(find_scene(options.scene), options.size,
+                        options.lenient ? Strictness::lenient : Strictness::strict, options.lights, options.load);
     request = request_of(options, *loaded.built);
   });
   const BuiltScene& scene = *loaded.built;
@@ -292,7 +291,8 @@ int run(Options options, const gmis::RanksRef& ranks) {
   if (!ThreadedExecutor::has_threads && options.threads != 1 && !options.quiet && is_first)
     std::fprintf(stderr, "gmis-render: built without oneTBB: one thread is used\n");
   const gmis::Plan plan = plan_for_scene(scene, request.settings);
-  if (options.explain && is_first) std::fputs(explain(options, request, plan, scene, executor.thread_count()).c_str(), stdout);
+  if (options.explain && is_first)
+    std::fputs(explain(options, request, plan, scene, executor.thread_count()).c_str(), stdout);
   if (!options.quiet && is_first && plan.classes.is_empty() && !plan.occurring.is_empty())
     std::fprintf(stderr,
                  "gmis-render: --effects keeps no path that this scene has (--explain names them): the picture will be "
@@ -421,8 +421,9 @@ int gmis::tools::render_program(int argc, char** argv, const RanksRef& ranks) {
   } catch (const InputError& error) {
     return ranks.is_first() ? fail(bad_input, error.what()) : bad_input;
   } catch (const std::bad_alloc&) {
-    return fail(failed,
-                "there is not enough memory: choose a smaller --size or fewer --light-paths, and leave out --techniques");
+    return fail(
+        failed,
+        "there is not enough memory: choose a smaller --size or fewer --light-paths, and leave out --techniques");
   } catch (const std::exception& error) {
     return fail(failed, error.what());
   }

@@ -173,7 +173,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "Camera subpaths of a pixel in an iteration: uniform (one, the default), or learned: more where they pay")
       ->type_name("uniform|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
-  app.add_option("--iterations", raw.iterations, "Stop after this number of iterations (64); 17..32/64: those of a run of 64, to be joined")
+  app.add_option("--iterations", raw.iterations,
+                 "Stop after this number of iterations (64); 17..32/64: those of a run of 64, to be joined")
       ->type_name("NUMBER");
   app.add_option("--time", raw.seconds, "Stop after this number of seconds")->type_name("SECONDS");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small")
@@ -429,7 +430,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (options.resume_files.size() > 1 && !options.checkpoint_file.empty())
     throw InputError("--checkpoint goes with one --resume: several are joined, and nothing is rendered");
   if (options.part && (options.checkpoint_file.empty() || options.seconds || options.relative_error))
-    throw InputError("--iterations FIRST..LAST/OF needs --checkpoint, which --resume joins, and excludes --time and --error");
+    throw InputError(
+        "--iterations FIRST..LAST/OF needs --checkpoint, which --resume joins, and excludes --time and --error");
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
   if (!options.list_scenes && options.scene.empty())
     throw InputError("name a scene: a .pbrt file or one that --list-scenes prints; see --help");

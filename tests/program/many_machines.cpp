@@ -38,8 +38,9 @@ TEST_CASE("the script that renders parts of a run writes the picture of one comm
   const std::string same = "cornell --size 12x10 --integrator vcm --connections 1 --seed 3 --threads 1 --quiet";
   REQUIRE(run(folder, same + " --iterations 12 --out whole.pfm").exit_code == 0);
   const std::string path = fs::path(GMIS_RENDER_PROGRAM).parent_path().string();
-  const std::string command = "cd '" + folder.path.string() + "' && PATH='" + path + "':\"$PATH\" sh '" GMIS_PARTS_SCRIPT
-                              "' parts.pfm 4 2 3 " + same + " >stdout.txt 2>stderr.txt";
+  const std::string command = "cd '" + folder.path.string() + "' && PATH='" + path +
+                              "':\"$PATH\" sh '" GMIS_PARTS_SCRIPT "' parts.pfm 4 2 3 " + same +
+                              " >stdout.txt 2>stderr.txt";
   const int status = std::system(command.c_str());
   INFO(text_of(folder / "stderr.txt"));
   REQUIRE(status == 0);
@@ -72,9 +73,9 @@ TEST_CASE("a part of a run that cannot be rendered apart is refused with exit co
 #ifdef GMIS_RENDER_MPI_PROGRAM
 TEST_CASE("several ranks write the picture and the statistics of one command") {
   const ScratchFolder folder;
-  for (const std::string scene : {"paper1", "cornell --integrator vcm", "paper2 --emission learned",
-                                  "cornell --split budgeted --integrator gmis", "paper3 --pixel-counts learned",
-                                  "paper4 --crop 2,3,15,9"}) {
+  for (const std::string scene :
+       {"paper1", "cornell --integrator vcm", "paper2 --emission learned", "cornell --split budgeted --integrator gmis",
+        "paper3 --pixel-counts learned", "paper4 --crop 2,3,15,9"}) {
     INFO(scene);
     const std::string same = scene + " --size 20x14 --iterations 9 --threads 1 --quiet --halves ";
     REQUIRE(run(folder, same + "--out whole.pfm --stats whole.json").exit_code == 0);
@@ -140,14 +141,14 @@ TEST_CASE("killed by a rank at 20 moments, the run ends with the bits of one tha
     // A rank writes its number, waits a moment in the background, and then kills itself; or the run
     // ends before.
     const double wait = 0.02 * static_cast<double>(1U << gmis::uniform_index(source, 6));
-    std::ofstream(folder / "rank.sh")
-        << "if [ $OMPI_COMM_WORLD_RANK = " << gmis::uniform_index(source, static_cast<std::uint32_t>(ranks))
-        << " ]; then me=$$; (sleep " << wait << "; kill -9 $me 2>killed.txt && echo killed >killed.txt) & fi\n"
-        << "exec '" GMIS_RENDER_MPI_PROGRAM "' \"$@\"\n";
+    std::ofstream(folder / "rank.sh") << "if [ $OMPI_COMM_WORLD_RANK = "
+                                      << gmis::uniform_index(source, static_cast<std::uint32_t>(ranks))
+                                      << " ]; then me=$$; (sleep " << wait
+                                      << "; kill -9 $me 2>killed.txt && echo killed >killed.txt) & fi\n"
+                                      << "exec '" GMIS_RENDER_MPI_PROGRAM "' \"$@\"\n";
     fs::remove(folder / "killed.txt");
-    const Outcome outcome =
-        run_shell(folder, mpirun + "-n " + std::to_string(ranks) + " sh rank.sh " + same +
-                              "--out c.pfm --checkpoint c.ck" + (goes_on ? " --resume c.ck" : ""));
+    const Outcome outcome = run_shell(folder, mpirun + "-n " + std::to_string(ranks) + " sh rank.sh " + same +
+                                                  "--out c.pfm --checkpoint c.ck" + (goes_on ? " --resume c.ck" : ""));
     if (outcome.exit_code != 0) {
       INFO(outcome.err);
       REQUIRE(outcome.err.find("gmis-render:") == std::string::npos);  // it was killed, and did not fail

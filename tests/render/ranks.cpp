@@ -55,9 +55,12 @@ gmis::RenderRequest automatic(std::uint32_t iterations = 21) {
 
 std::vector<Case> cases() {
   namespace integrators = gmis::integrators;
-  std::vector<Case> all{{"pt", request_with(integrators::pt)},   {"lt", request_with(integrators::lt)},
-                        {"bpt", request_with(integrators::bpt)}, {"ppm", request_with(integrators::ppm)},
-                        {"bpm", request_with(integrators::bpm)}, {"vcm", request_with(integrators::vcm)},
+  std::vector<Case> all{{"pt", request_with(integrators::pt)},
+                        {"lt", request_with(integrators::lt)},
+                        {"bpt", request_with(integrators::bpt)},
+                        {"ppm", request_with(integrators::ppm)},
+                        {"bpm", request_with(integrators::bpm)},
+                        {"vcm", request_with(integrators::vcm)},
                         {"auto", automatic()}};
   all.push_back({"trees that split", request_with(integrators::vcm), true});
   Case cropped{"a crop", request_with(integrators::vcm)};
@@ -274,8 +277,8 @@ TEST_CASE("The parts of a run, rendered apart and joined in any order, have the 
       }
       checkpoints.push_back(outcome.checkpoint);
     }
-    gmis::RenderResult joined = gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints,
-                                                           engines(one).properties);
+    gmis::RenderResult joined =
+        gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints, engines(one).properties);
     CHECK(joined.stopped_by == gmis::StopReason::joined);
     CHECK(joined.joined_seeds == std::vector<std::uint64_t>{gmis_test::seed(31)});
     joined.stopped_by = whole.stopped_by;

@@ -19,7 +19,7 @@ namespace gmis_test {
 /// Ranks that are threads of one process: bytes go through memory, and all wait for each other.
 class ThreadRanks {
  public:
-  /// What the ranks share.
+  /// Memory that the ranks share.
   class Team {
    public:
     explicit Team(int count) : count_(count), sent_(static_cast<std::size_t>(count)), sizes_(sent_.size()) {}

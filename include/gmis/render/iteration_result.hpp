@@ -8,7 +8,7 @@
 
 namespace gmis {
 
-/// What an iteration gives to a run.
+/// Pixels, work and time of one iteration.
 template <Spectrum S>
 struct IterationResult {
   std::span<const S> frame;               ///< of the rows of this rank

@@ -19,7 +19,8 @@ namespace gmis {
 
 namespace detail {
 
-/// Puts the parts of one run (`RenderRequest::part`) together, in any order: the record of that run.
+/// Puts the parts of one run (`RenderRequest::part`) together, in any order: the record of that
+/// run.
 template <Spectrum S>
 [[nodiscard]] RunRecord<S> whole_of_parts(const RenderRequest& request, glm::ivec2 resolution,
                                           std::vector<RunRecord<S>> parts) {
@@ -37,7 +38,8 @@ template <Spectrum S>
     if (part.part.first > expected) refuse(expected, part.part.first - 1, "are missing");
     if (part.part.first < expected) refuse(part.part.first, expected - 1, "are there twice");
     expected = part.part.first + part.state.iterations;
-    if (expected <= part.part.last) refuse(expected, part.part.last, "are missing: go on from the checkpoint of their part");
+    if (expected <= part.part.last)
+      refuse(expected, part.part.last, "are missing: go on from the checkpoint of their part");
     if (&part == &parts.front()) {
       // All parts have run the same pilot: its work counts once.
       whole.counts = part.counts;

@@ -81,9 +81,8 @@ class RankRound {
                                  std::vector<Value>& part) const {
     if (frame.size() == pixel_count(picture_)) return frame;
     part.clear();
-    for_each_row(engine, frame, picture_, [&](std::span<const Value> row) {
-      part.insert(part.end(), row.begin(), row.end());
-    });
+    for_each_row(engine, frame, picture_,
+                 [&](std::span<const Value> row) { part.insert(part.end(), row.begin(), row.end()); });
     return part;
   }
 

@@ -63,8 +63,7 @@ class RanksRef {
         }),
         gather_([](void* of, std::span<const std::byte> send, std::span<std::byte> receive,
                    std::span<const std::size_t> sizes) { static_cast<R*>(of)->gather(send, receive, sizes); }),
-        broadcast_([](void* of, std::span<std::byte> bytes) { static_cast<R*>(of)->broadcast(bytes); }) {
-  }
+        broadcast_([](void* of, std::span<std::byte> bytes) { static_cast<R*>(of)->broadcast(bytes); }) {}
 
   /// Rank of this process.
   [[nodiscard]] int rank() const noexcept { return rank_; }

@@ -46,9 +46,9 @@ struct RenderRequest {
   /// request but for limits, callbacks and reference, of which those of rank 0 count.
   RanksRef ranks;
 
-  /// Renders this part of a run alone, in place of `budget`'s number of iterations, and keeps each of
-  /// its frames in checkpoints. `join_runs` puts the parts of a run together to the bits of a run
-  /// that was never divided. Unset: the whole run.
+  /// Renders this part of a run alone, in place of `budget`'s number of iterations, and keeps each
+  /// of its frames in checkpoints. `join_runs` puts the parts of a run together to the bits of a
+  /// run that was never divided. Unset: the whole run.
   std::optional<RunPart> part;
 
   /// Identifies the scene in checkpoints, for example by a digest of its files.

@@ -64,9 +64,10 @@ class RunTimer {
 /// on the error changes the number of iterations alone.
 ///
 /// With `RenderRequest::ranks`, processes share the iterations, and each adds up some rows of the
-/// picture. Pictures, stated errors and checkpoints have the bits of a run of one process. All ranks
-/// call the same members in the same order; results are at rank 0, which alone calls callbacks. The
-/// constructor throws on all ranks when the run of one is another one than that of rank 0.
+/// picture. Pictures, stated errors and checkpoints have the bits of a run of one process. All
+/// ranks call the same members in the same order; results are at rank 0, which alone calls
+/// callbacks. The constructor throws on all ranks when the run of one is another one than that of
+/// rank 0.
 template <Spectrum S_>
 class RenderRun {
  public:
@@ -82,8 +83,9 @@ class RenderRun {
   /// way; with another executor that iteration is finished.
   GMIS_RARE RenderResult run(ExecutorRef executor);
 
-  /// Renders one more iteration; with several ranks a round, of at most one for each. Returns false when the executor was stopped meanwhile: this
-  /// iteration is left out, and the rendering cannot go on.
+  /// Renders one more iteration; with several ranks a round, of at most one for each. Returns false
+  /// when the executor was stopped meanwhile: this iteration is left out, and the rendering cannot
+  /// go on.
   GMIS_RARE [[nodiscard]] bool advance(ExecutorRef executor);
 
   /// The state after the latest iteration, from which the same program can go on (`resume`). Write
@@ -273,11 +275,11 @@ void RenderRun<S_>::prepare_part() {
   require_argument(request_.ranks.count() == 1, "a part of a run is rendered by one rank");
   require_argument(!request_.techniques && !request_.class_pictures,
                    "a part of a run keeps no pictures of techniques and of path classes");
-  require_argument(request_.candidates.size() < 2 ||
-                       std::none_of(request_.candidates.begin(), request_.candidates.end(),
-                                    [](const SampleCounts& one) { return one.has(Technique::merge); }),
-                   "a part of a run cannot follow the iterations before it, as merging does where a pilot may choose "
-                   "it: give the counts, or candidates without merging");
+  require_argument(
+      request_.candidates.size() < 2 || std::none_of(request_.candidates.begin(), request_.candidates.end(),
+                                                     [](const SampleCounts& one) { return one.has(Technique::merge); }),
+      "a part of a run cannot follow the iterations before it, as merging does where a pilot may choose "
+      "it: give the counts, or candidates without merging");
   request_.budget.iterations = part.length();
   made_.part = part;
 }
@@ -498,8 +500,7 @@ void RenderRun<S_>::adapt_merging() {
     const Choice& choice = *engine_->choice();
     choose_disk(choice, *bias, std::max(2 * n, choice.expected_iterations));
     // A gain has to make up for everything before the run ends.
-    choose_gain(*bias, estimate_of(all.film).mean,
-                choice.expected_iterations > n ? choice.expected_iterations : 2 * n);
+    choose_gain(*bias, estimate_of(all.film).mean, choice.expected_iterations > n ? choice.expected_iterations : 2 * n);
   }
   engine.merge_within(request_.ranks.of_first(engine.counts().radius_factor));
   made_.gain = request_.ranks.of_first(made_.gain);

@@ -34,7 +34,7 @@ struct RunIdentity {
   static constexpr std::string_view seed = "the seed";                        ///< of the random numbers
   static constexpr std::string_view instruction_set = "the instruction set";  ///< `gmis::instruction_set`
 
-  static constexpr std::string_view part = "the part of the run";             ///< `RenderRequest::part`
+  static constexpr std::string_view part = "the part of the run";  ///< `RenderRequest::part`
 
   std::vector<Property> properties;  ///< in the order in which they were added
 

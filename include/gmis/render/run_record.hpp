@@ -64,14 +64,15 @@ struct RunRecord : PixelSums<S> {
   /// A record without iterations, for the run of a request. `resolution`: of the camera.
   RunRecord(const RenderRequest& request, glm::ivec2 resolution)
       : RunRecord(request, resolution, crop_of(request, resolution)) {}
-  /// The same, of a part of the frame alone.
+  /// A record without iterations, of the pixels in `bounds` alone.
   RunRecord(const RenderRequest& request, glm::ivec2 resolution, const PixelBounds& bounds)
       : PixelSums<S>(request, bounds.upper - bounds.lower),
         techniques(resolution, bounds),
         classes(resolution, bounds) {}
 
   /// Adds an iteration that had this merging radius and gain. `pixel_count`: of the whole picture.
-  void add(const IterationResult<S>& iteration, std::size_t pixel_count, double radius_of_disk, double gain_per_radius) {
+  void add(const IterationResult<S>& iteration, std::size_t pixel_count, double radius_of_disk,
+           double gain_per_radius) {
     ++state.iterations;
     this->add_iteration(state.iterations, iteration.frame, iteration.merging_change,
                         1.0 + gain_per_radius * radius_of_disk);
@@ -86,7 +87,8 @@ struct RunRecord : PixelSums<S> {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes, part, kept);
+            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes, part,
+            kept);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);

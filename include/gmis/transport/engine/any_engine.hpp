@@ -68,8 +68,8 @@ class AnyEngine {
   /// Renders one more iteration; `frame()` is then the image of this iteration alone.
   virtual void iterate(ExecutorRef executor) = 0;
 
-  /// The next iteration is `iteration` + 1 of the run, which other engines may have rendered so far:
-  /// random numbers are not reused, and the merging radius goes on shrinking.
+  /// The next iteration is `iteration` + 1 of the run, which other engines may have rendered so
+  /// far: random numbers are not reused, and the merging radius goes on shrinking.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
 
   /// Takes the work so far out of the engine, which then has none.
