@@ -138,9 +138,10 @@ TEST_CASE("killed by a rank at 20 moments, the run ends with the bits of one tha
     const int ranks = 1 + static_cast<int>(gmis::uniform_index(source, 3));
     const bool goes_on = fs::exists(folder / "c.ck");
     went_on += goes_on ? 1 : 0;
-    // The mpirun of Open MPI 4.1 may not notice the death of a rank: the limit ends it. A rank writes its number, waits a moment in the background, and then kills itself; or the run
-    // ends before.
-    const double wait = 0.02 * static_cast<double>(1U << gmis::uniform_index(source, 6));
+    // The mpirun of Open MPI 4.1 may not notice the death of a rank: the limit ends it. A rank
+    // writes its number, waits a moment in the background, and then kills itself; or the run ends
+    // before.
+    const double wait = 0.5 + 0.02 * static_cast<double>(1U << gmis::uniform_index(source, 8));
     std::ofstream(folder / "rank.sh") << "if [ $OMPI_COMM_WORLD_RANK = "
                                       << gmis::uniform_index(source, static_cast<std::uint32_t>(ranks))
                                       << " ]; then me=$$; (sleep " << wait
