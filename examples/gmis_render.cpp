@@ -1,4 +1,5 @@
 // gmis-render: from a scene file to a picture. docs/gmis-render.md tells how it is used.
+// gmis-render-mpi is the same over many machines (gmis_render_mpi.cpp).
 
 #include <algorithm>
 #include <chrono>
@@ -13,17 +14,20 @@
 #include <new>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "gmis/core/state_archive.hpp"
+#include "gmis/render/rank_gathering.hpp"
 #include "gmis/render/run_record.hpp"
 #include "support/choices.hpp"
 #include "support/first_hit_layers.hpp"
 #include "support/instruction_set.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
+#include "support/render_program.hpp"
 #include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
 #include "support/session.hpp"
@@ -96,6 +100,7 @@ void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Opt
     request.scene_properties.emplace_back("the content of " + file.filename().string(), digest);
   }
   request.scene_properties.emplace_back("the choice of lights", name_of(options.lights));
+  request.scene_properties.emplace_back("the version", GMIS_VERSION);
 }
 
 /// The first failure to write a file. A failure does not keep the other files from being written.
@@ -221,31 +226,60 @@ int print_check(const std::filesystem::path& file, const LoadOptions& load, bool
   return bad_input;
 }
 
-int run(Options options) {
+/// Loads scene and request. Where a rank fails, all throw what the first of them that failed has to
+/// say, so that none waits for it.
+template <class Load>
+void on_all_ranks(const gmis::RanksRef& ranks, const Load& load) {
+  if (ranks.count() == 1) return load();
+  std::string failure;
+  try {
+    load();
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  const auto failures = gmis::detail::gathered(ranks, std::as_bytes(std::span(failure)));
+  std::string first;
+  for (std::size_t rank = failures.size(); rank-- > 0;)
+    if (!failures[rank].empty())
+      first = (rank > 0 ? "rank " + std::to_string(rank) + ": " : "") +
+              std::string(reinterpret_cast<const char*>(failures[rank].data()), failures[rank].size());
+  first = gmis::detail::text_of_first(ranks, std::move(first));
+  if (!first.empty()) throw InputError(first);
+}
+
+int run(Options options, const gmis::RanksRef& ranks) {
+  if (ranks.count() > 1 && (options.check || options.replay || options.resume_files.size() > 1 || options.part))
+    throw InputError("one rank alone does --check, --replay and --iterations FIRST..LAST/OF, and joins runs");
   if (options.list_scenes) {
     for (const std::string& name : built_in_scene_names())
       std::printf("%-10s  %s\n", name.c_str(), line_of_scene(name).c_str());
     return done;
   }
   if (options.check) return print_check(find_scene(options.scene), options.load, options.quiet);
-  if (!options.replay) check_outputs(options);
-  LoadedScene loaded =
-      load_scene(find_scene(options.scene), options.size, options.lenient ? Strictness::lenient : Strictness::strict,
-                 options.lights, options.load);
+  const bool is_first = ranks.is_first();
+  LoadedScene loaded;
+  RenderRequest request;
+  on_all_ranks(ranks, [&] {
+    if (!options.replay && is_first) check_outputs(options);
+    loaded = load_scene(find_scene(options.scene), options.size,
+                        options.lenient ? Strictness::lenient : Strictness::strict, options.lights, options.load);
+    request = request_of(options, *loaded.built);
+  });
   const BuiltScene& scene = *loaded.built;
-  if (!options.quiet)
+  if (!options.quiet && is_first)
     for (const Diagnostic& diagnostic : loaded.diagnostics)
       std::fprintf(stderr, "%s\n", diagnostic.to_string().c_str());
-
-  RenderRequest request = request_of(options, scene);
+  request.ranks = ranks;
   if (options.replay) return print_replay(request, *options.replay, scene, options.threads);
   std::optional<Image> reference;
-  if (!options.reference_file.empty())
+  if (!options.reference_file.empty() && is_first)
     reference = read_reference(options.reference_file, request, scene.scene().camera().resolution());
 
-  if (options.outputs.empty()) options.outputs.push_back(default_output(scene, options.quiet));
+  on_all_ranks(ranks, [&] {
+    if (options.outputs.empty() && is_first) options.outputs.push_back(default_output(scene, options.quiet));
+  });
 
-  if (options.class_images) {
+  if (options.class_images && is_first) {
     const std::filesystem::path folder = class_folder(options.outputs[0]);
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -254,11 +288,12 @@ int run(Options options) {
   }
 
   ThreadedExecutor executor(options.threads);
-  if (!ThreadedExecutor::has_threads && options.threads != 1 && !options.quiet)
+  if (!ThreadedExecutor::has_threads && options.threads != 1 && !options.quiet && is_first)
     std::fprintf(stderr, "gmis-render: built without oneTBB: one thread is used\n");
   const gmis::Plan plan = plan_for_scene(scene, request.settings);
-  if (options.explain) std::fputs(explain(options, request, plan, scene, executor.thread_count()).c_str(), stdout);
-  if (!options.quiet && plan.classes.is_empty() && !plan.occurring.is_empty())
+  if (options.explain && is_first)
+    std::fputs(explain(options, request, plan, scene, executor.thread_count()).c_str(), stdout);
+  if (!options.quiet && is_first && plan.classes.is_empty() && !plan.occurring.is_empty())
     std::fprintf(stderr,
                  "gmis-render: --effects keeps no path that this scene has (--explain names them): the picture will be "
                  "black\n");
@@ -272,8 +307,16 @@ int run(Options options) {
   const bool is_kept = !options.checkpoint_file.empty() || !options.resume_files.empty();
   request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept ||
                       options.layers;  // one is the variance
-  if (is_kept) identify_scene(request, loaded, options);
-  for (const auto& file : options.resume_files) request.resume.push_back(bytes_of(file));
+  if (is_kept || ranks.count() > 1) identify_scene(request, loaded, options);
+  on_all_ranks(ranks, [&] {
+    if (is_first)
+      for (const auto& file : options.resume_files) request.resume.push_back(bytes_of(file));
+  });
+  if (!options.resume_files.empty()) {
+    request.resume.resize(options.resume_files.size());
+    request.resume[0].resize(ranks.of_first(request.resume[0].size()));
+    ranks.broadcast(request.resume[0]);
+  }
   if (!options.checkpoint_file.empty())
     request.on_checkpoint = [&](std::span<const std::byte> state) {
       failures.attempt([&] {
@@ -285,10 +328,10 @@ int run(Options options) {
     extras.exposure = static_cast<float>(std::exp2(options.exposure.value_or(automatic_exposure(image))));
   };
   extras.tone = options.tone;
-  if (!options.log_file.empty()) request.on_log = log_to(options.log_file, failures);
+  if (!options.log_file.empty() && is_first) request.on_log = log_to(options.log_file, failures);
   request.seconds_between_pictures = options.write_every;
   std::optional<TevViewer> viewer;
-  if (!options.tev_address.empty()) {
+  if (!options.tev_address.empty() && is_first) {
     viewer.emplace(options.tev_address, "gmis-render");
     if (!viewer->warning().empty()) std::fprintf(stderr, "gmis-render: warning: %s\n", viewer->warning().c_str());
     request.seconds_between_pictures = std::min(options.write_every, 1.0);
@@ -306,7 +349,7 @@ int run(Options options) {
     WriteFailures on_the_way;  // what counts is the last picture
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output, extras); });
   };
-  ProgressBar bar(request.budget, pieces_of_iteration(request, scene), !options.quiet);
+  ProgressBar bar(request.budget, pieces_of_iteration(request, scene), !options.quiet && is_first);
   if (bar.is_shown()) {
     request.on_iteration = [&](const gmis::RunState& progress) { bar.show(progress); };
     executor.report_to([&](std::size_t done) { bar.show_piece(done); });
@@ -318,6 +361,7 @@ int run(Options options) {
       std::fflush(stdout);
     };
   const RenderResult result = render(scene, request, executor);
+  if (!is_first) return done;
   executor.report_to({});
   bar.finish();
   if (viewer) viewer->show(result.image);
@@ -362,28 +406,25 @@ int run(Options options) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  if (!processor_has_instruction_set()) {
-    std::fprintf(stderr,
-                 "gmis-render: compiled for %s, which this processor is not: configure with -DGMIS_ISA=x86-64, or take "
-                 "./run --isa x86-64 path gmis-render\n",
-                 gmis::instruction_set.data());
-    return failed;
-  }
+int gmis::tools::render_program(int argc, char** argv, const RanksRef& ranks) {
+  const auto fail = [&](int code, const char* message) {
+    std::fprintf(stderr, "gmis-render: %s\n", message);
+    return code;
+  };
   try {
+    if (!processor_has_instruction_set())
+      throw std::runtime_error("compiled for " + std::string(instruction_set) +
+                               ", which this processor is not: configure with -DGMIS_ISA=x86-64, or take ./run --isa "
+                               "x86-64 path gmis-render");
     const std::optional<Options> options = parse_command_line(argc, argv);
-    return options ? run(*options) : done;
+    return options ? run(*options, ranks) : done;
   } catch (const InputError& error) {
-    std::fprintf(stderr, "gmis-render: %s\n", error.what());
-    return bad_input;
+    return ranks.is_first() ? fail(bad_input, error.what()) : bad_input;
   } catch (const std::bad_alloc&) {
-    std::fprintf(
-        stderr,
-        "gmis-render: there is not enough memory: choose a smaller --size or fewer --light-paths, and leave out "
-        "--techniques\n");
-    return failed;
+    return fail(
+        failed,
+        "there is not enough memory: choose a smaller --size or fewer --light-paths, and leave out --techniques");
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "gmis-render: %s\n", error.what());
-    return failed;
+    return fail(failed, error.what());
   }
 }

@@ -50,6 +50,23 @@ Unsigned whole_number_of(const std::string& option, std::string_view text) {
   return *value;
 }
 
+/// A part of a run, written FIRST..LAST/OF; nothing for a number alone.
+std::optional<RunPart> run_part_of(std::string_view text) {
+  const std::size_t dots = text.find(".."), slash = text.find('/');
+  if (dots == std::string_view::npos) return {};
+  const auto number = [&](std::size_t from, std::size_t to) {
+    const auto value = integer_of<std::uint32_t>(text.substr(from, to - from));
+    return value ? *value : 0U;
+  };
+  RunPart part{0, 0, 0};
+  if (slash != std::string_view::npos && slash > dots)
+    part = {number(0, dots), number(dots + 2, slash), number(slash + 1, text.size())};
+  if (part.first < 1 || part.first > part.last || part.last > part.of)
+    throw InputError("--iterations " + in_quotes(text) +
+                     " must be FIRST..LAST/OF, iterations FIRST to LAST of a run of OF, such as 17..32/64");
+  return part;
+}
+
 /// Nothing for `auto` and for `paired`.
 std::optional<int> connections_of(const std::string& text) {
   if (text == "auto" || text == "paired") return {};
@@ -156,7 +173,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "Camera subpaths of a pixel in an iteration: uniform (one, the default), or learned: more where they pay")
       ->type_name("uniform|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
-  app.add_option("--iterations", raw.iterations, "Stop after this number of iterations (64)")->type_name("NUMBER");
+  app.add_option("--iterations", raw.iterations,
+                 "Stop after this number of iterations (64); 17..32/64: those of a run of 64, to be joined")
+      ->type_name("NUMBER");
   app.add_option("--time", raw.seconds, "Stop after this number of seconds")->type_name("SECONDS");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small")
       ->type_name("NUMBER");
@@ -388,7 +407,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
                      "; ./run --isa LEVEL path gmis-render builds one for x86-64 or x86-64-v3 and prints where it is");
   if (given("--seed")) options.seed = whole_number_of<std::uint64_t>("--seed", raw.seed);
   if (given("--iterations")) {
-    options.iterations = whole_number_of<std::uint32_t>("--iterations", raw.iterations);
+    options.part = run_part_of(raw.iterations);
+    options.iterations =
+        options.part ? options.part->of : whole_number_of<std::uint32_t>("--iterations", raw.iterations);
     if (*options.iterations < 1) throw InputError("--iterations must be at least 1");
   }
   if (given("--time")) {
@@ -408,6 +429,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (given("--replay")) options.replay = path_choice_of(raw.replay);
   if (options.resume_files.size() > 1 && !options.checkpoint_file.empty())
     throw InputError("--checkpoint goes with one --resume: several are joined, and nothing is rendered");
+  if (options.part && (options.checkpoint_file.empty() || options.seconds || options.relative_error))
+    throw InputError(
+        "--iterations FIRST..LAST/OF needs --checkpoint, which --resume joins, and excludes --time and --error");
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
   if (!options.list_scenes && options.scene.empty())
     throw InputError("name a scene: a .pbrt file or one that --list-scenes prints; see --help");

@@ -9,6 +9,7 @@
 
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/mis/scheme.hpp"
+#include "gmis/render/render_request.hpp"
 #include "gmis/scene/light_selection.hpp"
 #include "gmis/transport/state/path_class.hpp"
 #include "gmis/transport/state/settings.hpp"
@@ -56,6 +57,7 @@ struct Options {
   std::uint64_t seed = 0;
   int threads = 0;  ///< 0: all cores
   std::optional<std::uint32_t> iterations;
+  std::optional<RunPart> part;  ///< the part to render of a run of that number of iterations
   std::optional<double> seconds;
   std::optional<double> relative_error;
   std::optional<std::array<int, 4>> crop;

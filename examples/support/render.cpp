@@ -27,13 +27,15 @@ namespace {
 gmis::RenderResult rendered(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor) {
   try {
     if (request.resume.size() > 1)
-      return join_runs<SceneSpectrum>(request, scene.scene().camera().resolution(), request.resume);
+      return join_runs<SceneSpectrum>(request, scene.scene().camera().resolution(), request.resume,
+                                      engines_for(scene, request).properties);
     ProgressiveRender rendering(scene, request);
     if (!request.resume.empty()) rendering.resume(request.resume.front());
     return rendering.run(executor);
   } catch (const std::invalid_argument& error) {
-    if (request.resume.empty()) throw;
-    throw InputError(std::string("--resume: ") + error.what());
+    if (!request.resume.empty()) throw InputError(std::string("--resume: ") + error.what());
+    if (request.ranks.count() == 1 && !request.part) throw;
+    throw InputError(error.what());
   }
 }
 

@@ -89,6 +89,8 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.expected_iterations =
       expected_iterations(request.budget, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
                           ThreadedExecutor(options.threads).thread_count());
+  request.part = options.part;
+  if (options.part) request.budget.iterations = options.part->length();
   return request;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gmis/render/picture.hpp"
+#include "gmis/render/ranks.hpp"
 #include "gmis/result/budget.hpp"
 #include "gmis/result/convergence_log.hpp"
 #include "gmis/result/rejection_limit.hpp"
@@ -19,6 +20,15 @@
 #include "gmis/transport/state/settings.hpp"
 
 namespace gmis {
+
+/// A part of a run that is rendered by itself: iterations `first` to `last`, both included, of the
+/// `of` iterations of a run, from 1.
+struct RunPart {
+  std::uint32_t first = 1, last = 1, of = 1;
+
+  /// Number of iterations in it.
+  [[nodiscard]] constexpr std::uint32_t length() const noexcept { return last - first + 1; }
+};
 
 /// Settings and limits of a whole rendering, and which results it keeps. `automatic_request` fills
 /// in the counts and the candidates by the scene.
@@ -31,6 +41,15 @@ struct RenderRequest {
   Budget budget;                   ///< its first limit that is met ends the run, after at least 1 iteration
   RejectionLimit rejection_limit;  ///< a run that surely exceeds it ends
   const std::atomic<bool>* interrupt = nullptr;  ///< set to true from anywhere, it ends the run
+
+  /// Processes that share the iterations; by default this one alone. All of them have the same
+  /// request but for limits, callbacks and reference, of which those of rank 0 count.
+  RanksRef ranks;
+
+  /// Renders this part of a run alone, in place of `budget`'s number of iterations, and keeps each
+  /// of its frames in checkpoints. `join_runs` puts the parts of a run together to the bits of a
+  /// run that was never divided. Unset: the whole run.
+  std::optional<RunPart> part;
 
   /// Identifies the scene in checkpoints, for example by a digest of its files.
   std::string scene_name;

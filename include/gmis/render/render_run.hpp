@@ -19,6 +19,8 @@
 #include "gmis/render/checkpoint.hpp"
 #include "gmis/render/merging_disk.hpp"
 #include "gmis/render/merging_gain.hpp"
+#include "gmis/render/rank_gathering.hpp"
+#include "gmis/render/rank_round.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
 #include "gmis/render/run_identity.hpp"
@@ -60,6 +62,12 @@ class RunTimer {
 ///
 /// The same seed and settings give the same pictures for any number of threads. A limit on time or
 /// on the error changes the number of iterations alone.
+///
+/// With `RenderRequest::ranks`, processes share the iterations, and each adds up some rows of the
+/// picture. Pictures, stated errors and checkpoints have the bits of a run of one process. All
+/// ranks call the same members in the same order; results are at rank 0, which alone calls
+/// callbacks. The constructor throws on all ranks when the run of one is another one than that of
+/// rank 0.
 template <Spectrum S_>
 class RenderRun {
  public:
@@ -75,8 +83,9 @@ class RenderRun {
   /// way; with another executor that iteration is finished.
   GMIS_RARE RenderResult run(ExecutorRef executor);
 
-  /// Renders one more iteration. Returns false when the executor was stopped meanwhile: this
-  /// iteration is left out, and the rendering cannot go on.
+  /// Renders one more iteration; with several ranks a round, of at most one for each. Returns false
+  /// when the executor was stopped meanwhile: this iteration is left out, and the rendering cannot
+  /// go on.
   GMIS_RARE [[nodiscard]] bool advance(ExecutorRef executor);
 
   /// The state after the latest iteration, from which the same program can go on (`resume`). Write
@@ -99,9 +108,10 @@ class RenderRun {
 
   /// The limit that is met after the iterations so far (at least one), or nothing to go on.
   [[nodiscard]] std::optional<StopReason> reason_to_stop() const {
-    if (request_.interrupt != nullptr && request_.interrupt->load()) return StopReason::interrupt;
-    if (request_.rejection_limit.is_surely_exceeded(made_.counters)) return StopReason::rejected;
-    return request_.budget.reason_to_stop(made_.state);
+    std::optional<StopReason> reason = request_.budget.reason_to_stop(made_.state);
+    if (request_.rejection_limit.is_surely_exceeded(made_.counters)) reason = StopReason::rejected;
+    if (request_.interrupt != nullptr && request_.interrupt->load()) reason = StopReason::interrupt;
+    return request_.ranks.of_first(reason);
   }
 
   /// Iterations and wall time so far. The error in it is known when it was estimated after the
@@ -109,12 +119,12 @@ class RenderRun {
   [[nodiscard]] const RunState& progress() const noexcept { return made_.state; }
   /// Processor time of the iterations so far, without estimates of the error.
   [[nodiscard]] double cpu_seconds() const noexcept { return made_.cpu_seconds; }
-  /// The film so far.
+  /// The film so far, of the rows of this rank.
   [[nodiscard]] const Film<S>& film() const noexcept { return made_.film; }
-  /// The picture of the latest iteration alone, inside the crop.
+  /// The picture of the latest iteration alone, inside the crop, of the rows of this rank.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
   /// The picture so far.
-  [[nodiscard]] Picture picture() const { return picture_of(made_.film); }
+  [[nodiscard]] Picture picture() const { return picture_of(whole().film); }
   /// Error and time of the iterations so far.
   [[nodiscard]] const ConvergenceLog& log() const noexcept { return made_.log; }
   /// The engine that is run, with the choice of a pilot.
@@ -123,14 +133,23 @@ class RenderRun {
   /// The estimated error, with `RenderRequest::intervals` or a limit on the error, from the second
   /// iteration on.
   [[nodiscard]] std::optional<ErrorEstimate> error() const {
-    return estimated_after_ == made_.state.iterations ? latest_error_ : made_.error();
+    if (!made_.batches || estimated_after_ == made_.state.iterations) return latest_error_;
+    const RunRecord<S>& all = whole();
+    return request_.ranks.of_first(request_.ranks.is_first() ? all.error() : std::nullopt);
   }
 
   /// The bias of merging in the picture so far; empty after one iteration that merges.
-  [[nodiscard]] std::optional<MergingBias> merging_bias() const { return made_.merging_bias(); }
+  [[nodiscard]] std::optional<MergingBias> merging_bias() const {
+    const RunRecord<S>& all = whole();
+    return request_.ranks.is_first() ? all.merging_bias() : std::nullopt;
+  }
 
   /// The prices of the usual errors, and of half the present one.
-  [[nodiscard]] std::optional<PriceTable> prices() const { return made_.prices(error()); }
+  [[nodiscard]] std::optional<PriceTable> prices() const {
+    const std::optional<ErrorEstimate> present = error();
+    const RunRecord<S>& all = whole();
+    return request_.ranks.is_first() ? all.prices(present) : std::nullopt;
+  }
   /// The prices of the usual errors as the pilot's choice has them; empty before two iterations
   /// with the chosen counts.
   [[nodiscard]] const std::optional<PriceTable>& forecast() const noexcept { return made_.forecast; }
@@ -150,35 +169,45 @@ class RenderRun {
   }
   /// The record comes first, which `join_runs` reads without the rest.
   template <class Archive>
-  void exchange_state(Archive& archive) {
-    archive(made_, latest_error_, estimated_after_, next_estimate_);
+  void exchange_state(Archive& archive, RunRecord<S>& all) {
+    archive(all, latest_error_, estimated_after_, next_estimate_);
     archive(request_.expected_iterations);  // the choice of a pilot depends on it
     if constexpr (Archive::is_reading) make_engine();
     archive(*engine_);
   }
 
+  /// The record with the rows of all ranks, at rank 0; elsewhere that of its own rows. All ranks
+  /// call it together.
+  GMIS_RARE RunRecord<S>& whole() const;
+  /// The part of a whole record that this rank keeps.
+  GMIS_RARE void keep_rows_of(RunRecord<S>&& all);
+
   /// Copies the state of the engine into the record.
   GMIS_RARE void note_engine();
   /// Once, after the second iteration, or the second that learns nothing: the first one has a
-  /// pilot, and measures light trees, too.
+  /// pilot, and measures light trees, too. The seconds are those of that iteration.
   GMIS_RARE void update_forecast(double cpu_seconds, double wall_seconds);
 
-  /// The pixels of the crop, copied into `part` unless they are the whole frame.
-  template <class Value>
-  [[nodiscard]] std::span<const Value> in_crop(std::span<const Value> frame, std::vector<Value>& part) const {
-    const glm::ivec2 size = made_.film.resolution();
-    if (size == resolution_ || frame.empty()) return frame;
-    part.clear();
-    for (int y = crop_.lower.y; y < crop_.upper.y; ++y) {
-      const auto row = frame.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) +
-                                         static_cast<std::size_t>(crop_.lower.x),
-                                     static_cast<std::size_t>(size.x));
-      part.insert(part.end(), row.begin(), row.end());
-    }
-    return part;
+  /// Rejects a part of a run that cannot be rendered by itself.
+  GMIS_RARE void prepare_part();
+  /// Iterations of the run before those of its part.
+  [[nodiscard]] std::uint32_t iterations_before() const { return request_.part ? request_.part->first - 1 : 0; }
+  /// Number of iterations to render now: one a rank, but decisions come between rounds.
+  [[nodiscard]] std::uint32_t round_length() const;
+  /// Takes in an iteration of the round under way, which took this share of its wall time.
+  void take(const IterationResult<S>& iteration, double wall_seconds);
+  /// True when a limit is met that does not depend on time.
+  [[nodiscard]] bool is_over() const {
+    RunState state = made_.state;
+    state.seconds = 0.0;
+    return request_.rejection_limit.is_surely_exceeded(made_.counters) ||
+           request_.budget.reason_to_stop(state).has_value();
   }
-
-  void take_frame();
+  /// True when disk and gain of merging follow what the iterations show.
+  [[nodiscard]] bool adapts_merging() const {
+    const Choice* const choice = engine_->choice();
+    return choice != nullptr && choice->chosen && engine_->engine().counts().has(Technique::merge);
+  }
 
   /// After 4, 8, 16 … iterations of a run whose radius a pilot has chosen: sets disk and gain of
   /// the iterations to come. A pilot can hardly see the bias of merging; the iterations so far have
@@ -189,7 +218,7 @@ class RenderRun {
   GMIS_RARE void choose_disk(const Choice& choice, const MergingBias& bias, std::uint32_t length);
   /// A bias b with the standard error s is made up for by the factor 1 − s²/b², since a part may be
   /// noise.
-  GMIS_RARE void choose_gain(const MergingBias& bias, std::uint32_t length);
+  GMIS_RARE void choose_gain(const MergingBias& bias, double mean, std::uint32_t length);
 
   GMIS_RARE void update_error(ExecutorRef executor);
   /// Estimates the error after the latest iteration unless that is done.
@@ -201,10 +230,10 @@ class RenderRun {
   glm::ivec2 resolution_;
   PixelBounds crop_;
   std::optional<RenderEngine<S>> engine_;
-  RunRecord<S> made_;         ///< of whole iterations
-  std::span<const S> frame_;  ///< of the engine, or `part_`
-  std::vector<S> part_;
-  std::vector<float> changes_;
+  RankRound<S> round_;
+  RunRecord<S> made_;                          ///< of whole iterations and the rows of this rank
+  mutable std::optional<RunRecord<S>> whole_;  ///< of all rows, with several ranks
+  std::span<const S> frame_;                   ///< of the round
   std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
   std::uint32_t estimated_after_ = 0, next_estimate_ = 2;
 };
@@ -215,10 +244,81 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
       request_(std::move(request)),
       resolution_(resolution),
       crop_(crop_of(request_, resolution_)),
-      made_(request_, resolution_) {
+      round_(request_.ranks, crop_),
+      made_(request_, resolution_, detail::stripe_of(crop_, request_.ranks.rank(), request_.ranks.count())) {
+  const RanksRef& ranks = request_.ranks;
+  detail::require_same_run(ranks, identity());
+  request_.budget = ranks.of_first(request_.budget);
+  request_.rejection_limit = ranks.of_first(request_.rejection_limit);
+  request_.expected_iterations = ranks.of_first(request_.expected_iterations);
+  require_argument(ranks.count() == 1 || !(request_.techniques || request_.class_pictures),
+                   "several ranks make no pictures of techniques and of path classes: render those with one");
+  if (!ranks.is_first()) {
+    request_.on_iteration = {};
+    request_.on_forecast = {};
+    request_.on_log = {};
+    request_.on_picture = {};
+    request_.on_checkpoint = {};
+    request_.reference = {};
+  }
+  if (request_.part) prepare_part();
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   make_engine();
   note_engine();
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::prepare_part() {
+  const RunPart& part = *request_.part;
+  require_argument(part.first >= 1 && part.first <= part.last && part.last <= part.of,
+                   "a part of a run needs 1 <= first <= last <= of");
+  require_argument(request_.ranks.count() == 1, "a part of a run is rendered by one rank");
+  require_argument(!request_.techniques && !request_.class_pictures,
+                   "a part of a run keeps no pictures of techniques and of path classes");
+  require_argument(
+      request_.candidates.size() < 2 || std::none_of(request_.candidates.begin(), request_.candidates.end(),
+                                                     [](const SampleCounts& one) { return one.has(Technique::merge); }),
+      "a part of a run cannot follow the iterations before it, as merging does where a pilot may choose "
+      "it: give the counts, or candidates without merging");
+  request_.budget.iterations = part.length();
+  made_.part = part;
+}
+
+template <Spectrum S_>
+RunRecord<S_>& RenderRun<S_>::whole() const {
+  const RanksRef& ranks = request_.ranks;
+  auto& own = const_cast<RunRecord<S>&>(made_);  // an archive names what it writes as it does what it reads
+  if (ranks.count() == 1) return own;
+  StateWriter rows;
+  rows(static_cast<PixelSums<S>&>(own));
+  const std::vector<std::vector<std::byte>> parts = detail::gathered(ranks, rows.bytes());
+  if (!ranks.is_first()) return own;
+  const glm::ivec2 size = crop_.upper - crop_.lower;
+  whole_.emplace(made_);
+  PixelSums<S>& all = *whole_;
+  all = PixelSums<S>(request_, size);
+  for (int rank = 0; rank < ranks.count(); ++rank) {
+    const PixelBounds stripe = detail::stripe_of(crop_, rank, ranks.count());
+    const int height = stripe.upper.y - stripe.lower.y;
+    PixelSums<S> part(request_, {size.x, height});
+    StateReader reader(parts[static_cast<std::size_t>(rank)]);
+    reader(part);
+    all.copy_rows(part, {0, stripe.lower.y - crop_.lower.y, height});
+  }
+  return *whole_;
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::keep_rows_of(RunRecord<S>&& all) {
+  const RanksRef& ranks = request_.ranks;
+  if (ranks.count() > 1) {
+    const PixelBounds stripe = detail::stripe_of(crop_, ranks.rank(), ranks.count());
+    const int height = stripe.upper.y - stripe.lower.y;
+    PixelSums<S> rows(request_, {stripe.upper.x - stripe.lower.x, height});
+    rows.copy_rows(all, {stripe.lower.y - crop_.lower.y, 0, height});
+    static_cast<PixelSums<S>&>(all) = std::move(rows);
+  }
+  made_ = std::move(all);
 }
 
 template <Spectrum S_>
@@ -235,14 +335,17 @@ RenderResult RenderRun<S_>::run(ExecutorRef executor) {
     }
     if (request_.on_iteration) request_.on_iteration(made_.state);
     reason = reason_to_stop();
-    if (!reason && request_.on_picture && made_.state.seconds - last_picture >= request_.seconds_between_pictures) {
-      last_picture = made_.state.seconds;
-      request_.on_picture(picture());
+    const double seconds = made_.state.seconds, interval = request_.seconds_between_pictures;
+    if (request_.ranks.of_first(!reason && request_.on_picture && seconds - last_picture >= interval)) {
+      last_picture = seconds;
+      const Picture so_far = picture();
+      if (request_.on_picture) request_.on_picture(so_far);
     }
-    if (request_.on_checkpoint &&
-        (reason || !last_checkpoint || made_.state.seconds - *last_checkpoint >= request_.seconds_between_pictures)) {
-      last_checkpoint = made_.state.seconds;
-      request_.on_checkpoint(checkpoint());
+    if (request_.ranks.of_first(request_.on_checkpoint &&
+                                (reason || !last_checkpoint || seconds - *last_checkpoint >= interval))) {
+      last_checkpoint = seconds;
+      const std::vector<std::byte> state = checkpoint();
+      if (request_.on_checkpoint) request_.on_checkpoint(state);
     }
     executor.stop_when(request_.interrupt);  // from now on there is a picture
   }
@@ -252,33 +355,85 @@ RenderResult RenderRun<S_>::run(ExecutorRef executor) {
 }
 
 template <Spectrum S_>
+std::uint32_t RenderRun<S_>::round_length() const {
+  const std::uint32_t n = made_.state.iterations;
+  auto length = static_cast<std::uint32_t>(request_.ranks.count());
+  if (engine_->engine().is_learning()) return 1;
+  if (adapts_merging()) length = std::min(length, std::max(4U, 2 * std::bit_floor(n)) - n);
+  const std::uint32_t last = request_.budget.iterations.value_or(0);
+  return last > n ? std::min(length, last - n) : length;
+}
+
+template <Spectrum S_>
 bool RenderRun<S_>::advance(ExecutorRef executor) {
-  const double cpu_before = made_.cpu_seconds, wall_before = made_.state.seconds;
+  const double wall_before = made_.state.seconds;
   {
     const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
-    engine_->iterate(executor);
-    if (executor.is_stopped()) return false;
+    engine_->prepare(executor);
+  }
+  AnyEngine<S>& engine = *engine_->picture_engine();
+  const std::uint32_t length = round_length();
+  {
     double ignored = 0.0;
-    const detail::RunTimer film_timer(made_.film_seconds, ignored);
-    take_frame();
+    const detail::RunTimer timer(made_.state.seconds, ignored);
+    const EngineWork before = engine.take_work();
+    // Numbers of camera subpaths are learned from the first iterations, whoever renders them.
+    while (engine.is_learning() && engine.iteration() < iterations_before()) engine.iterate(executor);
+    (void)engine.take_work();
+    const bool is_whole = round_.render(engine, executor, iterations_before() + made_.state.iterations, length);
+    engine.add_work(before);
+    if (!is_whole) return false;
+  }
+  const double wall_seconds = (made_.state.seconds - wall_before) / length;
+  for (const IterationResult<S>& iteration : round_.iterations()) {
+    take(iteration, wall_seconds);
+    adapt_merging();
+    update_error(executor);
+    if (made_.log.is_due(made_.state.iterations)) add_to_log();
+    if (length > 1 && is_over()) break;
+  }
+  return true;
+}
+
+template <Spectrum S_>
+void RenderRun<S_>::take(const IterationResult<S>& iteration, double wall_seconds) {
+  AnyEngine<S>& engine = *engine_->picture_engine();
+  engine.continue_after(iterations_before() + made_.state.iterations + 1);
+  engine.add_work(iteration.work);
+  const double cpu_before = made_.cpu_seconds;
+  {
+    const detail::RunTimer film_timer(made_.film_seconds, made_.cpu_seconds);
+    double ignored = 0.0;
+    const detail::RunTimer timer(made_.state.seconds, ignored);
+    const glm::ivec2 size = crop_.upper - crop_.lower;
+    frame_ = iteration.frame;
+    made_.add(iteration, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), engine.radius(),
+              engine.merging_gain());
+    if (request_.part)
+      made_.kept.push_back({iteration,
+                            {iteration.frame.begin(), iteration.frame.end()},
+                            {iteration.merging_change.begin(), iteration.merging_change.end()},
+                            engine.radius()});
+    if (request_.techniques || request_.class_pictures)
+      engine.for_each_contribution([&](const Contribution<S>& contribution) {
+        if (request_.techniques) made_.techniques.add(contribution);
+        if (request_.class_pictures) made_.classes.add(contribution);
+      });
   }
   made_.counters = engine_->counters();  // of whole iterations only
   made_.light_work = engine_->light_work();
-  const RejectionLog& rejected = engine_->engine().rejections();
+  const RejectionLog& rejected = engine.rejections();
   made_.rejected_paths.assign(rejected.paths().begin(), rejected.paths().end());
   made_.phases = engine_->seconds();
   note_engine();
-  adapt_merging();
-  update_forecast(cpu_before, wall_before);
-  update_error(executor);
-  if (made_.log.is_due(made_.state.iterations)) add_to_log();
-  return true;
+  update_forecast(made_.cpu_seconds - cpu_before, wall_seconds);
 }
 
 template <Spectrum S_>
 std::vector<std::byte> RenderRun<S_>::checkpoint() {
   StateWriter state;
-  exchange_state(state);
+  exchange_state(state, whole());
+  if (!request_.ranks.is_first()) return {};
   return detail::checkpoint_bytes(identity(), state.bytes());
 }
 
@@ -286,8 +441,10 @@ template <Spectrum S_>
 void RenderRun<S_>::resume(std::span<const std::byte> bytes) {
   const Checkpoint opened = open_checkpoint(bytes, identity());
   StateReader state(opened.state);
-  exchange_state(state);
+  RunRecord<S> all(request_, resolution_);
+  exchange_state(state, all);
   if (state.is_broken() || !state.is_at_end()) reject_argument("the checkpoint is damaged");
+  keep_rows_of(std::move(all));
 }
 
 template <Spectrum S_>
@@ -299,7 +456,13 @@ void RenderRun<S_>::finish_log(ExecutorRef executor) {
 
 template <Spectrum S_>
 RenderResult RenderRun<S_>::result(StopReason reason) const {
-  return made_.result(request_, reason, error());
+  const std::optional<ErrorEstimate> estimate = error();
+  const RunRecord<S>& all = whole();
+  if (request_.ranks.is_first()) return all.result(request_, reason, estimate);
+  RenderResult elsewhere;
+  elsewhere.stopped_by = reason;
+  elsewhere.iterations = made_.state.iterations;
+  return elsewhere;
 }
 
 template <Spectrum S_>
@@ -321,43 +484,27 @@ void RenderRun<S_>::update_forecast(double cpu_seconds, double wall_seconds) {
   made_.forecast =
       forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings),
                       {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},
-                      {1, made_.cpu_seconds - cpu_seconds, made_.state.seconds - wall_seconds});
+                      {1, cpu_seconds, wall_seconds});
   if (request_.on_forecast) request_.on_forecast(*made_.forecast);
-}
-
-template <Spectrum S_>
-void RenderRun<S_>::take_frame() {
-  const AnyEngine<S>& engine = engine_->engine();
-  frame_ = in_crop(engine.frame(), part_);
-  made_.film.add_iteration(frame_);
-  made_.merging.add_iteration(in_crop(engine.merging_change(), changes_),
-                              1.0 + engine.merging_gain() * engine.radius());
-  made_.disks += square(engine.radius());
-  made_.gain.add_iteration(engine.merged_light() / static_cast<double>(std::max<std::size_t>(1, frame_.size())),
-                           engine.radius());
-  if (made_.batches) made_.batches->add_iteration(frame_);
-  // With replications, even and odd iterations belong to different ones, too.
-  if (request_.halves) made_.halves[made_.state.iterations % 2].add_iteration(frame_);
-  if (request_.techniques || request_.class_pictures)
-    engine.for_each_contribution([&](const Contribution<S>& contribution) {
-      if (request_.techniques) made_.techniques.add(contribution);
-      if (request_.class_pictures) made_.classes.add(contribution);
-    });
-  ++made_.state.iterations;
 }
 
 template <Spectrum S_>
 void RenderRun<S_>::adapt_merging() {
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   const std::uint32_t n = made_.state.iterations;
-  const Choice* const choice = engine_->choice();
-  if (choice == nullptr || !choice->chosen || n < 4 || !std::has_single_bit(n)) return;
-  const std::optional<MergingBias> bias = made_.merging_bias();
-  if (!bias) return;
-  const std::uint32_t length = std::max(2 * n, choice->expected_iterations);
-  choose_disk(*choice, *bias, length);
-  // A gain has to make up for everything before the run ends.
-  choose_gain(*bias, choice->expected_iterations > n ? choice->expected_iterations : 2 * n);
+  if (!adapts_merging() || n < 4 || !std::has_single_bit(n)) return;
+  const RunRecord<S>& all = whole();
+  AnyEngine<S>& engine = *engine_->picture_engine();
+  const std::optional<MergingBias> bias = request_.ranks.is_first() ? all.merging_bias() : std::nullopt;
+  if (bias) {
+    const Choice& choice = *engine_->choice();
+    choose_disk(choice, *bias, std::max(2 * n, choice.expected_iterations));
+    // A gain has to make up for everything before the run ends.
+    choose_gain(*bias, estimate_of(all.film).mean, choice.expected_iterations > n ? choice.expected_iterations : 2 * n);
+  }
+  engine.merge_within(request_.ranks.of_first(engine.counts().radius_factor));
+  made_.gain = request_.ranks.of_first(made_.gain);
+  engine.scale_merging(made_.gain.per_radius());
 }
 
 template <Spectrum S_>
@@ -373,9 +520,9 @@ void RenderRun<S_>::choose_disk(const Choice& choice, const MergingBias& bias, s
 }
 
 template <Spectrum S_>
-void RenderRun<S_>::choose_gain(const MergingBias& bias, std::uint32_t length) {
-  AnyEngine<S>& engine = *engine_->picture_engine();
-  const double mean = estimate_of(made_.film).mean, n = made_.state.iterations;
+void RenderRun<S_>::choose_gain(const MergingBias& bias, double mean, std::uint32_t length) {
+  const AnyEngine<S>& engine = *engine_->picture_engine();
+  const double n = made_.state.iterations;
   const double of_merging = (bias.of_mean - bias.made_up) * mean;
   const double error = bias.standard_error_of_mean * mean;
   if (!(square(of_merging) > square(error))) {
@@ -387,7 +534,6 @@ void RenderRun<S_>::choose_gain(const MergingBias& bias, std::uint32_t length) {
     made_.gain.choose(n * of_merging * (1.0 - square(error / of_merging)), radii,
                       engine.first_radius() * std::pow(n + 1.0, exponent - 1.0));
   }
-  engine.scale_merging(made_.gain.per_radius());
 }
 
 template <Spectrum S_>
@@ -407,9 +553,13 @@ void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   if (!made_.batches || estimated_after_ == made_.state.iterations) return;
   double ignored = 0.0;
   const detail::RunTimer timer(made_.state.seconds, ignored);
-  latest_error_ = estimate_error(*made_.batches, executor);
-  // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
-  if (executor.is_stopped()) latest_error_ = estimate_error(*made_.batches);
+  const RunRecord<S>& all = whole();
+  if (request_.ranks.is_first()) {
+    latest_error_ = estimate_error(*all.batches, executor);
+    // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
+    if (executor.is_stopped()) latest_error_ = estimate_error(*all.batches);
+  }
+  latest_error_ = request_.ranks.of_first(latest_error_);
   estimated_after_ = made_.state.iterations;
 }
 
@@ -417,7 +567,9 @@ template <Spectrum S_>
 void RenderRun<S_>::add_to_log() {
   double ignored = 0.0;
   const detail::RunTimer timer(made_.state.seconds, ignored);
-  made_.log.add(made_.point(request_, error()));
+  const std::optional<ErrorEstimate> estimate = error();
+  const bool compares = request_.ranks.of_first(!request_.reference.empty());
+  made_.log.add((compares ? whole() : made_).point(request_, estimate));
   if (request_.on_log) request_.on_log(made_.log.points().back());
 }
 

@@ -34,6 +34,8 @@ struct RunIdentity {
   static constexpr std::string_view seed = "the seed";                        ///< of the random numbers
   static constexpr std::string_view instruction_set = "the instruction set";  ///< `gmis::instruction_set`
 
+  static constexpr std::string_view part = "the part of the run";  ///< `RenderRequest::part`
+
   std::vector<Property> properties;  ///< in the order in which they were added
 
   /// Adds a property.
@@ -123,6 +125,10 @@ GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& requ
   identity.add("what is kept", std::to_string(request.intervals || request.budget.relative_error) +
                                    std::to_string(request.halves) + std::to_string(request.techniques) +
                                    std::to_string(request.class_pictures));
+  identity.add(RunIdentity::part, request.part ? std::to_string(request.part->first) + " to " +
+                                                     std::to_string(request.part->last) + " of " +
+                                                     std::to_string(request.part->of)
+                                               : std::string("all of it"));
   return identity;
 }
 

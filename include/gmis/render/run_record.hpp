@@ -12,14 +12,15 @@
 #include <vector>
 
 #include "gmis/core/attributes.hpp"
+#include "gmis/core/math.hpp"
 #include "gmis/render/contribution_sums.hpp"
 #include "gmis/render/expected_law.hpp"
+#include "gmis/render/iteration_result.hpp"
 #include "gmis/render/merging_gain.hpp"
+#include "gmis/render/pixel_sums.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/render/render_result.hpp"
-#include "gmis/result/batch_means.hpp"
 #include "gmis/result/image_error.hpp"
-#include "gmis/result/merging_bias.hpp"
 #include "gmis/result/sobol_gain.hpp"
 
 namespace gmis {
@@ -35,13 +36,11 @@ namespace gmis {
 /// All that a run has made so far and that its result is made from: sums over iterations, and what
 /// they took. It needs no scene and no engine, so that runs can be joined without either.
 template <Spectrum S>
-struct RunRecord {
-  Film<S> film;                              ///< of the crop
-  std::vector<Film<S>> halves;               ///< of the odd and of the even iterations, or empty
-  std::optional<BatchMeans<S>> batches;      ///< for the error
+struct RunRecord : PixelSums<S> {
+  using PixelSums<S>::film, PixelSums<S>::halves, PixelSums<S>::batches, PixelSums<S>::merging;
+
   TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
   ClassSums<S> classes;                      ///< empty sums unless they are asked for
-  MergingChange merging;                     ///< what the disk changes
   MergingGain gain;                          ///< what makes up for the bias of the mean
   double disks = 0.0;                        ///< sum of the squared merging radii of all iterations, in scene units
   ConvergenceLog log;                        ///< error and time so far
@@ -52,6 +51,8 @@ struct RunRecord {
   std::vector<RejectedPath> rejected_paths;  ///< the first ones
   PhaseSeconds phases;                       ///< wall time by phase
   double film_seconds = 0.0;                 ///< wall time of sums over iterations
+  RunPart part;                              ///< with `kept`: which iterations these are
+  std::vector<KeptIteration<S>> kept;        ///< the iterations of a part of a run, else empty
   // Of the engine.
   SampleCounts counts;                 ///< of the last iteration
   std::optional<Choice> choice;        ///< of a pilot that has finished
@@ -62,13 +63,23 @@ struct RunRecord {
 
   /// A record without iterations, for the run of a request. `resolution`: of the camera.
   RunRecord(const RenderRequest& request, glm::ivec2 resolution)
-      : film(size_of(request, resolution)),
-        halves(request.halves ? 2 : 0, Film<S>(size_of(request, resolution))),
-        techniques(resolution, crop_of(request, resolution)),
-        classes(resolution, crop_of(request, resolution)),
-        merging(film.resolution()) {
-    if (request.intervals || request.budget.relative_error)
-      batches.emplace(film.resolution(), request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
+      : RunRecord(request, resolution, crop_of(request, resolution)) {}
+  /// A record without iterations, of the pixels in `bounds` alone.
+  RunRecord(const RenderRequest& request, glm::ivec2 resolution, const PixelBounds& bounds)
+      : PixelSums<S>(request, bounds.upper - bounds.lower),
+        techniques(resolution, bounds),
+        classes(resolution, bounds) {}
+
+  /// Adds an iteration that had this merging radius and gain. `pixel_count`: of the whole picture.
+  void add(const IterationResult<S>& iteration, std::size_t pixel_count, double radius_of_disk,
+           double gain_per_radius) {
+    ++state.iterations;
+    this->add_iteration(state.iterations, iteration.frame, iteration.merging_change,
+                        1.0 + gain_per_radius * radius_of_disk);
+    disks += square(radius_of_disk);
+    gain.add_iteration(iteration.merged_light / static_cast<double>(std::max<std::size_t>(1, pixel_count)),
+                       radius_of_disk);
+    cpu_seconds += iteration.cpu_seconds;
   }
 
   /// The state for a later run (`core/state_archive.hpp`). A reading record must be made for the
@@ -76,7 +87,8 @@ struct RunRecord {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes);
+            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes, part,
+            kept);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);
@@ -219,12 +231,6 @@ struct RunRecord {
     std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
     errors.push_back(present->relative_error / 2.0);
     return price_table(log.points(), errors, law_so_far());
-  }
-
- private:
-  [[nodiscard]] static glm::ivec2 size_of(const RenderRequest& request, glm::ivec2 resolution) {
-    const PixelBounds crop = crop_of(request, resolution);
-    return crop.upper - crop.lower;
   }
 };
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gmis/core/spectrum.hpp"
+#include "gmis/result/row_copy.hpp"
 
 namespace gmis {
 
@@ -89,6 +90,24 @@ class BatchMeans {
       replications_.push_back(std::move(part.mean));
     }
     replication_count_ = replications_.size();
+  }
+
+  /// Takes rows over from the same iterations of a picture of the same width.
+  void copy_rows(const BatchMeans& other, const RowCopy& rows) {
+    iterations_ = other.iterations_;
+    length_ = other.length_;
+    current_iterations_ = other.current_iterations_;
+    const std::size_t row_length = static_cast<std::size_t>(resolution_.x) * channel_count;
+    const auto copy = [&](const auto& from, auto& to) {
+      to.resize(from.size());
+      for (std::size_t i = 0; i < from.size(); ++i) {
+        to[i].resize(current_.size());
+        rows(from[i], to[i], row_length);
+      }
+    };
+    rows(other.current_, current_, row_length);
+    copy(other.batches_, batches_);
+    copy(other.replications_, replications_);
   }
 
   /// True when the complete batches are equally long, or their lengths differ by one at most.

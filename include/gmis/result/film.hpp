@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gmis/core/spectrum.hpp"
+#include "gmis/result/row_copy.hpp"
 
 namespace gmis {
 
@@ -56,6 +57,12 @@ class Film {
           other.moments_[i].sum_of_squares + difference * difference * share * static_cast<double>(iterations_);
     }
     iterations_ += other.iterations_;
+  }
+
+  /// Takes rows over from a film of the same width; all of its pixels have the same iterations.
+  void copy_rows(const Film& other, const RowCopy& rows) {
+    iterations_ = other.iterations_;
+    rows(other.moments_, moments_, static_cast<std::size_t>(resolution_.x) * channel_count);
   }
 
   /// In pixels.

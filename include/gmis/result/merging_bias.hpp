@@ -13,6 +13,7 @@
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/image_error.hpp"
+#include "gmis/result/row_copy.hpp"
 
 namespace gmis {
 
@@ -85,6 +86,15 @@ class MergingChange {
       counts_[half] += other.counts_[half];
       for (std::size_t p = 0; p < other.sums_[half].size(); ++p) sums_[half][p] += other.sums_[half][p];
     }
+  }
+
+  /// Takes rows over from the same iterations of a picture of the same width.
+  void copy_rows(const MergingChange& other, const RowCopy& rows) {
+    counts_ = other.counts_;
+    if (!other.has_merged()) return;
+    make_room_for(static_cast<std::size_t>(resolution_.x) * static_cast<std::size_t>(resolution_.y));
+    for (std::size_t half = 0; half < sums_.size(); ++half)
+      rows(other.sums_[half], sums_[half], static_cast<std::size_t>(resolution_.x));
   }
 
   /// True when there are two halves, or nothing was merged: then something can be said about the

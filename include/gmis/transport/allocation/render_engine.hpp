@@ -42,8 +42,12 @@ class RenderEngine {
 
   /// Renders one more iteration, after a pilot where there is one.
   void iterate(ExecutorRef executor) {
-    if (pilot_) choose(executor);
+    prepare(executor);
     engine_->iterate(executor);
+  }
+  /// Runs the pilot where there is one that has not run: the engine of the picture is then known.
+  void prepare(ExecutorRef executor) {
+    if (pilot_) choose(executor);
   }
 
   /// The engine of the picture; that of the pilot before the first iteration of a run that has a

@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/attributes.hpp"
@@ -40,6 +41,20 @@ struct PhaseSeconds {
   }
 };
 
+/// Work of some iterations of an engine.
+struct EngineWork {
+  Counters counters;        ///< counted operations
+  Counters light_work;      ///< the part of `counters` that light trees took
+  RejectionLog rejections;  ///< the first paths with rejections
+  PhaseSeconds seconds;     ///< wall time by phase
+
+  /// The state for another process (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(counters, light_work, rejections, seconds);
+  }
+};
+
 /// An engine for any scene with the spectrum `S`: the settings of a run, the latest iteration and
 /// the work so far. What renders an iteration depends on the scene (`Engine`); one virtual call an
 /// iteration reaches it, so that code which only uses engines is compiled once a spectrum.
@@ -53,9 +68,25 @@ class AnyEngine {
   /// Renders one more iteration; `frame()` is then the image of this iteration alone.
   virtual void iterate(ExecutorRef executor) = 0;
 
-  /// Continues the run of another engine after its iteration `iteration`: random numbers are not
-  /// reused, and the merging radius goes on shrinking. Call it before the first iteration.
+  /// The next iteration is `iteration` + 1 of the run, which other engines may have rendered so
+  /// far: random numbers are not reused, and the merging radius goes on shrinking.
   void continue_after(std::uint32_t iteration) noexcept { iteration_ = iteration; }
+
+  /// Takes the work so far out of the engine, which then has none.
+  [[nodiscard]] EngineWork take_work() {
+    EngineWork work{counters_, light_work_, std::move(rejections_), seconds_};
+    counters_ = light_work_ = {};
+    rejections_ = {};
+    seconds_ = {};
+    return work;
+  }
+  /// Adds the work of later iterations of the run, which another engine may have rendered.
+  void add_work(const EngineWork& work) {
+    counters_ += work.counters;
+    light_work_ += work.light_work;
+    rejections_.append(work.rejections);
+    seconds_ += work.seconds;
+  }
 
   /// Reads or writes the state for a later run (`core/state_archive.hpp`), between two iterations.
   /// An engine measures again, with the same result, all that it measures before its first

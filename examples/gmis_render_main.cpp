@@ -1,0 +1,5 @@
+#include "support/render_program.hpp"
+
+int main(int argc, char** argv) {
+  return gmis::tools::render_program(argc, argv);
+}
