@@ -101,7 +101,10 @@ py::dict render_file(const std::string& file, std::optional<double> error, std::
     result = render(scene, request, executor);
     layers = first_hit_layers(scene, request.crop, executor);
   }
-  if (is_interrupted) throw py::error_already_set();
+  if (is_interrupted) {
+    py::error_already_set raised;
+    if (!raised.matches(PyExc_KeyboardInterrupt)) throw raised;  // Ctrl-C ends the run with the picture so far
+  }
 
   py::list notes;
   for (const Diagnostic& diagnostic : loaded.diagnostics) notes.append(diagnostic.to_string());

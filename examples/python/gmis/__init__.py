@@ -121,7 +121,9 @@ def render(scene, error=None, seconds=None, iterations=None, integrator="auto", 
     """Renders a .pbrt or glTF file, or a built-in scene by its name.
 
     Ends at the first limit that is met: relative `error`, wall `seconds`, `iterations`; 64 iterations
-    without any. `size` is (width, height), `threads` 0 all cores. Ctrl-C ends it between iterations.
+    without any. `size` is (width, height), `threads` 0 all cores. Ctrl-C ends it with the picture so
+    far. Where rare, bright samples rule the error it is not known well enough to end the run: give
+    seconds, too.
     """
     if _render is None:
         raise ImportError("this build of gmis renders nothing: CLI11 or nlohmann_json was missing")
