@@ -68,7 +68,7 @@ class ContributionTail {
     std::reverse(tail.begin(), tail.end());
     for (double& x : tail) x -= threshold;
     const double n = static_cast<double>(tail.size());
-    const double scale = tail[static_cast<std::size_t>(n / 4.0 + 0.5) - 1];  // the first quartile
+    const double scale = tail[static_cast<std::size_t>(std::lround(n / 4.0)) - 1];  // the first quartile
     const auto shape_for = [&](double theta) {
       double sum = 0.0;
       for (const double x : tail) sum += std::log1p(-theta * x);
