@@ -80,7 +80,8 @@ Array densities_at(const py::object& proposals, const py::object& x) {
       const Array on_line = Array::ensure(points);
       if (!on_line || on_line.ndim() != 1) throw py::value_error("normals are on the line: x must have one axis");
       const auto& set = proposals.cast<const Normals&>();
-      std::transform(on_line.data(), on_line.data() + count, out.begin(), [&](double each) { return set.pdf(i, each); });
+      std::transform(on_line.data(), on_line.data() + count, out.begin(),
+                     [&](double each) { return set.pdf(i, each); });
     } else {
       write_densities(proposals.attr("__getitem__")(i), points, out);
     }
@@ -278,7 +279,8 @@ Contender contender_of(std::string name, const Rounds& asked, std::optional<doub
                        require_argument(f.ndim() == 1, "a comparison is for an integrand with one channel");
                        const double* const first = f.data();
                        const std::span<double> out = std::span(estimates).subspan(done, used.in_round.size());
-                       write_rounds(used, samples, [&](std::size_t k) { return first[row_of(used, k)]; }, out);
+                       write_rounds(
+                           used, samples, [&](std::size_t k) { return first[row_of(used, k)]; }, out);
                        done += out.size();
                        sum.density_evaluations += static_cast<double>(used.counts.density_evaluations);
                      });
@@ -293,20 +295,20 @@ Contender contender_of(std::string name, const Rounds& asked, std::optional<doub
 
 /// A contender of Python's: `rounds(count, seed)` returns the estimates of `count` rounds.
 Contender contender_of(std::string name, const py::object& rounds_of) {
-  return Contender(std::move(name),
-                   Contender::Run([rounds_of](std::uint64_t rounds, std::span<double> values, ComparisonSource& source) {
-                     RoundValue sum{0.0, std::numeric_limits<double>::quiet_NaN()};
-                     // A 32-bit seed: every generator of numpy takes one.
-                     const Array estimates = Array::ensure(rounds_of(rounds, source() >> 32U));
-                     if (!estimates) throw py::error_already_set();
-                     require_argument(numbers_of(estimates).size() == rounds,
-                                      "a contender must return one estimate for each round");
-                     for (std::size_t i = 0; i < rounds; ++i) {
-                       sum.value += estimates.data()[i];
-                       if (i < values.size()) values[i] = estimates.data()[i];
-                     }
-                     return sum;
-                   }));
+  return Contender(
+      std::move(name),
+      Contender::Run([rounds_of](std::uint64_t rounds, std::span<double> values, ComparisonSource& source) {
+        RoundValue sum{0.0, std::numeric_limits<double>::quiet_NaN()};
+        // A 32-bit seed: every generator of numpy takes one.
+        const Array estimates = Array::ensure(rounds_of(rounds, source() >> 32U));
+        if (!estimates) throw py::error_already_set();
+        require_argument(numbers_of(estimates).size() == rounds, "a contender must return one estimate for each round");
+        for (std::size_t i = 0; i < rounds; ++i) {
+          sum.value += estimates.data()[i];
+          if (i < values.size()) values[i] = estimates.data()[i];
+        }
+        return sum;
+      }));
 }
 
 std::optional<double> exact_variance_of(Scheme scheme, const TabulatedProblem& problem) {
@@ -391,10 +393,8 @@ PYBIND11_MODULE(_mis, module) {
       }))
       .def_property_readonly("integral", &TabulatedProblem::integral)
       .def("moments", &exact_moments_of)
-      .def("optimal_fractions",
-           [](const TabulatedProblem& problem, const std::vector<double>& costs, double least) {
-             return array_of(gmis::optimal_fractions(problem, costs, least));
-           })
+      .def("optimal_fractions", [](const TabulatedProblem& problem, const std::vector<double>& costs,
+                                   double least) { return array_of(gmis::optimal_fractions(problem, costs, least)); })
       .def("optimal_counts", [](const TabulatedProblem& problem, std::int64_t total, const std::vector<double>& costs) {
         require_argument(total > 0, "give a round at least one sample");
         return gmis::optimal_counts(problem, static_cast<std::size_t>(total), costs);

@@ -1,4 +1,5 @@
-"""A notebook as a script, in cells that Jupyter and editors understand (# %%): notebook.py [FOLDER].
+"""A notebook as a script, in cells that Jupyter and editors understand (# %%): notebook.py
+[FOLDER].
 
 Figures go to FOLDER where one is given and matplotlib is there; else to the screen.
 """

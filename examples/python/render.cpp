@@ -113,8 +113,9 @@ py::dict render_file(const std::string& file, std::optional<double> error, std::
   for (const ImageLayer& layer : layers)
     picture[py::str(layer.name)] = array_of(layer.image, static_cast<int>(layer.channels.size()));
   picture["error"] = result.error ? py::object(py::float_(result.error->relative_error)) : py::none();
-  picture["interval"] =
-      has_interval ? py::object(py::make_tuple(result.error->interval.lower, result.error->interval.upper)) : py::none();
+  picture["interval"] = has_interval
+                            ? py::object(py::make_tuple(result.error->interval.lower, result.error->interval.upper))
+                            : py::none();
   picture["log"] = columns_of(result.log);
   picture["prices"] = rows_of(result.prices);
   picture["iterations"] = result.iterations;

@@ -1,4 +1,5 @@
-"""100,000 rounds of N3 from Python, over the processor time of C++: time_rounds.py TIME-ROUNDS-PROGRAM.
+"""100,000 rounds of N3 from Python, over the processor time of C++: time_rounds.py
+TIME-ROUNDS-PROGRAM.
 
 The least of 15 runs each; proposals of the library, of numpy, and of scipy where it is there.
 """

@@ -83,10 +83,10 @@ TEST_CASE("an integrand with heavier tails than its proposals is flagged", "[mis
 // Ten problems with bounded contributions that vary by a factor of a few. Of 10,000 estimates of
 // each number of rounds, a thousand of each problem, 12 were flagged after 30 rounds (90 samples)
 // and none after 100, 300 and 1,500. Here 1,000 of 30 rounds: at the stated 0.5 %, more than 20
-// would be chance once in 10⁶ runs. Of 300 rounds and more none may be flagged: k̂ is below the limit
-// by more than four standard errors, or the largest contribution below twice the threshold. Equal
-// contributions are among them (f = 1 under N3, whose densities sum to 3 but for rounding), ties
-// (the step under R1) and clusters (the sine under R1).
+// would be chance once in 10⁶ runs. Of 300 rounds and more none may be flagged: k̂ is below the
+// limit by more than four standard errors, or the largest contribution below twice the threshold.
+// Equal contributions are among them (f = 1 under N3, whose densities sum to 3 but for rounding),
+// ties (the step under R1) and clusters (the sine under R1).
 TEST_CASE("tame problems are flagged at no more than the stated rate", "[mis]") {
   const std::array<test::Ramp, 3> ramps{{{-1.4}, {0.0}, {1.4}}}, milder{{{-0.7}, {0.0}, {0.7}}};
   const std::array<double (*)(double), 5> integrands{
@@ -124,7 +124,6 @@ TEST_CASE("ties with the threshold are left out of the fit", "[mis]") {
   CHECK(many.is_reliable());
   gmis::ContributionTail heavy;  // 1 % of the samples are Pareto with the shape 2, and the rest ties
   gmis::Philox source(gmis_test::seed(77));
-  for (int i = 0; i < 20000; ++i)
-    heavy.add(i % 100 == 0 ? std::pow(1.0 - gmis::uniform<double>(source), -2.0) : 1.0);
+  for (int i = 0; i < 20000; ++i) heavy.add(i % 100 == 0 ? std::pow(1.0 - gmis::uniform<double>(source), -2.0) : 1.0);
   CHECK_FALSE(heavy.is_reliable());
 }

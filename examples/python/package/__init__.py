@@ -1,8 +1,8 @@
 """gmis for Python: multiple importance sampling over numpy arrays, and rendering of scene files.
 
-Proposals are a list of objects like scipy's frozen distributions, `rvs(size=n, random_state=generator)`
-and `pdf(x)`, or `Normals`. The integrand takes all samples at once and returns one number, or one
-row of numbers, for each.
+Proposals are a list of objects like scipy's frozen distributions,
+`rvs(size=n, random_state=generator)` and `pdf(x)`, or `Normals`. The integrand takes all samples at
+once and returns one number, or one row of numbers, for each.
 """
 
 import dataclasses
@@ -25,7 +25,8 @@ SCHEMES = ("R1", "R2", "R3", "N1", "N2", "N3")
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """The estimate of an integral; of an integrand with channels, arrays with one entry for each."""
+    """The estimate of an integral; of an integrand with channels, arrays with one entry for
+    each."""
 
     mean: float  # the estimate
     variance: float  # of one round; NaN for a single one
@@ -97,7 +98,8 @@ def rows(comparison):
 
 @dataclasses.dataclass(frozen=True)
 class Rendering:
-    """A picture and all that is known of it. Arrays have a row for each row of pixels, from the top."""
+    """A picture and all that is known of it. Arrays have a row for each row of pixels, from the
+    top."""
 
     beauty: numpy.ndarray  # linear RGB
     variance: numpy.ndarray  # of the values of `beauty`; None where it is unknown
@@ -120,10 +122,10 @@ def render(scene, error=None, seconds=None, iterations=None, integrator="auto", 
            max_depth=16):
     """Renders a .pbrt or glTF file, or a built-in scene by its name.
 
-    Ends at the first limit that is met: relative `error`, wall `seconds`, `iterations`; 64 iterations
-    without any. `size` is (width, height), `threads` 0 all cores. Ctrl-C ends it with the picture so
-    far. Where rare, bright samples rule the error it is not known well enough to end the run: give
-    seconds, too.
+    Ends at the first limit that is met: relative `error`, wall `seconds`, `iterations`; 64
+    iterations without any. `size` is (width, height), `threads` 0 all cores. Ctrl-C ends it with
+    the picture so far. Where rare, bright samples rule the error it is not known well enough to end
+    the run: give seconds, too.
     """
     if _render is None:
         raise ImportError("this build of gmis renders nothing: CLI11 or nlohmann_json was missing")

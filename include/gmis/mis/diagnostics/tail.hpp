@@ -98,7 +98,8 @@ class ContributionTail {
   /// False when the standard error is not to be trusted: k̂ above min(1/2 + 4/√M, 0.7), that is
   /// above 1/2, where the variance is infinite, by more than the uncertainty of k̂; or one sample
   /// that is more than a tenth of the sum of at least 1,000. k̂ is disregarded where the largest
-  /// contribution is below twice the (M + 1)-th: the largest of a heavy tail is some M^k̂ times that.
+  /// contribution is below twice the (M + 1)-th: the largest of a heavy tail is some M^k̂ times
+  /// that.
   [[nodiscard]] bool is_reliable() const {
     if (samples_ >= 1000 && share_of_largest() > 0.1) return false;
     const double limit = std::min(0.5 + 4.0 / std::sqrt(std::max(1.0, static_cast<double>(tail_count()))), 0.7);
