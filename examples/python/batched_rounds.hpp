@@ -15,7 +15,7 @@
 
 namespace gmis::python {
 
-/// What draws and divides: a scheme, or multi-sample with a heuristic.
+/// Selection and weighting of a round: a scheme, or multi-sample with a heuristic.
 using Method = std::variant<Scheme, Balance, Power, Cutoff, Maximum>;
 /// One sample of each proposal, or any numbers.
 using AnyAllocation = std::variant<EqualAllocation, SampleAllocation<double>>;

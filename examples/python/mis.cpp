@@ -89,15 +89,15 @@ Array densities_at(const py::object& proposals, const py::object& x) {
   return result;
 }
 
-/// What is asked of a run of rounds.
+/// A problem and the rounds to run.
 struct Rounds {
   py::object proposals, f;
   Method method;
   AnyAllocation allocation;
 };
 
-// Samples in one call of Python: as many as keep the arrays in a near cache, or, where proposals
-// are Python's and each call is dear, more.
+// Samples in one call of Python: a number that keeps the arrays in a near cache, or a larger one
+// where proposals are Python's and each call is dear.
 constexpr std::uint64_t native_chunk = 1U << 13U, python_chunk = 1U << 18U;
 
 /// Runs rounds in chunks: `consume(used, sample_count, values)` gets the samples that can be used
