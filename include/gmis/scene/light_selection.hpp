@@ -6,7 +6,7 @@ namespace gmis::scene {
 
 /// How a scene chooses the lights of next events. Light subpaths choose them by power.
 enum class LightSelection {
-  by_power,     ///< with probabilities proportional to power, but see `infinite_share`
+  by_power,     ///< with probabilities proportional to the power that may meet the scene, but see `infinite_share`
   by_receiver,  ///< by power, distance and orientation as seen from the receiver (`LightHierarchy`)
 };
 
