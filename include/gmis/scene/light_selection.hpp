@@ -8,6 +8,7 @@ namespace gmis::scene {
 enum class LightSelection {
   by_power,     ///< with probabilities proportional to the power that may meet the scene, but see `infinite_share`
   by_receiver,  ///< by power, distance and orientation as seen from the receiver (`LightHierarchy`)
+  learned,      ///< for the receiver in runs whose first samples say that it pays, else by power
 };
 
 /// The probability of infinite lights together, half by power and half as if all lights at a place

@@ -152,7 +152,8 @@ class SceneBuilder {
   }
 
   /// `by_receiver` costs a walk down a tree at every next event and emitter hit. It pays where many
-  /// lights each reach little of the scene. By power is the default.
+  /// lights each reach little of the scene; with `learned` each run measures whether it does. By
+  /// power is the default.
   void set_light_selection(LightSelection selection) { light_selection_ = selection; }
 
   /// The camera of the scene; a scene needs one.
@@ -522,8 +523,12 @@ class SceneBuilder {
   /// One light per emitting primitive, then the others.
   void add_lights(Scene& scene, const MovedShapes& shapes, const glm::dvec3& origin) const {
     std::vector<Light<T>>& lights = scene.lights_;
+    std::vector<std::size_t> groups;  // triangles of one mesh are a light to its user
     for (std::size_t i = 0; i < shapes.corners.size(); ++i)
-      if (source_of(shapes.kept, i).emits) lights.push_back(light_of(scene, shapes, i));
+      if (source_of(shapes.kept, i).emits) {
+        lights.push_back(light_of(scene, shapes, i));
+        groups.push_back(source_of(shapes.kept, i).surface);
+      }
     const auto& balls = shapes.balls;
     for (std::size_t i = 0; i < balls.size(); ++i) {
       if (!emits(spheres_[i])) continue;
@@ -542,9 +547,10 @@ class SceneBuilder {
       lights.push_back(light);
     }
 
+    while (groups.size() < lights.size()) groups.push_back(surfaces_.size() + groups.size());
     std::vector<double> powers = powers_towards(shapes.receivers, lights);
     keep_local_lights(lights, powers);
-    choose_lights_by(scene, powers);
+    choose_lights_by(scene, powers, groups);
   }
   /// The light that a triangle is.
   [[nodiscard]] Light<T> light_of(const Scene& scene, const MovedShapes& shapes, std::size_t i) const {
@@ -563,7 +569,7 @@ class SceneBuilder {
     return Light<T>::triangle(corners[0], corners[1], corners[2], Vec3<T>(normal), position_error(corners, normal),
                               radiance, surface.emission->is_two_sided, shapes.sharp[i], pattern, uv);
   }
-  void choose_lights_by(Scene& scene, const std::vector<double>& powers) const {
+  void choose_lights_by(Scene& scene, const std::vector<double>& powers, std::span<const std::size_t> groups) const {
     std::vector<Light<T>>& lights = scene.lights_;
     scene.light_choice_ = AliasTable<T>(powers);
     const std::vector<double> chances = scene.light_choice_.realised_probabilities();
@@ -571,9 +577,12 @@ class SceneBuilder {
       if (!chances.empty()) lights[i].set_selection_probability(static_cast<T>(chances[i]));
       if (lights[i].is_infinite()) scene.infinite_lights_.push_back(&lights[i]);
     }
-    if (light_selection_ != LightSelection::by_receiver || scene.light_choice_.is_empty()) return;
-    scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights);
-    scene.has_light_hierarchy_ = true;
+    if (light_selection_ == LightSelection::by_power || scene.light_choice_.is_empty()) return;
+    scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights, groups);
+    if (light_selection_ == LightSelection::by_receiver)
+      scene.receiver_choice_ = ReceiverChoice::always;
+    else if (scene.light_hierarchy_.has_choice())
+      scene.receiver_choice_ = ReceiverChoice::where_it_pays;
   }
 
   /// The power of each light, for a local light times the share of it that may meet the receivers.
