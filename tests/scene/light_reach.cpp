@@ -89,7 +89,7 @@ bool meets(const gmis::EmissionSample<D>& start, const ReceiverBall& ball) {
 
 }  // namespace
 
-TEST_CASE("The share towards a ball is an upper bound of what sampled emission says, and no loose one") {
+TEST_CASE("The share towards a ball bounds the share of sampled emission from above, and not loosely") {
   // Two checks in each case, for one false alarm in a thousand seeds.
   const auto all = cases();
   const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 2 * static_cast<int>(all.size())));
@@ -211,7 +211,7 @@ Irradiance of_point(const D& from, double intensity) {
 Irradiance of_sphere(const D& center, double radius, double radiance) {
   return of_point(center, radiance * pi<double> * radius * radius);
 }
-/// Of a square that faces down: sums over its cells.
+/// Irradiance below a square that faces down: a sum over its cells.
 Irradiance of_square(const D& middle, double half, double radiance) {
   return [=](const D& at) {
     constexpr int cells = 60;

@@ -31,7 +31,7 @@ concept SceneWithReceiverChoice = Scene<S> &&
   { scene.selection_probability(light, from) } -> std::same_as<ScalarOf<typename S::Spectrum>>;
 };
 
-/// Which runs choose the lights of next events for their receiver.
+/// The runs that choose the lights of next events for their receiver.
 enum class ReceiverChoice : std::uint8_t {
   never,          ///< none: they choose as light subpaths do
   always,         ///< all
@@ -45,7 +45,7 @@ concept SceneWithOptionalReceiverChoice = SceneWithReceiverChoice<S> && requires
   { scene.receiver_choice() } -> std::same_as<ReceiverChoice>;
 };
 
-/// Which runs choose the lights of this scene for the receiver.
+/// The runs that choose the lights of this scene for the receiver.
 template <Scene Sc>
 [[nodiscard]] constexpr ReceiverChoice receiver_choice_of(const Sc& scene) noexcept {
   if constexpr (SceneWithOptionalReceiverChoice<Sc>) return scene.receiver_choice();

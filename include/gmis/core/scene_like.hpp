@@ -37,7 +37,7 @@ class SceneLike {
                                         const SurfacePoint<T>& from) const requires SceneWithReceiverChoice<Sc> {
     return scene_.selection_probability(light, from);
   }
-  /// Which runs use the choice for the receiver.
+  /// The runs that use the choice for the receiver.
   [[nodiscard]] ReceiverChoice receiver_choice() const requires SceneWithOptionalReceiverChoice<Sc> {
     return scene_.receiver_choice();
   }

@@ -121,7 +121,7 @@ class BvhScene {
     }
     return light.selection_probability();
   }
-  /// Which runs use the light hierarchy.
+  /// The runs that use the light hierarchy.
   [[nodiscard]] ReceiverChoice receiver_choice() const noexcept { return receiver_choice_; }
   [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
   /// All lights.

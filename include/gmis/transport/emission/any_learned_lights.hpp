@@ -2,8 +2,7 @@
 
 namespace gmis {
 
-/// What an engine has learned about the lights of its scene, for code without the scene's type:
-/// `LearnedLights`.
+/// Base of `LearnedLights`, for code without the type of the scene.
 struct AnyLearnedLights {
   AnyLearnedLights() = default;
   virtual ~AnyLearnedLights() = default;

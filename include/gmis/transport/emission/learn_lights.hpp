@@ -226,7 +226,7 @@ template <Scene Sc>
   return total > 0 ? sum / total : 1.0;
 }
 
-/// What a choice of lights for the receiver gains: the second moment of next events with lights
+/// Gain of choosing lights for the receiver: the second moment of next events with lights
 /// chosen by power over that with lights chosen for the receiver, E[m² p_receiver / p_power] /
 /// E[m²]. 1 where no arrival tells, and where the arrivals were chosen by power. Surfaces with a
 /// narrow lobe have next events of little value and do not count; the largest hundredth of the
@@ -246,7 +246,7 @@ template <std::floating_point T, class L>
   return moment > 0 ? by_power / moment : 1.0;
 }
 
-/// What a run learns about the lights before its first iteration.
+/// Knowledge of the lights that a run gathers before its first iteration.
 template <Scene Sc>
 struct LearnedLights final : AnyLearnedLights {
   EmissionGuide<Sc> guide;     ///< of light subpaths; empty where it would gain little

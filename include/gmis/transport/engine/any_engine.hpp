@@ -82,10 +82,9 @@ class AnyEngine {
   /// scene ask for it and nothing is known yet. The first iteration does so with the seed of the
   /// settings.
   virtual void learn_lights(std::uint64_t seed, ExecutorRef executor) = 0;
-  /// What is known about the lights; null when nothing is.
+  /// The knowledge about the lights; null when nothing is known.
   [[nodiscard]] virtual std::shared_ptr<const AnyLearnedLights> learned_lights() const noexcept = 0;
-  /// Takes what another engine of this scene has learned, before the first iteration; null:
-  /// nothing.
+  /// Takes the knowledge of another engine of this scene, before the first iteration; null: none.
   virtual void use_lights(std::shared_ptr<const AnyLearnedLights> lights) = 0;
 
   /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on;
