@@ -826,7 +826,8 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
   CHECK(refused.err.find("the choice of lights differs: receiver, not power") != std::string::npos);
   CHECK(run(folder, same + "--lights all").err.find("--lights \"all\" is not known: use power, receiver or learned") !=
         std::string::npos);
-  // A run that measures the gain takes the better one; auto does so by itself, and again when it is resumed.
+  // A run that measures the gain takes the better one; auto does so by itself, and again when it is
+  // resumed.
   REQUIRE(run(folder, same + "--lights learned --stats learned.json").exit_code == 0);
   CHECK(nlohmann::json::parse(text_of(folder / "learned.json"))["image_hash"] == receiver["image_hash"]);
   const std::string automatic = "lamps.pbrt --size 16x16 --max-depth 3 --out a.pfm --quiet ";

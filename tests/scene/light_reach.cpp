@@ -92,7 +92,7 @@ bool meets(const gmis::EmissionSample<D>& start, const ReceiverBall& ball) {
 TEST_CASE("The share towards a ball bounds the share of sampled emission from above, and not loosely") {
   // Two checks in each case, for one false alarm in a thousand seeds.
   const auto all = cases();
-  const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 2 * static_cast<int>(all.size())));
+  const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 2 * all.size()));
   gmis::Philox source(gmis_test::seed(61));
   for (const Case& c : all) {
     constexpr int count = 100'000;
@@ -348,7 +348,7 @@ TEST_CASE("Every kind of light keeps its energy near, far and behind, beside a l
   using Scene = BvhScene<float>;
   const auto all = worlds();
   // One false alarm in a thousand seeds.
-  const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 3 * static_cast<int>(all.size())) / 2);
+  const double quantile = gmis::normal_quantile(1 - gmis::sidak_level(1e-3, 3 * all.size()) / 2);
   const D lamp(0.4, 0.8, 0.3);
   for (const World& world : all) {
     SceneBuilder<> builder;
