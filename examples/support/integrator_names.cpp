@@ -55,7 +55,15 @@ const char* name_of(SplitChoice split) {
 }
 
 const char* name_of(scene::LightSelection lights) {
-  return lights == scene::LightSelection::by_power ? "power" : "receiver";
+  switch (lights) {
+    case scene::LightSelection::by_power:
+      return "power";
+    case scene::LightSelection::by_receiver:
+      return "receiver";
+    case scene::LightSelection::learned:
+      break;
+  }
+  return "learned";
 }
 
 RadiusChoice radius_of(const std::string& text) {

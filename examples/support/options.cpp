@@ -101,9 +101,10 @@ Sampler sampler_of(const std::string& name) {
 }
 
 scene::LightSelection lights_of(const std::string& name) {
-  for (const auto lights : {scene::LightSelection::by_power, scene::LightSelection::by_receiver})
+  for (const auto lights :
+       {scene::LightSelection::by_power, scene::LightSelection::by_receiver, scene::LightSelection::learned})
     if (name == name_of(lights)) return lights;
-  throw InputError("--lights " + in_quotes(name) + " is not known: use power or receiver");
+  throw InputError("--lights " + in_quotes(name) + " is not known: use power, receiver or learned");
 }
 
 std::array<int, 4> crop_of(const std::string& text) {
@@ -120,7 +121,7 @@ void require_above_zero(const char* option, double value) {
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
-  std::string replay, aov, isa, radius, sampler = "sobol", lights = "power", emission = "power";
+  std::string replay, aov, isa, radius, sampler = "sobol", lights, emission;
   std::string pixel_counts = "uniform";
   std::string tone = "clamp", completion, exposure = "auto", max_memory;
   double seconds = 0, relative_error = 0;
@@ -159,14 +160,14 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "--sampler", raw.sampler,
          "How numbers are drawn: sobol (the default), 8 replications of low-discrepancy iterations, or independent")
       ->type_name("sobol|independent");
-  app.add_option("--lights", raw.lights,
-                 "How next events choose a light: by its power (the default), or by power, distance and orientation as "
-                 "the receiver sees it, which pays with many lights")
-      ->type_name("power|receiver");
   app.add_option(
-         "--emission", raw.emission,
-         "Where light subpaths start: as the lights shine, by power (the default), or learned, where their light "
-         "is needed, which pays when lights shine far beyond the picture")
+         "--lights", raw.lights,
+         "How next events choose a light: by its power, by power, distance and orientation as the receiver sees "
+         "it, which pays with many lights, or learned: for the receiver where that pays (auto's default)")
+      ->type_name("power|receiver|learned");
+  app.add_option("--emission", raw.emission,
+                 "Where light subpaths start: as the lights shine, by power, or learned, where their light is needed, "
+                 "when lights shine far beyond the picture (auto's default)")
       ->type_name("power|learned");
   app.add_option(
          "--pixel-counts", raw.pixel_counts,
@@ -389,8 +390,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     options.split = SplitChoice::budgeted;  // what only splitting does asks for it
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
-  options.lights = lights_of(raw.lights);
-  options.emission = emission_of(raw.emission);
+  const char* const of_lights = options.integrator == IntegratorChoice::automatic ? "learned" : "power";
+  options.lights = lights_of(raw.lights.empty() ? of_lights : raw.lights);
+  options.emission = emission_of(raw.emission.empty() ? of_lights : raw.emission);
   options.pixel_counts = pixel_counts_of(raw.pixel_counts);
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);

@@ -126,7 +126,7 @@ std::string explain(const Options& options, const RenderRequest& request, const 
   const SampleCounts& counts = request.settings.counts;
   if (options.lights == scene::LightSelection::by_receiver)
     text << "\nlights      of next events by power, distance and orientation as the receiver sees them";
-  if (options.emission == Emission::learned)
+  if (options.emission == Emission::learned && options.integrator != IntegratorChoice::automatic)
     text << "\nemission    of light subpaths learned: where their light is needed";
   if (options.pixel_counts == PixelCounts::learned)
     text << "\ncounts      of camera subpaths learned: more in the pixels where they pay";

@@ -824,8 +824,20 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
   const auto refused = run(folder, same + "--resume a.ck");
   CHECK(refused.exit_code == 2);
   CHECK(refused.err.find("the choice of lights differs: receiver, not power") != std::string::npos);
-  CHECK(run(folder, same + "--lights all").err.find("--lights \"all\" is not known: use power or receiver") !=
+  CHECK(run(folder, same + "--lights all").err.find("--lights \"all\" is not known: use power, receiver or learned") !=
         std::string::npos);
+  // A run that measures the gain takes the better one; auto does so by itself, and again when it is
+  // resumed.
+  REQUIRE(run(folder, same + "--lights learned --stats learned.json").exit_code == 0);
+  CHECK(nlohmann::json::parse(text_of(folder / "learned.json"))["image_hash"] == receiver["image_hash"]);
+  const std::string automatic = "lamps.pbrt --size 16x16 --max-depth 3 --out a.pfm --quiet ";
+  REQUIRE(run(folder, automatic + "--iterations 6 --stats whole.json").exit_code == 0);
+  REQUIRE(run(folder, automatic + "--iterations 3 --checkpoint b.ck").exit_code == 0);
+  REQUIRE(run(folder, automatic + "--iterations 6 --resume b.ck --stats resumed.json").exit_code == 0);
+  const auto whole = nlohmann::json::parse(text_of(folder / "whole.json"));
+  CHECK(whole["lights"] == "learned");
+  CHECK(whole["emission"] == "learned");
+  CHECK(nlohmann::json::parse(text_of(folder / "resumed.json"))["image_hash"] == whole["image_hash"]);
 }
 
 TEST_CASE("--emission: where light subpaths start") {

@@ -74,6 +74,14 @@ std::vector<Light<T>> random_lights(Philox& source, std::size_t count, bool infi
   return lights;
 }
 
+/// Groups of 1 to 12 lights that follow each other; leaves hold at most 8.
+std::vector<std::size_t> groups_of(std::size_t lights) {
+  std::vector<std::size_t> groups;
+  for (std::size_t group = 0; groups.size() < lights; ++group)
+    for (std::size_t k = 0; k <= group % 12 && groups.size() < lights; ++k) groups.push_back(group);
+  return groups;
+}
+
 template <class T>
 gmis::SurfacePoint<T> random_receiver(Philox& source, T size) {
   const auto normal = random_direction<T>(source);
@@ -88,7 +96,9 @@ TEMPLATE_TEST_CASE("The probabilities of all lights sum to one at every receiver
   for (const std::size_t count : {1U, 2U, 3U, 7U, 40U, 1000U})
     for (const bool infinite : {false, true}) {
       const auto lights = random_lights<T>(source, std::max<std::size_t>(count, infinite ? 2 : 1), infinite);
-      const auto hierarchy = LightHierarchyBuilder<T>::build(lights);
+      const auto groups = groups_of(lights.size());
+      const auto hierarchy =
+          count % 2 == 0 ? LightHierarchyBuilder<T>::build(lights, groups) : LightHierarchyBuilder<T>::build(lights);
       for (int n = 0; n < 50; ++n) {
         const auto from = random_receiver<T>(source, T(8));
         double sum = 0;
@@ -111,7 +121,9 @@ TEMPLATE_TEST_CASE("Lights are chosen with the stated probabilities", "", float,
   const double level = gmis::sidak_level(1e-4, 3 * receivers);
   for (const std::size_t count : {5U, 60U, 3000U}) {
     const auto lights = random_lights<T>(source, count, count == 60);
-    const auto hierarchy = LightHierarchyBuilder<T>::build(lights);
+    const auto groups = groups_of(lights.size());
+    const auto hierarchy =
+        count == 5 ? LightHierarchyBuilder<T>::build(lights) : LightHierarchyBuilder<T>::build(lights, groups);
     for (int n = 0; n < receivers; ++n) {
       const auto from = random_receiver<T>(source, T(6));
       std::vector<double> expected(count), observed(count);
@@ -209,6 +221,25 @@ TEST_CASE(
   const gmis::SurfacePoint<float> below{{0, 0, 0}, {0, 0, 1}, {0, 0, 1}, 1e-5F};
   CHECK(two.probability(0, below) == 0.0F);
   CHECK(two.probability(1, below) == 1.0F);
+}
+
+TEST_CASE("The triangles of a lamp share a leaf, within which they are chosen by power at every receiver") {
+  const auto triangle = [](double x, double width) {
+    return Light<double>::triangle({x, -0.1, 1}, {x + width, -0.1, 1}, {x, 0.1, 1}, {0, 0, -1}, 1e-9,
+                                   gmis::Vec3<double>(1.0), false);
+  };
+  // Twice as wide is twice as bright. The third lamp is another one.
+  const std::vector<Light<double>> lights{triangle(-1, 0.1), triangle(-0.9, 0.2), triangle(1, 0.1)};
+  const std::vector<std::size_t> groups{4, 4, 5};
+  const auto hierarchy = LightHierarchyBuilder<double>::build(lights, groups);
+  CHECK(hierarchy.has_choice());
+  for (const double x : {-3.0, -0.9, 0.0, 4.0}) {
+    const gmis::SurfacePoint<double> below{{x, 0, 0}, {0, 0, 1}, {0, 0, 1}, 1e-9};
+    const double first = hierarchy.probability(0, below);
+    CHECK(hierarchy.probability(1, below) == Approx(2 * first).epsilon(1e-12));
+    CHECK(hierarchy.probability(2, below) == Approx(1 - 3 * first).epsilon(1e-12));
+  }
+  CHECK_FALSE(LightHierarchyBuilder<double>::build(std::span(lights).first(2), groups).has_choice());
 }
 
 namespace {

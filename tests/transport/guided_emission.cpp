@@ -7,7 +7,7 @@
 #include "gmis/core/random.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/scene.hpp"
-#include "gmis/transport/emission/learn_emission.hpp"
+#include "gmis/transport/emission/learn_lights.hpp"
 #include "gmis/transport/engine/engine.hpp"
 #include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
@@ -68,7 +68,7 @@ Scene make_scene(Lights lights, int size = 24) {
 
 Guide learn(const Scene& scene, std::uint64_t seed = gmis_test::seed(7)) {
   gmis::SerialExecutor executor;
-  return gmis::learn_emission(scene, seed, 8, executor, 1e9);  // also where it would not pay
+  return gmis::learn_lights(scene, seed, 8, executor, 1e9)->guide;  // also where it would not pay
 }
 
 constexpr std::array every_kind{Lights::far_sphere,     Lights::sky, Lights::image, Lights::sun, Lights::ceiling,
@@ -154,7 +154,7 @@ struct Backwards {
 TEST_CASE("What is learned depends on the seed alone, not on who does which part of the work when") {
   const Scene scene = make_scene(Lights::all);
   Backwards executor;
-  const Guide forwards = learn(scene, 3), backwards = gmis::learn_emission(scene, 3, 8, executor, 1e9);
+  const Guide forwards = learn(scene, 3), backwards = gmis::learn_lights(scene, 3, 8, executor, 1e9)->guide;
   REQUIRE(forwards.lights().size() == backwards.lights().size());
   REQUIRE(forwards.lights().size() >= 2);
   for (std::size_t i = 0; i < forwards.lights().size(); ++i) {
@@ -190,7 +190,7 @@ TEST_CASE("Nothing is guided where most of the emitted light is of use") {
   builder.set_camera(gmis::scene::look_at({0, 0, -2}, {0, 0, 1}, {0, 1, 0}, 80, {16, 16}));
   const Scene scene = builder.build();
   gmis::SerialExecutor executor;
-  CHECK(gmis::learn_emission(scene, gmis_test::seed(8), 8, executor).is_empty());
+  CHECK(gmis::learn_lights(scene, gmis_test::seed(8), 8, executor)->guide.is_empty());
 }
 
 namespace {

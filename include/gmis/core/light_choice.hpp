@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "gmis/core/concepts.hpp"
 
 /// \file
@@ -29,6 +31,27 @@ concept SceneWithReceiverChoice = Scene<S> &&
   { scene.selection_probability(light, from) } -> std::same_as<ScalarOf<typename S::Spectrum>>;
 };
 
+/// The runs that choose the lights of next events for their receiver.
+enum class ReceiverChoice : std::uint8_t {
+  never,          ///< none: they choose as light subpaths do
+  always,         ///< all
+  where_it_pays,  ///< those whose first samples say that it gains (transport/emission/learn_lights.hpp)
+};
+
+/// A scene that says which runs use its choice for the receiver; all runs use that of a scene
+/// without this member.
+template <class S>
+concept SceneWithOptionalReceiverChoice = SceneWithReceiverChoice<S> && requires(const S& scene) {
+  { scene.receiver_choice() } -> std::same_as<ReceiverChoice>;
+};
+
+/// The runs that choose the lights of this scene for the receiver.
+template <Scene Sc>
+[[nodiscard]] constexpr ReceiverChoice receiver_choice_of(const Sc& scene) noexcept {
+  if constexpr (SceneWithOptionalReceiverChoice<Sc>) return scene.receiver_choice();
+  return SceneWithReceiverChoice<Sc> ? ReceiverChoice::always : ReceiverChoice::never;
+}
+
 namespace detail {
 /// True for a scene that has one of the two members of `SceneWithReceiverChoice`, or one with
 /// another result: a mistake.
@@ -51,14 +74,19 @@ template <Scene Sc>
   return SceneWithReceiverChoice<Sc>;
 }
 
-/// The light for a next event at `from`, with the probability of this choice.
+/// The light for a next event at `from`, with the probability of this choice. `for_receiver`: this
+/// run uses the choice for the receiver of a scene where it is optional.
 template <Scene Sc, std::floating_point T>
 [[nodiscard]] inline LightChoice<T, typename Sc::Light> sample_light_for(const Sc& scene, const SurfacePoint<T>& from,
-                                                                         T u) {
-  if constexpr (chooses_for_receiver<Sc>())
+                                                                         T u, [[maybe_unused]] bool for_receiver) {
+  if constexpr (chooses_for_receiver<Sc>()) {
+    if constexpr (SceneWithOptionalReceiverChoice<Sc>)
+      if (!for_receiver) [[likely]]
+        return scene.sample_light(u);
     return scene.sample_light(from, u);
-  else
+  } else {
     return scene.sample_light(u);
+  }
 }
 
 /// The probability with which a light subpath starts on the light of a next event. `choice` is the
@@ -72,14 +100,19 @@ template <Scene Sc, std::floating_point T>
 }
 
 /// The probability with which a next event at `from` chooses the light of a light subpath. `choice`
-/// holds the light and its probability in `sample_light(u)`.
+/// holds the light and its probability in `sample_light(u)`. `for_receiver`: as in
+/// `sample_light_for`.
 template <Scene Sc, std::floating_point T>
 [[nodiscard]] inline T next_event_probability(const Sc& scene, const LightChoice<T, typename Sc::Light>& choice,
-                                              const SurfacePoint<T>& from) {
-  if constexpr (chooses_for_receiver<Sc>())
+                                              const SurfacePoint<T>& from, [[maybe_unused]] bool for_receiver) {
+  if constexpr (chooses_for_receiver<Sc>()) {
+    if constexpr (SceneWithOptionalReceiverChoice<Sc>)
+      if (!for_receiver) [[likely]]
+        return choice.selection_probability;
     return scene.selection_probability(*choice.light, from);
-  else
+  } else {
     return choice.selection_probability;
+  }
 }
 
 }  // namespace gmis

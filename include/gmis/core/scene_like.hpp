@@ -37,6 +37,10 @@ class SceneLike {
                                         const SurfacePoint<T>& from) const requires SceneWithReceiverChoice<Sc> {
     return scene_.selection_probability(light, from);
   }
+  /// The runs that use the choice for the receiver.
+  [[nodiscard]] ReceiverChoice receiver_choice() const requires SceneWithOptionalReceiverChoice<Sc> {
+    return scene_.receiver_choice();
+  }
   [[nodiscard]] decltype(auto) infinite_lights() const { return scene_.infinite_lights(); }
   [[nodiscard]] const Camera& camera() const { return scene_.camera(); }
   /// The effects that the scene states, where it states them.

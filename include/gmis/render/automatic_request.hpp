@@ -9,6 +9,7 @@
 
 #include "gmis/core/attributes.hpp"
 #include "gmis/core/concept_diagnostics.hpp"
+#include "gmis/core/guided_light.hpp"
 #include "gmis/render/render_request.hpp"
 #include "gmis/transport/allocation/forecast.hpp"
 #include "gmis/transport/plan/plan.hpp"
@@ -106,11 +107,11 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Pl
 }
 
 /// A request for the whole frame of this scene: the techniques that its effects call for, with
-/// counts that a pilot chooses. Merging has a local count, and its radius is chosen unless
-/// `settings` have one. `settings.counts` are replaced; without your own settings, numbers are
-/// Sobol' points, in replications that the error estimate knows of (`Sampler::sobol`). A budget
-/// without any limit becomes one of 64 iterations. `threads` of the executor turn a time into an
-/// expected number of iterations.
+/// counts that a pilot chooses. Emission is learned and guided where that pays. Merging has a local
+/// count, and its radius is chosen unless `settings` have one. `settings.counts` are replaced;
+/// without your own settings, numbers are Sobol' points, in replications that the error estimate
+/// knows of (`Sampler::sobol`). A budget without any limit becomes one of 64 iterations. `threads`
+/// of the executor turn a time into an expected number of iterations.
 template <Scene Sc>
 [[nodiscard]] RenderRequest automatic_request(const Sc& scene, const Budget& budget, int threads = 1,
                                               RenderSettings settings = settings_with(Sampler::sobol)) {
@@ -118,6 +119,7 @@ template <Scene Sc>
   request.budget = budget;
   if (!budget.iterations && !budget.seconds && !budget.relative_error) request.budget.iterations = 64;
   settings.counts.local_merges = true;
+  if constexpr (GuidableLight<typename Sc::Light>) settings.emission = Emission::learned;
   const Plan plan = plan_for(scene, settings);
   settings.counts = counts_of(plan);
   if (settings.radius) settings.counts.radius_factor = 1.0;

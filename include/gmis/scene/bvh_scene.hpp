@@ -107,7 +107,7 @@ class BvhScene {
   /// For next events: as above, or by the light hierarchy when the builder was told so. Without one
   /// `from` stays in registers: the hierarchy gets a copy.
   [[nodiscard]] LightChoice<T, Light> sample_light(const SurfacePoint<T>& from, T u) const noexcept {
-    if (has_light_hierarchy_) [[unlikely]] {
+    if (receiver_choice_ != ReceiverChoice::never) [[unlikely]] {
       const SurfacePoint<T> receiver = from;
       const auto choice = light_hierarchy_.sample(receiver, u);
       return {&lights_[choice.light], choice.probability};
@@ -115,12 +115,14 @@ class BvhScene {
     return sample_light(u);
   }
   [[nodiscard]] T selection_probability(const Light& light, const SurfacePoint<T>& from) const noexcept {
-    if (has_light_hierarchy_) [[unlikely]] {
+    if (receiver_choice_ != ReceiverChoice::never) [[unlikely]] {
       const SurfacePoint<T> receiver = from;
       return light_hierarchy_.probability(static_cast<std::size_t>(&light - lights_.data()), receiver);
     }
     return light.selection_probability();
   }
+  /// The runs that use the light hierarchy.
+  [[nodiscard]] ReceiverChoice receiver_choice() const noexcept { return receiver_choice_; }
   [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
   /// All lights.
   [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
@@ -324,11 +326,11 @@ class BvhScene {
   Effects effects_;
   std::vector<Box<T>> absorbing_boxes_;  ///< around the surfaces of each material that is a boundary of media
   bool has_cut_surfaces_ = false;        ///< some surface is not everywhere
-  bool has_light_hierarchy_ = false;     ///< next events choose lights by it; otherwise as light subpaths do
+  ReceiverChoice receiver_choice_ = ReceiverChoice::never;  ///< which runs use the light hierarchy
   bool has_absorption_ = false;
 };
 
-static_assert(gmis::SceneWithReceiverChoice<BvhScene<float>>);
+static_assert(gmis::SceneWithOptionalReceiverChoice<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<float>>);
 static_assert(gmis::SceneWithEffects<BvhScene<double>>);
 static_assert(gmis::SceneWithAbsorption<BvhScene<float>>);

@@ -10,6 +10,7 @@
 #include "gmis/scene/emission_pattern.hpp"
 #include "gmis/scene/environment_map.hpp"
 #include "gmis/scene/light_bounds.hpp"
+#include "gmis/scene/light_reach.hpp"
 #include "gmis/scene/spot_cone.hpp"
 
 namespace gmis::scene {
@@ -150,6 +151,33 @@ class Light {
       bounds.emission = 0;
     }
     return bounds;
+  }
+
+  /// Upper bound of the share of the flux that meets the ball, in [0, 1]; 1 for an infinite light.
+  [[nodiscard]] double share_towards(const ReceiverBall& ball) const noexcept {
+    const auto from = [&](const glm::dvec3& middle) { return glm::length(ball.center - middle); };
+    const auto cosine = [&](const glm::dvec3& middle, const Vec3<T>& axis) {
+      return glm::dot(ball.center - middle, glm::dvec3(axis)) / std::max(from(middle), 1e-300);
+    };
+    glm::dvec3 middle(origin_);
+    switch (kind_) {
+      case Kind::triangle: {
+        const glm::dvec3 b(edge_b_), c(edge_c_), to_middle = (b + c) / 3.0;
+        middle += to_middle;
+        const double own = std::max({glm::length(to_middle), glm::length(b - to_middle), glm::length(c - to_middle)});
+        return share_of_facet(from(middle), cosine(middle, normal_), own, 1.0 / static_cast<double>(inverse_area_),
+                              is_two_sided_, ball.radius);
+      }
+      case Kind::sphere:
+        return share_of_sphere(from(middle), static_cast<double>(radius_), ball.radius);
+      case Kind::point:
+        return share_of_point(from(middle), ball.radius);
+      case Kind::spot:
+        return share_of_spot(from(middle), std::acos(std::clamp(cosine(middle, cone_.axis()), -1.0, 1.0)),
+                             cone_.outer_angle(), static_cast<double>(cone_.solid_angle()), ball.radius);
+      default:
+        return 1.0;
+    }
   }
 
   /// True for a light that no ray can hit.

@@ -18,7 +18,8 @@ class LightHierarchyBuilder;
 /// Chooses one of many lights for a receiver, by power, distance and orientation: a binary tree
 /// over all lights that have a position, with bounds of place and direction in every node [Conty
 /// Estevez, Kulla, Importance sampling of many lights with adaptive tree splitting, 2018]. A
-/// choice, and the probability of one, cost a walk from the root to a leaf. Infinite lights are
+/// choice, and the probability of one, cost a walk from the root to a leaf. A leaf holds one light
+/// or a few that belong together, which are chosen by power. Infinite lights are
 /// chosen by power, with a fixed probability of all together. `LightHierarchyBuilder` makes it.
 ///
 /// The probability of a light is positive wherever the light reaches: bounds are conservative. Both
@@ -33,6 +34,8 @@ class LightHierarchy {
     T probability;      ///< of choosing it, positive
   };
 
+  /// True when the choice depends on the receiver: the tree has more than one leaf.
+  [[nodiscard]] bool has_choice() const noexcept { return nodes_.size() > 1; }
   /// True when there is no light.
   [[nodiscard]] bool is_empty() const noexcept { return places_.empty(); }
 
@@ -55,7 +58,10 @@ class LightHierarchy {
       probability *= chosen;
       at = goes_left ? left : left + 1;
     }
-    return Choice{nodes_[at].first & ~leaf_bit, probability};
+    std::size_t light = nodes_[at].first & ~leaf_bit;
+    for (; !places_[light].is_last && !(rest < places_[light].fixed_probability); ++light)
+      rest -= places_[light].fixed_probability;
+    return Choice{light, probability * places_[light].fixed_probability};
   }
 
   /// The probability with which `sample(from, u)` chooses the light.
@@ -71,7 +77,7 @@ class LightHierarchy {
       probability *= goes_left ? share : T(1) - share;
       at = goes_left ? left : left + 1;
     }
-    return probability;
+    return probability * place.fixed_probability;
   }
 
   /// Memory of nodes and lights.
@@ -91,13 +97,14 @@ class LightHierarchy {
     T cos_spread, sin_spread;
     T cos_emission;
     T power;
-    std::uint32_t first;  ///< the left child, with the right one behind it; in a leaf the light, with `leaf_bit`
+    std::uint32_t first;  ///< the left child, with the right one behind it; in a leaf the first light, with `leaf_bit`
     [[nodiscard]] bool is_leaf() const noexcept { return (first & leaf_bit) != 0; }
   };
   struct Place {
-    std::uint64_t path = 0;  ///< from the root, lowest bit first: 1 is right
-    T fixed_probability = T(0);
+    std::uint64_t path = 0;      ///< from the root, lowest bit first: 1 is right
+    T fixed_probability = T(0);  ///< of this light within its leaf; of an infinite light, among all
     bool is_in_tree = false;
+    bool is_last = true;  ///< in its leaf
   };
 
   /// Bound of the irradiance that the lights of a node make at `from`, up to a factor: power · cos

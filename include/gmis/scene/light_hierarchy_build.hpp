@@ -18,8 +18,11 @@ template <std::floating_point T>
 class LightHierarchyBuilder {
  public:
   /// `Light::selection_probability` of infinite lights is not read: they are chosen by power.
-  [[nodiscard]] static LightHierarchy<T> build(std::span<const Light<T>> lights) {
-    LightHierarchyBuilder builder(lights);
+  /// Lights that follow each other with the same number in `groups`, at most 8 of them, share a
+  /// leaf: the triangles of a lamp. Without `groups` each light has a leaf.
+  [[nodiscard]] static LightHierarchy<T> build(std::span<const Light<T>> lights,
+                                               std::span<const std::size_t> groups = {}) {
+    LightHierarchyBuilder builder(lights, groups);
     return std::move(builder.made_);
   }
 
@@ -28,7 +31,8 @@ class LightHierarchyBuilder {
   struct Leaf {
     LightBounds bounds;
     glm::dvec3 middle;
-    std::uint32_t light;
+    std::uint32_t light;      ///< the first one
+    std::uint32_t count = 1;  ///< lights with successive numbers
   };
   using Range = std::span<Leaf>;
   static constexpr int bin_count = 12;
@@ -36,7 +40,7 @@ class LightHierarchyBuilder {
   /// 2^24 lights.
   static constexpr int deepest_bins = 40;
 
-  explicit LightHierarchyBuilder(std::span<const Light<T>> lights) {
+  LightHierarchyBuilder(std::span<const Light<T>> lights, std::span<const std::size_t> groups) {
     made_.places_.resize(lights.size());
     std::vector<double> infinite_powers;
     double infinite_power = 0, power = 0;
@@ -49,8 +53,23 @@ class LightHierarchyBuilder {
         continue;
       }
       const LightBounds bounds = lights[i].bounds();
-      leaves_.push_back({bounds, (bounds.box.lower + bounds.box.upper) * 0.5, static_cast<std::uint32_t>(i)});
       power += bounds.power;
+      made_.places_[i].is_in_tree = true;
+      if (!groups.empty() && !leaves_.empty() && groups[leaves_.back().light] == groups[i] &&
+          leaves_.back().light + leaves_.back().count == i && leaves_.back().count < 8) {
+        leaves_.back().bounds = LightBounds::of_both(leaves_.back().bounds, bounds);
+        ++leaves_.back().count;
+      } else {
+        leaves_.push_back({bounds, {}, static_cast<std::uint32_t>(i)});
+      }
+    }
+    for (Leaf& leaf : leaves_) {
+      leaf.middle = (leaf.bounds.box.lower + leaf.bounds.box.upper) * 0.5;
+      for (std::uint32_t k = 0; k < leaf.count; ++k) {
+        auto& place = made_.places_[leaf.light + k];
+        place.fixed_probability = static_cast<T>(lights[leaf.light + k].power() / leaf.bounds.power);
+        place.is_last = k + 1 == leaf.count;
+      }
     }
     if (!infinite_powers.empty()) {
       made_.infinite_choice_ = AliasTable<T>(infinite_powers);
@@ -79,7 +98,7 @@ class LightHierarchyBuilder {
     LightBounds bounds;
     if (group.size() == 1) {
       bounds = group[0].bounds;
-      made_.places_[group[0].light] = {path, T(0), true};
+      for (std::uint32_t k = 0; k < group[0].count; ++k) made_.places_[group[0].light + k].path = path;
       fill(at, bounds, group[0].light | LightHierarchy<T>::leaf_bit);
       return bounds;
     }

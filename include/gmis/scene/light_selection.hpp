@@ -6,8 +6,9 @@ namespace gmis::scene {
 
 /// How a scene chooses the lights of next events. Light subpaths choose them by power.
 enum class LightSelection {
-  by_power,     ///< with probabilities proportional to power, but see `infinite_share`
+  by_power,     ///< with probabilities proportional to the power that may meet the scene, but see `infinite_share`
   by_receiver,  ///< by power, distance and orientation as seen from the receiver (`LightHierarchy`)
+  learned,      ///< for the receiver in runs whose first samples say that it pays, else by power
 };
 
 /// The probability of infinite lights together, half by power and half as if all lights at a place

@@ -14,6 +14,7 @@
 #include "gmis/scene/bvh_scene.hpp"
 #include "gmis/scene/cut_large_triangles.hpp"
 #include "gmis/scene/light_hierarchy_build.hpp"
+#include "gmis/scene/light_reach.hpp"
 #include "gmis/scene/light_selection.hpp"
 #include "gmis/scene/material_effects.hpp"
 
@@ -151,7 +152,8 @@ class SceneBuilder {
   }
 
   /// `by_receiver` costs a walk down a tree at every next event and emitter hit. It pays where many
-  /// lights each reach little of the scene. By power is the default.
+  /// lights each reach little of the scene; with `learned` each run measures whether it does. By
+  /// power is the default.
   void set_light_selection(LightSelection selection) { light_selection_ = selection; }
 
   /// The camera of the scene; a scene needs one.
@@ -176,7 +178,7 @@ class SceneBuilder {
     scene.emission_patterns_ = patterns_;
 
     const MovedShapes shapes = moved_shapes(origin);
-    const auto& [corners, kept, balls, sharp, box, center, radius] = shapes;
+    const auto& [corners, kept, balls, sharp, box, center, radius, receivers] = shapes;
     BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build(executor);
     scene.bvh_ = std::move(built.bvh);
     add_lights(scene, shapes, origin);
@@ -242,6 +244,7 @@ class SceneBuilder {
     Box<double> box;
     glm::dvec3 center{0};
     double radius = 1;
+    ReceiverBall receivers;  ///< around the shapes that do not shine
   };
   struct PointLight {
     glm::dvec3 position, intensity;
@@ -366,23 +369,50 @@ class SceneBuilder {
       kept.numbers.push_back(static_cast<std::uint32_t>(triangles_.size() + p));
     }
   }
-  /// Sets the box and the ball around all shapes.
-  static void enclose(MovedShapes& shapes) {
-    for (const auto& triangle : shapes.corners)
-      for (const auto& corner : triangle) shapes.box.add(glm::dvec3(corner));
-    for (const auto& ball : shapes.balls) {
-      shapes.box.add(glm::dvec3(ball.center) - static_cast<double>(ball.radius));
-      shapes.box.add(glm::dvec3(ball.center) + static_cast<double>(ball.radius));
-    }
-    if (!shapes.box.is_empty()) shapes.center = (shapes.box.lower + shapes.box.upper) * 0.5;
-    double radius = 0;
-    for (const auto& triangle : shapes.corners)
-      for (const auto& corner : triangle) radius = std::max(radius, glm::length(glm::dvec3(corner) - shapes.center));
-    for (const auto& ball : shapes.balls)
-      radius =
-          std::max(radius, glm::length(glm::dvec3(ball.center) - shapes.center) + static_cast<double>(ball.radius));
+  /// Sets the box and the ball around all shapes, and the ball around those that do not shine.
+  void enclose(MovedShapes& shapes) const {
+    const auto all = enclosure_of(shapes, [](bool) { return true; });
+    shapes.box = all.box;
+    shapes.center = all.center;
     constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
-    if (radius > 0) shapes.radius = radius * (1 + 64 * unit) + 8 * unit * glm::length(shapes.center);
+    if (all.radius > 0) shapes.radius = all.radius * (1 + 64 * unit) + 8 * unit * glm::length(shapes.center);
+    const auto dark = enclosure_of(shapes, [](bool shines) { return !shines; });
+    shapes.receivers = {dark.center, dark.box.is_empty() ? -1 : dark.radius};
+  }
+  /// The box around some of the shapes, and the least ball around them that has its centre.
+  struct Enclosure {
+    Box<double> box;
+    glm::dvec3 center{0};
+    double radius = 0;
+  };
+  /// Around the shapes for which `is_counted(shines)` holds.
+  template <class IsCounted>
+  [[nodiscard]] Enclosure enclosure_of(const MovedShapes& shapes, const IsCounted& is_counted) const {
+    const auto counts_triangle = [&](std::size_t i) { return is_counted(source_of(shapes.kept, i).emits); };
+    const auto counts_ball = [&](std::size_t i) { return is_counted(emits(spheres_[i])); };
+    Enclosure all;
+    for (std::size_t i = 0; i < shapes.corners.size(); ++i)
+      if (counts_triangle(i))
+        for (const auto& corner : shapes.corners[i]) all.box.add(glm::dvec3(corner));
+    for (std::size_t i = 0; i < shapes.balls.size(); ++i)
+      if (counts_ball(i)) {
+        const auto& ball = shapes.balls[i];
+        all.box.add(glm::dvec3(ball.center) - static_cast<double>(ball.radius));
+        all.box.add(glm::dvec3(ball.center) + static_cast<double>(ball.radius));
+      }
+    if (all.box.is_empty()) return all;
+    all.center = (all.box.lower + all.box.upper) * 0.5;
+    for (std::size_t i = 0; i < shapes.corners.size(); ++i)
+      if (counts_triangle(i))
+        for (const auto& corner : shapes.corners[i])
+          all.radius = std::max(all.radius, glm::length(glm::dvec3(corner) - all.center));
+    for (std::size_t i = 0; i < shapes.balls.size(); ++i)
+      if (counts_ball(i)) {
+        const auto& ball = shapes.balls[i];
+        const double farthest = glm::length(glm::dvec3(ball.center) - all.center) + static_cast<double>(ball.radius);
+        all.radius = std::max(all.radius, farthest);
+      }
+    return all;
   }
 
   /// The largest distance of a triangle's corner from `origin`.
@@ -493,8 +523,12 @@ class SceneBuilder {
   /// One light per emitting primitive, then the others.
   void add_lights(Scene& scene, const MovedShapes& shapes, const glm::dvec3& origin) const {
     std::vector<Light<T>>& lights = scene.lights_;
+    std::vector<std::size_t> groups;  // triangles of one mesh are a light to its user
     for (std::size_t i = 0; i < shapes.corners.size(); ++i)
-      if (source_of(shapes.kept, i).emits) lights.push_back(light_of(scene, shapes, i));
+      if (source_of(shapes.kept, i).emits) {
+        lights.push_back(light_of(scene, shapes, i));
+        groups.push_back(source_of(shapes.kept, i).surface);
+      }
     const auto& balls = shapes.balls;
     for (std::size_t i = 0; i < balls.size(); ++i) {
       if (!emits(spheres_[i])) continue;
@@ -513,10 +547,10 @@ class SceneBuilder {
       lights.push_back(light);
     }
 
-    std::vector<double> powers;
-    for (const Light<T>& light : lights) powers.push_back(light.power());
+    while (groups.size() < lights.size()) groups.push_back(surfaces_.size() + groups.size());
+    std::vector<double> powers = powers_towards(shapes.receivers, lights);
     keep_local_lights(lights, powers);
-    choose_lights_by(scene, powers);
+    choose_lights_by(scene, powers, groups);
   }
   /// The light that a triangle is.
   [[nodiscard]] Light<T> light_of(const Scene& scene, const MovedShapes& shapes, std::size_t i) const {
@@ -535,7 +569,7 @@ class SceneBuilder {
     return Light<T>::triangle(corners[0], corners[1], corners[2], Vec3<T>(normal), position_error(corners, normal),
                               radiance, surface.emission->is_two_sided, shapes.sharp[i], pattern, uv);
   }
-  void choose_lights_by(Scene& scene, const std::vector<double>& powers) const {
+  void choose_lights_by(Scene& scene, const std::vector<double>& powers, std::span<const std::size_t> groups) const {
     std::vector<Light<T>>& lights = scene.lights_;
     scene.light_choice_ = AliasTable<T>(powers);
     const std::vector<double> chances = scene.light_choice_.realised_probabilities();
@@ -543,11 +577,32 @@ class SceneBuilder {
       if (!chances.empty()) lights[i].set_selection_probability(static_cast<T>(chances[i]));
       if (lights[i].is_infinite()) scene.infinite_lights_.push_back(&lights[i]);
     }
-    if (light_selection_ != LightSelection::by_receiver || scene.light_choice_.is_empty()) return;
-    scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights);
-    scene.has_light_hierarchy_ = true;
+    if (light_selection_ == LightSelection::by_power || scene.light_choice_.is_empty()) return;
+    scene.light_hierarchy_ = LightHierarchyBuilder<T>::build(lights, groups);
+    if (light_selection_ == LightSelection::by_receiver)
+      scene.receiver_choice_ = ReceiverChoice::always;
+    else if (scene.light_hierarchy_.has_choice())
+      scene.receiver_choice_ = ReceiverChoice::where_it_pays;
   }
 
+  /// The power of each light, for a local light times the share of it that may meet the receivers.
+  /// Light reaches the surfaces that shine, too, and they may reflect it: each local light keeps at
+  /// least a hundredth of the mean over all local lights, or all of its power.
+  [[nodiscard]] static std::vector<double> powers_towards(const ReceiverBall& receivers,
+                                                          const std::vector<Light<T>>& lights) {
+    std::vector<double> whole, part;
+    double sum = 0, count = 0;
+    for (const Light<T>& light : lights) {
+      whole.push_back(light.power());
+      part.push_back(light.is_infinite() ? whole.back() : whole.back() * light.share_towards(receivers));
+      if (light.is_infinite() || !(whole.back() > 0)) continue;
+      sum += part.back();
+      ++count;
+    }
+    if (receivers.radius < 0 || !(sum > 0)) return whole;
+    for (std::size_t i = 0; i < lights.size(); ++i) part[i] = std::max(part[i], std::min(whole[i], 0.01 * sum / count));
+    return part;
+  }
   /// Scales the powers of infinite lights so that these have the probability `infinite_share`.
   static void keep_local_lights(const std::vector<Light<T>>& lights, std::vector<double>& powers) {
     double local = 0, infinite = 0;

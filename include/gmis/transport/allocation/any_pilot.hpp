@@ -45,6 +45,8 @@ class AnyPilot {
 
   /// Renders one more iteration; `engine().frame()` is its picture in the pixels that are taken.
   virtual void iterate(ExecutorRef executor) = 0;
+  /// `AnyEngine::learn_lights` of the engine that is run, before the first iteration.
+  virtual void learn_lights(std::uint64_t seed, ExecutorRef executor) = 0;
   /// The engine that is run.
   [[nodiscard]] virtual const AnyEngine<S>& engine() const noexcept = 0;
   /// Iterations so far.

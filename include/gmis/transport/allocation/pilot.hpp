@@ -52,6 +52,7 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
     engine_.iterate(executor);
     this->end_iteration(engine_.photon_count());
   }
+  void learn_lights(std::uint64_t seed, ExecutorRef executor) override { engine_.learn_lights(seed, executor); }
   [[nodiscard]] const EngineType& engine() const noexcept override { return engine_; }
 
  private:

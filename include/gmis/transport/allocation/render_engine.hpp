@@ -139,6 +139,7 @@ RenderEngine<S>::RenderEngine(EngineMaker<S> maker, const RenderSettings& settin
 
 template <Spectrum S>
 void RenderEngine<S>::choose(ExecutorRef executor) {
+  pilot_->learn_lights(settings_.seed, executor);  // with the run's own seed: one that goes on later learns the same
   while (pilot_->iterations() < choice_->pilot_iterations) pilot_->iterate(executor);
   const AnyEngine<S>& engine = pilot_->engine();
   choice_->forecasts = pilot_->forecasts();
@@ -150,7 +151,9 @@ void RenderEngine<S>::choose(ExecutorRef executor) {
   of_pilot_ = {engine.counters(), engine.light_work(), engine.seconds()};
   Counters& counters = of_pilot_.counters;
   counters.contributions = counters.rejected_non_finite = counters.rejected_negative = counters.rejected_zero_pdf = 0;
+  const auto lights = engine.learned_lights();
   start();
+  engine_->use_lights(lights);
 }
 
 #ifdef GMIS_COMPILED

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/counters.hpp"
+#include "gmis/transport/emission/any_learned_lights.hpp"
 #include "gmis/transport/pixel_counts/learned_pixel_counts.hpp"
 #include "gmis/transport/state/operation_costs.hpp"
 #include "gmis/transport/state/path_output.hpp"
@@ -106,6 +108,15 @@ class AnyEngine {
   [[nodiscard]] const PixelCountTable* pixel_counts() const noexcept { return pixel_counts_.table(); }
   /// True while numbers of camera subpaths are learned from the iterations.
   [[nodiscard]] bool is_learning() const noexcept { return pixel_counts_.is_learning(); }
+
+  /// Learns about the lights with the numbers of `seed` (`learn_lights`), where the settings or the
+  /// scene ask for it and nothing is known yet. The first iteration does so with the seed of the
+  /// settings.
+  virtual void learn_lights(std::uint64_t seed, ExecutorRef executor) = 0;
+  /// The knowledge about the lights; null when nothing is known.
+  [[nodiscard]] virtual std::shared_ptr<const AnyLearnedLights> learned_lights() const noexcept = 0;
+  /// Takes the knowledge of another engine of this scene, before the first iteration; null: none.
+  virtual void use_lights(std::shared_ptr<const AnyLearnedLights> lights) = 0;
 
   /// Sets whether contributions are kept for `for_each_contribution`, from the next iteration on;
   /// initially they are not. They serve for images of single techniques or path classes.

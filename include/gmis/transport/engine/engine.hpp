@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -14,7 +15,7 @@
 
 #include "gmis/core/attributes.hpp"
 #include "gmis/core/sobol_numbers.hpp"
-#include "gmis/transport/emission/learn_emission.hpp"
+#include "gmis/transport/emission/learn_lights.hpp"
 #include "gmis/transport/engine/any_engine.hpp"
 #include "gmis/transport/engine/method.hpp"
 #include "gmis/transport/engine/validation.hpp"
@@ -79,12 +80,31 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   /// must not depend on samples of the iterations that it serves. Call it before the first
   /// iteration with `RenderSettings::emission` learned.
   void use_emission_guide(EmissionGuide<Sc> guide) {
-    has_learned_emission_ = true;
-    guide_ = std::move(guide);
+    auto lights = std::make_shared<LearnedLights<Sc>>();
+    lights->guide = std::move(guide);
+    lights_ = std::move(lights);
   }
   /// The guide of emission, which is learned before the first iteration; null without one.
   [[nodiscard]] const EmissionGuide<Sc>* emission_guide() const noexcept {
-    return guide_.is_empty() ? nullptr : &guide_;
+    return lights_ == nullptr || lights_->guide.is_empty() ? nullptr : &lights_->guide;
+  }
+  GMIS_RARE void learn_lights(std::uint64_t seed, ExecutorRef executor) override {
+    if constexpr (GuidableLight<typename Sc::Light>) {
+      const bool guides = settings_.emission == Emission::learned && this->counts().traces_light();
+      if (lights_ != nullptr || !(guides || receiver_choice_of(scene_) == ReceiverChoice::where_it_pays)) return;
+      const detail::Stopwatch stopwatch(seconds_.light);
+      lights_ = gmis::learn_lights(scene_, seed, settings_.max_depth, executor, guides ? most_relative_moment : 0.0);
+    }
+  }
+  [[nodiscard]] std::shared_ptr<const AnyLearnedLights> learned_lights() const noexcept override { return lights_; }
+  void use_lights(std::shared_ptr<const AnyLearnedLights> lights) override {
+    lights_ = std::static_pointer_cast<const LearnedLights<Sc>>(std::move(lights));
+  }
+  /// True when next events choose lights for the receiver in a scene where this is optional.
+  [[nodiscard]] bool chooses_for_receiver() const noexcept {
+    const ReceiverChoice choice = receiver_choice_of(scene_);
+    return choice == ReceiverChoice::always ||
+           (choice == ReceiverChoice::where_it_pays && lights_ != nullptr && lights_->choose_for_receiver());
   }
 
   /// Prepares the engine to replay paths of `iteration` (replay/replay.hpp): traces the light trees
@@ -164,7 +184,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   /// Trees that V̄ is measured with: fewer for a pilot, whose forecasts are less exact than that.
   static constexpr std::size_t census_tree_count =
       detail::is_hot_walk<Context, Output> || Split::is_measured ? 4096 : 1024;
-  enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_emission, 7 and 8: for programs
+  enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_lights, 7 and 8: for programs
     light_stream = 0,
     camera_stream = 1,
     census_stream = 2,
@@ -198,8 +218,8 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   std::vector<Output> camera_outputs_;
   LightVertexCache<StoredVertex> cache_;
   LightVertexGrid<T> grid_;
-  bool knows_trees_ = false, has_learned_emission_ = false;
-  EmissionGuide<Sc> guide_;
+  bool knows_trees_ = false;
+  std::shared_ptr<const LearnedLights<Sc>> lights_;
 };
 
 /// Path tracing: the engine without a light side.
@@ -270,16 +290,13 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
           .photons = {.grid = grid_,
                       .normalization = merge_area > T(0) ? gain / merge_area : T(0),
                       .inverse_radius_squared = radius > T(0) ? T(1) / (radius * radius) : T(0)},
-          .guide = emission_guide()};
+          .guide = emission_guide(),
+          .chooses_for_receiver = chooses_for_receiver()};
 }
 
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::begin_iteration(ExecutorRef executor) {
-  if constexpr (has_light_side && GuidableLight<typename Sc::Light>)
-    if (settings_.emission == Emission::learned && !has_learned_emission_ && this->counts().traces_light()) {
-      const detail::Stopwatch stopwatch(seconds_.light);
-      use_emission_guide(learn_emission(scene_, settings_.seed, settings_.max_depth, executor));
-    }
+  learn_lights(settings_.seed, executor);
   if constexpr (has_light_side)
     if (!knows_trees_ && this->counts().traces_light() && (Split::is_measured || this->counts().draws_connections()))
       measure_light_trees(executor);

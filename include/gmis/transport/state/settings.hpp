@@ -10,7 +10,7 @@
 namespace gmis {
 
 /// Start of light subpaths: by the power of the lights (`power`), or guided to where their light is
-/// needed (`learned`, emission/learn_emission.hpp), for scenes whose lights shine far beyond the
+/// needed (`learned`, emission/learn_lights.hpp), for scenes whose lights shine far beyond the
 /// picture.
 enum class Emission : std::uint8_t { power, learned };
 

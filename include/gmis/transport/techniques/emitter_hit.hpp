@@ -48,11 +48,11 @@ struct EmitterHit {
                                     direction, from.position);
     // a_0 and e_0, each with its own probability of choosing the light, and a_1 in the measure of
     // `EmissionDensity::first` [Georgiev TR 37, 42, 43].
-    const auto weight =
-        context.recursion.emitter_hit(weights, {.origin = choice.selection_probability * emitted.density.origin,
-                                                .next_event = next_event_probability(context.scene, choice, from) *
-                                                              light.next_event_density(origin, direction, from),
-                                                .first = first});
+    const auto weight = context.recursion.emitter_hit(
+        weights, {.origin = choice.selection_probability * emitted.density.origin,
+                  .next_event = next_event_probability(context.scene, choice, from, context.chooses_for_receiver) *
+                                light.next_event_density(origin, direction, from),
+                  .first = first});
     output.add(id, throughput * emitted.radiance, weight);
   }
 };

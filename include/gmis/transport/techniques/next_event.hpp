@@ -24,7 +24,7 @@ struct NextEvent {
         [] { return HalfPath(); }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
     if (!is_kept) return;
     const auto& point = vertex.hit.point;
-    const auto choice = sample_light_for(context.scene, point, u_light);
+    const auto choice = sample_light_for(context.scene, point, u_light, context.chooses_for_receiver);
     if (choice.light == nullptr) return;
     const auto sample = choice.light->sample_next_event(point, Vec2<T>{u, v});
     if (!sample) return;

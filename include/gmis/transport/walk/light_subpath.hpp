@@ -108,7 +108,7 @@ class LightSubpath {
     // a_0 and e_0, each with its own probability of choosing the light; that of a next event is
     // known only here, where its
     // receiver x_1 is  [Georgiev TR 31–33]
-    const T next_event = next_event_probability(context_.scene, choice, hit.point) *
+    const T next_event = next_event_probability(context_.scene, choice, hit.point, context_.chooses_for_receiver) *
                          choice.light->next_event_density(emission.origin, emission.direction, hit.point);
     const auto weights = context_.recursion.first_light_vertex(
         {.origin = choice.selection_probability * emission.density.origin, .next_event = next_event, .first = density},

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 
 #include "gmis/core/light_choice.hpp"
 #include "gmis/core/random.hpp"
+#include "gmis/transport/emission/any_learned_lights.hpp"
 #include "gmis/transport/emission/emission_guide.hpp"
 #include "gmis/transport/state/first_hit.hpp"
 #include "gmis/transport/state/scatter.hpp"
@@ -29,6 +31,9 @@ struct Arrival {
   Vec3<T> receiver;                ///< x_1
   T first;                         ///< the light's `EmissionDensity::first`
   double mass;                     ///< what it adds to the picture, about
+  double chosen = 1;               ///< probability with which the light was chosen
+  double by_power = 1;             ///< probability with which light subpaths choose it
+  bool has_narrow_lobe = false;    ///< x_1
 };
 
 namespace detail {
@@ -53,11 +58,12 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
     if (survival == T(0)) return;
     source.at_vertex(static_cast<std::uint32_t>(2 * depth));
     const auto [u_light, u_x, u_y] = uniforms<T, 3>(source);
-    const auto choice = sample_light_for(scene, hit->point, u_light);
+    const auto choice = sample_light_for(scene, hit->point, u_light, true);
     if (choice.light != nullptr)
       if (const auto light = choice.light->sample_next_event(hit->point, Vec2<T>{u_x, u_y})) {
         T response = mean_channel(hit->bsdf.albedo()) / pi<T>;
-        if (!hit->bsdf.is_purely_delta() && !has_narrow_lobe(hit->bsdf))
+        const bool is_narrow = hit->bsdf.is_purely_delta() || has_narrow_lobe(hit->bsdf);
+        if (!is_narrow)
           response = mean_channel(hit->bsdf.evaluate(-direction, light->to_light, TransportMode::radiance).value);
         const double mass = static_cast<double>(
             throughput * response * mean_channel(light->weight) *
@@ -67,7 +73,9 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
                                                       : segment(hit->point, light->origin, light->to_light)))
           found(Arrival<T, typename Sc::Light>{
               choice.light, choice.light->start_numbers(light->origin, -light->to_light), light->origin,
-              -light->to_light, hit->point.position, light->density.first, mass});
+              -light->to_light, hit->point.position, light->density.first, mass,
+              static_cast<double>(choice.selection_probability),
+              static_cast<double>(scene.selection_probability(*choice.light)), is_narrow});
       }
     source.at_vertex(static_cast<std::uint32_t>(2 * depth + 1));
     const Vec3<T> to_prev = -direction;
@@ -218,17 +226,51 @@ template <Scene Sc>
   return total > 0 ? sum / total : 1.0;
 }
 
-/// Learns where emission matters from camera subpaths of their own, one for four pixels and at most
-/// 8192, before the first iteration: they add nothing to the picture, and the guide depends on no
-/// sample that it guides. Camera subpaths find where light is needed even when no light subpath
-/// would: a far sun misses the scene with all of its subpaths. Empty when a guide would gain
-/// little, `relative_moment` above `most_moment`: when most of the emitted light is of use. With
-/// 0.4, the work of its densities is saved where it was measured not to pay. Same bits for any
-/// number of threads.
+/// Gain of choosing lights for the receiver: the second moment of next events with lights
+/// chosen by power over that with lights chosen for the receiver, E[m² p_receiver / p_power] /
+/// E[m²]. 1 where no arrival tells, and where the arrivals were chosen by power. Surfaces with a
+/// narrow lobe have next events of little value and do not count; the largest hundredth of the
+/// contributions is left out, for a few may have most of the sum.
+template <std::floating_point T, class L>
+[[nodiscard]] double receiver_gain(std::span<const Arrival<T, L>> arrivals) {
+  std::vector<std::pair<double, double>> squares;  // m², as lights were chosen and as by power
+  for (const auto& arrival : arrivals)
+    if (!arrival.has_narrow_lobe && arrival.by_power > 0)
+      squares.emplace_back(square(arrival.mass), square(arrival.mass) * arrival.chosen / arrival.by_power);
+  std::sort(squares.begin(), squares.end());
+  double moment = 0, by_power = 0;
+  for (std::size_t i = 0; i < squares.size() - squares.size() / 100; ++i) {
+    moment += squares[i].first;
+    by_power += squares[i].second;
+  }
+  return moment > 0 ? by_power / moment : 1.0;
+}
+
+/// Knowledge of the lights that a run gathers before its first iteration.
+template <Scene Sc>
+struct LearnedLights final : AnyLearnedLights {
+  EmissionGuide<Sc> guide;     ///< of light subpaths; empty where it would gain little
+  double receiver_gain = 1.0;  ///< see the function of this name
+
+  /// True when next events choose lights for the receiver in a scene where this is optional.
+  [[nodiscard]] bool choose_for_receiver() const noexcept { return receiver_gain > 1.25; }
+};
+
+/// Largest `relative_moment` for which a guide is kept. Above, the work of its densities was
+/// measured not to pay.
+inline constexpr double most_relative_moment = 0.4;
+
+/// Learns about the lights from camera subpaths of their own, one for four pixels and at most 8192,
+/// before the first iteration: they add nothing to the picture, and what is learned depends on no
+/// sample that it serves. Camera subpaths find where light is needed even when no light subpath
+/// would: a far sun misses the scene with all of its subpaths. The guide is empty when it would
+/// gain little, `relative_moment` above `most_moment`: when most of the emitted light is of use.
+/// Same bits for any number of threads.
 template <Scene Sc, Executor E>
-[[nodiscard]] EmissionGuide<Sc> learn_emission(const Sc& scene, std::uint64_t seed, int max_depth, E& executor,
-                                               double most_moment = 0.4) {
-  using Found = std::vector<Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>>;
+[[nodiscard]] std::shared_ptr<LearnedLights<Sc>> learn_lights(const Sc& scene, std::uint64_t seed, int max_depth,
+                                                              E& executor, double most_moment = most_relative_moment) {
+  using T = ScalarOf<typename Sc::Spectrum>;
+  using Found = std::vector<Arrival<T, typename Sc::Light>>;
   constexpr std::size_t part_size = 256;
   constexpr std::uint32_t stream = 6;  // the others: `Engine::Stream`
   const glm::ivec2 size = scene.camera().resolution();
@@ -247,9 +289,11 @@ template <Scene Sc, Executor E>
   });
   Found all;
   for (const Found& part : parts) all.insert(all.end(), part.begin(), part.end());
-  auto guide = guide_from<Sc>(all);
-  if (!guide.is_empty() && relative_moment<Sc>(scene, guide, all) > most_moment) return {};
-  return guide;
+  auto learned = std::make_shared<LearnedLights<Sc>>();
+  learned->receiver_gain = receiver_gain<T, typename Sc::Light>(all);
+  learned->guide = guide_from<Sc>(all);
+  if (!learned->guide.is_empty() && relative_moment<Sc>(scene, learned->guide, all) > most_moment) learned->guide = {};
+  return learned;
 }
 
 }  // namespace gmis
