@@ -162,6 +162,9 @@ Image read_reference(const std::filesystem::path& file, const RenderRequest& req
   const glm::ivec2 size = part.upper - part.lower;
   if (reference.width == resolution.x && reference.height == resolution.y)
     return cropped(reference, part.lower.x, part.lower.y, part.upper.x, part.upper.y);
+  const int factor = reference.width / resolution.x;
+  if (factor > 1 && reference.width == factor * resolution.x && reference.height == factor * resolution.y)
+    return cropped(reduced(reference, factor), part.lower.x, part.lower.y, part.upper.x, part.upper.y);
   if (reference.width != size.x || reference.height != size.y)
     throw InputError(file.string() + ": this reference is " + std::to_string(reference.width) + "x" +
                      std::to_string(reference.height) + ", the picture " + std::to_string(size.x) + "x" +

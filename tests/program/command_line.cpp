@@ -1106,3 +1106,36 @@ TEST_CASE(
 }
 
 #endif
+
+TEST_CASE("A camera inside of a closed surface that no light reaches is said") {
+  const ScratchFolder folder;
+  const auto write = [&](const std::string& shape) {
+    std::ofstream(folder / "closed.pbrt") << "LookAt 0 0 0  0 0 1  0 1 0\nCamera \"perspective\"\nWorldBegin\n"
+                                             "LightSource \"infinite\"\nMaterial \"diffuse\"\n"
+                                          << shape;
+  };
+  const std::string line = "the camera is inside of a closed surface";
+  const std::string arguments = "closed.pbrt --size 8x8 --iterations 2 --out a.pfm";
+  write("Shape \"sphere\"\n");
+  CHECK(run(folder, arguments).err.find(line) != std::string::npos);
+  CHECK(run(folder, arguments + " --quiet").err.empty());
+  write("Shape \"sphere\" \"float zmax\" .8\n");  // open at the top
+  CHECK(run(folder, arguments).err.find(line) == std::string::npos);
+  write("AreaLightSource \"diffuse\"\nReverseOrientation\nShape \"sphere\"\n");  // it shines inwards
+  CHECK(run(folder, arguments).err.find(line) == std::string::npos);
+}
+
+TEST_CASE("A reference that is a whole number of times as large is compared by its blocks") {
+  const ScratchFolder folder;
+  // Every pixel of a sky of radiance 0.5 is exact, so that the error is exactly that of the numbers.
+  std::ofstream(folder / "sky.pbrt") << "Camera \"perspective\"\nWorldBegin\n"
+                                        "LightSource \"infinite\" \"rgb L\" [.5 .5 .5]\n"
+                                        "Translate 0 0 -5 Shape \"sphere\"\n";
+  const std::string plain = "sky.pbrt --iterations 1 --quiet ";
+  REQUIRE(run(folder, plain + "--size 12x8 --out large.pfm").exit_code == 0);
+  const Json json = statistics(folder, plain + "--size 6x4 --reference large.pfm");
+  CHECK(json["error"]["relmse"] == 0);
+  CHECK(json["error"]["ratio_of_means"] == 1);
+  CHECK(run(folder, plain + "--size 5x4 --out a.pfm --reference large.pfm").exit_code == 2);
+  CHECK(run(folder, plain + "--size 6x8 --out a.pfm --reference large.pfm").exit_code == 2);
+}
