@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "support/choices.hpp"
+#include "support/hidden_sky.hpp"
 #include "support/image/formats.hpp"
 #include "support/plan_text.hpp"
 #include "support/read_scene.hpp"
@@ -39,6 +40,14 @@ LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::arr
     description.film.height = (*size)[1];
   }
   loaded.built = build_scene(description, diagnostics, lights);
+  if (description.camera_outside && sky_is_hidden(*loaded.built)) {
+    description.camera = *description.camera_outside;
+    diagnostics.warning(description.camera.where,
+                        "surfaces enclose the camera, and no light is inside: all of the scene is seen from before and "
+                        "above");
+    loaded.built.reset();
+    loaded.built = build_scene(description, diagnostics, lights);
+  }
   loaded.files = std::move(description.files);
   loaded.diagnostics = diagnostics.all();
   loaded.read_seconds = std::chrono::duration<double>(read - start).count();

@@ -1107,14 +1107,14 @@ TEST_CASE(
 
 #endif
 
-TEST_CASE("A camera inside of a closed surface that no light reaches is said") {
+TEST_CASE("Surfaces that enclose the camera and no light are said") {
   const ScratchFolder folder;
   const auto write = [&](const std::string& shape) {
     std::ofstream(folder / "closed.pbrt") << "LookAt 0 0 0  0 0 1  0 1 0\nCamera \"perspective\"\nWorldBegin\n"
                                              "LightSource \"infinite\"\nMaterial \"diffuse\"\n"
                                           << shape;
   };
-  const std::string line = "the camera is inside of a closed surface";
+  const std::string line = "surfaces enclose the camera";
   const std::string arguments = "closed.pbrt --size 8x8 --iterations 2 --out a.pfm";
   write("Shape \"sphere\"\n");
   CHECK(run(folder, arguments).err.find(line) != std::string::npos);
@@ -1138,4 +1138,50 @@ TEST_CASE("A reference that is a whole number of times as large is compared by i
   CHECK(json["error"]["ratio_of_means"] == 1);
   CHECK(run(folder, plain + "--size 5x4 --out a.pfm --reference large.pfm").exit_code == 2);
   CHECK(run(folder, plain + "--size 6x8 --out a.pfm --reference large.pfm").exit_code == 2);
+}
+
+TEST_CASE("A glTF camera that surfaces hide from the sky moves out, and from glass or a lamp it does not") {
+  const ScratchFolder folder;
+  // A box of 12 triangles from -1 to 1, the camera at its middle.
+  const std::string box =
+      "AACAvwAAgL8AAIC/AACAPwAAgL8AAIC/AACAvwAAgD8AAIC/AACAPwAAgD8AAIC/AACAvwAAgL8AAIA/AACAPwAAgL8AAIA/AACAvwAAgD8AAIA/"
+      "AACAPwAAgD8AAIA/AAECAQMCBAYFBQYHAAQBAQQFAgMGAwcGAAIEAgYEAQUDAwUH";
+  const auto write = [&](const std::string& material) {
+    std::ofstream(folder / "box.gltf")
+        << R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],"scene":0,"nodes":[{"mesh":0},{"camera":0}],)"
+        << R"("cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],)"
+        << R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
+        << R"("accessors":[{"bufferView":0,"componentType":5126,"count":8,"type":"VEC3","min":[-1,-1,-1],"max":[1,1,1]},)"
+        << R"({"bufferView":1,"componentType":5121,"count":36,"type":"SCALAR"}],)"
+        << R"("bufferViews":[{"buffer":0,"byteLength":96},{"buffer":0,"byteOffset":96,"byteLength":36}],)"
+        << R"("buffers":[{"byteLength":132,"uri":"data:application/octet-stream;base64,)" << box << R"("}],)"
+        << R"("materials":[)" << material << "]}";
+  };
+  const auto mean_and_text = [&](const std::string& more = "") {
+    const std::string arguments = "box.gltf --size 16x16 --iterations 2 --out a.pfm --stats s.json" + more;
+    const Outcome outcome = run(folder, arguments);
+    INFO(outcome.err);
+    REQUIRE(outcome.exit_code == 0);
+    const double mean = Json::parse(text_of(folder / "s.json"))["estimate"]["mean"];
+    return std::pair{mean, outcome.err.find("surfaces enclose the camera") != std::string::npos};
+  };
+  write("{}");
+  CHECK(mean_and_text().second);
+  CHECK(mean_and_text().first > 0);
+  write(R"({"emissiveFactor":[1,1,1]})");
+  CHECK(!mean_and_text().second);
+  write(R"({"extensions":{"KHR_materials_transmission":{"transmissionFactor":1}}})");
+  CHECK(!mean_and_text().second);
+}
+
+TEST_CASE("A coat of index 1 may have a texture of roughness") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "plain.pbrt")
+      << "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\n"
+         "Texture \"r\" \"float\" \"checkerboard\" \"float tex1\" .2 \"float tex2\" .8\n"
+         "Material \"coateddiffuse\" \"texture roughness\" \"r\" \"float eta\" 1\n"
+         "Translate 0 0 3 Shape \"sphere\"\n";
+  const Outcome outcome = run(folder, "plain.pbrt --size 4x4 --iterations 1 --quiet --out a.pfm");
+  INFO(outcome.err);
+  CHECK(outcome.exit_code == 0);
 }

@@ -93,16 +93,16 @@ std::vector<std::pair<std::string, std::string>> png_texts(const fs::path& file)
 
 TEST_CASE("A reduced image has the means of blocks") {
   const Image image = noise(6, 4);
-  const Image half = reduced(image, 2);
-  REQUIRE(half.width == 3);
-  REQUIRE(half.height == 2);
+  const Image small = reduced(image, 2);
+  REQUIRE(small.width == 3);
+  REQUIRE(small.height == 2);
   for (int y = 0; y < 2; ++y)
     for (int x = 0; x < 3; ++x)
       for (std::size_t c = 0; c < 3; ++c) {
         const auto at = [&](int i, int j) { return static_cast<long double>(image.rgb[image.index(i, j) + c]); };
         const long double sum =
             at(2 * x, 2 * y) + at(2 * x + 1, 2 * y) + at(2 * x, 2 * y + 1) + at(2 * x + 1, 2 * y + 1);
-        CHECK(half.rgb[half.index(x, y) + c] == static_cast<float>(sum / 4));
+        CHECK(small.rgb[small.index(x, y) + c] == static_cast<float>(sum / 4));
       }
 }
 
