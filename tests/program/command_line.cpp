@@ -1185,3 +1185,15 @@ TEST_CASE("A coat of index 1 may have a texture of roughness") {
   INFO(outcome.err);
   CHECK(outcome.exit_code == 0);
 }
+
+TEST_CASE("A camera whose axes are rounded to six digits is accepted") {
+  const ScratchFolder folder;
+  // Products of the axes: 1.4e-7, 9.2e-6, 6.6e-9.
+  std::ofstream(folder / "rounded.pbrt")
+      << "Transform [-0.00561587 -0.488405 -0.872599 0  0 0.872613 -0.488413 0  -0.999984 0.00273835 0.00489243 0  "
+         "-0.0423531 -2.39555 27.8941 1]\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\n"
+         "Shape \"sphere\"\n";
+  const Outcome outcome = run(folder, "rounded.pbrt --size 4x4 --iterations 1 --quiet --out a.pfm");
+  INFO(outcome.err);
+  CHECK(outcome.exit_code == 0);
+}
