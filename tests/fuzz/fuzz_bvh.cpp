@@ -59,9 +59,11 @@ long double margin_of(const SphereShape<float>& sphere, const Ray<float>& ray) {
 
 /// Where the line really meets the primitive. A long thin triangle's `t` in float can be off by
 /// more than all the rest.
-long double true_t_of(const TriangleCorners<float>& corners, const Ray<float>& ray, float) {
+long double true_t_of(const TriangleCorners<float>& corners, const Ray<float>& ray, float t) {
   const Long normal = glm::cross(Long(corners[1]) - Long(corners[0]), Long(corners[2]) - Long(corners[0]));
-  return glm::dot(Long(corners[0]) - Long(ray.origin), normal) / glm::dot(Long(ray.direction), normal);
+  const long double slope = glm::dot(Long(ray.direction), normal);
+  if (slope == 0) return t;  // exactly edge-on: every t is as good
+  return glm::dot(Long(corners[0]) - Long(ray.origin), normal) / slope;
 }
 /// The hit of a sphere that is nearer to `t`.
 long double true_t_of(const SphereShape<float>& sphere, const Ray<float>& ray, float t) {

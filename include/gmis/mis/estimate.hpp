@@ -69,8 +69,8 @@ class EstimateAccumulator {
   }
 
   /// Runs `rounds` of them with `run_round(counts, visit)`, which adds what happened to `counts`.
-  /// What is counted is added up over all rounds first: in the loop there is nothing but the
-  /// samples and the two sums over rounds.
+  /// Counts are added to the total after all rounds: the loop holds nothing but the samples and
+  /// the two sums over rounds.
   template <class Integrand, class RunRound>
   GMIS_ALWAYS_INLINE void add_rounds(Integrand& f, std::size_t sample_count, std::uint64_t rounds,
                                      RunRound&& run_round) {

@@ -63,7 +63,7 @@ class ContributionTail {
     std::reverse(tail.begin(), tail.end());
     for (double& x : tail) x -= threshold;
     const double n = static_cast<double>(count);
-    const double quartile = tail[static_cast<std::size_t>(n / 4.0 + 0.5) - 1];
+    const double quartile = tail[static_cast<std::size_t>(std::lround(n / 4.0)) - 1];
     if (!(tail.back() > 0.0)) return -std::numeric_limits<double>::infinity();
     // Where a quarter of the tail is at the threshold, the scale of the grid is that of its mean.
     double mean = 0.0;

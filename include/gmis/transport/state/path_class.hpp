@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string_view>
 
 #include "gmis/core/concepts.hpp"
@@ -204,37 +203,31 @@ class HalfPath {
 
 namespace detail {
 
-/// Every summary that a subpath can have, by its number; empty for a number that no subpath has.
-[[nodiscard]] constexpr std::array<std::optional<HalfPath>, HalfPath::state_count> all_half_paths() noexcept {
-  std::array<std::optional<HalfPath>, HalfPath::state_count> found{};
-  found[0] = HalfPath();
-  for (bool grows = true; grows;) {
-    grows = false;
-    for (std::size_t i = 0; i < found.size(); ++i)
-      for (const PathEvent event : {PathEvent::diffuse, PathEvent::glossy, PathEvent::specular}) {
-        if (!found[i]) continue;
-        const HalfPath next = found[i]->then(event);
-        if (found[next.number()]) continue;
-        found[next.number()] = next;
-        grows = true;
-      }
-  }
-  return found;
-}
-
 struct ReachableClasses {
   std::array<PathClassSet, HalfPath::state_count> from_light{}, from_camera{};
 };
 
+/// The classes of all paths through each summary that a subpath can have. Plain arrays and no
+/// std::optional: every file that includes this pays for its evaluation.
 [[nodiscard]] constexpr ReachableClasses reachable_classes() noexcept {
+  HalfPath found[HalfPath::state_count]{};
+  bool is_found[HalfPath::state_count]{};
+  std::size_t count = 1;
+  is_found[0] = true;
+  for (std::size_t i = 0; i < count; ++i)
+    for (const PathEvent event : {PathEvent::diffuse, PathEvent::glossy, PathEvent::specular}) {
+      const HalfPath next = found[i].then(event);
+      if (is_found[next.number()]) continue;
+      is_found[next.number()] = true;
+      found[count++] = next;
+    }
   ReachableClasses result;
-  const auto halves = all_half_paths();
-  for (const auto& here : halves)
-    for (const auto& other : halves)
-      if (here && other) {
-        result.from_light[here->number()].add(class_of(*here, *other));
-        result.from_camera[here->number()].add(class_of(*other, *here));
-      }
+  for (std::size_t light = 0; light < count; ++light)
+    for (std::size_t camera = 0; camera < count; ++camera) {
+      const PathClass path_class = class_of(found[light], found[camera]);
+      result.from_light[found[light].number()].add(path_class);
+      result.from_camera[found[camera].number()].add(path_class);
+    }
   return result;
 }
 
