@@ -20,8 +20,8 @@
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/run_record.hpp"
 #include "support/choices.hpp"
-#include "support/hidden_sky.hpp"
 #include "support/first_hit_layers.hpp"
+#include "support/hidden_sky.hpp"
 #include "support/instruction_set.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
@@ -360,9 +360,10 @@ int run(Options options) {
     return std::all_of(image.rgb.begin(), image.rgb.end(), [](float value) { return value == 0; });
   };
   if (!options.quiet && is_black(result.image) && sky_is_hidden(scene))
-    std::fprintf(stderr,
-                 "gmis-render: the picture is black: surfaces enclose the camera, and no light was found inside; move the "
-                 "camera, or put a light there\n");
+    std::fprintf(
+        stderr,
+        "gmis-render: the picture is black: surfaces enclose the camera, and no light was found inside; move the "
+        "camera, or put a light there\n");
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

@@ -10,7 +10,8 @@ Usage: wild.py PROGRAM FOLDER [--only PATTERN] [--out OUT] [--lenient] [--pictur
 
 --only '*/glTF/*' takes the files alone whose path below FOLDER matches. --pictures 0 checks alone.
 --reference TungstenRender.exr compares each picture with the image of that name beside its scene,
-an .exr, in a size 8 times smaller (means of 8 x 8 pixels): the line then holds the trimmed relMSE and the ratio of the means.
+an .exr, in a size 8 times smaller (means of 8 x 8 pixels): the line then holds the trimmed relMSE
+and the ratio of the means.
 
 understood  no error; with a picture: rendered, exit code 0
 in part     errors, but a picture with --lenient

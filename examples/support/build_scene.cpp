@@ -81,7 +81,8 @@ scene::Material<float> material_of(const MaterialDescription& description,
   textures.color = given.color;
   textures.transmittance = given.transmittance;
   // A coat that reflects nothing is left out, and with it the lobe that a roughness would be of.
-  if (!(std::holds_alternative<CoatedDiffuseDescription>(there.kind) && plain.kind == scene::Material<float>::Kind::diffuse))
+  if (!(std::holds_alternative<CoatedDiffuseDescription>(there.kind) &&
+        plain.kind == scene::Material<float>::Kind::diffuse))
     textures.roughness = given.roughness;
   textures.is_remapped = given.is_remapped;
   textures.height = given.height;

@@ -44,7 +44,8 @@ struct LoadedScene {
 [[nodiscard]] std::string plan_of(const RenderRequest& request, const SampleCounts& counts);
 
 /// Reads a reference and checks its size. One that is as large as the whole picture, or a whole
-/// number of times as wide and high (it is then reduced to the means of blocks), is cut to the crop.
+/// number of times as wide and high (it is then reduced to the means of blocks), is cut to the
+/// crop.
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);
 

@@ -1127,7 +1127,8 @@ TEST_CASE("Surfaces that enclose the camera and no light are said") {
 
 TEST_CASE("A reference that is a whole number of times as large is compared by its blocks") {
   const ScratchFolder folder;
-  // Every pixel of a sky of radiance 0.5 is exact, so that the error is exactly that of the numbers.
+  // Every pixel of a sky of radiance 0.5 is exact, so that the error is exactly that of the
+  // numbers.
   std::ofstream(folder / "sky.pbrt") << "Camera \"perspective\"\nWorldBegin\n"
                                         "LightSource \"infinite\" \"rgb L\" [.5 .5 .5]\n"
                                         "Translate 0 0 -5 Shape \"sphere\"\n";
