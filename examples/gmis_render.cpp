@@ -24,6 +24,7 @@
 #include "gmis/render/run_record.hpp"
 #include "support/choices.hpp"
 #include "support/first_hit_layers.hpp"
+#include "support/hidden_sky.hpp"
 #include "support/instruction_set.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
@@ -199,7 +200,7 @@ int print_replay(const RenderRequest& request, const PathChoice& choice, const B
   return done;
 }
 
-/// The notes in an .exr on how it was made.
+/// The notes in an .exr or .png on how it was made.
 std::vector<std::pair<std::string, std::string>> notes_of(const Options& options, const RenderResult& result,
                                                           const std::string& plan) {
   std::vector<std::pair<std::string, std::string>> notes{{"gmis:version", GMIS_VERSION},
@@ -376,9 +377,11 @@ int run(Options options, const gmis::RanksRef& ranks) {
   facts.threads = executor.thread_count();
   facts.read_seconds = loaded.read_seconds;
   facts.build_seconds = loaded.build_seconds;
-  if (reference)
+  if (reference) {
     facts.error =
         gmis::image_error(std::span<const float>(result.image.rgb), std::span<const float>(reference->rgb), 3);
+    facts.ratio_of_means = mean_of(result.image) / mean_of(*reference);
+  }
 
   expose(result.image);
   extras.notes = notes_of(options, result, facts.plan);
@@ -397,6 +400,14 @@ int run(Options options, const gmis::RanksRef& ranks) {
   if (!options.quiet && !options.exposure && std::any_of(written.begin(), written.end(), is_png))
     std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n",
                 static_cast<double>(std::log2(extras.exposure)));
+  const auto is_black = [](const Image& image) {
+    return std::all_of(image.rgb.begin(), image.rgb.end(), [](float value) { return value == 0; });
+  };
+  if (!options.quiet && is_black(result.image) && sky_is_hidden(scene))
+    std::fprintf(
+        stderr,
+        "gmis-render: the picture is black: surfaces enclose the camera, and no light was found inside; move the "
+        "camera, or put a light there\n");
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());

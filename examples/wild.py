@@ -4,18 +4,34 @@
 A line for each file, counts by folder and by reason at the end, and a page with the pictures:
 FOLDER of --out, index.html.
 
-Usage: wild.py PROGRAM FOLDER [--out OUT] [--lenient] [--pictures N] [--size WxH]
+Usage: wild.py PROGRAM FOLDER [--only PATTERN] [--out OUT] [--lenient] [--pictures N] [--size WxH]
                [--iterations N] [--seconds LIMIT] [--jobs N] [--max-memory BYTES]
+               [--reference NAME]
 
---pictures 0 checks alone.
+--only '*/glTF/*' takes the files alone whose path below FOLDER matches. --pictures 0 checks alone.
+--reference TungstenRender.exr compares each picture with the image of that name beside its scene,
+an .exr, in a size 8 times smaller (means of 8 x 8 pixels): the line then holds the trimmed relMSE
+and the ratio of the means.
+
+understood  no error; with a picture: rendered, exit code 0
+in part     errors, but a picture with --lenient
+refused     errors
+older       glTF 1.0, pbrt-v2 or v3
+incomplete  a file that the scene names is not there (rendered with --lenient all the same)
+no scene    no triangle
+failed      a crash, exit code 1, or --seconds exceeded
+blank       a picture of one colour
 """
 
 import argparse
 import collections
 import concurrent.futures
+import fnmatch
 import html
+import json
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 import time
@@ -25,19 +41,23 @@ ENDINGS = {".pbrt", ".gltf", ".glb"}
 # file that is not there.
 NO_SCENE = re.compile(r"holds no triangle|points and lines alone|no WorldBegin|must stand after WorldBegin|holds no shape")
 INCOMPLETE = re.compile(r"is missing: check its name")
+OLDER = re.compile(r"this is a file of glTF 1|is of pbrt-v[23]")
+VERDICTS = ("understood", "in part", "refused", "failed", "blank", "older", "incomplete", "no scene")
 
 
 class Outcome:
     def __init__(self, file):
         self.file = file
-        self.verdict = "understood"  # refused, no scene, incomplete; and for pictures: failed, blank
+        self.verdict = "understood"
         self.reasons = []
         self.seconds = 0.0
         self.picture = None
+        self.comparison = ""
 
 
-def scenes_below(folder):
+def scenes_below(folder, pattern):
     found = [file for file in folder.rglob("*") if file.suffix.lower() in ENDINGS and file.is_file()]
+    found = [file for file in found if fnmatch.fnmatch(str(file.relative_to(folder)), pattern)]
     # A part that another file includes is no scene of its own.
     return sorted(file for file in found if file.suffix.lower() != ".pbrt" or b"WorldBegin" in file.read_bytes())
 
@@ -69,6 +89,8 @@ def check(options, file):
         outcome.verdict = "refused"
         if all(NO_SCENE.search(reason) for reason in outcome.reasons):
             outcome.verdict = "no scene"
+        elif any(OLDER.search(reason) for reason in outcome.reasons):
+            outcome.verdict = "older"
         elif all(INCOMPLETE.search(reason) or NO_SCENE.search(reason) for reason in outcome.reasons):
             outcome.verdict = "incomplete"
     return outcome
@@ -90,20 +112,44 @@ def floats_of(file):
     return values
 
 
+def size_of(exr):
+    """Width and height of an .exr, from its data window."""
+    head = exr.read_bytes()[:4096]
+    at = head.find(b"dataWindow\0box2i\0")
+    left, top, right, bottom = struct.unpack_from("<4i", head, at + 21)
+    return right - left + 1, bottom - top + 1
+
+
 def render(options, number, outcome):
     picture = options.out / f"{number:04d}.png"
     values = options.out / f"{number:04d}.pfm"
-    arguments = [options.program, str(outcome.file), "--size", options.size, "--iterations", str(options.iterations), "--quiet"]
+    arguments = [options.program, str(outcome.file), "--iterations", str(options.iterations), "--quiet"]
     arguments += ["--lenient"] if options.lenient else []
     arguments += ["--max-memory", options.max_memory] if options.max_memory else []
+    reference = outcome.file.parent / options.reference
+    statistics = options.out / f"{number:04d}.json"
+    if options.reference and reference.is_file():
+        width, height = size_of(reference)
+        factor = next(n for n in (8, 10, 5, 4, 2, 1) if width % n == 0 and height % n == 0)
+        arguments += ["--size", f"{width // factor}x{height // factor}"]
+        arguments += ["--reference", str(reference), "--stats", str(statistics)]
+    else:
+        arguments += ["--size", options.size]
     code, _, error, outcome.seconds = run([*arguments, "--out", str(picture), "--out", str(values)], options.seconds)
     if code == 0:
         outcome.picture = picture.name
         if is_blank(floats_of(values)):
             outcome.verdict, outcome.reasons = "blank", ["the picture is of one colour"]
-    else:
+        elif outcome.verdict == "refused":
+            outcome.verdict = "in part"
+        if statistics.is_file():
+            difference = json.loads(statistics.read_text())["error"]
+            outcome.comparison = f"relMSE {difference['relmse_trimmed']:.3g}, mean {difference['ratio_of_means']:.3g} times"
+    elif code != 2:  # 2: not understood, --lenient or not
         outcome.verdict = "failed"
         outcome.reasons = [error.strip()[-300:] or f"took more than {options.seconds} seconds"]
+    elif outcome.verdict == "understood":
+        outcome.verdict, outcome.reasons = "failed", ["--check accepts it, rendering does not: " + error.strip()[-200:]]
     values.unlink(missing_ok=True)
 
 
@@ -116,7 +162,7 @@ def write_page(options, outcomes):
     for outcome in outcomes:
         name = html.escape(str(outcome.file.relative_to(options.folder)))
         image = f'<img src="{outcome.picture}" loading="lazy">' if outcome.picture else ""
-        reason = html.escape("; ".join(outcome.reasons[:3]))
+        reason = html.escape("; ".join(([outcome.comparison] if outcome.comparison else []) + outcome.reasons[:3]))
         cells.append(f"<figure>{image}<figcaption><b>{outcome.verdict}</b> {name}<br><small>{reason}</small></figcaption></figure>")
     style = "body{font:14px sans-serif}figure{display:inline-block;width:200px;vertical-align:top;margin:6px;word-wrap:break-word}img{width:200px}"
     (options.out / "index.html").write_text(
@@ -127,6 +173,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program")
     parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--only", default="*", metavar="PATTERN", help="files whose path below FOLDER matches")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/wild"))
     parser.add_argument("--lenient", action="store_true", help="render also what is understood in part")
     parser.add_argument("--pictures", type=int, default=-1, help="the largest number of pictures; all if it is not given")
@@ -135,25 +182,23 @@ def main():
     parser.add_argument("--seconds", type=float, default=120, help="most time for one file")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--max-memory", default="")
+    parser.add_argument("--reference", default="", metavar="NAME", help="image beside each scene to compare with")
     options = parser.parse_args()
     if not options.folder.is_dir():
         sys.exit(f"wild.py: {options.folder} is no folder")
     options.out.mkdir(parents=True, exist_ok=True)
 
-    files = scenes_below(options.folder)
+    files = scenes_below(options.folder, options.only)
+    outcomes, number = [], 0
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        outcomes = list(pool.map(lambda file: check(options, file), files))
-    wanted = [o for o in outcomes if o.verdict == "understood" or (options.lenient and o.verdict in ("refused", "incomplete"))]
-    if options.pictures >= 0:
-        wanted = wanted[: options.pictures]
-    chosen = set(map(id, wanted))
-    number = 0
-    for outcome in outcomes:  # one after the other: the program uses all cores itself
-        if id(outcome) in chosen:
-            render(options, number, outcome)
-            number += 1
-        print(f"{outcome.verdict:10}  {outcome.seconds:6.1f} s  {outcome.file.relative_to(options.folder)}  {'; '.join(outcome.reasons[:2])}",
-              flush=True)
+        for outcome in pool.map(lambda file: check(options, file), files):
+            outcomes.append(outcome)
+            rendered = ("understood", "refused", "incomplete") if options.lenient else ("understood",)
+            if outcome.verdict in rendered and (options.pictures < 0 or number < options.pictures):
+                render(options, number, outcome)  # one after the other: the program uses all cores itself
+                number += 1
+            name, reasons = outcome.file.relative_to(options.folder), "; ".join(outcome.reasons[:2])
+            print(f"{outcome.verdict:10}  {outcome.seconds:6.1f} s  {name}  {outcome.comparison}  {reasons}", flush=True)
     print()
     by_folder = collections.defaultdict(collections.Counter)
     for outcome in outcomes:
@@ -161,12 +206,12 @@ def main():
         parts = outcome.file.relative_to(options.folder).parts
         by_folder[(kind, parts[0] if len(parts) > 1 else ".")][outcome.verdict] += 1
         by_folder[(kind, "all")][outcome.verdict] += 1
-    print("| kind | folder | understood | refused | failed | blank | incomplete | no scene | share |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    print(f"| kind | folder | {' | '.join(VERDICTS)} | accepted |\n|{' --- |' * (len(VERDICTS) + 3)}")
     for (kind, folder), counts in sorted(by_folder.items()):
-        whole = counts["understood"] + counts["refused"] + counts["failed"] + counts["blank"]
-        share = f"{100 * counts['understood'] / whole:.0f} %" if whole else "–"
-        cells = [counts[name] for name in ("understood", "refused", "failed", "blank", "incomplete", "no scene")]
-        print(f"| {kind} | {folder} | {' | '.join(map(str, cells))} | {share} |")
+        accepted = counts["understood"] + counts["in part"]
+        whole = accepted + counts["refused"] + counts["failed"] + counts["blank"]
+        share = f"{100 * accepted / whole:.0f} %" if whole else "–"
+        print(f"| {kind} | {folder} | {' | '.join(str(counts[name]) for name in VERDICTS)} | {share} |")
     print()
     reasons = collections.Counter(reason for o in outcomes if o.verdict != "understood" for reason in set(map(without_names, o.reasons)))
     for reason, count in reasons.most_common(40):

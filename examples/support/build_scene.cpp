@@ -80,7 +80,10 @@ scene::Material<float> material_of(const MaterialDescription& description,
   scene::MaterialTextures<float> textures;
   textures.color = given.color;
   textures.transmittance = given.transmittance;
-  textures.roughness = given.roughness;
+  // A coat that reflects nothing is left out, and with it the lobe that a roughness would be of.
+  if (!(std::holds_alternative<CoatedDiffuseDescription>(there.kind) &&
+        plain.kind == scene::Material<float>::Kind::diffuse))
+    textures.roughness = given.roughness;
   textures.is_remapped = given.is_remapped;
   textures.height = given.height;
   textures.normal_map = given.normal_map;

@@ -185,6 +185,9 @@ struct FilmDescription {
 struct SceneDescription {
   FilmDescription film;
   CameraDescription camera;
+  /// Takes the place of `camera` where surfaces hide the sky from that one; given where all light
+  /// is the sky's.
+  std::optional<CameraDescription> camera_outside;
   std::vector<MaterialDescription> materials;
   std::vector<ShapeDescription> shapes;
   std::vector<LightDescription> lights;

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "support/choices.hpp"
+#include "support/hidden_sky.hpp"
 #include "support/image/formats.hpp"
 #include "support/plan_text.hpp"
 #include "support/read_scene.hpp"
@@ -39,6 +40,14 @@ LoadedScene load_scene(const std::filesystem::path& file, std::optional<std::arr
     description.film.height = (*size)[1];
   }
   loaded.built = build_scene(description, diagnostics, lights);
+  if (description.camera_outside && sky_is_hidden(*loaded.built)) {
+    description.camera = *description.camera_outside;
+    diagnostics.warning(description.camera.where,
+                        "surfaces enclose the camera, and no light is inside: all of the scene is seen from before and "
+                        "above");
+    loaded.built.reset();
+    loaded.built = build_scene(description, diagnostics, lights);
+  }
   loaded.files = std::move(description.files);
   loaded.diagnostics = diagnostics.all();
   loaded.read_seconds = std::chrono::duration<double>(read - start).count();
@@ -164,6 +173,9 @@ Image read_reference(const std::filesystem::path& file, const RenderRequest& req
   const glm::ivec2 size = part.upper - part.lower;
   if (reference.width == resolution.x && reference.height == resolution.y)
     return cropped(reference, part.lower.x, part.lower.y, part.upper.x, part.upper.y);
+  const int factor = reference.width / resolution.x;
+  if (factor > 1 && reference.width == factor * resolution.x && reference.height == factor * resolution.y)
+    return cropped(reduced(reference, factor), part.lower.x, part.lower.y, part.upper.x, part.upper.y);
   if (reference.width != size.x || reference.height != size.y)
     throw InputError(file.string() + ": this reference is " + std::to_string(reference.width) + "x" +
                      std::to_string(reference.height) + ", the picture " + std::to_string(size.x) + "x" +

@@ -43,7 +43,8 @@ struct LoadedScene {
 /// The techniques that run with these counts, in one short line.
 [[nodiscard]] std::string plan_of(const RenderRequest& request, const SampleCounts& counts);
 
-/// Reads a reference and checks its size. One that is as large as the whole picture is cut to the
+/// Reads a reference and checks its size. One that is as large as the whole picture, or a whole
+/// number of times as wide and high (it is then reduced to the means of blocks), is cut to the
 /// crop.
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);

@@ -247,8 +247,10 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["prices"] = prices_json(result.prices);
   json["memory"] = {{"peak_bytes", peak_memory_bytes()}, {"photon_bytes", result.photon_bytes}};
   if (facts.error)
-    json["error"] = {
-        {"relmse", facts.error->relmse}, {"relmse_trimmed", facts.error->relmse_trimmed}, {"rmse", facts.error->rmse}};
+    json["error"] = {{"relmse", facts.error->relmse},
+                     {"relmse_trimmed", facts.error->relmse_trimmed},
+                     {"rmse", facts.error->rmse},
+                     {"ratio_of_means", facts.ratio_of_means}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

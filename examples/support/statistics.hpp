@@ -19,6 +19,7 @@ struct RunFacts {
   double read_seconds = 0;   ///< parsing the scene's files
   double build_seconds = 0;  ///< the tree over its surfaces
   std::optional<ImageError> error;
+  double ratio_of_means = 1;  ///< with an error: of the picture over the reference
 };
 
 /// The text of the file: JSON with the keys that docs/gmis-render.md lists.

@@ -1118,3 +1118,95 @@ TEST_CASE(
 }
 
 #endif
+
+TEST_CASE("Surfaces that enclose the camera and no light are said") {
+  const ScratchFolder folder;
+  const auto write = [&](const std::string& shape) {
+    std::ofstream(folder / "closed.pbrt") << "LookAt 0 0 0  0 0 1  0 1 0\nCamera \"perspective\"\nWorldBegin\n"
+                                             "LightSource \"infinite\"\nMaterial \"diffuse\"\n"
+                                          << shape;
+  };
+  const std::string line = "surfaces enclose the camera";
+  const std::string arguments = "closed.pbrt --size 8x8 --iterations 2 --out a.pfm";
+  write("Shape \"sphere\"\n");
+  CHECK(run(folder, arguments).err.find(line) != std::string::npos);
+  CHECK(run(folder, arguments + " --quiet").err.empty());
+  write("Shape \"sphere\" \"float zmax\" .8\n");  // open at the top
+  CHECK(run(folder, arguments).err.find(line) == std::string::npos);
+  write("AreaLightSource \"diffuse\"\nReverseOrientation\nShape \"sphere\"\n");  // it shines inwards
+  CHECK(run(folder, arguments).err.find(line) == std::string::npos);
+}
+
+TEST_CASE("A reference that is a whole number of times as large is compared by its blocks") {
+  const ScratchFolder folder;
+  // Every pixel of a sky of radiance 0.5 is exact, so that the error is exactly that of the
+  // numbers.
+  std::ofstream(folder / "sky.pbrt") << "Camera \"perspective\"\nWorldBegin\n"
+                                        "LightSource \"infinite\" \"rgb L\" [.5 .5 .5]\n"
+                                        "Translate 0 0 -5 Shape \"sphere\"\n";
+  const std::string plain = "sky.pbrt --iterations 1 --quiet ";
+  REQUIRE(run(folder, plain + "--size 12x8 --out large.pfm").exit_code == 0);
+  const Json json = statistics(folder, plain + "--size 6x4 --reference large.pfm");
+  CHECK(json["error"]["relmse"] == 0);
+  CHECK(json["error"]["ratio_of_means"] == 1);
+  CHECK(run(folder, plain + "--size 5x4 --out a.pfm --reference large.pfm").exit_code == 2);
+  CHECK(run(folder, plain + "--size 6x8 --out a.pfm --reference large.pfm").exit_code == 2);
+}
+
+TEST_CASE("A glTF camera that surfaces hide from the sky moves out, and from glass or a lamp it does not") {
+  const ScratchFolder folder;
+  // A box of 12 triangles from -1 to 1, the camera at its middle.
+  const std::string box =
+      "AACAvwAAgL8AAIC/AACAPwAAgL8AAIC/AACAvwAAgD8AAIC/AACAPwAAgD8AAIC/AACAvwAAgL8AAIA/AACAPwAAgL8AAIA/AACAvwAAgD8AAIA/"
+      "AACAPwAAgD8AAIA/AAECAQMCBAYFBQYHAAQBAQQFAgMGAwcGAAIEAgYEAQUDAwUH";
+  const auto write = [&](const std::string& material) {
+    std::ofstream(folder / "box.gltf")
+        << R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],"scene":0,"nodes":[{"mesh":0},{"camera":0}],)"
+        << R"("cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],)"
+        << R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
+        << R"("accessors":[{"bufferView":0,"componentType":5126,"count":8,"type":"VEC3","min":[-1,-1,-1],"max":[1,1,1]},)"
+        << R"({"bufferView":1,"componentType":5121,"count":36,"type":"SCALAR"}],)"
+        << R"("bufferViews":[{"buffer":0,"byteLength":96},{"buffer":0,"byteOffset":96,"byteLength":36}],)"
+        << R"("buffers":[{"byteLength":132,"uri":"data:application/octet-stream;base64,)" << box << R"("}],)"
+        << R"("materials":[)" << material << "]}";
+  };
+  const auto mean_and_text = [&](const std::string& more = "") {
+    const std::string arguments = "box.gltf --size 16x16 --iterations 2 --out a.pfm --stats s.json" + more;
+    const Outcome outcome = run(folder, arguments);
+    INFO(outcome.err);
+    REQUIRE(outcome.exit_code == 0);
+    const double mean = Json::parse(text_of(folder / "s.json"))["estimate"]["mean"];
+    return std::pair{mean, outcome.err.find("surfaces enclose the camera") != std::string::npos};
+  };
+  write("{}");
+  CHECK(mean_and_text().second);
+  CHECK(mean_and_text().first > 0);
+  write(R"({"emissiveFactor":[1,1,1]})");
+  CHECK(!mean_and_text().second);
+  write(R"({"extensions":{"KHR_materials_transmission":{"transmissionFactor":1}}})");
+  CHECK(!mean_and_text().second);
+}
+
+TEST_CASE("A coat of index 1 may have a texture of roughness") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "plain.pbrt")
+      << "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\n"
+         "Texture \"r\" \"float\" \"checkerboard\" \"float tex1\" .2 \"float tex2\" .8\n"
+         "Material \"coateddiffuse\" \"texture roughness\" \"r\" \"float eta\" 1\n"
+         "Translate 0 0 3 Shape \"sphere\"\n";
+  const Outcome outcome = run(folder, "plain.pbrt --size 4x4 --iterations 1 --quiet --out a.pfm");
+  INFO(outcome.err);
+  CHECK(outcome.exit_code == 0);
+}
+
+TEST_CASE("A camera whose axes are rounded to six digits is accepted") {
+  const ScratchFolder folder;
+  // Products of the axes: 1.4e-7, 9.2e-6, 6.6e-9.
+  std::ofstream(folder / "rounded.pbrt")
+      << "Transform [-0.00561587 -0.488405 -0.872599 0  0 0.872613 -0.488413 0  -0.999984 0.00273835 0.00489243 0  "
+         "-0.0423531 -2.39555 27.8941 1]\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\n"
+         "Shape \"sphere\"\n";
+  const Outcome outcome = run(folder, "rounded.pbrt --size 4x4 --iterations 1 --quiet --out a.pfm");
+  INFO(outcome.err);
+  CHECK(outcome.exit_code == 0);
+}

@@ -68,9 +68,43 @@ std::vector<unsigned char> png_bytes(const fs::path& file) {
   REQUIRE(png_image_finish_read(&read, nullptr, bytes.data(), 0, nullptr) != 0);
   return bytes;
 }
+
+/// The texts in a .png, name and content.
+std::vector<std::pair<std::string, std::string>> png_texts(const fs::path& file) {
+  const auto fail = [](png_structp, png_const_charp message) { throw std::runtime_error(message); };
+  png_structp reader = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, fail);  // warnings fail, too
+  png_infop info = png_create_info_struct(reader);
+  std::FILE* stream = std::fopen(file.c_str(), "rb");
+  REQUIRE(stream != nullptr);
+  png_init_io(reader, stream);
+  png_read_info(reader, info);
+  png_textp texts = nullptr;
+  int count = 0;
+  png_get_text(reader, info, &texts, &count);
+  std::vector<std::pair<std::string, std::string>> result;
+  for (int i = 0; i < count; ++i) result.emplace_back(texts[i].key, texts[i].text);
+  png_destroy_read_struct(&reader, &info, nullptr);
+  std::fclose(stream);
+  return result;
+}
 #endif
 
 }  // namespace
+
+TEST_CASE("A reduced image has the means of blocks") {
+  const Image image = noise(6, 4);
+  const Image small = reduced(image, 2);
+  REQUIRE(small.width == 3);
+  REQUIRE(small.height == 2);
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 3; ++x)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto at = [&](int i, int j) { return static_cast<long double>(image.rgb[image.index(i, j) + c]); };
+        const long double sum =
+            at(2 * x, 2 * y) + at(2 * x + 1, 2 * y) + at(2 * x, 2 * y + 1) + at(2 * x + 1, 2 * y + 1);
+        CHECK(small.rgb[small.index(x, y) + c] == static_cast<float>(sum / 4));
+      }
+}
 
 TEST_CASE("PFM and EXR give back every bit") {
   const ScratchFolder folder;
@@ -133,6 +167,18 @@ TEST_CASE("PNG holds the sRGB curve and survives any value") {
   write_png(image, folder.path / "a.png");
   const std::vector<unsigned char> bytes = png_bytes(folder.path / "a.png");
   CHECK(bytes == std::vector<unsigned char>{0, 255, 128, 7, 0, 255, 255, 0, 0, 188, 0, 0});
+}
+
+TEST_CASE("PNG holds the notes, and the same pixels") {
+  const ScratchFolder folder;
+  ImageExtras extras;
+  extras.notes = {{"gmis:exposure", "-1.5"}, {"gmis:commandLine", "gmis-render \u03bb.pbrt"}, {"empty", ""}};
+  const Image image = noise(5, 3);
+  write_png(image, folder.path / "plain.png");
+  write_png(image, folder.path / "notes.png", extras);
+  CHECK(png_texts(folder.path / "notes.png") == extras.notes);
+  CHECK(png_texts(folder.path / "plain.png").empty());
+  CHECK(png_bytes(folder.path / "notes.png") == png_bytes(folder.path / "plain.png"));
 }
 
 TEST_CASE("The tone curves are those that are stated") {

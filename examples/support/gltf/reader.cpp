@@ -72,13 +72,23 @@ class Reader {
                                 : "the scene holds points and lines alone, which are not rendered: no triangle");
     if (skipped_ > 0)
       diagnostics_.warning(document_.where(), std::to_string(skipped_) + " parts of points or lines are left out");
-    if (!has_camera_) place_camera();
+    if (!has_camera_) {
+      scene_.camera = camera_outside();
+      diagnostics_.note(document_.where(), "the scene has no camera: all of it is seen from before and above");
+    }
     // Materials that shine are seen; a sky that everything else is lit by is there all the same.
     if (scene_.lights.empty()) {
       scene_.lights.push_back({studio_sky(), document_.where()});
       diagnostics_.note(
           document_.where(),
           "the scene has no light of its own but for materials: the sky \"studio\" lights it (see --sky)");
+      const auto transmits = [](const MaterialDescription& material) {
+        return std::holds_alternative<DielectricDescription>(material.kind);
+      };
+      const auto shines = [](const ShapeDescription& shape) { return shape.emission.has_value(); };
+      if (has_camera_ && std::none_of(scene_.materials.begin(), scene_.materials.end(), transmits) &&
+          std::none_of(scene_.shapes.begin(), scene_.shapes.end(), shines))
+        scene_.camera_outside = camera_outside();
     }
   }
 
@@ -371,21 +381,22 @@ class Reader {
   }
 
   /// Before the whole scene, a little from above.
-  void place_camera() {
+  [[nodiscard]] CameraDescription camera_outside() const {
     Point lower(1e300), upper(-1e300);
     for (const ShapeDescription& shape : scene_.shapes)
       for (const Point& p : std::get<MeshDescription>(shape.geometry).positions)
         lower = glm::min(lower, p), upper = glm::max(upper, p);
     const Point middle = (lower + upper) * 0.5;
     const double radius = std::max(glm::length(upper - lower) / 2, 1e-9);
-    scene_.camera.field_of_view = 45;
+    CameraDescription camera;
+    camera.field_of_view = 45;
     const glm::dvec3 from =
         glm::normalize(glm::dvec3(0.5, 0.4, 1)) * (radius / std::sin(22.5 * std::numbers::pi / 180));
-    scene_.camera.world_from_camera = glm::inverse(*pbrt::look_at(middle + from, middle, {0, 1, 0}));
+    camera.world_from_camera = glm::inverse(*pbrt::look_at(middle + from, middle, {0, 1, 0}));
     // Seen by a right hand: x to the right.
-    scene_.camera.world_from_camera[0] = -scene_.camera.world_from_camera[0];
-    scene_.camera.where = document_.where();
-    diagnostics_.note(document_.where(), "the scene has no camera: all of it is seen from before and above");
+    camera.world_from_camera[0] = -camera.world_from_camera[0];
+    camera.where = document_.where();
+    return camera;
   }
 
   void add_light(std::size_t number, const glm::dmat4& world_from_node) {

@@ -29,11 +29,11 @@ void write_pfm(const Image& image, const std::filesystem::path& file);
 void write_exr(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
 [[nodiscard]] Image read_exr(const std::filesystem::path& file, LoadBudget* budget = nullptr);
 
-/// 8 bits a channel: each value times `exposure`, brought to [0, 1] by `tone`, with the sRGB curve.
+/// 8 bits a channel: each value times `exposure`, brought to [0, 1] by `tone`, with the sRGB curve;
+/// notes are texts in UTF-8 (chunks iTXt).
 [[nodiscard]] bool has_png();
-void write_png(const Image& image, const std::filesystem::path& file, float exposure = 1,
-               ToneCurve tone = ToneCurve::clamp);
-/// The bytes of such a file.
+void write_png(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
+/// The bytes of such a file without notes.
 [[nodiscard]] std::vector<std::uint8_t> png_of(const Image& image, float exposure = 1,
                                                ToneCurve tone = ToneCurve::clamp);
 

@@ -41,6 +41,20 @@ Image cropped(const Image& image, int x0, int y0, int x1, int y1) {
   return result;
 }
 
+Image reduced(const Image& image, int factor) {
+  Image result(image.width / factor, image.height / factor);
+  for (int y = 0; y < result.height; ++y)
+    for (int x = 0; x < result.width; ++x)
+      for (std::size_t c = 0; c < 3; ++c) {
+        double sum = 0;
+        for (int i = 0; i < factor; ++i)
+          for (int j = 0; j < factor; ++j)
+            sum += static_cast<double>(image.rgb[image.index(factor * x + j, factor * y + i) + c]);
+        result.rgb[result.index(x, y) + c] = static_cast<float>(sum / (factor * factor));
+      }
+  return result;
+}
+
 double mean_of(const Image& image) {
   double sum = 0;
   for (const float value : image.rgb) sum += static_cast<double>(value);
@@ -91,7 +105,7 @@ void write_image(const Image& image, const std::filesystem::path& file, const Im
       case Format::pfm:
         return write_pfm(image, part);
       case Format::png:
-        return write_png(image, part, extras.exposure, extras.tone);
+        return write_png(image, part, extras);
     }
   });
 }

@@ -28,6 +28,9 @@ struct Image {
 /// The part of `image` with x0 ≤ x < x1 and y0 ≤ y < y1.
 [[nodiscard]] Image cropped(const Image& image, int x0, int y0, int x1, int y1);
 
+/// The means over blocks of `factor` × `factor` pixels; `factor` divides width and height.
+[[nodiscard]] Image reduced(const Image& image, int factor);
+
 /// The mean of all pixels and channels.
 [[nodiscard]] double mean_of(const Image& image);
 
@@ -57,7 +60,7 @@ struct ImageLayer {
 struct ImageExtras {
   float exposure = 1;                                        ///< factor on all values; of .png alone
   ToneCurve tone = ToneCurve::clamp;                         ///< after the exposure; of .png alone
-  std::vector<std::pair<std::string, std::string>> notes{};  ///< names and texts; of .exr alone
+  std::vector<std::pair<std::string, std::string>> notes{};  ///< names and texts; of .exr and .png
   std::vector<ImageLayer> layers{};                          ///< of .exr alone
 };
 

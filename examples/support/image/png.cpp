@@ -43,6 +43,22 @@ std::array<float, 3> toned(const float* rgb, float exposure, ToneCurve tone) {
   return x;
 }
 
+/// Adds a chunk: length, type, content and their CRC-32, all big-endian [PNG, 5.3].
+void append_chunk(std::vector<std::uint8_t>& file, std::string content) {
+  const auto append_number = [&](std::uint32_t number) {
+    for (const int shift : {24, 16, 8, 0}) file.push_back(static_cast<std::uint8_t>(number >> shift));
+  };
+  append_number(static_cast<std::uint32_t>(content.size()));
+  content.insert(0, "iTXt");
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const char letter : content) {
+    file.push_back(static_cast<std::uint8_t>(letter));
+    crc ^= static_cast<std::uint8_t>(letter);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  append_number(~crc);
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> png_of(const Image& image, float exposure, ToneCurve tone) {
@@ -64,8 +80,13 @@ std::vector<std::uint8_t> png_of(const Image& image, float exposure, ToneCurve t
   return file;
 }
 
-void write_png(const Image& image, const std::filesystem::path& file, float exposure, ToneCurve tone) {
-  const std::vector<std::uint8_t> bytes = png_of(image, exposure, tone);
+void write_png(const Image& image, const std::filesystem::path& file, const ImageExtras& extras) {
+  std::vector<std::uint8_t> bytes = png_of(image, extras.exposure, extras.tone);
+  std::vector<std::uint8_t> notes;
+  for (const auto& [name, text] : extras.notes)  // after the keyword: not compressed, no language, no translation
+    append_chunk(notes, name + std::string(5, '\0') + text);
+  constexpr std::ptrdiff_t after_header = 8 + 25;  // the signature and the chunk IHDR
+  bytes.insert(bytes.begin() + after_header, notes.begin(), notes.end());
   std::ofstream stream(file, std::ios::binary);
   stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.flush())
@@ -82,7 +103,7 @@ std::vector<std::uint8_t> png_of(const Image&, float, ToneCurve) {
   throw InputError("this program was built without libpng: it makes no .png");
 }
 
-void write_png(const Image&, const std::filesystem::path& file, float, ToneCurve) {
+void write_png(const Image&, const std::filesystem::path& file, const ImageExtras&) {
   throw InputError(file.string() + ": this program was built without libpng: use .pfm");
 }
 

@@ -422,11 +422,13 @@ void Parser::camera() {
   parameters.warn_of_unused(diagnostics_);
   require_rest();
   Transform camera_from_world = state_.transform;
-  if (!similarity_scale(camera_from_world)) {
+  constexpr double of_camera = 2e-7;  // well below the 1e-6 that scene::Camera asks for
+  if (!similarity_scale(camera_from_world, of_camera)) {
     const std::optional<Transform> upright = made_similarity(camera_from_world);
     if (!upright) throw InputError(directive_.where, "the transforms above Camera stretch space: scale all axes alike");
+    if (!similarity_scale(camera_from_world))
+      diagnostics_.note(directive_.where, "the axes of the camera are a little off: they are made perpendicular");
     camera_from_world = *upright;
-    diagnostics_.note(directive_.where, "the axes of the camera are a little off: they are made perpendicular");
   }
   camera.world_from_camera = glm::inverse(camera_from_world);
   coordinate_systems_["camera"] = {camera.world_from_camera, camera.world_from_camera};

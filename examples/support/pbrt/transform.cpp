@@ -73,8 +73,6 @@ bool swaps_handedness(const Transform& m) {
   return glm::determinant(glm::dmat3(m)) < 0;
 }
 
-namespace {
-
 std::optional<double> similarity_scale(const Transform& m, double tolerance) {
   const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
   const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(m))));
@@ -83,12 +81,6 @@ std::optional<double> similarity_scale(const Transform& m, double tolerance) {
   if (differs(glm::dot(x, x), square) || differs(glm::dot(y, y), square) || differs(glm::dot(z, z), square)) return {};
   if (differs(glm::dot(x, y), 0) || differs(glm::dot(y, z), 0) || differs(glm::dot(x, z), 0)) return {};
   return scale;
-}
-
-}  // namespace
-
-std::optional<double> similarity_scale(const Transform& m) {
-  return similarity_scale(m, 1e-5);
 }
 
 std::optional<Transform> made_similarity(const Transform& m) {

@@ -25,8 +25,8 @@ using Transform = glm::dmat4;
 [[nodiscard]] bool is_invertible_affine(const Transform& m);
 [[nodiscard]] bool swaps_handedness(const Transform& m);
 /// The factor by which a similarity (rotation, reflection, uniform scale, translation) scales
-/// lengths; nothing when `m` is no similarity to 1e-5.
-[[nodiscard]] std::optional<double> similarity_scale(const Transform& m);
+/// lengths; nothing when a product of two axes, over its square, is off by more than `tolerance`.
+[[nodiscard]] std::optional<double> similarity_scale(const Transform& m, double tolerance = 1e-5);
 
 /// The similarity nearest to `m`, which is one to 1e-3; nothing when `m` is farther from any.
 [[nodiscard]] std::optional<Transform> made_similarity(const Transform& m);
