@@ -1,6 +1,7 @@
 // Checks the fenced blocks and the links of Markdown files. What a reader copies must be what is
 // built and run here:
 // - `cpp`: stands, line for line, in a file that this build compiles (or in a consumer project);
+// - `python`: stands, line for line, in a program of examples/python;
 // - `cmake`: stands, line for line, in a CMakeLists.txt of tests/consumer;
 // - `sh`, `console`: every command is one of a few tools; `./run` knows its own, gmis-render the
 //   options it is given;
@@ -99,6 +100,8 @@ class Checker {
         const bool in_consumer = path.string().find("tests/consumer/") != std::string::npos;
         const bool is_compiled = commands.find('"' + path.string() + '"') != std::string::npos;
         if (path.extension() == ".cpp" && (is_compiled || in_consumer)) add_compiled(path);
+        if (path.extension() == ".py" && path.parent_path() == project_ / "examples/python")
+          python_files_.push_back(split(read(path)));
         if (path.filename() == "CMakeLists.txt" && in_consumer) cmake_files_.push_back(split(read(path)));
       }
     }
@@ -132,6 +135,8 @@ class Checker {
   void check(const Block& block) {
     if (block.language == "cpp")
       require_in(compiled_files_, block, "stands in no compiled file of examples/, tests/ or bench/");
+    else if (block.language == "python")
+      require_in(python_files_, block, "stands in no program of examples/python");
     else if (block.language == "cmake")
       require_in(cmake_files_, block, "stands in no CMakeLists.txt of tests/consumer/");
     else if (block.language == "sh" || block.language == "console")
@@ -215,6 +220,7 @@ class Checker {
   std::set<std::string> seen_;
   std::vector<Lines> compiled_files_;
   std::vector<Lines> cmake_files_;
+  std::vector<Lines> python_files_;
   int faults_ = 0;
 };
 

@@ -80,20 +80,50 @@ TEST_CASE("an integrand with heavier tails than its proposals is flagged", "[mis
   }
 }
 
-// Ten problems with bounded contributions that vary by a factor of a few, three seeds each: k̂ is
-// below the limit by more than four standard errors in all of them: a false flag in less than one
-// run of a thousand.
-TEST_CASE("tame problems are not flagged", "[mis]") {
+// Ten problems with bounded contributions that vary by a factor of a few. Among 10,000 estimates of
+// each number of rounds, a thousand of each problem, 12 were flagged after 30 rounds (90 samples)
+// and none after 100, 300 and 1,500. Here 1,000 of 30 rounds: at the stated 0.5 %, more than 20
+// would be chance once in 10⁶ runs. After 300 rounds and more none may be flagged: k̂ is below the
+// limit by more than four standard errors, or the largest contribution below twice the threshold.
+// Equal contributions are among them (f = 1 under N3, whose densities sum to 3 but for rounding),
+// ties (the step under R1) and clusters (the sine under R1).
+TEST_CASE("tame problems are flagged at no more than the stated rate", "[mis]") {
   const std::array<test::Ramp, 3> ramps{{{-1.4}, {0.0}, {1.4}}}, milder{{{-0.7}, {0.0}, {0.7}}};
   const std::array<double (*)(double), 5> integrands{
       [](double) { return 1.0; }, [](double x) { return std::exp(2.0 * x); },
       [](double x) { return std::sin(9.0 * x); }, [](double x) { return x * x; },
       [](double x) { return x < 0.3 ? 1.0 : 0.0; }};
-  for (std::size_t i = 0; i < integrands.size(); ++i)
-    for (std::uint64_t seed = 0; seed < 3; ++seed) {
-      gmis::Philox source(gmis_test::seed(300 + 10 * i + seed));
-      CAPTURE(i, seed);
-      CHECK(gmis::estimate_with_tail<Scheme::N3>(integrands[i], ramps, 1500, source).tail.is_reliable());
-      CHECK(gmis::estimate_with_tail<Scheme::R1>(integrands[i], milder, 1500, source).tail.is_reliable());
-    }
+  const auto flagged = [&](std::uint64_t rounds, std::uint64_t seeds) {
+    int count = 0;
+    for (std::size_t i = 0; i < integrands.size(); ++i)
+      for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+        gmis::Philox source(gmis_test::seed(300 + 1000 * i + seed), static_cast<std::uint32_t>(rounds));
+        const auto& f = integrands[i];
+        const bool n3 = gmis::estimate_with_tail<Scheme::N3>(f, ramps, rounds, source).tail.is_reliable();
+        const bool r1 = gmis::estimate_with_tail<Scheme::R1>(f, milder, rounds, source).tail.is_reliable();
+        count += (n3 ? 0 : 1) + (r1 ? 0 : 1);
+      }
+    return count;
+  };
+  CHECK(flagged(30, 100) <= 20);
+  CHECK(flagged(300, 30) == 0);
+  CHECK(flagged(1500, 5) == 0);
+}
+
+// Many equal contributions with a few above them are no heavy tail. With heavy ones above them they
+// are. The last tail has 200 samples of the shape 2 in the fit; k̂ is 2 ± 0.2.
+TEST_CASE("ties with the threshold are left out of the fit", "[mis]") {
+  gmis::ContributionTail few, many;
+  for (int i = 0; i < 1000; ++i) {
+    few.add(i < 4 ? 2.0 : 1.0);
+    many.add(i < 50 ? 1.0 + 0.01 * i : 1.0);
+  }
+  CHECK(few.pareto_shape() == -std::numeric_limits<double>::infinity());
+  CHECK(many.pareto_shape() < 0.0);
+  CHECK(few.is_reliable());
+  CHECK(many.is_reliable());
+  gmis::ContributionTail heavy;  // 1 % of the samples are Pareto with the shape 2, and the rest ties
+  gmis::Philox source(gmis_test::seed(77));
+  for (int i = 0; i < 20000; ++i) heavy.add(i % 100 == 0 ? std::pow(1.0 - gmis::uniform<double>(source), -2.0) : 1.0);
+  CHECK_FALSE(heavy.is_reliable());
 }

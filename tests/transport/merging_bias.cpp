@@ -1,6 +1,7 @@
 #include "gmis/result/merging_bias.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -193,6 +194,44 @@ TEST_CASE("At an edge of the light the bias of a disk is this much of its change
     change += gmis::square(beyond[i] - beyond[2 * i]);
   }
   CHECK(std::sqrt(bias / change) == Approx(gmis::bias_of_change_at_edge).epsilon(2e-3));
+}
+
+TEST_CASE("A disk gathers no photons around the edge of a box") {
+  // The top of a box in a sun that lights two of its sides as brightly: the top loses at its edges
+  // as much as the square alone. The photons of the sides would add a third of ρ for each of the
+  // two edges (half disks of radius √(1 − t²), ∫ (1 − t²)/2 dt = 1/3) and leave a quarter of the
+  // loss. With the sun below the top, the top is black. One half of the top is wound the other way.
+  using namespace gmis_test::sun_on_square;
+  const bool is_above = GENERATE(true, false);
+  gmis::scene::SceneBuilder<float> builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse<float>({0.5, 0.5, 0.5}));
+  const std::vector<glm::dvec3> corners{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  const std::vector<std::array<int, 3>> halves{{0, 1, 2}, {0, 3, 2}};
+  builder.add_mesh({corners, halves}, grey);
+  gmis_test::add_quad(builder, grey, {1, 0, -0.25}, {0, 1, 0}, {0, 0, 0.25});
+  gmis_test::add_quad(builder, grey, {0, 1, -0.25}, {0, 0, 0.25}, {1, 0, 0});
+  builder.add_directional_light({1, 1, is_above ? 1 : -0.2}, {1, 1, 1});
+  gmis::scene::CameraDescription camera = gmis::scene::look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 90, {24, 24});
+  camera.projection = gmis::scene::Projection::orthographic;
+  builder.set_camera(camera);
+  const Scene scene = builder.build();
+  gmis::SerialExecutor executor;
+  gmis::RenderResult result = gmis::Render(scene, merging_alone(1.0, gmis_test::seed(44))).run(executor);
+  REQUIRE(result.counters.photons_stored > 0);
+  if (!is_above) {
+    CHECK(result.estimate.mean == 0);
+    return;
+  }
+  // Two thirds of the photons lie on the top: the area of each side is a quarter of the top's.
+  const auto trees = static_cast<double>(result.counters.light_subpaths);
+  const double hits = static_cast<double>(result.counters.photons_stored) / 1.5 / trees;
+  const double noise = 3.9 * std::sqrt((1 - hits) / (hits * trees));
+  const double most = 4 * share * rho, lost = most - 4 * gmis::square(share * rho);
+  const double missing = 1 - result.estimate.mean * std::sqrt(3.0) / truth;
+  CAPTURE(missing, lost, most, noise);
+  CHECK(missing > lost - noise);
+  CHECK(missing < most + noise);
+  CHECK(noise < rho / 6);  // so that a quarter of the light of the sides shows
 }
 
 TEST_CASE("What merging takes from the mean of a picture is what a run says, at the edges of a surface") {

@@ -52,7 +52,8 @@ class ContributionTail {
   /// min(S/5, 3 √S, 1023) of S samples [Vehtari, Simpson, Gelman, Yao, Gabry: Pareto smoothed
   /// importance sampling, 2024; the fit: Zhang, Stephens 2009], drawn towards 1/2 as if ten more
   /// samples said so. Moments of order 1/k and above are infinite: above 1/2 the variance, above 1
-  /// the mean. −infinity for a tail without spread, NaN for fewer than 25 samples.
+  /// the mean. −infinity where fewer than 5 of the M are larger than the next one, NaN for fewer
+  /// than 25 samples.
   [[nodiscard]] double pareto_shape() const {
     if (samples_ < 25) return std::numeric_limits<double>::quiet_NaN();
     const std::size_t count = tail_count();
@@ -60,15 +61,14 @@ class ContributionTail {
     std::sort(tail.begin(), tail.end(), std::greater<>());
     const double threshold = tail[count];
     tail.resize(count);
+    // Contributions at the threshold are none above it: many equal ones, or equal but for rounding,
+    // would look like the body of a heavy tail.
+    std::erase_if(tail, [threshold](double x) { return x - threshold <= 1e-12 * threshold; });
+    if (tail.size() < fewest_above) return -std::numeric_limits<double>::infinity();
     std::reverse(tail.begin(), tail.end());
     for (double& x : tail) x -= threshold;
-    const double n = static_cast<double>(count);
-    const double quartile = tail[static_cast<std::size_t>(std::lround(n / 4.0)) - 1];
-    if (!(tail.back() > 0.0)) return -std::numeric_limits<double>::infinity();
-    // Where a quarter of the tail is at the threshold, the scale of the grid is that of its mean.
-    double mean = 0.0;
-    for (const double x : tail) mean += x / n;
-    const double scale = quartile > 0.0 ? quartile : mean;
+    const double n = static_cast<double>(tail.size());
+    const double scale = tail[static_cast<std::size_t>(std::lround(n / 4.0)) - 1];  // the first quartile
     const auto shape_for = [&](double theta) {
       double sum = 0.0;
       for (const double x : tail) sum += std::log1p(-theta * x);
@@ -97,19 +97,28 @@ class ContributionTail {
 
   /// False when the standard error is not to be trusted: k̂ above min(1/2 + 4/√M, 0.7), that is
   /// above 1/2, where the variance is infinite, by more than the uncertainty of k̂; or one sample
-  /// that is more than a tenth of the sum of at least 1,000.
+  /// that is more than a tenth of the sum of at least 1,000. k̂ is disregarded where the largest
+  /// contribution is below twice the (M + 1)-th: the largest of a heavy tail is some M^k̂ times
+  /// that.
   [[nodiscard]] bool is_reliable() const {
-    const double tail = std::max(1.0, static_cast<double>(tail_count()));
-    const double limit = std::min(0.5 + 4.0 / std::sqrt(tail), 0.7);
-    return !(pareto_shape() > limit) && !(samples_ >= 1000 && share_of_largest() > 0.1);
+    if (samples_ >= 1000 && share_of_largest() > 0.1) return false;
+    const double limit = std::min(0.5 + 4.0 / std::sqrt(std::max(1.0, static_cast<double>(tail_count()))), 0.7);
+    return !(pareto_shape() > limit && largest_is_far());
   }
 
  private:
-  static constexpr std::size_t kept = 1024;
+  static constexpr std::size_t kept = 1024, fewest_above = 5;
   /// M.
   [[nodiscard]] std::size_t tail_count() const noexcept {
     const double all = static_cast<double>(samples_);
     return std::min({static_cast<std::size_t>(0.2 * all), static_cast<std::size_t>(3.0 * std::sqrt(all)), kept - 1});
+  }
+
+  /// Whether the largest contribution is at least twice the (M + 1)-th.
+  [[nodiscard]] bool largest_is_far() const {
+    std::vector<double> sorted = largest_;
+    std::sort(sorted.begin(), sorted.end(), std::greater<>());
+    return sorted[0] >= 2.0 * sorted[tail_count()];
   }
 
   std::uint64_t samples_ = 0;

@@ -8,8 +8,17 @@ namespace gmis {
 /// Technique merge: estimates the radiance that a camera vertex reflects from all light vertices
 /// (photons) within the merging radius. It is a density estimate with the constant kernel 1/(n_L π
 /// r²), times a gain near 1 (`AnyEngine::scale_merging`); it is biased when the light or the
-/// surface varies over the disk.
+/// surface varies over the disk. Photons on a surface of another orientation are left out: they
+/// measure another irradiance (`least_normal_cosine`).
 struct Merge {
+  /// Least |cos| between the geometric normals of a camera vertex and of a photon that it gathers.
+  /// Around an edge a disk would gather the light of the bright side on the dark one; no shadow ray
+  /// is traced between the two. Left without them, a disk loses what lies beyond the edge, as it
+  /// does at the border of a surface, in proportion to the radius. Weights are those of the whole
+  /// disk. The sign does not count: meshes may be wound either way, and a BSDF is black for light
+  /// from behind.
+  static constexpr double least_normal_cosine = 0.8;
+
   /// Merges one non-specular camera vertex with the stored light vertices within the merging radius
   /// and adds the contributions to `output`. Pairs that would exceed `max_depth` or have f = 0 add
   /// nothing.
@@ -22,6 +31,8 @@ struct Merge {
     context.photons.grid.query(point.position, [&](std::uint32_t index) {
       const auto& light = context.light.cache[index];
       if (light.depth + vertex.depth > context.max_depth) return;
+      const T normal_cosine = std::abs(glm::dot(point.geometric_normal, light.point.geometric_normal));
+      if (normal_cosine < static_cast<T>(least_normal_cosine)) return;
       const auto [path_class, is_kept] = context.filter.join(
           [&] { return light.path; }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
       if (!is_kept) return;

@@ -1,0 +1,123 @@
+"""Error × time of --integrator auto in interiors, over pt, bpt, vcm and the best fixed counts.
+
+The argument is a folder with the scenes of gonsolo/bitterli, NAME/pbrt/scene-v4.pbrt. Missing
+textures become grey and missing meshes are left out (bench/interiors/prepare.py).
+
+All configurations render for the same processor time on one thread. The error of a run is against
+two long runs of bpt: the product of its differences from the two. Bias² is the mean product of the
+errors of two seeds, one against either long run, so that no noise of a run or of the reference is
+in it; noise² is the rest of relMSE. Auto states a bound on its bias: the table says in how many
+runs it holds.
+
+Writes out/interiors/runs.json, and a table beside it.
+"""
+
+import itertools
+import json
+import math
+import pathlib
+import statistics
+
+import measuring
+from benches.effects import FIXED, geometric_mean
+from interiors.prepare import prepare
+from measuring import Table, publish, read_pfm, write_pfm
+
+PROGRAM = "gmis-render"
+OPTIONS = {"seeds": 2, "scenes": ["bathroom", "bedroom", "classroom", "house", "kitchen"]}
+BY_ITSELF = False
+NAMED = {name: ["--integrator", name] for name in ("auto", "pt", "bpt", "vcm")}
+
+
+def add_options(parser):
+    parser.add_argument("folder", type=pathlib.Path, metavar="FOLDER", help="of the interiors")
+    parser.add_argument("--sizes", nargs="+", default=["128x72", "512x288"], help="of the pictures in pixels, WIDTHxHEIGHT")
+    parser.add_argument("--seconds", type=float, default=8, help="processor time of a run 128 pixels wide; it goes with the width")
+    parser.add_argument("--reference-time", type=float, default=20, help="processor time of each half of a reference, in times of a run")
+    parser.add_argument("--no-fixed", action="store_true", help="leave out the fixed counts other than those of pt, bpt and vcm")
+
+
+def render(options, scene, size, extra, stem):
+    """The statistics of a run, which is made once. Statements of the file that are not understood
+    are left out."""
+    stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
+    if not stats.exists():
+        measuring.render(options, scene, "--lenient", f"--size {size} --max-depth 12", " ".join(extra), stats=stats, picture=picture)
+    return json.loads(stats.read_text())
+
+
+def iterations_for(options, scene, size, extra, seconds, stem):
+    """The number of iterations that takes `seconds` of processor time."""
+    tried = 16
+    return max(4, round(tried * seconds / render(options, scene, size, [*extra, f"--iterations {tried}"], stem)["seconds"]["cpu"]))
+
+
+def products(one, other, references):
+    """Products of two relative errors, each against its own reference: one for each pixel, the
+    mean over channels."""
+    terms = [(x - a) * (y - b) / (((a + b) / 2) ** 2 + 0.01) for x, y, a, b in zip(one, other, *references)]
+    return [sum(terms[k:k + 3]) / 3 for k in range(0, len(terms), 3)]
+
+
+def summary(runs, references):
+    """Mean figures of the runs of one configuration."""
+    pictures = [read_pfm(picture) for _, picture in runs]
+    squares = [products(p, p, references) for p in pictures]
+    trimmed = [statistics.fmean(sorted(s)[:len(s) - max(1, len(s) // 1000)]) for s in squares]
+    # Each pair both ways round: one seed against one half, the other against the other.
+    pairs = [statistics.fmean(products(a, b, references)) for a, b in itertools.permutations(pictures, 2)]
+    cpu = statistics.fmean(stats["seconds"]["cpu"] for stats, _ in runs)
+    error = statistics.fmean(map(statistics.fmean, squares))
+    bias = statistics.fmean(pairs) if pairs else math.nan
+    return {"relmse": error, "work": error * cpu, "work_trimmed": statistics.fmean(trimmed) * cpu, "bias2": bias, "noise2": error - bias,
+            "energy": statistics.fmean(map(sum, pictures)) / statistics.fmean(map(sum, references)) - 1,
+            "megabytes": max(stats["memory"]["peak_bytes"] for stats, _ in runs) / 2**20,
+            "bounds": [stats["estimate"]["merging_bias_bound"] for stats, _ in runs]}
+
+
+def measure(options, name, size):
+    """The figures of all configurations, by their names."""
+    scene, missing = prepare(options.folder / name / "pbrt/scene-v4.pbrt", options.out / "scenes" / name)
+    print(f"{name}: {len(missing)} missing files", *missing, flush=True)
+    stem = options.out / f"{name}_{size}"
+    seconds = options.seconds * int(size.split("x")[0]) / 128
+    configurations = NAMED | ({} if options.no_fixed else FIXED)
+
+    def place(label, end):
+        return pathlib.Path(f"{stem}_{label.replace(' ', '_')}_{end}")
+
+    counts = {label: iterations_for(options, scene, size, extra, seconds, place(label, "pace")) for label, extra in configurations.items()}
+    references = []
+    for seed in (1001, 1002):
+        file = place("reference", seed)
+        render(options, scene, size, [*NAMED["bpt"], f"--iterations {round(counts['bpt'] * options.reference_time)} --seed {seed}"], file)
+        references.append(read_pfm(file.with_suffix(".pfm")))
+    write_pfm(place("reference", "mean").with_suffix(".pfm"), [(a + b) / 2 for a, b in zip(*references)], size)
+    runs = {}
+    for seed in range(options.seeds):  # they take turns
+        for label, extra in configurations.items():
+            file = place(label, seed)
+            stats = render(options, scene, size, [*extra, f"--iterations {counts[label]} --seed {seed}"], file)
+            runs.setdefault(label, []).append((stats, file.with_suffix(".pfm")))
+    return {label: summary(own, references) for label, own in runs.items()}
+
+
+def run(options):
+    table = Table("scene", "size", "auto / pt", "/ bpt", "/ vcm", "/ best fixed", "untrimmed / best fixed", "best fixed", "noise²", "bias²",
+                  "bounds that hold", "energy", "MB", numbers_from=2)
+    every, ratios = {}, []
+    for name, size in itertools.product(options.scenes, options.sizes):
+        figures = every[f"{name} {size}"] = measure(options, name, size)
+        auto, others = figures["auto"], {label: f for label, f in figures.items() if label != "auto"}
+        best = min(others, key=lambda label: others[label]["work_trimmed"])
+        least = min(f["work"] for f in others.values())
+        row = [auto["work_trimmed"] / others[label]["work_trimmed"] for label in ("pt", "bpt", "vcm", best)] + [auto["work"] / least]
+        ratios.append(row)
+        held = sum(bound**2 >= auto["bias2"] for bound in auto["bounds"])
+        table.add(name, size, *(f"{value:.2f}" for value in row), best, f"{auto['noise2']:.4f}", f"{auto['bias2']:.4f}",
+                  f"{held} of {options.seeds}", f"{auto['energy']:+.4f}", f"{auto['megabytes']:.0f}")
+        (options.out / "runs.json").write_text(json.dumps(every, indent=1))
+    table.add("geometric mean", "", *(f"{geometric_mean(column):.2f}" for column in zip(*ratios)), *[""] * 6)
+    table.note(f"{options.seconds:g} processor seconds a run 128 pixels wide, {options.seeds} seeds, at most 12 segments. Ratios are those of work, "
+               "relMSE × processor seconds without the worst thousandth of the pixels where not said otherwise.")
+    publish(options, table)
