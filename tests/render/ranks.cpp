@@ -140,6 +140,7 @@ TEST_CASE("A run has the same bits for any number of ranks") {
   for (const Case& one : cases()) {
     const gmis::RenderResult alone = outcome_of(one, 1).result;
     CHECK(alone.estimate.mean > 0);
+    CHECK(alone.counters.rays > 0);
     for (const int count : {2, 3, 5, 7}) {
       INFO(one.name << ", " << count << " ranks");
       check_same(outcome_of(one, count).result, alone);
