@@ -128,7 +128,7 @@ TEST_CASE("ranks that differ, and requests that several ranks cannot do, are ref
   refused(run_on(folder, 2, same + "--replay 1:3"), "one rank alone does --check, --replay");
 }
 
-TEST_CASE("killed by a rank at 20 moments, the run ends with the bits of one that was never killed", "[long]") {
+TEST_CASE("killed by a rank at 20 moments, the run ends with the bits of one that was never killed", "[.][slow]") {
   const ScratchFolder folder;
   const std::string same = "paper1 --size 16x16 --iterations 200 --seed 5 --threads 1 --quiet --write-every 0 ";
   REQUIRE(run(folder, same + "--out whole.pfm").exit_code == 0);
