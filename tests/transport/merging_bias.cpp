@@ -284,7 +284,7 @@ TEST_CASE("The bias of merging is at most what a run says, and a long run says n
   constexpr int size = 24;
   const Scene scene(0.7F, 1.0F, size, 2, {0, 0, 0});
   const double truth = (1 - std::pow(0.7, 4)) / (1 - 0.7);
-  const gmis::SampleCounts wide{1.0, 0, false, true, 1, true, true, false, 4.0};
+  const gmis::SampleCounts wide{1.0, 0, false, true, 1, true, true, false, 3.0};
   gmis::SerialExecutor executor;
   struct Case {
     bool has_pilot;
@@ -299,7 +299,7 @@ TEST_CASE("The bias of merging is at most what a run says, and a long run says n
     request.settings.radius = 0.2;
     request.settings.counts = wide;
     if (one.has_pilot) {  // of two that are the same: the disk stays as it is
-      request.settings.radius = 0.2 * 4;
+      request.settings.radius = 0.2 * 3;
       request.settings.counts.radius_factor = 1;
       request.candidates.assign(2, request.settings.counts);
     }
