@@ -187,7 +187,10 @@ class Checker {
     if (tool == "./run") {
       const std::string dry = "cd '" + project_.string() + "' && GMIS_NO_INSTALL=1 ./run --dry-run" + command.substr(5);
       if (std::system((dry + " >/dev/null 2>&1").c_str()) != 0) report(line, "./run refuses: " + command);
-    } else if (tool == "gmis-render") {
+    } else if (tool == "gmis-render" || tool == "mpirun") {
+      // The options before the program are those of mpirun.
+      while (tool != "gmis-render" && tool != "gmis-render-mpi" && words) words >> tool;
+      if (!words) report(line, "mpirun of another program: " + command);
       for (std::string word; words >> word;) {
         if (word.starts_with("--") && !knows_option(word)) report(line, "gmis-render does not know " + word);
       }

@@ -328,10 +328,10 @@ TEST_CASE("A renderer with a transport of its own: bytes in memory, on docs/many
   const gmis::RenderRequest request = request_with(gmis::integrators::vcm, 12);
   std::vector<std::vector<std::byte>> received;
   const auto send = [&](const std::vector<std::byte>& bytes) { received.push_back(bytes); };
+  gmis::SerialExecutor executor;
   const auto render_part = [&](const gmis::RunPart& part) {
     gmis::RenderRequest task = request;
     task.part = part;
-    gmis::SerialExecutor executor;
     gmis::Render render(furnace, task);
     render.run(executor);
     send(render.checkpoint());

@@ -32,15 +32,20 @@ concept Ranks = requires(R& ranks, std::span<const std::byte> send, std::span<st
 
 /// A process that renders alone.
 struct SingleRank {
+  /// Its number.
   [[nodiscard]] static constexpr int rank() noexcept { return 0; }
+  /// The number of ranks.
   [[nodiscard]] static constexpr int count() noexcept { return 1; }
+  /// Copies `send` to `receive`.
   static void exchange(std::span<const std::byte> send, std::span<const std::size_t>, std::span<std::byte> receive,
                        std::span<const std::size_t>) {
     std::copy(send.begin(), send.end(), receive.begin());
   }
+  /// Copies `send` to `receive`.
   static void gather(std::span<const std::byte> send, std::span<std::byte> receive, std::span<const std::size_t>) {
     std::copy(send.begin(), send.end(), receive.begin());
   }
+  /// Leaves the bytes as they are.
   static constexpr void broadcast(std::span<std::byte>) noexcept {}
 };
 

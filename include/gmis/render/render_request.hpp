@@ -21,11 +21,11 @@
 
 namespace gmis {
 
-/// A part of a run that is rendered by itself: iterations `first` to `last`, both included, of the
-/// `of` iterations of a run, from 1.
+/// A part of a run that is rendered by itself; iterations are numbered from 1.
 struct RunPart {
-  std::uint32_t first = 1, last = 1, of = 1;
-
+  std::uint32_t first = 1;  ///< its first iteration
+  std::uint32_t last = 1;   ///< its last iteration, which belongs to it
+  std::uint32_t of = 1;     ///< iterations of the whole run
   /// Number of iterations in it.
   [[nodiscard]] constexpr std::uint32_t length() const noexcept { return last - first + 1; }
 };

@@ -6,11 +6,11 @@
 
 namespace gmis {
 
-/// Rows of one picture that are copied to another of the same width: `count` rows, from row `from`
-/// on, to row `to` and below.
+/// Rows of one picture that are copied to another of the same width.
 struct RowCopy {
-  int from = 0, to = 0, count = 0;
-
+  int from = 0;   ///< the first row, in the picture that they come from
+  int to = 0;     ///< where it goes; the others follow below
+  int count = 0;  ///< number of rows
   /// Copies them between two pictures whose rows have `row_length` values. `target` must have room.
   template <class Value>
   void operator()(const std::vector<Value>& source, std::vector<Value>& target, std::size_t row_length) const {

@@ -8,8 +8,8 @@
 /// \file
 /// Upper bounds of the share of a light's flux that meets a ball, the one around all surfaces that
 /// do not shine. Power times share is the flux that can be of use: by power alone, a sun that is a
-/// far sphere hides a lamp in the room. All arguments are in double precision; distances are from
-/// the middle of the light to the centre of the ball, angles are in radians.
+/// far sphere hides a lamp in the room. Distances are from the middle of the light to the centre of
+/// the ball, angles are in radians.
 
 namespace gmis::scene {
 
@@ -18,10 +18,10 @@ struct ReceiverBall {
   glm::dvec3 center{0};  ///< in the space of the lights
   double radius = 0;     ///< below 0: there is no such surface
 };
-
-/// Half the angle under which a ball is seen from a point outside, as sin² and cos.
+/// Half the angle under which a ball is seen from a point outside.
 struct HalfAngle {
-  double sine_squared, cosine;
+  double sine_squared;  ///< sin²
+  double cosine;        ///< cos
   /// For a ball with this radius at this larger distance.
   [[nodiscard]] static HalfAngle of(double radius, double distance) noexcept {
     const double sine_squared = std::min(1.0, square(radius / distance));
