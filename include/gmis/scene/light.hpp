@@ -165,8 +165,8 @@ class Light {
         const glm::dvec3 b(edge_b_), c(edge_c_), to_middle = (b + c) / 3.0;
         middle += to_middle;
         const double own = std::max({glm::length(to_middle), glm::length(b - to_middle), glm::length(c - to_middle)});
-        return share_of_facet(from(middle), cosine(middle, normal_), own, 1.0 / static_cast<double>(inverse_area_),
-                              is_two_sided_, ball.radius);
+        const double area = inverse_area_ > 0 ? 1.0 / static_cast<double>(inverse_area_) : 0.0;
+        return share_of_facet(from(middle), cosine(middle, normal_), own, area, is_two_sided_, ball.radius);
       }
       case Kind::sphere:
         return share_of_sphere(from(middle), static_cast<double>(radius_), ball.radius);

@@ -44,7 +44,7 @@ struct HalfAngle {
   if (!(distance > radius)) return 1.0;
   const HalfAngle half = HalfAngle::of(radius, distance);
   if (angle > outer + std::acos(half.cosine)) return 0.0;
-  return std::min(1.0, 2.0 * pi<double> * half.drop() / solid_angle);
+  return solid_angle > 0.0 ? std::min(1.0, 2.0 * pi<double> * half.drop() / solid_angle) : 1.0;
 }
 
 /// Share of a sphere with radius `own` that shines evenly from either side or both. In every
@@ -53,7 +53,7 @@ struct HalfAngle {
 /// directions in the plane, the areas that beam and ball share integrate to πr² · πR², so the share
 /// is R²/(4 d²) from far away.
 [[nodiscard]] inline double share_of_sphere(double distance, double own, double radius) noexcept {
-  const double widest = std::min(1.0, square(radius / own));
+  const double widest = radius < own ? square(radius / own) : 1.0;
   if (!(distance > own + radius)) return widest;
   const HalfAngle half = HalfAngle::of(own + radius, distance);
   const double far = half.cosine > 0.0 ? square(radius / distance) / (4.0 * half.cosine) : 1.0;
@@ -67,7 +67,8 @@ struct HalfAngle {
 /// ball by at most πR², in all the hemisphere's directions: 2 πR²/area.
 [[nodiscard]] inline double share_of_facet(double distance, double cosine, double own, double area, bool is_two_sided,
                                            double radius) noexcept {
-  const double widest = std::min(1.0, 2.0 * pi<double> * square(radius) / area);
+  const double all_round = 2.0 * pi<double> * square(radius);
+  const double widest = all_round < area ? all_round / area : 1.0;
   const double nearest = distance - own;
   if (!(nearest > radius)) return widest;
   const HalfAngle half = HalfAngle::of(radius, nearest);

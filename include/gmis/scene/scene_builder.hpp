@@ -594,7 +594,8 @@ class SceneBuilder {
     double sum = 0, count = 0;
     for (const Light<T>& light : lights) {
       whole.push_back(light.power());
-      part.push_back(light.is_infinite() ? whole.back() : whole.back() * light.share_towards(receivers));
+      const bool has_share = !light.is_infinite() && receivers.radius >= 0;
+      part.push_back(has_share ? whole.back() * light.share_towards(receivers) : whole.back());
       if (light.is_infinite() || !(whole.back() > 0)) continue;
       sum += part.back();
       ++count;

@@ -190,7 +190,7 @@ template <Scene Sc>
     parts.back().arrivals.push_back(arrivals[place]);
   }
   std::erase_if(parts, [&](const Part& part) {
-    return part.mass < least_share * total || part.arrivals.size() < least_arrivals;
+    return !(part.mass > 0) || part.mass < least_share * total || part.arrivals.size() < least_arrivals;
   });
   std::sort(parts.begin(), parts.end(),
             [](const Part& a, const Part& b) { return a.mass != b.mass ? a.mass > b.mass : a.first < b.first; });
@@ -206,7 +206,8 @@ template <Scene Sc>
   const double guided = std::accumulate(masses.begin(), masses.end(), 0.0);
   for (std::size_t i = 0; i < lights.size(); ++i) lights[i].probability = static_cast<T>(masses[i] / guided);
   // Lights that are not guided keep what they are worth.
-  return EmissionGuide<Sc>(std::move(lights), static_cast<T>(std::max(own_share, 1.0 - guided / total)));
+  const double rest = total > 0 ? 1.0 - guided / total : 0.0;
+  return EmissionGuide<Sc>(std::move(lights), static_cast<T>(std::max(own_share, rest)));
 }
 
 /// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide,
