@@ -13,27 +13,16 @@
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
 #include "gmis/scene/cut_large_triangles.hpp"
+#include "gmis/scene/enclosure.hpp"
 #include "gmis/scene/light_hierarchy_build.hpp"
+#include "gmis/scene/light_powers.hpp"
 #include "gmis/scene/light_reach.hpp"
 #include "gmis/scene/light_selection.hpp"
 #include "gmis/scene/material_effects.hpp"
+#include "gmis/scene/mesh_shape.hpp"
+#include "gmis/scene/position_error.hpp"
 
 namespace gmis::scene {
-
-/// Light that a surface emits: `radiance` from the side of the geometric normal, or from both.
-struct AreaEmission {
-  glm::dvec3 radiance{1};     ///< per steradian and area
-  bool is_two_sided = false;  ///< else on the side of the normal alone
-};
-
-/// Triangles with shared corners, in world coordinates. The geometric normal of a triangle is (b −
-/// a) × (c − a).
-struct MeshShape {
-  std::span<const glm::dvec3> positions;          ///< corners, in world space
-  std::span<const std::array<int, 3>> triangles;  ///< three numbers of corners each
-  std::span<const glm::dvec3> normals{};          ///< for shading, one per position; or none, and the mesh is flat
-  std::span<const glm::dvec2> uv{};               ///< for textures, one per position; or none: (0, 0), (1, 0), (1, 1)
-};
 
 /// Takes a scene in double precision and world coordinates and makes a `BvhScene` of it.
 ///
@@ -257,14 +246,8 @@ class SceneBuilder {
   /// From the camera: the third power must be finite in T, and distances within the range of float,
   /// which the tree orders its nodes by.
   static constexpr double largest_coordinate = std::same_as<T, float> ? 1e12 : 1e37;
-  /// In the world, in double.
-  static constexpr double largest_world_coordinate = 1e100;
 
   [[noreturn]] static void fail(const std::string& what) { reject_argument(what.c_str()); }
-  static void check_place(const glm::dvec3& v) {
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(std::abs(v[axis]) < largest_world_coordinate)) fail("a coordinate is not finite or too large");
-  }
   /// The place `v` of the world as seen from `origin`.
   [[nodiscard]] static Vec3<T> moved_to(const glm::dvec3& origin, const glm::dvec3& v) {
     const glm::dvec3 moved = v - origin;
@@ -280,20 +263,6 @@ class SceneBuilder {
   void check_surface(std::size_t material, const std::optional<AreaEmission>& emission) const {
     if (material >= materials_.size()) fail("a shape refers to a material that was not added");
     if (emission) check_color(emission->radiance);
-  }
-  static void check_mesh(const MeshShape& mesh) {
-    for (const glm::dvec3& position : mesh.positions) check_place(position);
-    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
-      fail("a mesh needs as many normals as positions, or none");
-    for (const glm::dvec3& normal : mesh.normals) check_place(normal);
-    if (!mesh.uv.empty() && mesh.uv.size() != mesh.positions.size())
-      fail("a mesh needs as many coordinates (u, v) as positions, or none");
-    for (const glm::dvec2& uv : mesh.uv) check_place(glm::dvec3(uv, 0));
-    for (const auto& triangle : mesh.triangles)
-      for (const int index : triangle)
-        if (index < 0 || static_cast<std::size_t>(index) >= mesh.positions.size())
-          fail("a triangle refers to corner " + std::to_string(index) + " of a mesh with " +
-               std::to_string(mesh.positions.size()) + " positions");
   }
   /// The radiance of a light that varies or has holes.
   std::size_t add_pattern(const AreaEmission& emission, const typename Texture<T>::Handle& texture,
@@ -371,50 +340,17 @@ class SceneBuilder {
   }
   /// Sets the box and the ball around all shapes, and the ball around those that do not shine.
   void enclose(MovedShapes& shapes) const {
-    const auto all = enclosure_of(shapes, [](bool) { return true; });
+    const auto always = [](std::size_t) { return true; };
+    const Enclosure all = enclosure_of(shapes.corners, shapes.balls, always, always);
     shapes.box = all.box;
     shapes.center = all.center;
     constexpr double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
     if (all.radius > 0) shapes.radius = all.radius * (1 + 64 * unit) + 8 * unit * glm::length(shapes.center);
-    const auto dark = enclosure_of(shapes, [](bool shines) { return !shines; });
+    const Enclosure dark = enclosure_of(
+        shapes.corners, shapes.balls, [&](std::size_t i) { return !source_of(shapes.kept, i).emits; },
+        [&](std::size_t i) { return !emits(spheres_[i]); });
     shapes.receivers = {dark.center, dark.box.is_empty() ? -1 : dark.radius};
   }
-  /// The box around some of the shapes, and the least ball around them that has its centre.
-  struct Enclosure {
-    Box<double> box;
-    glm::dvec3 center{0};
-    double radius = 0;
-  };
-  /// Around the shapes for which `is_counted(shines)` holds.
-  template <class IsCounted>
-  [[nodiscard]] Enclosure enclosure_of(const MovedShapes& shapes, const IsCounted& is_counted) const {
-    const auto counts_triangle = [&](std::size_t i) { return is_counted(source_of(shapes.kept, i).emits); };
-    const auto counts_ball = [&](std::size_t i) { return is_counted(emits(spheres_[i])); };
-    Enclosure all;
-    for (std::size_t i = 0; i < shapes.corners.size(); ++i)
-      if (counts_triangle(i))
-        for (const auto& corner : shapes.corners[i]) all.box.add(glm::dvec3(corner));
-    for (std::size_t i = 0; i < shapes.balls.size(); ++i)
-      if (counts_ball(i)) {
-        const auto& ball = shapes.balls[i];
-        all.box.add(glm::dvec3(ball.center) - static_cast<double>(ball.radius));
-        all.box.add(glm::dvec3(ball.center) + static_cast<double>(ball.radius));
-      }
-    if (all.box.is_empty()) return all;
-    all.center = (all.box.lower + all.box.upper) * 0.5;
-    for (std::size_t i = 0; i < shapes.corners.size(); ++i)
-      if (counts_triangle(i))
-        for (const auto& corner : shapes.corners[i])
-          all.radius = std::max(all.radius, glm::length(glm::dvec3(corner) - all.center));
-    for (std::size_t i = 0; i < shapes.balls.size(); ++i)
-      if (counts_ball(i)) {
-        const auto& ball = shapes.balls[i];
-        const double farthest = glm::length(glm::dvec3(ball.center) - all.center) + static_cast<double>(ball.radius);
-        all.radius = std::max(all.radius, farthest);
-      }
-    return all;
-  }
-
   /// The largest distance of a triangle's corner from `origin`.
   [[nodiscard]] double farthest_corner(const glm::dvec3& origin) const {
     double farthest = 0;
@@ -443,35 +379,6 @@ class SceneBuilder {
   [[nodiscard]] glm::dmat3 weights_of(const KeptTriangles& kept, std::size_t i) const {
     const auto* const piece = piece_of(kept, i);
     return piece == nullptr ? glm::dmat3(1) : piece->shape.weights;
-  }
-
-  /// Twice the area along the normal.
-  [[nodiscard]] static glm::dvec3 area_normal(const TriangleCorners<T>& c) {
-    return glm::cross(glm::dvec3(c[1]) - glm::dvec3(c[0]), glm::dvec3(c[2]) - glm::dvec3(c[0]));
-  }
-
-  /// Bounds how far along the normal a hit, or a point drawn, is from the triangle that rays are
-  /// tested against: the rounding of the point, of its offset, and of the test of a ray that starts
-  /// near the triangle.
-  [[nodiscard]] static T position_error(const TriangleCorners<T>& corners, const glm::dvec3& normal) {
-    double across = 0, extent = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      double lower = static_cast<double>(corners[0][axis]), upper = lower, largest = 0;
-      for (const Vec3<T>& corner : corners) {
-        lower = std::min(lower, static_cast<double>(corner[axis]));
-        upper = std::max(upper, static_cast<double>(corner[axis]));
-        largest = std::max(largest, std::abs(static_cast<double>(corner[axis])));
-      }
-      across += std::abs(normal[axis]) * largest;
-      extent += upper - lower;
-    }
-    return static_cast<T>((6 * across + 10 * extent) * static_cast<double>(std::numeric_limits<T>::epsilon()));
-  }
-  [[nodiscard]] static T position_error(const SphereShape<T>& ball) {
-    const double size = std::abs(static_cast<double>(ball.center.x)) + std::abs(static_cast<double>(ball.center.y)) +
-                        std::abs(static_cast<double>(ball.center.z));
-    return static_cast<T>((4 * size + 16 * static_cast<double>(ball.radius)) *
-                          static_cast<double>(std::numeric_limits<T>::epsilon()));
   }
 
   /// The effects that the kept shapes and lights make possible.
@@ -583,41 +490,6 @@ class SceneBuilder {
       scene.receiver_choice_ = ReceiverChoice::always;
     else if (scene.light_hierarchy_.has_choice())
       scene.receiver_choice_ = ReceiverChoice::where_it_pays;
-  }
-
-  /// The power of each light, for a local light times the share of it that may meet the receivers.
-  /// Light reaches the surfaces that shine, too, and they may reflect it: each local light keeps at
-  /// least a hundredth of the mean over all local lights, or all of its power.
-  [[nodiscard]] static std::vector<double> powers_towards(const ReceiverBall& receivers,
-                                                          const std::vector<Light<T>>& lights) {
-    std::vector<double> whole, part;
-    double sum = 0, count = 0;
-    for (const Light<T>& light : lights) {
-      whole.push_back(light.power());
-      const bool has_share = !light.is_infinite() && receivers.radius >= 0;
-      part.push_back(has_share ? whole.back() * light.share_towards(receivers) : whole.back());
-      if (light.is_infinite() || !(whole.back() > 0)) continue;
-      sum += part.back();
-      ++count;
-    }
-    if (receivers.radius < 0 || !(sum > 0)) return whole;
-    for (std::size_t i = 0; i < lights.size(); ++i) part[i] = std::max(part[i], std::min(whole[i], 0.01 * sum / count));
-    return part;
-  }
-  /// Scales the powers of infinite lights so that these have the probability `infinite_share`.
-  static void keep_local_lights(const std::vector<Light<T>>& lights, std::vector<double>& powers) {
-    double local = 0, infinite = 0;
-    std::size_t infinite_count = 0;
-    for (std::size_t i = 0; i < lights.size(); ++i) {
-      (lights[i].is_infinite() ? infinite : local) += powers[i];
-      if (lights[i].is_infinite() && powers[i] > 0) ++infinite_count;
-    }
-    if (!(infinite > 0) || !(local > 0)) return;
-    const double share = infinite_share(infinite, infinite_count, local);
-    if (!(share < infinite / (infinite + local))) return;
-    const double scale = share / (1 - share) * local / infinite;
-    for (std::size_t i = 0; i < lights.size(); ++i)
-      if (lights[i].is_infinite()) powers[i] *= scale;
   }
 
   void fill_slots(Scene& scene, const BuiltBvh<T>& built, const MovedShapes& shapes) const {
