@@ -14,6 +14,7 @@
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/mean_of_iterations.hpp"
 #include "transport/quads.hpp"
 
 // Guided directions in built-in scenes: pictures keep their energy, and lobes point to where light
@@ -60,9 +61,7 @@ Guide learn(const Scene& scene, std::uint64_t seed, Executor executor = {}) {
   return gmis::learn_directions(scene, {seed, 6, 2, 4096}, executor);
 }
 
-struct Mean {
-  double value = 0, standard_error = 0;
-};
+using gmis_test::Mean;
 
 template <class Method, class Scene_>
 Mean mean_of(const Scene_& scene, const gmis::SampleCounts& counts, std::uint64_t seed, int iterations) {
@@ -71,18 +70,9 @@ Mean mean_of(const Scene_& scene, const gmis::SampleCounts& counts, std::uint64_
   settings.max_depth = 6;
   settings.seed = seed;
   gmis::Engine<Scene_, Method> engine(scene, settings);
-  gmis::SerialExecutor executor;
-  double sum = 0, squares = 0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0;
-    for (const auto& pixel : engine.frame())
-      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
-    sum += mean / iterations;
-    squares += mean * mean / iterations;
-  }
+  const Mean mean = gmis_test::mean_of_iterations(engine, iterations);
   CHECK(engine.counters().rejected() == 0);
-  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1))};
+  return mean;
 }
 
 template <class Method>

@@ -10,6 +10,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
+#include "transport/mean_of_iterations.hpp"
 
 // The share of a light's flux that meets a ball: the bounds against emission that is sampled and
 // counted, against closed forms, in the probabilities of a whole scene, and in pictures of known
@@ -321,25 +322,16 @@ double floor_radiance(const Camera& camera, const D& origin, const Irradiance& i
 }
 
 template <class Engine, class Scene>
-std::pair<double, double> mean_and_error(const Scene& scene, const gmis::SampleCounts& counts, int iterations,
-                                         std::uint64_t seed) {
+gmis_test::Mean mean_and_error(const Scene& scene, const gmis::SampleCounts& counts, int iterations,
+                               std::uint64_t seed) {
   gmis::RenderSettings settings;
   settings.counts = counts;
   settings.max_depth = 2;
   settings.seed = gmis_test::seed(seed);
   Engine engine(scene, settings);
-  gmis::SerialExecutor executor;
-  double sum = 0, squares = 0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0;
-    for (const auto& pixel : engine.frame())
-      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
-    sum += mean / iterations;
-    squares += mean * mean / iterations;
-  }
+  const gmis_test::Mean mean = gmis_test::mean_of_iterations(engine, iterations);
   CHECK(engine.counters().rejected() == 0);
-  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1))};
+  return mean;
 }
 
 }  // namespace
@@ -364,11 +356,11 @@ TEST_CASE("Every kind of light keeps its energy near, far and behind, beside a l
     const D origin = scene.statistics().world_origin;
     const auto irradiance = [&](const D& at) { return world.irradiance(at) + of_point(lamp, 0.2)(at); };
     const double truth = floor_radiance(scene.camera(), origin, irradiance);
-    const auto check = [&](const char* how, std::pair<double, double> found) {
-      CAPTURE(world.name, how, found.first / truth, found.second / truth);
+    const auto check = [&](const char* how, const gmis_test::Mean& found) {
+      CAPTURE(world.name, how, found.value / truth, found.standard_error / truth);
       // The oracle's own grid, and float.
-      CHECK(std::abs(found.first - truth) < quantile * found.second + 1e-3 * truth);
-      CHECK(quantile * found.second < 0.05 * truth);  // so that 5 % shows
+      CHECK(std::abs(found.value - truth) < quantile * found.standard_error + 1e-3 * truth);
+      CHECK(quantile * found.standard_error < 0.05 * truth);  // so that 5 % shows
     };
     check("pt", mean_and_error<gmis::PathTracer<Scene>>(scene, gmis::integrators::pt, 400, 71));
     check("bpt", mean_and_error<gmis::Engine<Scene>>(scene, gmis::integrators::bpt, 400, 72));

@@ -13,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
+#include "transport/mean_of_iterations.hpp"
 
 // Learned emission in built-in scenes: starts follow the stated density, pictures keep their
 // energy, and light trees hit what is seen as often as the geometry says.
@@ -195,10 +196,7 @@ TEST_CASE("Nothing is guided where most of the emitted light is of use") {
 
 namespace {
 
-struct Mean {
-  double value = 0, standard_error = 0;
-  gmis::Counters counters;
-};
+using gmis_test::Mean;
 
 Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, gmis::Emission emission, int iterations) {
   gmis::RenderSettings settings;
@@ -207,20 +205,11 @@ Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, gmis::Emissio
   settings.emission = emission;
   settings.seed = gmis_test::seed(emission == gmis::Emission::learned ? 43 : 44);
   gmis::Engine<Scene> engine(scene, settings);
-  gmis::SerialExecutor executor;
   if (emission == gmis::Emission::learned) engine.use_emission_guide(learn(scene, settings.seed));
-  double sum = 0, squares = 0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0;
-    for (const auto& pixel : engine.frame())
-      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
-    sum += mean / iterations;
-    squares += mean * mean / iterations;
-  }
+  const Mean mean = gmis_test::mean_of_iterations(engine, iterations);
   CHECK(engine.counters().rejected() == 0);
   CHECK((engine.emission_guide() != nullptr) == (emission == gmis::Emission::learned));
-  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1)), engine.counters()};
+  return mean;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
+#include "transport/mean_of_iterations.hpp"
 
 // What a choice of lights for the receiver gains, against a sum over all lights; runs that use it
 // where it pays; and a pilot whose run has the same knowledge.
@@ -101,23 +102,6 @@ TEST_CASE("The gain of a choice for the receiver is that of a sum over all light
 
 namespace {
 
-struct Mean {
-  double value = 0, standard_error = 0;
-};
-Mean mean_of(gmis::AnyEngine<gmis::Vec3<float>>& engine, int iterations) {
-  gmis::SerialExecutor executor;
-  double sum = 0, squares = 0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0;
-    for (const auto& pixel : engine.frame())
-      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
-    sum += mean / iterations;
-    squares += mean * mean / iterations;
-  }
-  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1))};
-}
-
 template <class Engine>
 bool have_same_bits(const Engine& a, const Engine& b) {
   return std::memcmp(a.frame().data(), b.frame().data(), a.frame().size_bytes()) == 0;
@@ -136,7 +120,7 @@ TEST_CASE("A run chooses lights for the receiver where that pays, with less nois
   for (const auto* const counts : {&gmis::integrators::pt, &gmis::integrators::bpt}) {
     settings.counts = *counts;
     gmis::Engine<Scene> engine(learned, settings), power(by_power, settings), receiver(by_receiver, settings);
-    const Mean a = mean_of(engine, 300), b = mean_of(power, 300);
+    const gmis_test::Mean a = gmis_test::mean_of_iterations(engine, 300), b = gmis_test::mean_of_iterations(power, 300);
     CHECK(engine.chooses_for_receiver());
     CHECK_FALSE(power.chooses_for_receiver());
     receiver.continue_after(299);

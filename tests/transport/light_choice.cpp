@@ -8,6 +8,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/mean_of_iterations.hpp"
 #include "transport/ways.hpp"
 
 // A light cut in two that next events choose between with probabilities that depend on the
@@ -122,20 +123,11 @@ void check(double bias, gmis::RenderSettings settings = {}) {
   for (const int depth : {2, 3, 6}) {
     settings.max_depth = depth;
     typename I::template Engine<SplitFurnace> engine(scene, I::settings(settings));
-    gmis::SerialExecutor executor;
-    double sum = 0.0, squares = 0.0;
-    for (int i = 0; i < iterations; ++i) {
-      engine.iterate(executor);
-      double mean = 0.0;
-      for (const float value : engine.frame())
-        mean += static_cast<double>(value) / static_cast<double>(engine.frame().size());
-      sum += mean / iterations;
-      squares += mean * mean / iterations;
-    }
+    const gmis_test::Mean mean = gmis_test::mean_of_iterations(engine, iterations);
     const double truth = (1.0 - std::pow(albedo, depth)) / (1.0 - albedo);
-    const double error = std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1));
-    CAPTURE(depth, sum, truth, error);
-    CHECK(std::abs(sum - truth) <
+    const double error = mean.standard_error;
+    CAPTURE(depth, mean.value, truth, error);
+    CHECK(std::abs(mean.value - truth) <
           gmis::student_t_quantile(1.0 - level / 2.0, iterations - 1) * error + bias * truth + 1e-6);
     CHECK(error < 0.02 * truth);
     CHECK(engine.counters().rejected_non_finite + engine.counters().rejected_negative == 0);

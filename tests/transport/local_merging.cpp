@@ -11,6 +11,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
+#include "transport/mean_of_iterations.hpp"
 
 // The energy of a local count of merging, at radii so large that a factor forgotten at one end of a
 // path shows: the means of whole pictures against path tracing, which has no part in it.
@@ -72,10 +73,7 @@ auto box(const Material<float>& ball, const Material<float>& lamp) {
   return builder.build();
 }
 
-struct Mean {
-  double value, standard_error;
-  gmis::Counters counters;
-};
+using gmis_test::Mean;
 
 template <class Scene>
 Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, int iterations, double radius = 0.12) {
@@ -86,18 +84,9 @@ Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, int iteration
   settings.alpha = 1.0;
   settings.seed = gmis_test::seed(41);
   gmis::Engine<Scene> engine(scene, settings);
-  gmis::SerialExecutor executor;
-  double sum = 0.0, squares = 0.0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0.0;
-    for (const auto& pixel : engine.frame())
-      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
-    sum += mean / iterations;
-    squares += mean * mean / iterations;
-  }
+  const Mean mean = gmis_test::mean_of_iterations(engine, iterations);
   CHECK(engine.counters().rejected() == 0);
-  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1)), engine.counters()};
+  return mean;
 }
 
 constexpr gmis::SampleCounts local_vcm = [] {
