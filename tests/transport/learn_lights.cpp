@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #include "gmis/scene.hpp"
@@ -50,6 +51,28 @@ const std::vector<PointLight> unequal{{{0.3, 1.5, 0.2}, 1}, {{12, 14, -9}, 60}, 
 const std::vector<PointLight> alike{{{0.5, 9, 0}, 4}, {{-0.5, 9, 0}, 4}};
 
 }  // namespace
+
+TEST_CASE("The gain leaves out the largest hundredth, narrow lobes and lights without power") {
+  using Arrival = gmis::Arrival<float, Scene::Light>;
+  const auto arrival = [](double mass, double chosen, double by_power, bool has_narrow_lobe) {
+    Arrival one{};
+    one.mass = mass;
+    one.chosen = chosen;
+    one.by_power = by_power;
+    one.has_narrow_lobe = has_narrow_lobe;
+    return one;
+  };
+  // 100 with m² = 1 and a ratio of 2, 98 with m² = 4 and a ratio of 1/2; the two largest of 200 say
+  // 1000, a narrow lobe and a light that power never chooses the same.
+  std::vector<Arrival> arrivals(100, arrival(1, 0.5, 0.25, false));
+  arrivals.insert(arrivals.end(), 98, arrival(2, 0.25, 0.5, false));
+  arrivals.insert(arrivals.end(), 2, arrival(3, 1, 0.001, false));
+  arrivals.push_back(arrival(1, 1, 0.001, true));
+  arrivals.push_back(arrival(1, 1, 0, false));
+  const double gain = gmis::receiver_gain(std::span<const Arrival>(arrivals));
+  CHECK(gain == Approx((100 * 2 + 98 * 4 * 0.5) / (100 + 98 * 4.0)));
+  CHECK(gmis::receiver_gain(std::span<const Arrival>()) == 1);
+}
 
 TEST_CASE("The gain of a choice for the receiver is that of a sum over all lights and places") {
   const Scene scene = floor_with(unequal, LightSelection::learned);
