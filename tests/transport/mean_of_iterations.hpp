@@ -16,7 +16,7 @@ struct Mean {
   gmis::Counters counters;    ///< of all iterations
 };
 
-/// Renders so many iterations, at least 2, with a gmis::Engine or a gmis::AnyEngine.
+/// Renders `iterations` iterations, at least 2, with a gmis::Engine or a gmis::AnyEngine.
 template <class Engine>
 [[nodiscard]] Mean mean_of_iterations(Engine& engine, int iterations) {
   gmis::SerialExecutor executor;

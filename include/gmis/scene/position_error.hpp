@@ -34,7 +34,8 @@ template <std::floating_point T>
   }
   return static_cast<T>((6 * across + 10 * extent) * static_cast<double>(std::numeric_limits<T>::epsilon()));
 }
-/// The same for a sphere.
+/// A bound on the rounding error of a point on a sphere, in scene units: from the size of the
+/// centre's coordinates and from the radius.
 template <std::floating_point T>
 [[nodiscard]] T position_error(const SphereShape<T>& ball) {
   const double size = std::abs(static_cast<double>(ball.center.x)) + std::abs(static_cast<double>(ball.center.y)) +
