@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/iteration_result.hpp"
@@ -30,7 +31,8 @@ class RankRound {
   /// Renders the iterations `done` + 1 to `done` + `length`, one a rank. Afterwards
   /// the engine has no work. Returns false when the executor of any rank was stopped: the round is
   /// left out.
-  [[nodiscard]] bool render(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done, std::uint32_t length) {
+  GMIS_RARE [[nodiscard]] bool render(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done,
+                                      std::uint32_t length) {
     const auto rank = static_cast<std::uint32_t>(ranks_.rank());
     IterationResult<S> mine;
     bool is_stopped = false;
@@ -48,7 +50,8 @@ class RankRound {
     if (ranks_.count() > 1) return exchange(engine, mine, is_stopped, length);
     mine.frame = part_of(engine, mine.frame, frame_);
     mine.merging_change = part_of(engine, mine.merging_change, change_);
-    iterations_.assign(1, std::move(mine));
+    iterations_ = std::vector<IterationResult<S>>(1);
+    iterations_.front() = std::move(mine);
     return !is_stopped;
   }
 
@@ -86,7 +89,7 @@ class RankRound {
   }
 
   /// Each rank sends each other one its numbers, and that one's rows of its frame.
-  bool exchange(const AnyEngine<S>& engine, IterationResult<S>& mine, bool is_stopped, std::uint32_t length) {
+  GMIS_RARE bool exchange(const AnyEngine<S>& engine, IterationResult<S>& mine, bool is_stopped, std::uint32_t length) {
     const auto count = static_cast<std::size_t>(ranks_.count()), rank = static_cast<std::size_t>(ranks_.rank());
     const bool merges = !engine.merging_change().empty();
     const auto size_between = [&](std::size_t from, std::size_t to) {
@@ -117,7 +120,7 @@ class RankRound {
     receive_.resize(std::accumulate(receive_sizes.begin(), receive_sizes.end(), std::size_t{0}));
     ranks_.exchange(send_, send_sizes, receive_, receive_sizes);
 
-    iterations_.assign(length, {});
+    iterations_ = std::vector<IterationResult<S>>(length);
     const std::size_t pixels = pixel_count(stripe(rank));
     frame_.resize(length * pixels);
     change_.resize(merges ? length * pixels : 0);
