@@ -149,9 +149,8 @@ class CameraSubpath {
   }
 
   /// Adds the radiance of infinite lights to an escaped subpath. The vertex at infinity keeps its
-  /// density per steradian; g at the near end of the edge is |cos|, without a distance. Apart from
-  /// the walk, which is shorter by a second emitter hit then.
-  GMIS_NEVER_INLINE void escape(const Edge& edge) {
+  /// density per steradian; g at the near end of the edge is |cos|, without a distance.
+  void escape(const Edge& edge) {
     output_.on_escape(edge.step, edge.throughput, edge.depth);
     if (context_.has.emitter_hit) {
       if (is_usable_density(edge.step.forward)) [[likely]]
