@@ -201,6 +201,23 @@ TEST_CASE("Callbacks are called by rank 0 alone, with the whole picture") {
   check_same(outcome_of(one, 1, state).result, outcome.result);
 }
 
+TEST_CASE("Rank 0 has the rows of its own again after it has shown the whole picture") {
+  std::size_t before = 0, shown = 0, after = 0;
+  gmis_test::on_ranks(2, [&](const gmis::RanksRef& ranks) {
+    gmis::SerialExecutor executor;
+    gmis::RenderRequest request = request_with(gmis::integrators::pt, 4);
+    request.ranks = ranks;
+    Run run(engines({}), furnace.camera().resolution(), request);
+    const bool goes_on = run.advance(executor);
+    const std::size_t own = run.film().pixel_count();
+    const gmis::Picture picture = run.picture();
+    if (goes_on && ranks.is_first()) before = own, shown = picture.values.size(), after = run.film().pixel_count();
+  });
+  CHECK(before == 36);  // 4 of 9 rows
+  CHECK(shown == 81);
+  CHECK(after == before);
+}
+
 TEST_CASE("The errors in the log against a reference are those of one rank") {
   Case one{"bpt", request_with(gmis::integrators::bpt, 9)};
   const std::vector<float> reference(81, 2.5F);
