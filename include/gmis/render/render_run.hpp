@@ -469,6 +469,8 @@ template <Spectrum S_>
 void RenderRun<S_>::note_engine() {
   made_.counts = engine_->engine().counts();
   if (const Choice* choice = engine_->choice(); choice != nullptr && !made_.choice) made_.choice = *choice;
+  // Known from the first iteration on; an engine that goes on from a checkpoint may learn less.
+  if (made_.state.iterations <= 1) made_.lights = engine_->engine().light_use();
   made_.radius = engine_->engine().first_radius();
   made_.photon_bytes = engine_->engine().photon_bytes();
   made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings);
