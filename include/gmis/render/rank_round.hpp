@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/iteration_result.hpp"
@@ -31,9 +32,11 @@ class RankRound {
   /// Renders the iterations `done` + 1 to `done` + `length`, dealt to the ranks in turn; one rank
   /// alone renders one. Afterwards the engine has no work. Returns false when the executor of any
   /// rank was stopped: the round is left out.
-  [[nodiscard]] bool render(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done, std::uint32_t length) {
+  GMIS_RARE [[nodiscard]] bool render(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done,
+                                      std::uint32_t length) {
     if (ranks_.count() == 1) {
-      iterations_.assign(1, next_of(engine, executor, done));
+      iterations_ = std::vector<IterationResult<S>>(1);
+      iterations_[0] = next_of(engine, executor, done);
       iterations_[0].frame = part_of(engine, iterations_[0].frame, frame_);
       iterations_[0].merging_change = part_of(engine, iterations_[0].merging_change, change_);
       return !executor.is_stopped();
@@ -67,7 +70,7 @@ class RankRound {
   }
 
   /// Renders the iteration after `done`; its pixels are the engine's.
-  static IterationResult<S> next_of(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done) {
+  GMIS_RARE static IterationResult<S> next_of(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done) {
     const std::clock_t start = std::clock();
     engine.continue_after(done);
     engine.iterate(executor);
@@ -99,7 +102,7 @@ class RankRound {
   }
 
   /// Appends to what each rank is sent: the numbers of an iteration, and the rows of that rank.
-  void append(const AnyEngine<S>& engine, IterationResult<S> one) {
+  GMIS_RARE void append(const AnyEngine<S>& engine, IterationResult<S> one) {
     StateWriter numbers;
     one.exchange_numbers(numbers);
     for (std::size_t r = 0; r < send_.size(); ++r) {
@@ -117,7 +120,7 @@ class RankRound {
 
   /// Sends each rank its part, and reads the parts for this one. Each begins with a byte that says
   /// whether its sender was stopped; what a stopped rank did not render is zeros.
-  bool exchange(bool merges, std::uint32_t length) {
+  GMIS_RARE bool exchange(bool merges, std::uint32_t length) {
     const std::size_t count = send_.size(), own = pixel_count(stripe(static_cast<std::size_t>(ranks_.rank())));
     const auto size_between = [&](std::size_t from, std::size_t to) {
       const std::size_t iterations = (length + count - 1 - from) / count;
@@ -134,7 +137,7 @@ class RankRound {
     receive_.resize(std::accumulate(receive_sizes.begin(), receive_sizes.end(), std::size_t{0}));
     ranks_.exchange(send, send_sizes, receive_, receive_sizes);
 
-    iterations_.assign(length, {});
+    iterations_ = std::vector<IterationResult<S>>(length);
     frame_.resize(length * own);
     change_.resize(merges ? length * own : 0);
     bool is_stopped = false;
