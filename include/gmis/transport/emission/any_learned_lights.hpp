@@ -4,7 +4,8 @@
 
 namespace gmis {
 
-/// What a run does with its lights, and the gains that decided it.
+/// The choice of lights and of the starts of light subpaths in a run, and the gains that decided
+/// it.
 struct LightUse {
   bool chooses_for_receiver = false;  ///< next events choose lights for the receiver, light subpaths by power
   /// `receiver_gain`: second moment of next events with lights chosen by power over that with
