@@ -88,12 +88,6 @@ Emission emission_of(const std::string& name) {
   throw InputError("--emission " + in_quotes(name) + " is not known: use power or learned");
 }
 
-PixelCounts pixel_counts_of(const std::string& name) {
-  if (name == "uniform") return PixelCounts::uniform;
-  if (name == "learned") return PixelCounts::learned;
-  throw InputError("--pixel-counts " + in_quotes(name) + " is not known: use uniform or learned");
-}
-
 Sampler sampler_of(const std::string& name) {
   if (name == "independent") return Sampler::independent;
   if (name == "sobol") return Sampler::sobol;
@@ -122,7 +116,6 @@ void require_above_zero(const char* option, double value) {
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
   std::string replay, aov, isa, radius, sampler = "sobol", lights, emission;
-  std::string pixel_counts = "uniform";
   std::string tone = "clamp", completion, exposure = "auto", max_memory;
   double seconds = 0, relative_error = 0;
   bool manual = false;
@@ -169,10 +162,6 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                  "Where light subpaths start: as the lights shine, by power, or learned, where their light is needed, "
                  "when lights shine far beyond the picture (auto's default)")
       ->type_name("power|learned");
-  app.add_option(
-         "--pixel-counts", raw.pixel_counts,
-         "Camera subpaths of a pixel in an iteration: uniform (one, the default), or learned: more where they pay")
-      ->type_name("uniform|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations,
                  "Stop after this number of iterations (64); 17..32/64: those of a run of 64, to be joined")
@@ -393,7 +382,6 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   const char* const of_lights = options.integrator == IntegratorChoice::automatic ? "learned" : "power";
   options.lights = lights_of(raw.lights.empty() ? of_lights : raw.lights);
   options.emission = emission_of(raw.emission.empty() ? of_lights : raw.emission);
-  options.pixel_counts = pixel_counts_of(raw.pixel_counts);
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);

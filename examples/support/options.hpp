@@ -45,7 +45,6 @@ struct Options {
   Scheme scheme = Scheme::N3;
   Sampler sampler = Sampler::sobol;
   Emission emission = Emission::power;                             ///< of light subpaths
-  PixelCounts pixel_counts = PixelCounts::uniform;                 ///< numbers of camera subpaths
   scene::LightSelection lights = scene::LightSelection::by_power;  ///< of next events
   std::optional<std::array<int, 2>> size;
   int max_depth = 16;

@@ -29,8 +29,6 @@ ReplayedPath<SceneSpectrum> replay_with(const BuiltScene& scene, const RenderSet
   if (path.kind == PathKind::light && path.number >= engine.light_tree_count())
     throw InputError("--replay: there is no light tree " + std::to_string(path.number) + ": an iteration has " +
                      std::to_string(engine.light_tree_count()));
-  // Iterations that learn come before all changes.
-  while (engine.iteration() + 1 < path.iteration && engine.is_learning()) engine.iterate(executor);
   if (changes.radius_factor) engine.merge_within(*changes.radius_factor);
   engine.scale_merging(changes.merging_gain);
   engine.prepare_replay(executor, path.iteration);

@@ -74,7 +74,6 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.settings.alpha = options.alpha;
   request.settings.sampler = options.sampler;
   request.settings.emission = options.emission;
-  request.settings.pixel_counts = options.pixel_counts;
   request.budget.iterations = options.iterations;
   request.budget.seconds = options.seconds;
   request.budget.relative_error = options.relative_error;
@@ -137,8 +136,6 @@ std::string explain(const Options& options, const RenderRequest& request, const 
     text << "\nlights      of next events by power, distance and orientation as the receiver sees them";
   if (options.emission == Emission::learned && options.integrator != IntegratorChoice::automatic)
     text << "\nemission    of light subpaths learned: where their light is needed";
-  if (options.pixel_counts == PixelCounts::learned)
-    text << "\ncounts      of camera subpaths learned: more in the pixels where they pay";
   text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);
   if (request.candidates.size() > 1)
     text << "choice      a pilot chooses among " << request.candidates.size()

@@ -196,7 +196,6 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["version"] = GMIS_VERSION;
   json["isa"] = instruction_set;
   json["emission"] = facts.options->emission == Emission::learned ? "learned" : "power";
-  json["pixel_counts"] = facts.options->pixel_counts == PixelCounts::learned ? "learned" : "uniform";
   json["sampler"] = facts.options->sampler == Sampler::sobol ? "sobol" : "independent";
   json["scene"] = options.scene;
   json["width"] = result.image.width;

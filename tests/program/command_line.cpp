@@ -209,11 +209,11 @@ TEST_CASE("Help, version and the list of scenes go to standard output") {
   const Outcome help = run(folder, "--help");
   CHECK(help.exit_code == 0);
   for (const char* option :
-       {"--integrator", "--effects",     "--split",       "--scheme",      "--size",       "--max-depth", "--radius",
-        "--alpha",      "--light-paths", "--seed",        "--threads",     "--iterations", "--time",      "--error",
-        "--crop",       "--techniques",  "--halves",      "--out",         "--stats",      "--log",       "--reference",
-        "--explain",    "--quiet",       "--list-scenes", "--check",       "--lenient",    "--exposure",  "--aov",
-        "--lights",     "--resume",      "--emission",    "--pixel-counts"}) {
+       {"--integrator", "--effects",     "--split",       "--scheme",  "--size",       "--max-depth", "--radius",
+        "--alpha",      "--light-paths", "--seed",        "--threads", "--iterations", "--time",      "--error",
+        "--crop",       "--techniques",  "--halves",      "--out",     "--stats",      "--log",       "--reference",
+        "--explain",    "--quiet",       "--list-scenes", "--check",   "--lenient",    "--exposure",  "--aov",
+        "--lights",     "--resume",      "--emission"}) {
     CAPTURE(option);
     CHECK(help.out.find(option) != std::string::npos);
   }
@@ -645,7 +645,7 @@ TEST_CASE("bash completes options, the words of their values, files and scenes")
     return text_of(folder.path / "found.txt");
   };
   CHECK(completed("--integrator b", 2) == "bpt bpm\n");
-  CHECK(completed("--pixel-c", 1) == "--pixel-counts\n");
+  CHECK(completed("--emis", 1) == "--emission\n");
   CHECK(completed("--out a.", 2) == "a.pfm\n");
   CHECK(completed("corn", 1) == "cornell\n");
   CHECK(completed("--seed ''", 2) == "\n");
@@ -879,36 +879,6 @@ Shape "sphere" "float radius" 100
   CHECK(refused.err.find("the emission differs") != std::string::npos);
   CHECK(run(folder, same + "--emission all").err.find("--emission \"all\" is not known: use power or learned") !=
         std::string::npos);
-}
-
-TEST_CASE("--pixel-counts: camera subpaths of a pixel") {
-  const ScratchFolder folder;
-  const std::string same = "cornell --size 24x24 --integrator bpt --connections 1 --out a.pfm ";
-  const auto stats_of = [&](const std::string& arguments) {
-    const auto made = run(folder, same + arguments + " --quiet --stats a.json");
-    INFO(made.err);
-    REQUIRE(made.exit_code == 0);
-    return nlohmann::json::parse(text_of(folder / "a.json"));
-  };
-  const auto learned = stats_of("--iterations 9 --pixel-counts learned"), uniform = stats_of("--iterations 9");
-  CHECK(learned["pixel_counts"] == "learned");
-  CHECK(uniform["pixel_counts"] == "uniform");
-  CHECK(uniform["counts"]["camera_paths"] == 9 * 24 * 24);
-  CHECK(learned["counts"]["camera_paths"] >= (9 + 4) * 24 * 24);  // two subpaths a pixel while they are learned
-  CHECK(stats_of("--iterations 9 --pixel-counts learned --threads 2")["image_hash"] == learned["image_hash"]);
-  for (const char* first : {"2", "6"}) {
-    CAPTURE(first);
-    REQUIRE(run(folder, same + "--pixel-counts learned --quiet --checkpoint a.ck --iterations " + first).exit_code ==
-            0);
-    CHECK(stats_of("--iterations 9 --pixel-counts learned --resume a.ck")["image_hash"] == learned["image_hash"]);
-  }
-  const auto refused = run(folder, same + "--iterations 9 --resume a.ck");
-  CHECK(refused.exit_code == 2);
-  CHECK(refused.err.find("the choice of pixel counts differs") != std::string::npos);
-  CHECK(run(folder, same + "--pixel-counts all")
-            .err.find("--pixel-counts \"all\" is not known: use uniform or learned") != std::string::npos);
-  const auto explained = run(folder, same + "--iterations 1 --pixel-counts learned --explain");
-  CHECK(explained.out.find("of camera subpaths learned") != std::string::npos);
 }
 
 TEST_CASE("Progress: within an iteration, and what is not known is not 0") {

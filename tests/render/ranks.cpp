@@ -66,9 +66,6 @@ std::vector<Case> cases() {
   Case cropped{"a crop", request_with(integrators::vcm)};
   cropped.request.crop = gmis::PixelBounds{{2, 1}, {8, 5}};
   all.push_back(cropped);
-  Case learned{"learned numbers of subpaths", request_with(integrators::pt, 30)};
-  learned.request.settings.pixel_counts = gmis::PixelCounts::learned;
-  all.push_back(learned);
   Case independent{"independent samples", request_with(integrators::vcm, 37)};
   independent.request.settings.sampler = gmis::Sampler::independent;
   all.push_back(independent);

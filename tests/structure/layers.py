@@ -26,7 +26,7 @@ LAYERS = {
 # only. Headers directly in the layer's folder are the room ".", but for ROOM.hpp, which belongs to
 # the room it is called after. A layer that is not here must be without a cycle, and no more.
 ROOMS = {
-    "transport": ["state", "pixel_counts", "emission", "plan", "weights", "photons", "context", "techniques", "walk", "engine", "replay", "allocation",
+    "transport": ["state", "emission", "plan", "weights", "photons", "context", "techniques", "walk", "engine", "replay", "allocation",
                   "splitting"],
 }
 # Rooms that alone in their layer may include a further layer.

@@ -27,17 +27,16 @@ class RankRound {
   /// `picture`: the rendered part of the frame.
   RankRound(RanksRef ranks, const PixelBounds& picture) : ranks_(ranks), picture_(picture) {}
 
-  /// Renders the iterations `done` + 1 to `done` + `length`, one a rank. While the engine learns,
-  /// `length` is 1, and all ranks render that iteration. Afterwards the engine has no work. Returns
-  /// false when the executor of any rank was stopped: the round is left out.
+  /// Renders the iterations `done` + 1 to `done` + `length`, one a rank. Afterwards
+  /// the engine has no work. Returns false when the executor of any rank was stopped: the round is
+  /// left out.
   [[nodiscard]] bool render(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done, std::uint32_t length) {
     const auto rank = static_cast<std::uint32_t>(ranks_.rank());
-    const bool is_learning = engine.is_learning();
     IterationResult<S> mine;
     bool is_stopped = false;
-    if (rank < length || is_learning) {
+    if (rank < length) {
       const std::clock_t start = std::clock();
-      engine.continue_after(is_learning ? done : done + rank);
+      engine.continue_after(done + rank);
       engine.iterate(executor);
       is_stopped = executor.is_stopped();
       mine = {.frame = engine.frame(),

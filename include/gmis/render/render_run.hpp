@@ -358,7 +358,6 @@ template <Spectrum S_>
 std::uint32_t RenderRun<S_>::round_length() const {
   const std::uint32_t n = made_.state.iterations;
   auto length = static_cast<std::uint32_t>(request_.ranks.count());
-  if (engine_->engine().is_learning()) return 1;
   if (adapts_merging()) length = std::min(length, std::max(4U, 2 * std::bit_floor(n)) - n);
   const std::uint32_t last = request_.budget.iterations.value_or(0);
   return last > n ? std::min(length, last - n) : length;
@@ -377,9 +376,6 @@ bool RenderRun<S_>::advance(ExecutorRef executor) {
     double ignored = 0.0;
     const detail::RunTimer timer(made_.state.seconds, ignored);
     const EngineWork before = engine.take_work();
-    // Numbers of camera subpaths are learned from the first iterations, whoever renders them.
-    while (engine.is_learning() && engine.iteration() < iterations_before()) engine.iterate(executor);
-    (void)engine.take_work();
     const bool is_whole = round_.render(engine, executor, iterations_before() + made_.state.iterations, length);
     engine.add_work(before);
     if (!is_whole) return false;
@@ -477,10 +473,7 @@ void RenderRun<S_>::note_engine() {
 template <Spectrum S_>
 void RenderRun<S_>::update_forecast(double cpu_seconds, double wall_seconds) {
   const Choice* const choice = engine_->choice();
-  // An iteration that learns takes longer than those that follow.
-  const bool learns = request_.settings.pixel_counts == PixelCounts::learned;
-  const std::uint32_t usual = learns ? PixelCountLearner::iterations + 2 : 2;
-  if (choice == nullptr || !choice->chosen || made_.forecast || made_.state.iterations != usual) return;
+  if (choice == nullptr || !choice->chosen || made_.forecast || made_.state.iterations != 2) return;
   made_.forecast =
       forecast_prices(expected_law(*choice, choice->forecasts[*choice->chosen].counts, request_.settings),
                       {static_cast<double>(made_.state.iterations), made_.cpu_seconds, made_.state.seconds},

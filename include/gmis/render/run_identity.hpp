@@ -108,7 +108,6 @@ GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& requ
   identity.add(RunIdentity::seed, std::to_string(settings.seed));
   identity.add("the sampler", static_cast<int>(settings.sampler));
   identity.add("the emission", static_cast<int>(settings.emission));
-  identity.add("the choice of pixel counts", static_cast<int>(settings.pixel_counts));
   identity.add("the greatest depth", settings.max_depth);
   identity.add("the merging radius", settings.radius ? *settings.radius : 0.0);
   identity.add("alpha", settings.alpha);

@@ -75,8 +75,7 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
     settings.radius =
         settings.radius.value_or(default_radius(scene)) * std::sqrt(mean_disk(settings.alpha, expected_iterations));
     settings.alpha = 1.0;
-    settings.pixel_counts = PixelCounts::uniform;  // forecasts are for one camera subpath a pixel
-    settings.sampler = Sampler::independent;       // forecasts compare iterations
+    settings.sampler = Sampler::independent;  // forecasts compare iterations
     settings.counts = made;
     return settings;
   }

@@ -7,7 +7,6 @@
 #include "gmis/transport/photons/light_vertex_cache.hpp"
 #include "gmis/transport/photons/light_vertex_grid.hpp"
 #include "gmis/transport/photons/stored_light_vertex.hpp"
-#include "gmis/transport/pixel_counts/pixel_counts.hpp"
 #include "gmis/transport/state/path_filter.hpp"
 #include "gmis/transport/state/pixel_bounds.hpp"
 #include "gmis/transport/state/sample_counts.hpp"
@@ -42,7 +41,6 @@ struct NumberKeys {
   std::uint64_t seed;       ///< of the run
   Sampler sampler;          ///< the sequences that the numbers come from
   std::uint32_t iteration;  ///< from 1
-  PixelSchedule schedule;   ///< camera subpaths by pixel
 };
 
 /// The light vertices of an iteration, for connections.

@@ -16,8 +16,6 @@
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/counters.hpp"
 #include "gmis/transport/emission/any_learned_lights.hpp"
-#include "gmis/transport/pixel_counts/learned_pixel_counts.hpp"
-#include "gmis/transport/state/operation_costs.hpp"
 #include "gmis/transport/state/path_output.hpp"
 #include "gmis/transport/state/pixel_bounds.hpp"
 #include "gmis/transport/state/rejection.hpp"
@@ -96,18 +94,7 @@ class AnyEngine {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(iteration_, settings_.counts.radius_factor, merging_gain_, counters_, light_work_, rejections_, seconds_);
-    pixel_counts_.exchange_state(archive, frame_.size());
   }
-
-  /// Traces the numbers of camera subpaths in `table` from the next iteration on; it must have the
-  /// pixels of the frame and must not depend on samples of the iterations that it serves. Call it
-  /// before the first iteration with `RenderSettings::pixel_counts` learned: nothing is learned
-  /// then.
-  void use_pixel_counts(PixelCountTable table) { pixel_counts_.use(std::move(table), iteration_); }
-  /// The numbers of camera subpaths; null before they are learned, and when they would gain little.
-  [[nodiscard]] const PixelCountTable* pixel_counts() const noexcept { return pixel_counts_.table(); }
-  /// True while numbers of camera subpaths are learned from the iterations.
-  [[nodiscard]] bool is_learning() const noexcept { return pixel_counts_.is_learning(); }
 
   /// Learns about the lights with the numbers of `seed` (`learn_lights`), where the settings or the
   /// scene ask for it and nothing is known yet. The first iteration does so with the seed of the
@@ -184,9 +171,6 @@ class AnyEngine {
   /// frame is rendered.
   GMIS_RARE AnyEngine(const RenderSettings& settings, glm::ivec2 resolution, const std::optional<PixelBounds>& crop);
 
-  /// Learns numbers of camera subpaths from the latest iteration, which took the work `work`.
-  GMIS_RARE void learn_pixel_counts(const Counters& work);
-
   RenderSettings settings_;            ///< of the next iteration
   glm::ivec2 resolution_;              ///< columns and rows of the frame
   PixelBounds crop_;                   ///< the rendered part of the frame
@@ -202,7 +186,6 @@ class AnyEngine {
   RejectionLog rejections_;            ///< the first paths with rejections
   PhaseSeconds seconds_;               ///< wall time by phase, over all iterations
   std::uint32_t iteration_ = 0;        ///< number of the latest iteration, from 1
-  LearnedPixelCounts pixel_counts_;    ///< numbers of camera subpaths
 };
 
 template <Spectrum S>
@@ -218,17 +201,6 @@ AnyEngine<S>::AnyEngine(const RenderSettings& settings, glm::ivec2 resolution, c
     light_tree_count_ =
         static_cast<std::size_t>(std::max(1.0, std::round(counts().light_paths * static_cast<double>(pixels))));
   if (counts().has(Technique::merge)) merging_change_.assign(pixels, 0.0F);
-  if (settings.pixel_counts == PixelCounts::learned && counts().traces_camera()) {
-    const glm::ivec2 size = glm::max(crop_.upper - crop_.lower, glm::ivec2(0));
-    pixel_counts_ = LearnedPixelCounts(CropPixels{
-        width, height, static_cast<std::size_t>(crop_.lower.y) * width + static_cast<std::size_t>(crop_.lower.x),
-        static_cast<std::size_t>(size.x), static_cast<std::size_t>(size.y)});
-  }
-}
-
-template <Spectrum S>
-void AnyEngine<S>::learn_pixel_counts(const Counters& work) {
-  pixel_counts_.end_iteration(std::span<const S>(frame_), cost_of(work), iteration_);
 }
 
 #ifdef GMIS_COMPILED

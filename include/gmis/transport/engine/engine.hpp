@@ -42,13 +42,12 @@ class Stopwatch {
 }  // namespace detail
 
 /// The engine behind all integrators. An iteration traces the light trees, builds the grid of light
-/// vertices and traces one camera subpath per pixel, or more where a `PixelCountTable` says so.
-/// `RenderSettings::counts` select the techniques; the engine skips all work that none of them
-/// needs.
+/// vertices and traces one camera subpath per pixel. `RenderSettings::counts` select the
+/// techniques; the engine skips all work that none of them needs.
 ///
 /// Work is divided into chunks of fixed size, which are merged in their order. The same seed
 /// therefore gives the same bits for any number of threads. The pixels of a crop have the same bits
-/// as in the whole picture, unless numbers of camera subpaths are learned.
+/// as in the whole picture.
 ///
 /// The constructor throws `std::invalid_argument` (core/argument_error.hpp) for invalid settings.
 /// No other member throws, except when an allocation fails.
@@ -142,38 +141,21 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   /// The data that all techniques read in the latest iteration. It holds references into this
   /// engine.
   [[nodiscard]] Context context() const { return context_for(iteration_, this->counts()); }
-  /// The source of random numbers for one path of the context's iteration. `subpath`: its number
-  /// among those of its pixel.
-  [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number,
-                                         std::uint32_t subpath = 0) {
+  /// The source of random numbers for one path of the context's iteration: the camera subpath of
+  /// the pixel `number` (its index in the frame), or the light tree `number`.
+  [[nodiscard]] static Source numbers_of(const Context& context, PathKind kind, std::uint32_t number) {
     const bool is_light = kind == PathKind::light;
-    // While numbers of subpaths are learned, all but the first one are independent of it.
-    const bool is_independent = subpath > 0 && context.keys.schedule.uniform > 1;
     if constexpr (std::same_as<Source, SampleNumbers>)
-      if (context.keys.sampler == Sampler::sobol && !is_independent) [[unlikely]] {
+      if (context.keys.sampler == Sampler::sobol) [[unlikely]] {
         // Camera subpaths: a sequence a pixel, over the iterations of a replication. Light trees:
         // one sequence over all trees of all these iterations.
         const std::uint32_t replication = (context.keys.iteration - 1) % sobol_replications;
         const std::uint64_t index = (context.keys.iteration - 1) / sobol_replications;
         return is_light ? SampleNumbers::sobol(context.keys.seed, replication, 0, sobol_light_stream,
                                                index * context.light.tree_count + number, 26)
-                        : SampleNumbers::sobol(context.keys.seed, replication, number, sobol_camera_stream,
-                                               context.keys.schedule.first_point(number) + subpath, 12);
+                        : SampleNumbers::sobol(context.keys.seed, replication, number, sobol_camera_stream, index, 12);
       }
-    const std::uint32_t camera = subpath == 0 ? camera_stream : further_camera_streams + subpath;
-    return Source(context.keys.seed, context.keys.iteration, number, is_light ? light_stream : camera);
-  }
-  /// Calls `trace(pixel, source, share)` for each camera subpath of a pixel (its index in the
-  /// frame) in the context's iteration. The pixel is the sum of their values, each multiplied by
-  /// `share`.
-  template <class Trace>
-  static void trace_pixel(const Context& context, std::uint32_t pixel, Trace&& trace) {
-    const auto width = static_cast<std::uint32_t>(context.frame.resolution.x);
-    const glm::ivec2 place(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
-    const std::uint32_t count = context.keys.schedule.count(pixel);
-    const T share = T(1) / static_cast<T>(count);
-    for (std::uint32_t subpath = 0; subpath < count; ++subpath)
-      trace(place, numbers_of(context, PathKind::camera, pixel, subpath), share);
+    return Source(context.keys.seed, context.keys.iteration, number, is_light ? light_stream : camera_stream);
   }
 
  private:
@@ -189,8 +171,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     camera_stream = 1,
     census_stream = 2,
     sobol_light_stream = 4,
-    sobol_camera_stream = 5,
-    further_camera_streams = 16  // 17 to 23
+    sobol_camera_stream = 5
   };
 
   GMIS_RARE [[nodiscard]] Context context_for(std::uint32_t iteration, const SampleCounts& counts) const;
@@ -206,10 +187,6 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   void trace_light(ExecutorRef executor, const Context& context);
   void build_grid(ExecutorRef executor, T radius);
   void trace_camera(ExecutorRef executor, const Context& context);
-  /// Traces the subpaths of a pixel that has more than one, or may have, and notes the difference
-  /// of the last two while their numbers are learned.
-  template <class Subpath>
-  GMIS_NEVER_INLINE void trace_several(const Context& context, Subpath& subpath, Output& output, std::uint32_t pixel);
   void add_splats();
 
   const Sc& scene_;
@@ -281,10 +258,7 @@ auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const Sam
                   .merge = counts.has(Technique::merge)},
           .max_depth = settings_.max_depth,
           .frame = {this->crop_, this->resolution_},
-          .keys = {.seed = settings_.seed,
-                   .sampler = settings_.sampler,
-                   .iteration = iteration,
-                   .schedule = this->pixel_counts_.schedule(iteration)},
+          .keys = {.seed = settings_.seed, .sampler = settings_.sampler, .iteration = iteration},
           .filter = PathFilter(settings_.path_classes),
           .light = {.cache = cache_, .tree_count = light_tree_count_, .connection_scale = connection_scale},
           .photons = {.grid = grid_,
@@ -309,24 +283,17 @@ void Engine<Sc, Method_, Source>::begin_iteration(ExecutorRef executor) {
 
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::iterate(ExecutorRef executor) {
-  const Counters before = counters_;
   begin_iteration(executor);
   if (this->counts().traces_camera())
     trace_camera(executor, context());
   else
     std::fill(frame_.begin(), frame_.end(), S(T(0)));
   if (this->counts().has(Technique::splat)) add_splats();
-  if (this->is_learning()) {
-    const detail::Stopwatch stopwatch(seconds_.film);
-    this->learn_pixel_counts(counters_ - before);
-  }
   for_each_output([this](Output& output) { this->rejections_.append(output.rejections(), iteration_); });
 }
 
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::prepare_replay(ExecutorRef executor, std::uint32_t iteration) {
-  while (iteration_ + 1 < iteration && this->is_learning())
-    iterate(executor);  // tables come from the iterations before
   iteration_ = iteration - 1;
   begin_iteration(executor);
 }
@@ -400,7 +367,6 @@ void Engine<Sc, Method_, Source>::build_grid(ExecutorRef executor, T radius) {
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::trace_camera(ExecutorRef executor, const Context& context) {
   const detail::Stopwatch stopwatch(seconds_.camera);
-  const bool has_one_subpath = context.keys.schedule.table == nullptr && context.keys.schedule.uniform == 1;
   executor.parallel_for(camera_outputs_.size(), [&](std::size_t row) {
     Output& output = camera_outputs_[row];
     output.clear();
@@ -414,10 +380,7 @@ void Engine<Sc, Method_, Source>::trace_camera(ExecutorRef executor, const Conte
         continue;
       }
       output.begin_pixel(static_cast<std::uint32_t>(pixel));
-      if (has_one_subpath) [[likely]]
-        subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
-      else
-        trace_several(context, subpath, output, static_cast<std::uint32_t>(pixel));
+      subpath.trace({x, y}, pixel, numbers_of(context, PathKind::camera, static_cast<std::uint32_t>(pixel)));
       frame_[pixel] = output.take_pixel();
       if (!this->merging_change_.empty()) this->merging_change_[pixel] = output.merging_change();
     }
@@ -428,24 +391,6 @@ void Engine<Sc, Method_, Source>::trace_camera(ExecutorRef executor, const Conte
     this->merged_light_ += output.merged_light();
   }
 }
-
-/// \cond
-template <Scene Sc, class Method_, class Source>
-template <class Subpath>
-void Engine<Sc, Method_, Source>::trace_several(const Context& context, Subpath& subpath, Output& output,
-                                                std::uint32_t pixel) {
-  const double cost_before = cost_of(output.counters());
-  T but_last(0);
-  trace_pixel(context, pixel, [&](glm::ivec2 place, const Source& numbers, T share) {
-    but_last = mean_channel(output.take_pixel());
-    subpath.trace(place, pixel, numbers, share);
-  });
-  if (this->is_learning())
-    this->pixel_counts_.learner().note(pixel,
-                                       2.0 * static_cast<double>(mean_channel(output.take_pixel()) - T(2) * but_last),
-                                       cost_of(output.counters()) - cost_before);
-}
-/// \endcond
 
 template <Scene Sc, class Method_, class Source>
 void Engine<Sc, Method_, Source>::add_splats() {

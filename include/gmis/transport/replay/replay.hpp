@@ -199,7 +199,7 @@ class ReplayOutput : public PathObserver {
 };
 
 /// Traces one path of the iteration that `engine` is prepared for (`Engine::prepare_replay`): the
-/// camera subpaths of the pixel with index `number`, which must lie in the crop, or the light tree
+/// camera subpath of the pixel with index `number`, which must lie in the crop, or the light tree
 /// `number`, which must be below `light_tree_count`. A light tree whose first ray leaves the scene
 /// has its start as the only vertex; a tree without an emission sample has no vertex.
 template <class Engine>
@@ -215,9 +215,9 @@ template <class Engine>
   if (kind == PathKind::camera) {
     output.begin_pixel(number);
     CameraSubpath<Context, ReplayOutput<Context>> subpath(context, output);
-    Engine::trace_pixel(context, number, [&](auto pixel, const auto& numbers, auto share) {
-      subpath.trace(pixel, number, numbers, share);
-    });
+    const auto width = static_cast<std::uint32_t>(context.frame.resolution.x);
+    subpath.trace({static_cast<int>(number % width), static_cast<int>(number / width)}, number,
+                  Engine::numbers_of(context, kind, number));
     path.pixel_sum = output.take_pixel();
   } else if constexpr (Context::has_light_side) {
     output.begin_trees(number);

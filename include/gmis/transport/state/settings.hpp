@@ -14,11 +14,6 @@ namespace gmis {
 /// picture.
 enum class Emission : std::uint8_t { power, learned };
 
-/// Camera subpaths of a pixel: one everywhere (`uniform`), or numbers by pixel that are learned in
-/// the first iterations and used where they are predicted to gain (`learned`,
-/// pixel_counts/pixel_counts.hpp).
-enum class PixelCounts : std::uint8_t { uniform, learned };
-
 /// The settings of a run.
 struct RenderSettings {
   SampleCounts counts;     ///< techniques and their numbers of samples, for example one of `gmis::integrators`
@@ -30,8 +25,7 @@ struct RenderSettings {
   int max_depth = 16;            ///< greatest number of edges of a path; 1: light seen directly; at most 256
   std::optional<double> radius;  ///< r_1, times `SampleCounts::radius_factor`, in scene units; unset: 0.4 pixel widths
   double alpha = 2.0 / 3.0;      ///< r_i = r_1 i^((α−1)/2)
-  Emission emission = Emission::power;              ///< `learned` needs lights that model `GuidableLight`
-  PixelCounts pixel_counts = PixelCounts::uniform;  ///< camera subpaths by pixel
+  Emission emission = Emission::power;  ///< `learned` needs lights that model `GuidableLight`
   /// When set, every path is classified and only paths of these classes are made.
   std::optional<PathClassSet> path_classes;
 };

@@ -35,10 +35,9 @@ class CameraSubpath {
   CameraSubpath(const Context& context, Output& output) : context_(context), output_(output) {}
 
   /// Traces one subpath through `pixel`. `number` is the index of the pixel in the frame (rows from
-  /// the upper left). `source` must be keyed to this pixel, iteration and subpath. Contributions
-  /// are multiplied by `share`, for a mean of several subpaths.
+  /// the upper left). `source` must be keyed to this pixel and iteration.
   template <UniformSource Source>
-  void trace(glm::ivec2 pixel, std::size_t number, Source source, T share = T(1)) {
+  void trace(glm::ivec2 pixel, std::size_t number, Source source) {
     ++output_.counters().camera_paths;
     if (context_.max_depth < 1) return;
     number_ = number;
@@ -46,13 +45,9 @@ class CameraSubpath {
     const auto [u, v, u_lens, v_lens] = uniforms<T, 4>(source);
     const auto sample = context_.scene.camera().sample_ray(pixel, Vec2<T>{u, v}, Vec2<T>{u_lens, v_lens});
     if (!sample) return;
-    output_.on_start(sample->origin, sample->weight * share);
-    Edge edge{sample->origin,
-              {sample->direction, sample->weight, sample->density, T(0), false},
-              sample->weight * share,
-              {},
-              1,
-              {}};
+    output_.on_start(sample->origin, sample->weight);
+    Edge edge{
+        sample->origin, {sample->direction, sample->weight, sample->density, T(0), false}, sample->weight, {}, 1, {}};
     if constexpr (detail::is_hot_walk<Context, Output>)
       if (context_.counts.extends_camera && !context_.filter.classifies()) [[likely]] {
         follow_plain(edge, source);
