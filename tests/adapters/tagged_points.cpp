@@ -27,7 +27,7 @@ constexpr double pi = theirs::pi;
 constexpr std::size_t first_tile = 3, tile_count = 4;
 constexpr double height_of_camera = 0.3, half_window = 0.5;
 
-/// What the renderer knows of a shape beside its place.
+/// Colours, liquids and light of a shape.
 struct Look {
   Spectrum reflected{0}, transmitted{0};        ///< albedos
   Spectrum above{0}, below{0};                  ///< absorbed per length, on either side; the normal points to `above`
@@ -371,4 +371,7 @@ TEST_CASE("the adapter that tags its points is sound") {
   gmis::SceneCheckSettings check;
   check.seed = gmis_test::seed(72);
   CHECK(gmis::check_scene(PaperHouse(house), check).text() == "");
+  const auto broken = gmis::check_scene(PaperHouse(house, false), check).broken();
+  REQUIRE_FALSE(broken.empty());
+  CHECK(broken.front().convention == gmis::Convention::light_tag);
 }
