@@ -96,7 +96,7 @@ class StateReader {
   explicit StateReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
   template <class... Values>
-  void operator()(Values&... values) {
+  GMIS_RARE void operator()(Values&... values) {
     (exchange(values), ...);
   }
   /// True when the bytes ended early or made no sense; what was read is then worth nothing.

@@ -113,8 +113,8 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Pl
 /// knows of (`Sampler::sobol`). A budget without any limit becomes one of 64 iterations. `threads`
 /// of the executor turn a time into an expected number of iterations.
 template <Scene Sc>
-[[nodiscard]] RenderRequest automatic_request(const Sc& scene, const Budget& budget, int threads = 1,
-                                              RenderSettings settings = settings_with(Sampler::sobol)) {
+GMIS_RARE [[nodiscard]] RenderRequest automatic_request(const Sc& scene, const Budget& budget, int threads = 1,
+                                                        RenderSettings settings = settings_with(Sampler::sobol)) {
   RenderRequest request;
   request.budget = budget;
   if (!budget.iterations && !budget.seconds && !budget.relative_error) request.budget.iterations = 64;

@@ -124,7 +124,7 @@ class RenderRun {
   /// The picture of the latest iteration alone, inside the crop, of the rows of this rank.
   [[nodiscard]] std::span<const S> frame() const noexcept { return frame_; }
   /// The picture so far.
-  [[nodiscard]] Picture picture() const { return picture_of(whole().film); }
+  [[nodiscard]] Picture picture() const { return picture_of(whole()->film); }
   /// Error and time of the iterations so far.
   [[nodiscard]] const ConvergenceLog& log() const noexcept { return made_.log; }
   /// The engine that is run, with the choice of a pilot.
@@ -134,21 +134,21 @@ class RenderRun {
   /// iteration on.
   [[nodiscard]] std::optional<ErrorEstimate> error() const {
     if (!made_.batches || estimated_after_ == made_.state.iterations) return latest_error_;
-    const RunRecord<S>& all = whole();
-    return request_.ranks.of_first(request_.ranks.is_first() ? all.error() : std::nullopt);
+    const WholeRecord all = whole();
+    return request_.ranks.of_first(request_.ranks.is_first() ? all->error() : std::nullopt);
   }
 
   /// The bias of merging in the picture so far; empty after one iteration that merges.
   [[nodiscard]] std::optional<MergingBias> merging_bias() const {
-    const RunRecord<S>& all = whole();
-    return request_.ranks.is_first() ? all.merging_bias() : std::nullopt;
+    const WholeRecord all = whole();
+    return request_.ranks.is_first() ? all->merging_bias() : std::nullopt;
   }
 
   /// The prices of the usual errors, and of half the present one.
   [[nodiscard]] std::optional<PriceTable> prices() const {
     const std::optional<ErrorEstimate> present = error();
-    const RunRecord<S>& all = whole();
-    return request_.ranks.is_first() ? all.prices(present) : std::nullopt;
+    const WholeRecord all = whole();
+    return request_.ranks.is_first() ? all->prices(present) : std::nullopt;
   }
   /// The prices of the usual errors as the pilot's choice has them; empty before two iterations
   /// with the chosen counts.
@@ -176,9 +176,30 @@ class RenderRun {
     archive(*engine_);
   }
 
+  /// The record of this rank while it has these pixels in place of its own; without pixels, with
+  /// its own. There is one at a time.
+  class WholeRecord {
+   public:
+    WholeRecord(RunRecord<S>& record, std::optional<PixelSums<S>> pixels)
+        : record_(record), pixels_(std::move(pixels)) {
+      exchange_pixels();
+    }
+    ~WholeRecord() { exchange_pixels(); }
+    WholeRecord(const WholeRecord&) = delete;
+    WholeRecord& operator=(const WholeRecord&) = delete;
+    RunRecord<S>* operator->() const noexcept { return &record_; }
+    RunRecord<S>& operator*() const noexcept { return record_; }
+
+   private:
+    GMIS_RARE void exchange_pixels() {
+      if (pixels_) std::swap(*pixels_, static_cast<PixelSums<S>&>(record_));
+    }
+    RunRecord<S>& record_;
+    std::optional<PixelSums<S>> pixels_;
+  };
   /// The record with the rows of all ranks, at rank 0; elsewhere that of its own rows. All ranks
   /// call it together.
-  GMIS_RARE RunRecord<S>& whole() const;
+  GMIS_RARE WholeRecord whole() const;
   /// The part of a whole record that this rank keeps.
   GMIS_RARE void keep_rows_of(RunRecord<S>&& all);
 
@@ -192,10 +213,10 @@ class RenderRun {
   GMIS_RARE void prepare_part();
   /// Iterations of the run before those of its part.
   [[nodiscard]] std::uint32_t iterations_before() const { return request_.part ? request_.part->first - 1 : 0; }
-  /// Number of iterations to render now: one a rank, but decisions come between rounds.
+  /// Number of iterations to render now: some a rank, but decisions come between rounds.
   [[nodiscard]] std::uint32_t round_length() const;
   /// Takes in an iteration of the round under way, which took this share of its wall time.
-  void take(const IterationResult<S>& iteration, double wall_seconds);
+  GMIS_RARE void take(const IterationResult<S>& iteration, double wall_seconds);
   /// True when a limit is met that does not depend on time.
   [[nodiscard]] bool is_over() const {
     RunState state = made_.state;
@@ -232,7 +253,6 @@ class RenderRun {
   std::optional<RenderEngine<S>> engine_;
   RankRound<S> round_;
   RunRecord<S> made_;                          ///< of whole iterations and the rows of this rank
-  mutable std::optional<RunRecord<S>> whole_;  ///< of all rows, with several ranks
   std::span<const S> frame_;                   ///< of the round
   std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
   std::uint32_t estimated_after_ = 0, next_estimate_ = 2;
@@ -285,18 +305,16 @@ void RenderRun<S_>::prepare_part() {
 }
 
 template <Spectrum S_>
-RunRecord<S_>& RenderRun<S_>::whole() const {
+typename RenderRun<S_>::WholeRecord RenderRun<S_>::whole() const {
   const RanksRef& ranks = request_.ranks;
   auto& own = const_cast<RunRecord<S>&>(made_);  // an archive names what it writes as it does what it reads
-  if (ranks.count() == 1) return own;
+  if (ranks.count() == 1) return {own, {}};
   StateWriter rows;
   rows(static_cast<PixelSums<S>&>(own));
   const std::vector<std::vector<std::byte>> parts = detail::gathered(ranks, rows.bytes());
-  if (!ranks.is_first()) return own;
+  if (!ranks.is_first()) return {own, {}};
   const glm::ivec2 size = crop_.upper - crop_.lower;
-  whole_.emplace(made_);
-  PixelSums<S>& all = *whole_;
-  all = PixelSums<S>(request_, size);
+  PixelSums<S> all(request_, size);
   for (int rank = 0; rank < ranks.count(); ++rank) {
     const PixelBounds stripe = detail::stripe_of(crop_, rank, ranks.count());
     const int height = stripe.upper.y - stripe.lower.y;
@@ -305,7 +323,7 @@ RunRecord<S_>& RenderRun<S_>::whole() const {
     reader(part);
     all.copy_rows(part, {0, stripe.lower.y - crop_.lower.y, height});
   }
-  return *whole_;
+  return {own, std::move(all)};
 }
 
 template <Spectrum S_>
@@ -357,7 +375,13 @@ RenderResult RenderRun<S_>::run(ExecutorRef executor) {
 template <Spectrum S_>
 std::uint32_t RenderRun<S_>::round_length() const {
   const std::uint32_t n = made_.state.iterations;
-  auto length = static_cast<std::uint32_t>(request_.ranks.count());
+  const auto count = static_cast<std::uint32_t>(request_.ranks.count());
+  // Ranks wait for each other once a round. It grows with the run: what an interrupt or a limit of
+  // time or error throws away stays a small part; and what a rank holds to send stays small, too.
+  const bool has_known_end = request_.budget.iterations && !request_.budget.relative_error && !request_.budget.seconds;
+  const std::size_t pixels = std::max<std::size_t>(1, RankRound<S>::pixel_count(crop_));
+  const auto most = static_cast<std::uint32_t>(std::clamp<std::size_t>((std::size_t{1} << 22U) / pixels, 1, 8));
+  std::uint32_t length = count == 1 ? 1 : count * std::clamp(n / ((has_known_end ? 4 : 32) * count), 1U, most);
   if (adapts_merging()) length = std::min(length, std::max(4U, 2 * std::bit_floor(n)) - n);
   const std::uint32_t last = request_.budget.iterations.value_or(0);
   return last > n ? std::min(length, last - n) : length;
@@ -428,7 +452,7 @@ void RenderRun<S_>::take(const IterationResult<S>& iteration, double wall_second
 template <Spectrum S_>
 std::vector<std::byte> RenderRun<S_>::checkpoint() {
   StateWriter state;
-  exchange_state(state, whole());
+  exchange_state(state, *whole());
   if (!request_.ranks.is_first()) return {};
   return detail::checkpoint_bytes(identity(), state.bytes());
 }
@@ -453,8 +477,8 @@ void RenderRun<S_>::finish_log(ExecutorRef executor) {
 template <Spectrum S_>
 RenderResult RenderRun<S_>::result(StopReason reason) const {
   const std::optional<ErrorEstimate> estimate = error();
-  const RunRecord<S>& all = whole();
-  if (request_.ranks.is_first()) return all.result(request_, reason, estimate);
+  const WholeRecord all = whole();
+  if (request_.ranks.is_first()) return all->result(request_, reason, estimate);
   RenderResult elsewhere;
   elsewhere.stopped_by = reason;
   elsewhere.iterations = made_.state.iterations;
@@ -486,14 +510,15 @@ void RenderRun<S_>::adapt_merging() {
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   const std::uint32_t n = made_.state.iterations;
   if (!adapts_merging() || n < 4 || !std::has_single_bit(n)) return;
-  const RunRecord<S>& all = whole();
+  const WholeRecord all = whole();
   AnyEngine<S>& engine = *engine_->picture_engine();
-  const std::optional<MergingBias> bias = request_.ranks.is_first() ? all.merging_bias() : std::nullopt;
+  const std::optional<MergingBias> bias = request_.ranks.is_first() ? all->merging_bias() : std::nullopt;
   if (bias) {
     const Choice& choice = *engine_->choice();
     choose_disk(choice, *bias, std::max(2 * n, choice.expected_iterations));
     // A gain has to make up for everything before the run ends.
-    choose_gain(*bias, estimate_of(all.film).mean, choice.expected_iterations > n ? choice.expected_iterations : 2 * n);
+    choose_gain(*bias, estimate_of(all->film).mean,
+                choice.expected_iterations > n ? choice.expected_iterations : 2 * n);
   }
   engine.merge_within(request_.ranks.of_first(engine.counts().radius_factor));
   made_.gain = request_.ranks.of_first(made_.gain);
@@ -546,11 +571,11 @@ void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   if (!made_.batches || estimated_after_ == made_.state.iterations) return;
   double ignored = 0.0;
   const detail::RunTimer timer(made_.state.seconds, ignored);
-  const RunRecord<S>& all = whole();
+  const WholeRecord all = whole();
   if (request_.ranks.is_first()) {
-    latest_error_ = estimate_error(*all.batches, executor);
+    latest_error_ = estimate_error(*all->batches, executor);
     // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
-    if (executor.is_stopped()) latest_error_ = estimate_error(*all.batches);
+    if (executor.is_stopped()) latest_error_ = estimate_error(*all->batches);
   }
   latest_error_ = request_.ranks.of_first(latest_error_);
   estimated_after_ = made_.state.iterations;
@@ -562,7 +587,7 @@ void RenderRun<S_>::add_to_log() {
   const detail::RunTimer timer(made_.state.seconds, ignored);
   const std::optional<ErrorEstimate> estimate = error();
   const bool compares = request_.ranks.of_first(!request_.reference.empty());
-  made_.log.add((compares ? whole() : made_).point(request_, estimate));
+  made_.log.add(compares ? whole()->point(request_, estimate) : made_.point(request_, estimate));
   if (request_.on_log) request_.on_log(made_.log.points().back());
 }
 

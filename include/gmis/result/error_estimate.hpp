@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/statistics.hpp"
@@ -84,7 +85,7 @@ struct ErrorCalibration {
 /// parts of the run: Σ_b w_b² (x_b − m)² / (1 − w_b), w_b the share of part b. Empty before two
 /// parts.
 template <Spectrum S>
-[[nodiscard]] std::vector<double> variances_of_means(const BatchMeans<S>& means) {
+GMIS_RARE [[nodiscard]] std::vector<double> variances_of_means(const BatchMeans<S>& means) {
   const detail::RunParts<S> parts(means);
   std::vector<double> variances;
   if (parts.count() < 2) return variances;
@@ -204,9 +205,9 @@ class ErrorSums {
 /// is not part of any of this* (see `merging_bias`), nor is what no iteration has met. The bits do
 /// not depend on the executor.
 template <Spectrum S>
-[[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, ExecutorRef executor,
-                                                          double confidence = 0.95,
-                                                          const ErrorCalibration& calibration = {}) {
+GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, ExecutorRef executor,
+                                                                    double confidence = 0.95,
+                                                                    const ErrorCalibration& calibration = {}) {
   using Parts = detail::RunParts<S>;
   using Values = detail::PartsOfValues<S>;
   using Indices = typename Values::Indices;

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/film.hpp"
@@ -111,7 +112,7 @@ class MergingChange {
   /// of the squares of the terms of large tiles: one photon is merged with several pixels, so that
   /// neighbours are not independent of each other; large tiles nearly are.
   template <Spectrum S>
-  [[nodiscard]] MergingBias bias_of(const Film<S>& film) const {
+  GMIS_RARE [[nodiscard]] MergingBias bias_of(const Film<S>& film) const {
     if (!has_merged()) return {};
     const std::vector<Tile> large = tiles_of(film, large_tile);
     const MergingBias smooth = bias_over_tiles(large, large_tile, bias_of_change_when_smooth);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/core/spectrum.hpp"
@@ -23,7 +24,8 @@ namespace gmis {
 /// have the worst of the latter. Between 0 and 0.95. Nothing before each replication has two
 /// iterations, and for joined runs. `film` and `replications` hold the same iterations.
 template <Spectrum S>
-[[nodiscard]] std::optional<double> measured_evenness(const Film<S>& film, const BatchMeans<S>& replications) {
+GMIS_RARE [[nodiscard]] std::optional<double> measured_evenness(const Film<S>& film,
+                                                                const BatchMeans<S>& replications) {
   constexpr std::size_t channels = Film<S>::channel_count;
   const auto iterations = static_cast<double>(film.iterations());
   if (!replications.has_equal_batches() || iterations < 2.0 * sobol_replications) return {};

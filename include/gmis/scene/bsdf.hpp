@@ -239,6 +239,10 @@ class SurfaceBsdf {
   [[nodiscard]] const PlainMaterial<T>& material() const noexcept { return *material_; }
 
  private:
+  // The lobes of rough glass, metals, coats and sheets are never inlined: they are long, and an
+  // engine evaluates a BSDF at half a dozen places. They take copies of directions, which then need
+  // not be in memory where no such lobe is met.
+
   using Kind = typename Material::Kind;
 
   [[nodiscard]] bool is_varying() const noexcept { return material_->is_varying; }
@@ -298,7 +302,13 @@ class SurfaceBsdf {
     if (m.kind == Kind::smooth_coated) return {m.diffuse * transmitted(prev, next), {{p * forward}, {p * reverse}}};
 
     if (is_coated_metal()) return reflect_coated_metal(to_prev, to_next, prev, next);
+    return reflect_from_facets(to_prev, to_next, prev, next);
+  }
 
+  /// `reflect` of a rough conductor, and of a rough coat over a diffuse surface.
+  [[nodiscard]] GMIS_NEVER_INLINE Value reflect_from_facets(Vec3<T> to_prev, Vec3<T> to_next, T prev,
+                                                            T next) const noexcept {
+    const PlainMaterial<T>& m = *material_;
     const Ggx<T> ggx{m.alpha, m.masking};
     const Vec3<T> sum = to_prev + to_next;
     const T length = glm::length(sum);
@@ -314,6 +324,7 @@ class SurfaceBsdf {
     if (m.kind == Kind::conductor)
       return {fresnel_conductor(cos_facet, m.metal_eta, m.metal_k) * glossy, {{glossy_forward}, {glossy_reverse}}};
     const T reflectance = fresnel_dielectric(cos_facet, m.eta).reflectance;
+    const T p = m.diffuse_probability, forward = next * (T(1) / pi<T>), reverse = prev * (T(1) / pi<T>);
     return {m.diffuse * transmitted(prev, next) + m.specular * (reflectance * glossy),
             {{p * forward + (T(1) - p) * glossy_forward}, {p * reverse + (T(1) - p) * glossy_reverse}}};
   }
@@ -332,8 +343,8 @@ class SurfaceBsdf {
   }
 
   /// A metal under a coat, without a smooth coat's delta lobe; see `make_coated_conductor`.
-  [[nodiscard]] Value reflect_coated_metal(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev,
-                                           T next) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE Value reflect_coated_metal(Vec3<T> to_prev, Vec3<T> to_next, T prev,
+                                                             T next) const noexcept {
     const PlainMaterial<T>& m = *material_;
     const Vec3<T> sum = to_prev + to_next;
     const T length = glm::length(sum);
@@ -374,14 +385,14 @@ class SurfaceBsdf {
   }
 
   /// Diffuse transmission.
-  [[nodiscard]] Value through_sheet(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE Value through_sheet(Vec3<T> to_prev, Vec3<T> to_next, T prev, T next) const noexcept {
     const bool reflects = are_reflection(to_prev, to_next, prev, next);
     if (!reflects && !are_transmission(to_prev, to_next, prev, next)) return {};
     const T share = (reflects ? material_->diffuse_probability : T(1) - material_->diffuse_probability) / pi<T>;
     return {reflects ? material_->diffuse : material_->specular, {{share * std::abs(next)}, {share * std::abs(prev)}}};
   }
-  [[nodiscard]] std::optional<Sample> sample_sheet(const Vec3<T>& to_prev, T cos_prev, T u,
-                                                   const Vec2<T>& uv) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE std::optional<Sample> sample_sheet(Vec3<T> to_prev, T cos_prev, T u,
+                                                                     Vec2<T> uv) const noexcept {
     const bool reflects = u < material_->diffuse_probability;
     const Vec3<T> to_next = draw_diffuse(reflects ? cos_prev : -cos_prev, uv);
     const T cos_next = glm::dot(shading_normal_, to_next);
@@ -462,8 +473,8 @@ class SurfaceBsdf {
 
   /// f and the densities of `sample` on a rough dielectric, for the signed cosines `prev` and
   /// `next`.
-  [[nodiscard]] Value through_facets(const Vec3<T>& to_prev, const Vec3<T>& to_next, T prev, T next,
-                                     TransportMode mode) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE Value through_facets(Vec3<T> to_prev, Vec3<T> to_next, T prev, T next,
+                                                       TransportMode mode) const noexcept {
     const RoughDielectric<T> facets = facets_seen_at(prev);
     if (are_reflection(to_prev, to_next, prev, next)) {
       const auto lobe = facets.reflection(to_prev, to_next, std::abs(prev), std::abs(next));
@@ -493,8 +504,8 @@ class SurfaceBsdf {
     return std::nullopt;
   }
 
-  [[nodiscard]] std::optional<Sample> sample_facet(const Vec3<T>& to_prev, T cos_prev, T u, const Vec2<T>& uv,
-                                                   TransportMode mode) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE std::optional<Sample> sample_facet(Vec3<T> to_prev, T cos_prev, T u, Vec2<T> uv,
+                                                                     TransportMode mode) const noexcept {
     const RoughDielectric<T> facets = facets_seen_at(cos_prev);
     const Vec3<T> half = facets.sample_facet(to_prev, uv);
     const bool reflects = u < facets.fresnel_at(to_prev, half).reflectance;

@@ -73,6 +73,8 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   GMIS_RARE Engine(const Sc& scene, const RenderSettings& settings,
                    const std::optional<PixelBounds>& crop = std::nullopt, const typename Split::Settings& split = {});
 
+  GMIS_RARE ~Engine() override = default;
+
   GMIS_RARE void iterate(ExecutorRef executor) override;
 
   /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide

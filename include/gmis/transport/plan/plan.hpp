@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/transport/state/path_class.hpp"
 #include "gmis/transport/state/technique.hpp"
@@ -229,8 +230,9 @@ namespace detail {
 /// The plan for a scene with these effects, for paths of at most `max_depth` edges. Only classes in
 /// `wanted` are rendered. `local_merges`: merging is to have a local count
 /// (`SampleCounts::local_merges`).
-[[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth, PathClassSet wanted = PathClassSet::all(),
-                                      bool local_merges = false) noexcept {
+GMIS_RARE [[nodiscard]] constexpr Plan plan_for(const Effects& effects, int max_depth,
+                                                PathClassSet wanted = PathClassSet::all(),
+                                                bool local_merges = false) noexcept {
   Plan plan{effects, classes_of(effects, max_depth), {}, local_merges, {}};
   plan.classes = plan.occurring & wanted;
   const PlanFacts facts{effects, plan.classes, local_merges};

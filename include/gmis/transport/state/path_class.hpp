@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 
 /// \file
@@ -175,7 +176,7 @@ class HalfPath {
 
   /// The class of the path that two subpaths form when an edge joins their far ends. At a merged
   /// vertex, which both subpaths have, exactly one of the two summaries must include its event.
-  [[nodiscard]] friend constexpr PathClass class_of(HalfPath light, HalfPath camera) noexcept {
+  GMIS_NEVER_INLINE [[nodiscard]] friend constexpr PathClass class_of(HalfPath light, HalfPath camera) noexcept {
     const bool light_scatters = light.scatterings() > 0, camera_scatters = camera.scatterings() > 0;
     const int count = static_cast<int>(light.scatterings() + camera.scatterings());
     const bool joins_specular = light.has(ends_specular) || camera.has(ends_specular);

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
@@ -19,16 +23,17 @@ struct Connect {
   static void at_camera_vertex(const Context& context, const Vertex& vertex, std::size_t pixel,
                                UniformSource auto& source, Output& output) {
     using T = typename Vertex::T;
+    using StoredVertex = typename Context::StoredVertex;
     const auto& cache = context.light.cache;
-    const auto try_vertex = [&](const typename Context::StoredVertex& light, T scale) {
+    const bool takes_tree = context.counts.connects_paired_tree;
+    const auto tree = takes_tree ? cache.tree(context.tree_of_pixel(pixel)) : std::span<const StoredVertex>();
+    const auto drawn = cache.size() > 0 ? static_cast<std::size_t>(context.counts.connections) : 0;
+    const T scale = takes_tree ? T(1) : context.light.connection_scale;
+    // One loop, so that `connect`, which is inlined here, is compiled once.
+    for (std::size_t i = 0; i < (takes_tree ? tree.size() : drawn); ++i) {
+      const StoredVertex& light =
+          takes_tree ? tree[i] : cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))];
       if (light.depth() + vertex.depth < context.max_depth) connect(context, vertex, light, scale, output);
-    };
-    if (context.counts.connects_paired_tree) {
-      for (const auto& light : cache.tree(context.tree_of_pixel(pixel))) try_vertex(light, T(1));
-    } else if (cache.size() > 0) {
-      for (int i = 0; i < context.counts.connections; ++i)
-        try_vertex(cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))],
-                   context.light.connection_scale);
     }
   }
 
