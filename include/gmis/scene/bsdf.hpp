@@ -435,9 +435,13 @@ class SurfaceBsdf {
       const auto turn = cos_sin_of_turns(uv.y);
       return Frame<T>::around(reflect_about(to_prev, normal)).to_world({sine * turn.cos, sine * turn.sin, T(1) - drop});
     }
+    return draw_by_facet(diffuse ? m.base_alpha : m.alpha, to_prev, normal, uv);
+  }
+  /// The mirror direction at a facet that is visible from `to_prev`.
+  [[nodiscard]] GMIS_NEVER_INLINE Vec3<T> draw_by_facet(T alpha, Vec3<T> to_prev, Vec3<T> normal,
+                                                        Vec2<T> uv) const noexcept {
     const auto frame = Frame<T>::around(normal);
-    const T alpha = diffuse ? m.base_alpha : m.alpha;
-    const Vec3<T> half = Ggx<T>{alpha, m.masking}.sample_visible(frame.to_local(to_prev), uv);
+    const Vec3<T> half = Ggx<T>{alpha, material_->masking}.sample_visible(frame.to_local(to_prev), uv);
     return glm::normalize(reflect_about(to_prev, frame.to_world(half)));
   }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/compensation.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/core/warp.hpp"
@@ -113,7 +114,7 @@ class EnvironmentMap {
   [[nodiscard]] double total() const noexcept { return total_; }
 
   /// Radiance that arrives from the unit direction `to_sky`.
-  [[nodiscard]] Vec3<T> radiance(const Vec3<T>& to_sky) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE Vec3<T> radiance(Vec3<T> to_sky) const noexcept {
     const Vec3<T> w(glm::dot(axes_[0], to_sky), glm::dot(axes_[1], to_sky), glm::dot(axes_[2], to_sky));
     const Vec2<T> place = mapping_ == SkyMapping::equal_area ? octahedral_sphere_to_square(w) : angles_to_square(w);
     const auto at = [](T x, int cells) {
@@ -199,7 +200,7 @@ class EnvironmentMap {
     scale_ = static_cast<T>(1 / sum);  // rounding, and the zeros near zero
   }
 
-  [[nodiscard]] Sample sample_from(const Table& table, const Vec2<T>& uv) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE Sample sample_from(const Table& table, Vec2<T> uv) const noexcept {
     const auto row = table.rows.sample_and_reuse(uv.y);
     const auto column = table.columns[row.index].sample_and_reuse(uv.x);
     const Vec3<T>& radiance = pixels_[row.index * static_cast<std::size_t>(resolution_.x) + column.index];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/math.hpp"
 
 namespace gmis::scene {
@@ -53,7 +54,8 @@ template <std::floating_point T>
 
 /// Reflectance of a conductor per channel.
 template <std::floating_point T>
-[[nodiscard]] inline Vec3<T> fresnel_conductor(T cos_incident, const Vec3<T>& eta, const Vec3<T>& k) noexcept {
+[[nodiscard]] GMIS_NEVER_INLINE inline Vec3<T> fresnel_conductor(T cos_incident, const Vec3<T>& eta,
+                                                                 const Vec3<T>& k) noexcept {
   return {fresnel_conductor(cos_incident, eta.x, k.x), fresnel_conductor(cos_incident, eta.y, k.y),
           fresnel_conductor(cos_incident, eta.z, k.z)};
 }

@@ -411,8 +411,8 @@ class Light {
 
   /// Seen from outside, the sample is uniform over the solid angle of the sphere; from inside, it
   /// is uniform over the area.
-  [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_sphere(const Point& from,
-                                                                       const Vec2<T>& uv) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE std::optional<NextEventSample<Spectrum>> sample_sphere(const Point& from,
+                                                                                         Vec2<T> uv) const noexcept {
     const T drop = cone_drop(from.position);
     if (drop < T(0)) return toward(uniform_point(uv), from, inverse_area_);
     const Vec3<T> offset = origin_ - from.position;

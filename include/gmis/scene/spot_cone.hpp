@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/cos_sin.hpp"
 #include "gmis/core/math.hpp"
 
@@ -39,7 +40,7 @@ class SpotCone {
     T density;  ///< per steradian: falloff / solid_angle()
   };
   /// A direction with a density exactly proportional to `falloff`.
-  [[nodiscard]] Sample sample(const Vec2<T>& uv) const noexcept {
+  [[nodiscard]] GMIS_NEVER_INLINE Sample sample(Vec2<T> uv) const noexcept {
     // In 1 − cos, the zone between the cones has the mean falloff 1/2.
     const T inner_share = T(2) * inner_ / (inner_ + outer_);
     const T drop = uv.x < inner_share

@@ -30,9 +30,11 @@ struct Connect {
     const auto drawn = cache.size() > 0 ? static_cast<std::size_t>(context.counts.connections) : 0;
     const T scale = takes_tree ? T(1) : context.light.connection_scale;
     // One loop, so that `connect`, which is inlined here, is compiled once.
-    for (std::size_t i = 0; i < (takes_tree ? tree.size() : drawn); ++i) {
-      const StoredVertex& light =
-          takes_tree ? tree[i] : cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))];
+    const StoredVertex* next_of_tree = tree.data();
+    for (std::size_t left = takes_tree ? tree.size() : drawn; left > 0; --left) {
+      const StoredVertex& light = next_of_tree != nullptr
+                                      ? *next_of_tree++
+                                      : cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))];
       if (light.depth() + vertex.depth < context.max_depth) connect(context, vertex, light, scale, output);
     }
   }
