@@ -369,6 +369,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
   if (!result.joined_seeds.empty() && request.on_log)  // runs that are joined have made their points long ago
     for (const gmis::ConvergencePoint& point : result.log) request.on_log(point);
   if (options.explain && result.choice) std::fputs(explain_choice(*result.choice, result.counters).c_str(), stdout);
+  if (options.explain) std::fputs(explain_lights(result.lights).c_str(), stdout);
 
   RunFacts facts;
   facts.options = &options;

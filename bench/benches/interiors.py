@@ -9,12 +9,14 @@ errors of two seeds, one against either long run, so that no noise of a run or o
 in it; noise² is the rest of relMSE. Auto states a bound on its bias: the table says in how many
 runs it holds.
 
-Writes out/interiors/runs.json, and a table beside it.
+Writes out/interiors/runs.json, and the table in docs/effects.md.
 """
 
+import concurrent.futures
 import itertools
 import json
 import math
+import os
 import pathlib
 import statistics
 
@@ -26,14 +28,15 @@ from measuring import Table, publish, read_pfm, write_pfm
 PROGRAM = "gmis-render"
 OPTIONS = {"seeds": 2, "scenes": ["bathroom", "bedroom", "classroom", "house", "kitchen"]}
 BY_ITSELF = False
+DOCUMENT = "docs/effects.md"
 NAMED = {name: ["--integrator", name] for name in ("auto", "pt", "bpt", "vcm")}
 
 
 def add_options(parser):
     parser.add_argument("folder", type=pathlib.Path, metavar="FOLDER", help="of the interiors")
-    parser.add_argument("--sizes", nargs="+", default=["128x72", "512x288"], help="of the pictures in pixels, WIDTHxHEIGHT")
-    parser.add_argument("--seconds", type=float, default=8, help="processor time of a run 128 pixels wide; it goes with the width")
-    parser.add_argument("--reference-time", type=float, default=20, help="processor time of each half of a reference, in times of a run")
+    parser.add_argument("--sizes", nargs="+", default=["128x72"], help="of the pictures in pixels, WIDTHxHEIGHT")
+    parser.add_argument("--seconds", type=float, default=2, help="processor time of a run 128 pixels wide; it goes with the width")
+    parser.add_argument("--reference-time", type=float, default=8, help="processor time of each half of a reference, in times of a run")
     parser.add_argument("--no-fixed", action="store_true", help="leave out the fixed counts other than those of pt, bpt and vcm")
 
 
@@ -48,7 +51,7 @@ def render(options, scene, size, extra, stem):
 
 def iterations_for(options, scene, size, extra, seconds, stem):
     """The number of iterations that takes `seconds` of processor time."""
-    tried = 16
+    tried = 8
     return max(4, round(tried * seconds / render(options, scene, size, [*extra, f"--iterations {tried}"], stem)["seconds"]["cpu"]))
 
 
@@ -86,19 +89,23 @@ def measure(options, name, size):
     def place(label, end):
         return pathlib.Path(f"{stem}_{label.replace(' ', '_')}_{end}")
 
-    counts = {label: iterations_for(options, scene, size, extra, seconds, place(label, "pace")) for label, extra in configurations.items()}
-    references = []
-    for seed in (1001, 1002):
-        file = place("reference", seed)
-        render(options, scene, size, [*NAMED["bpt"], f"--iterations {round(counts['bpt'] * options.reference_time)} --seed {seed}"], file)
-        references.append(read_pfm(file.with_suffix(".pfm")))
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        paces = {label: pool.submit(iterations_for, options, scene, size, extra, seconds, place(label, "pace")) for label, extra in configurations.items()}
+        counts = {label: pace.result() for label, pace in paces.items()}
+        halves = {seed: place("reference", seed) for seed in (1001, 1002)}
+        long = f"--iterations {round(counts['bpt'] * options.reference_time)}"
+        jobs = [pool.submit(render, options, scene, size, [*NAMED["bpt"], f"{long} --seed {seed}"], half) for seed, half in halves.items()]
+        runs = {label: [] for label in configurations}
+        for seed in range(options.seeds):  # they take turns
+            for label, extra in configurations.items():
+                file = place(label, seed)
+                job = pool.submit(render, options, scene, size, [*extra, f"--iterations {counts[label]} --seed {seed}"], file)
+                runs[label].append((job, file.with_suffix(".pfm")))
+        for job in jobs:
+            job.result()
+        runs = {label: [(job.result(), picture) for job, picture in own] for label, own in runs.items()}
+    references = [read_pfm(half.with_suffix(".pfm")) for half in halves.values()]
     write_pfm(place("reference", "mean").with_suffix(".pfm"), [(a + b) / 2 for a, b in zip(*references)], size)
-    runs = {}
-    for seed in range(options.seeds):  # they take turns
-        for label, extra in configurations.items():
-            file = place(label, seed)
-            stats = render(options, scene, size, [*extra, f"--iterations {counts[label]} --seed {seed}"], file)
-            runs.setdefault(label, []).append((stats, file.with_suffix(".pfm")))
     return {label: summary(own, references) for label, own in runs.items()}
 
 
@@ -120,4 +127,4 @@ def run(options):
     table.add("geometric mean", "", *(f"{geometric_mean(column):.2f}" for column in zip(*ratios)), *[""] * 6)
     table.note(f"{options.seconds:g} processor seconds a run 128 pixels wide, {options.seeds} seeds, at most 12 segments. Ratios are those of work, "
                "relMSE × processor seconds without the worst thousandth of the pixels where not said otherwise.")
-    publish(options, table)
+    publish(options, table, DOCUMENT)

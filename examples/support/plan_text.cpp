@@ -133,6 +133,18 @@ std::string explain_choice(const Choice& choice, const Counters& work) {
   return text.str();
 }
 
+std::string explain_lights(const LightUse& use) {
+  std::ostringstream text;
+  text << std::setprecision(3);
+  if (use.receiver_gain)
+    text << "lights      of next events chosen " << (use.chooses_for_receiver ? "for the receiver" : "by power")
+         << ": for the receiver the second moment is " << *use.receiver_gain << " times smaller\n";
+  if (use.emission_gain)
+    text << "emission    " << (use.guides_emission ? "guided" : "by power")
+         << ": with the learned guide the second moment is " << *use.emission_gain << " times smaller\n";
+  return text.str();
+}
+
 namespace {
 
 /// Why a picture may stay as it is, if the plan knows.

@@ -29,6 +29,10 @@ namespace gmis::tools {
 /// cost.
 [[nodiscard]] std::string explain_choice(const Choice& choice, const Counters& work);
 
+/// Lines of --explain after the run: whether lights were chosen for the receiver and emission was
+/// guided, with the measured gains; empty where nothing was measured.
+[[nodiscard]] std::string explain_lights(const LightUse& use);
+
 /// A line on what may be wrong with the error of a result; empty where nothing is.
 [[nodiscard]] std::string caution_of(const RenderResult& result, const RenderRequest& request, const Plan& plan);
 /// "18 min", with two digits.

@@ -133,6 +133,17 @@ Json choice_json(const Choice& choice, const Counters& work) {
   return json;
 }
 
+Json gain_json(const std::optional<double>& gain) {
+  return gain ? Json(*gain) : Json(nullptr);
+}
+
+Json light_use_json(const LightUse& use) {
+  return {{"chooses_for_receiver", use.chooses_for_receiver},
+          {"receiver_gain", gain_json(use.receiver_gain)},
+          {"guides_emission", use.guides_emission},
+          {"emission_gain", gain_json(use.emission_gain)}};
+}
+
 /// The pixels that make most of the error by their column and row in the image.
 Json error_json(const std::optional<ErrorEstimate>& error, int width) {
   const bool is_calibrated = error && error->is_calibrated();
@@ -207,6 +218,7 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
   json["alpha"] = options.alpha;
   json["light_paths"] = result.counts.light_paths;
   json["lights"] = name_of(options.lights);
+  json["light_use"] = light_use_json(result.lights);
   json["seed"] = result.joined_seeds.empty() ? Json(options.seed) : Json(result.joined_seeds);
   json["threads"] = facts.threads;
   json["iterations"] = result.iterations;

@@ -109,7 +109,7 @@ TEST_CASE("The pilot's picture is that of vcm with its counts and its radius", "
   }
 }
 
-TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto]") {
+TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto][long]") {
   // No fireflies here: a variance with a heavy tail is hard to measure. One radius for all of them.
   // Several pilots, so that the spread of their forecasts is known. Splitting is not among the
   // candidates: a pilot splits at a fixed quarter of the pixels, which stand for all only where
@@ -203,7 +203,7 @@ TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]
   }
 }
 
-TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto]") {
+TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto][long]") {
   // Two families of 9 blocks × 3 scenes; false alarms 1e-3.
   for (const std::string& world : {lamp + diffuse_ball, lamp + glass_ball, point_light + glass_ball}) {
     const auto scene = scene_of(world);

@@ -828,8 +828,17 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
         std::string::npos);
   // A run that measures the gain takes the better one; auto does so by itself, and again when it is
   // resumed.
-  REQUIRE(run(folder, same + "--lights learned --stats learned.json").exit_code == 0);
-  CHECK(nlohmann::json::parse(text_of(folder / "learned.json"))["image_hash"] == receiver["image_hash"]);
+  const auto by_gain = run(folder, same + "--lights learned --explain --stats learned.json");
+  REQUIRE(by_gain.exit_code == 0);
+  CHECK(by_gain.out.find("lights      of next events chosen for the receiver: ") != std::string::npos);
+  const auto learned = nlohmann::json::parse(text_of(folder / "learned.json"));
+  CHECK(learned["image_hash"] == receiver["image_hash"]);
+  CHECK(learned["light_use"]["chooses_for_receiver"] == true);
+  CHECK(learned["light_use"]["receiver_gain"] > 1.25);
+  CHECK(learned["light_use"]["emission_gain"].is_null());
+  CHECK(power["light_use"]["chooses_for_receiver"] == false);
+  CHECK(power["light_use"]["receiver_gain"].is_null());
+  CHECK(receiver["light_use"]["chooses_for_receiver"] == true);
   const std::string automatic = "lamps.pbrt --size 16x16 --max-depth 3 --out a.pfm --quiet ";
   REQUIRE(run(folder, automatic + "--iterations 6 --stats whole.json").exit_code == 0);
   REQUIRE(run(folder, automatic + "--iterations 3 --checkpoint b.ck").exit_code == 0);
@@ -837,7 +846,14 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
   const auto whole = nlohmann::json::parse(text_of(folder / "whole.json"));
   CHECK(whole["lights"] == "learned");
   CHECK(whole["emission"] == "learned");
-  CHECK(nlohmann::json::parse(text_of(folder / "resumed.json"))["image_hash"] == whole["image_hash"]);
+  const auto resumed = nlohmann::json::parse(text_of(folder / "resumed.json"));
+  CHECK(resumed["image_hash"] == whole["image_hash"]);
+  CHECK(resumed["light_use"] == whole["light_use"]);
+  CHECK(whole["light_use"]["emission_gain"].is_number());
+  // A checkpoint holds it: runs are joined without learning anything.
+  REQUIRE(run(folder, automatic + "--iterations 3 --seed 5 --checkpoint c.ck").exit_code == 0);
+  REQUIRE(run(folder, automatic + "--iterations 3 --resume b.ck --resume c.ck --stats joined.json").exit_code == 0);
+  CHECK(nlohmann::json::parse(text_of(folder / "joined.json"))["light_use"] == whole["light_use"]);
 }
 
 TEST_CASE("--emission: where light subpaths start") {
@@ -862,6 +878,10 @@ Shape "sphere" "float radius" 100
   const auto other = nlohmann::json::parse(text_of(folder / "learned.json"));
   CHECK(power["emission"] == "power");
   CHECK(other["emission"] == "learned");
+  CHECK(power["light_use"]["guides_emission"] == false);
+  CHECK(other["light_use"]["guides_emission"] == true);
+  CHECK(other["light_use"]["emission_gain"] > 2.5);
+  CHECK(learned.out.find("emission    guided: with the learned guide the second moment is ") != std::string::npos);
   // By power a light subpath meets the floor with a probability of 36/(4π 990²) · 0.8 = 2.4e-6: of
   // 1536, hardly one in 270 runs.
   CHECK(power["counts"]["photons_stored"] < 3);

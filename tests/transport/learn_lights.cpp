@@ -146,6 +146,12 @@ TEST_CASE("A run chooses lights for the receiver where that pays, with less nois
     const gmis_test::Mean a = gmis_test::mean_of_iterations(engine, 300), b = gmis_test::mean_of_iterations(power, 300);
     CHECK(engine.chooses_for_receiver());
     CHECK_FALSE(power.chooses_for_receiver());
+    const gmis::LightUse use = engine.light_use(), of_power = power.light_use();
+    CHECK(use.chooses_for_receiver);
+    CHECK(use.receiver_gain.value() > 1.25);
+    CHECK_FALSE(use.emission_gain.has_value());  // emission is not asked for
+    CHECK_FALSE(of_power.chooses_for_receiver);
+    CHECK_FALSE(of_power.receiver_gain.has_value());
     receiver.continue_after(299);
     receiver.iterate(executor);
     CHECK(have_same_bits(engine, receiver));
@@ -168,7 +174,8 @@ TEST_CASE("Where a choice for the receiver gains nothing the bits are those of a
   power.iterate(executor);
   REQUIRE(engine.learned_lights() != nullptr);
   CHECK(power.learned_lights() == nullptr);
-  CHECK_FALSE(engine.chooses_for_receiver());
+  CHECK_FALSE(engine.light_use().chooses_for_receiver);
+  CHECK(std::abs(engine.light_use().receiver_gain.value() - 1) < 0.25);
   CHECK(have_same_bits(engine, power));
   // One light leaves no choice, and nothing is learned.
   CHECK(floor_with({alike.front()}, LightSelection::learned).receiver_choice() == gmis::ReceiverChoice::never);
@@ -193,4 +200,14 @@ TEST_CASE("A run has what its pilot learned, which is what it would have learned
   alone.iterate(executor);
   REQUIRE(alone.emission_guide() != nullptr);  // so that the numbers it was learned from matter
   CHECK(have_same_bits(static_cast<const gmis::AnyEngine<gmis::Vec3<float>>&>(alone), run.engine()));
+  const gmis::LightUse use = run.engine().light_use();
+  CHECK(use.guides_emission);
+  CHECK(use.emission_gain.value() >= 1 / gmis::most_relative_moment);
+  CHECK(use.emission_gain == alone.light_use().emission_gain);
+  // Where no light subpath is traced no emission is guided, whatever is known of it.
+  settings.counts = gmis::integrators::pt;
+  gmis::Engine<Scene> path_tracer(scene, settings);
+  path_tracer.use_lights(run.engine().learned_lights());
+  CHECK(path_tracer.light_use().chooses_for_receiver);
+  CHECK_FALSE(path_tracer.light_use().guides_emission);
 }

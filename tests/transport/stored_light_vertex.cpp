@@ -66,9 +66,9 @@ TEST_CASE("a light vertex that is kept has all that it had", "[light vertices]")
       CHECK(kept.point.position_error == vertex.point.position_error);
       CHECK(kept.to_prev == vertex.to_prev);
       CHECK(kept.throughput == vertex.throughput);
-      CHECK(kept.depth == vertex.depth);
-      CHECK(kept.is_photon == vertex.is_photon);
-      CHECK(kept.path == vertex.path);
+      CHECK(kept.depth() == vertex.depth);
+      CHECK(kept.is_photon() == vertex.is_photon);
+      CHECK(kept.path() == vertex.path);
       for (const auto part : {&PartialWeights<float>::shared, &PartialWeights<float>::chain}) {
         CHECK((kept.weights().*part).mantissa() == (vertex.weights.*part).mantissa());
         CHECK((kept.weights().*part).exponent() == (vertex.weights.*part).exponent());

@@ -97,8 +97,9 @@ class HitCheck {
       using S = typename Sc::Spectrum;
       if (!scene_.has_absorption()) return;
       const T length = static_cast<T>(at.distance);
-      const S there = scene_.transmittance({at.ray.origin, at.ray.direction, length});
-      const S back = scene_.transmittance(leave(at.hit.point, Vec3<T>(-at.ray.direction), length));
+      const S there = transmittance_between(scene_, {at.ray.origin, at.ray.direction, length}, at.from, at.hit.point);
+      const S back =
+          transmittance_between(scene_, leave(at.hit.point, Vec3<T>(-at.ray.direction), length), at.hit.point, at.from);
       for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i) {
         const double a = static_cast<double>(SpectrumTraits<S>::channel(there, i)),
                      b = static_cast<double>(SpectrumTraits<S>::channel(back, i));

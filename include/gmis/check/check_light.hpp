@@ -123,9 +123,12 @@ class LightCheck {
       compare_channels(Convention::next_event_weight, sample->weight, emitted.radiance, geometry / density);
     if (light_.is_infinite() || !scene_.visible(segment(from, sample->origin, sample->to_light))) return;
     const auto hit = scene_.intersect(leave(from, sample->to_light));
-    findings_.count(Convention::light_not_hit,
-                    hit && hit->light == &light_ &&
-                        glm::length(V(hit->point.position) - V(sample->origin.position)) < 0.01 * distance);
+    const bool is_hit = hit && hit->light == &light_ &&
+                        glm::length(V(hit->point.position) - V(sample->origin.position)) < 0.01 * distance;
+    findings_.count(Convention::light_not_hit, is_hit);
+    if (is_hit)
+      findings_.count(Convention::light_tag, sample->origin.tag == hit->point.tag,
+                      static_cast<double>(sample->origin.tag), static_cast<double>(hit->point.tag));
   }
 
   /// A sample of emission against `emitted`.

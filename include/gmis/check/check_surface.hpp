@@ -184,7 +184,9 @@ class SurfaceCheck {
       compare_channels(Convention::bsdf_forward, other.value, f.value, 1.0, 0.01);
     }
     if constexpr (BsdfWithCompactForm<B>) {
-      const BsdfValue<S> other = B(bsdf.compact(), point_).evaluate(to_prev_, sample.to_next, mode_);
+      SurfacePoint<T> stored = point_;
+      stored.tag = ~point_.tag;
+      const BsdfValue<S> other = B(bsdf.compact(), stored).evaluate(to_prev_, sample.to_next, mode_);
       compare(Convention::bsdf_compact, number(other.pdf.forward), number(f.pdf.forward), 0.03);
       compare_channels(Convention::bsdf_compact, other.value, f.value, 1.0, 0.03);
     }

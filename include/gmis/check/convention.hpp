@@ -39,6 +39,7 @@ enum class Convention : std::uint8_t {
   receiver_reach,
   light_infinite_list,
   light_not_hit,
+  light_tag,
   next_event_direction,
   next_event_two_densities,
   next_event_distribution,
@@ -118,6 +119,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "scattered there",
       "Scene::infinite_lights must list every infinite light that is no delta light",
       "A ray towards a point of a light that is no delta light must hit it, with Hit::light pointing to that light",
+      "SurfacePoint::tag: the points that a light samples must have the tags that Scene::intersect gives them",
       "NextEventSample::to_light must be the unit vector from the receiver to the light (not from the light)",
       "Light: sample_next_event and next_event_density must state the same density",
       "Light::next_event_density must be the density with which sample_next_event makes the point, per area (for an "

@@ -87,8 +87,8 @@ template <Bsdf B>
 
 /// A BSDF with the optional type `Compact`: what it holds beside the normals of its `SurfacePoint`,
 /// so that a light vertex need not keep them twice. `bsdf.compact()` gives it, `B(compact, point)`
-/// is the BSDF again. `Compact::Whole` is `B` itself, so that a class derived from `B` is not
-/// mistaken for it.
+/// is the BSDF again; the tag of this `point` means nothing. `Compact::Whole` is `B` itself, so
+/// that a class derived from `B` is not mistaken for it.
 template <class B>
 concept BsdfWithCompactForm = Bsdf<B> && std::same_as<typename B::Compact::Whole, B> &&
     requires(const B& bsdf, const SurfacePoint<ScalarOf<typename B::Spectrum>>& point) {

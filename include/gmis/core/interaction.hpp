@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 
 #include "gmis/core/measure.hpp"
@@ -37,6 +38,13 @@ struct SurfacePoint {
   /// including the rounding of the offset itself. A scene that keeps rays off surfaces in another
   /// way leaves it 0.
   T position_error{};
+  /// A number of the scene's own, such as that of the primitive. The engine never reads it, and
+  /// keeps it wherever it keeps the point: `Light::emitted`, `next_event_density` and
+  /// `sample_next_event`, the choice of a light for a receiver and `Scene::transmittance(ray, from,
+  /// to)` receive it with the point. It must be a function of the point on the surface alone, not
+  /// of the ray: `intersect` and the samples of a light give a point the same tag. 0 where it is
+  /// not used.
+  std::uint32_t tag = 0;
 };
 
 /// The ray that leaves `from` along `direction` (unit). Its origin is moved off the surface by

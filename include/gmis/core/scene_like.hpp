@@ -48,8 +48,14 @@ class SceneLike {
   /// False when the scene promises that its transmittance is 1 along every segment.
   [[nodiscard]] bool has_absorption() const requires SceneWithAbsorption<Sc> { return scene_.has_absorption(); }
   /// Transmittance of the scene along `ray`, per channel, from 0 to `t_max`.
-  [[nodiscard]] Spectrum transmittance(const Ray<T>& ray) const requires SceneWithAbsorption<Sc> {
+  [[nodiscard]] Spectrum transmittance(const Ray<T>& ray) const
+      requires(SceneWithAbsorption<Sc> && !SceneWithAbsorptionBetween<Sc>) {
     return scene_.transmittance(ray);
+  }
+  /// The same between two points, where the scene asks for them.
+  [[nodiscard]] Spectrum transmittance(const Ray<T>& ray, const SurfacePoint<T>& from,
+                                       const SurfacePoint<T>& to) const requires SceneWithAbsorptionBetween<Sc> {
+    return scene_.transmittance(ray, from, to);
   }
 
  private:

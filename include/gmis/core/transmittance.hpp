@@ -12,29 +12,66 @@
 
 namespace gmis {
 
+/// A scene with two optional members for absorption that depends on the ends of a segment, such as
+/// on the medium on either side of a surface.
+///
+/// - `has_absorption()`: as in `SceneWithAbsorption`.
+/// - `transmittance(ray, from, to)`: the share of the light, per channel, that passes along `ray`
+///   from the point `from` to the point `to`, with their normals and tags. It is the same for the
+///   way back, from `to` to `from`. One end may be a point of the camera or of a light, as these
+///   made it; none belongs to an infinite light.
+template <class S>
+concept SceneWithAbsorptionBetween = Scene<S> &&
+    requires(const S& scene, const Ray<ScalarOf<typename S::Spectrum>>& ray,
+             const SurfacePoint<ScalarOf<typename S::Spectrum>>& from,
+             const SurfacePoint<ScalarOf<typename S::Spectrum>>& to) {
+  { scene.has_absorption() } -> std::same_as<bool>;
+  { scene.transmittance(ray, from, to) } -> std::convertible_to<typename S::Spectrum>;
+};
+
 /// A scene with two optional members for absorption.
 ///
 /// - `has_absorption()`: false promises that `transmittance` is 1 along every segment. It is read
 ///   once a segment.
 /// - `transmittance(ray)`: the share of the light, per channel, that passes from one end of `ray`
 ///   to the other: exp(−∫σ) over 0 < t < `t_max`, which is finite, and where nothing blocks the
-///   ray. It is the same for light that goes the other way.
+///   ray. It is the same for light that goes the other way. In its place
+///   `transmittance(ray, from, to)` of `SceneWithAbsorptionBetween`, which goes first.
 ///
 /// The engine takes light to and from infinite lights as not absorbed.
 template <class S>
-concept SceneWithAbsorption = Scene<S> && requires(const S& scene, const Ray<ScalarOf<typename S::Spectrum>>& ray) {
-  { scene.has_absorption() } -> std::same_as<bool>;
-  { scene.transmittance(ray) } -> std::convertible_to<typename S::Spectrum>;
-};
+concept SceneWithAbsorption = SceneWithAbsorptionBetween<S> ||
+    (Scene<S>&& requires(const S& scene, const Ray<ScalarOf<typename S::Spectrum>>& ray) {
+      { scene.has_absorption() } -> std::same_as<bool>;
+      { scene.transmittance(ray) } -> std::convertible_to<typename S::Spectrum>;
+    });
 
 /// True when light is absorbed somewhere in the scene. Where it is false, nothing else of this file
 /// runs.
 template <Scene Sc>
 [[nodiscard]] constexpr bool absorbs(const Sc& scene) noexcept {
-  if constexpr (SceneWithAbsorption<Sc>)
+  if constexpr (SceneWithAbsorption<Sc>) {
     return scene.has_absorption();
-  else
+  } else {
+    static_assert(
+        !requires(const Ray<ScalarOf<typename Sc::Spectrum>>& ray,
+                  const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& end) { scene.transmittance(ray, end, end); },
+        "transmittance(ray, from, to) must return the Spectrum of the scene, and needs bool has_absorption() beside "
+        "it");
     return false;
+  }
+}
+
+/// Transmittance along `ray` from the point `from` to the point `to`, per channel.
+template <SceneWithAbsorption Sc>
+[[nodiscard]] constexpr typename Sc::Spectrum transmittance_between(
+    const Sc& scene, const Ray<ScalarOf<typename Sc::Spectrum>>& ray,
+    [[maybe_unused]] const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& from,
+    [[maybe_unused]] const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& to) {
+  if constexpr (SceneWithAbsorptionBetween<Sc>)
+    return scene.transmittance(ray, from, to);
+  else
+    return scene.transmittance(ray);
 }
 
 /// Multiplies `value` by the transmittance of the segment from `from` along `direction` (unit) to
@@ -42,10 +79,11 @@ template <Scene Sc>
 template <Scene Sc>
 GMIS_ALWAYS_INLINE inline void attenuate(const Sc& scene, const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& from,
                                          const Vec3<ScalarOf<typename Sc::Spectrum>>& direction,
-                                         const Vec3<ScalarOf<typename Sc::Spectrum>>& to,
+                                         const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& to,
                                          typename Sc::Spectrum& value) noexcept {
   if constexpr (SceneWithAbsorption<Sc>)
-    value = value * scene.transmittance(leave(from, direction, glm::length(to - from.position)));
+    value = value *
+            transmittance_between(scene, leave(from, direction, glm::length(to.position - from.position)), from, to);
 }
 
 }  // namespace gmis

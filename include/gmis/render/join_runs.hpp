@@ -44,6 +44,7 @@ template <Spectrum S>
       // All parts have run the same pilot: its work counts once.
       whole.counts = part.counts;
       whole.choice = part.choice;
+      whole.lights = part.lights;
       whole.expected_law = part.expected_law;
       whole.radius = part.radius;
       whole.counters = part.counters;

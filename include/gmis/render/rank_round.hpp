@@ -19,53 +19,66 @@
 
 namespace gmis {
 
-/// A round of a run over ranks: each renders one of the iterations to come, then each gets its rows
-/// of the frames of all. Random numbers are keyed by iteration, so that it does not matter who
+/// A round of a run over ranks: each renders some of the iterations to come, then each gets its
+/// rows of the frames of all. Random numbers are keyed by iteration, so that it does not matter who
 /// renders which.
 template <Spectrum S>
 class RankRound {
  public:
   /// `picture`: the rendered part of the frame.
-  RankRound(RanksRef ranks, const PixelBounds& picture) : ranks_(ranks), picture_(picture) {}
+  RankRound(RanksRef ranks, const PixelBounds& picture)
+      : ranks_(ranks), picture_(picture), send_(static_cast<std::size_t>(ranks.count())) {}
 
-  /// Renders the iterations `done` + 1 to `done` + `length`, one a rank. Afterwards
-  /// the engine has no work. Returns false when the executor of any rank was stopped: the round is
-  /// left out.
+  /// Renders the iterations `done` + 1 to `done` + `length`, dealt to the ranks in turn; one rank
+  /// alone renders one. Afterwards the engine has no work. Returns false when the executor of any
+  /// rank was stopped: the round is left out.
   GMIS_RARE [[nodiscard]] bool render(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done,
                                       std::uint32_t length) {
-    const auto rank = static_cast<std::uint32_t>(ranks_.rank());
-    IterationResult<S> mine;
-    bool is_stopped = false;
-    if (rank < length) {
-      const std::clock_t start = std::clock();
-      engine.continue_after(done + rank);
-      engine.iterate(executor);
-      is_stopped = executor.is_stopped();
-      mine = {.frame = engine.frame(),
-              .merging_change = engine.merging_change(),
-              .merged_light = engine.merged_light(),
-              .cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC,
-              .work = engine.take_work()};
+    if (ranks_.count() == 1) {
+      iterations_ = std::vector<IterationResult<S>>(1);
+      iterations_[0] = next_of(engine, executor, done);
+      iterations_[0].frame = part_of(engine, iterations_[0].frame, frame_);
+      iterations_[0].merging_change = part_of(engine, iterations_[0].merging_change, change_);
+      return !executor.is_stopped();
     }
-    if (ranks_.count() > 1) return exchange(engine, mine, is_stopped, length);
-    mine.frame = part_of(engine, mine.frame, frame_);
-    mine.merging_change = part_of(engine, mine.merging_change, change_);
-    iterations_ = std::vector<IterationResult<S>>(1);
-    iterations_.front() = std::move(mine);
-    return !is_stopped;
+    for (std::vector<std::byte>& part : send_) part.assign(1, std::byte{0});
+    bool is_stopped = false;
+    for (auto i = static_cast<std::uint32_t>(ranks_.rank()); i < length && !is_stopped; i += rank_count()) {
+      append(engine, next_of(engine, executor, done + i));
+      is_stopped = executor.is_stopped();
+    }
+    for (std::vector<std::byte>& part : send_) part[0] = static_cast<std::byte>(is_stopped);
+    return exchange(!engine.merging_change().empty(), length);
   }
 
   /// The iterations of the latest round in their order; their pixels stay until the next round.
   [[nodiscard]] std::span<const IterationResult<S>> iterations() const noexcept { return iterations_; }
+  /// Number of pixels.
+  [[nodiscard]] static std::size_t pixel_count(const PixelBounds& bounds) noexcept {
+    const glm::ivec2 size = bounds.upper - bounds.lower;
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  }
 
  private:
   /// Room for the numbers of an iteration: with as many rejected paths as are kept.
   static constexpr std::size_t numbers_size =
       sizeof(IterationResult<S>) + RejectionLog::capacity * sizeof(RejectedPath) + 64;
 
-  [[nodiscard]] static std::size_t pixel_count(const PixelBounds& bounds) noexcept {
-    const glm::ivec2 size = bounds.upper - bounds.lower;
-    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  [[nodiscard]] std::uint32_t rank_count() const noexcept { return static_cast<std::uint32_t>(ranks_.count()); }
+  [[nodiscard]] PixelBounds stripe(std::size_t rank) const noexcept {
+    return detail::stripe_of(picture_, static_cast<int>(rank), ranks_.count());
+  }
+
+  /// Renders the iteration after `done`; its pixels are the engine's.
+  GMIS_RARE static IterationResult<S> next_of(AnyEngine<S>& engine, ExecutorRef executor, std::uint32_t done) {
+    const std::clock_t start = std::clock();
+    engine.continue_after(done);
+    engine.iterate(executor);
+    return {.frame = engine.frame(),
+            .merging_change = engine.merging_change(),
+            .merged_light = engine.merged_light(),
+            .cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC,
+            .work = engine.take_work()};
   }
   /// Calls `use(pixels)` for each row of `bounds` in a frame.
   template <class Value, class Use>
@@ -88,69 +101,64 @@ class RankRound {
     return part;
   }
 
-  /// Each rank sends each other one its numbers, and that one's rows of its frame.
-  GMIS_RARE bool exchange(const AnyEngine<S>& engine, IterationResult<S>& mine, bool is_stopped, std::uint32_t length) {
-    const auto count = static_cast<std::size_t>(ranks_.count()), rank = static_cast<std::size_t>(ranks_.rank());
-    const bool merges = !engine.merging_change().empty();
-    const auto size_between = [&](std::size_t from, std::size_t to) {
-      const std::size_t pixels = from < length ? pixel_count(stripe(to)) : 0;
-      return numbers_size + pixels * (sizeof(S) + (merges ? sizeof(float) : 0));
-    };
-    std::vector<std::size_t> send_sizes(count), receive_sizes(count);
-    for (std::size_t r = 0; r < count; ++r) {
-      send_sizes[r] = size_between(rank, r);
-      receive_sizes[r] = size_between(r, rank);
-    }
+  /// Appends to what each rank is sent: the numbers of an iteration, and the rows of that rank.
+  GMIS_RARE void append(const AnyEngine<S>& engine, IterationResult<S> one) {
     StateWriter numbers;
-    numbers(is_stopped);
-    mine.exchange_numbers(numbers);
-    send_.clear();
-    const auto append = [this](auto row) {
-      const auto bytes = std::as_bytes(row);
-      send_.insert(send_.end(), bytes.begin(), bytes.end());
-    };
-    for (std::size_t r = 0; r < count; ++r) {
-      const std::size_t end = send_.size() + numbers_size;
-      append(std::span(numbers.bytes()));
-      send_.resize(end);
-      if (rank >= length) continue;
-      for_each_row(engine, mine.frame, stripe(r), append);
-      for_each_row(engine, mine.merging_change, stripe(r), append);
-    }
-    receive_.resize(std::accumulate(receive_sizes.begin(), receive_sizes.end(), std::size_t{0}));
-    ranks_.exchange(send_, send_sizes, receive_, receive_sizes);
-
-    iterations_ = std::vector<IterationResult<S>>(length);
-    const std::size_t pixels = pixel_count(stripe(rank));
-    frame_.resize(length * pixels);
-    change_.resize(merges ? length * pixels : 0);
-    std::size_t at = 0;
-    bool is_any_stopped = false;
-    for (std::size_t r = 0; r < count; at += receive_sizes[r], ++r) {
-      StateReader reader(std::span<const std::byte>(receive_).subspan(at, numbers_size));
-      IterationResult<S> one;
-      reader(is_stopped);
-      one.exchange_numbers(reader);
-      is_any_stopped = is_any_stopped || is_stopped;
-      if (r >= length) continue;
-      std::span<const std::byte> bytes = std::span<const std::byte>(receive_).subspan(at, receive_sizes[r]);
-      bytes = bytes.subspan(numbers_size);
-      const auto take = [&](auto& pixels_of_all) {
-        const auto own = std::span(pixels_of_all).subspan(r * pixels, pixels);
-        const auto target = std::as_writable_bytes(own);
-        std::copy_n(bytes.begin(), target.size(), target.begin());
-        bytes = bytes.subspan(target.size());
-        return own;
+    one.exchange_numbers(numbers);
+    for (std::size_t r = 0; r < send_.size(); ++r) {
+      const auto add = [&part = send_[r]](auto row) {
+        const auto bytes = std::as_bytes(row);
+        part.insert(part.end(), bytes.begin(), bytes.end());
       };
-      one.frame = take(frame_);
-      if (merges) one.merging_change = take(change_);
-      iterations_[r] = std::move(one);
+      const std::size_t end = send_[r].size() + numbers_size;
+      add(std::span(numbers.bytes()));
+      send_[r].resize(end);
+      for_each_row(engine, one.frame, stripe(r), add);
+      for_each_row(engine, one.merging_change, stripe(r), add);
     }
-    return !is_any_stopped;
   }
 
-  [[nodiscard]] PixelBounds stripe(std::size_t rank) const noexcept {
-    return detail::stripe_of(picture_, static_cast<int>(rank), ranks_.count());
+  /// Sends each rank its part, and reads the parts for this one. Each begins with a byte that says
+  /// whether its sender was stopped; what a stopped rank did not render is zeros.
+  GMIS_RARE bool exchange(bool merges, std::uint32_t length) {
+    const std::size_t count = send_.size(), own = pixel_count(stripe(static_cast<std::size_t>(ranks_.rank())));
+    const auto size_between = [&](std::size_t from, std::size_t to) {
+      const std::size_t iterations = (length + count - 1 - from) / count;
+      return 1 + iterations * (numbers_size + pixel_count(stripe(to)) * (sizeof(S) + (merges ? sizeof(float) : 0)));
+    };
+    std::vector<std::size_t> send_sizes(count), receive_sizes(count);
+    std::vector<std::byte> send;
+    for (std::size_t r = 0; r < count; ++r) {
+      send_sizes[r] = size_between(static_cast<std::size_t>(ranks_.rank()), r);
+      receive_sizes[r] = size_between(r, static_cast<std::size_t>(ranks_.rank()));
+      send_[r].resize(send_sizes[r]);
+      send.insert(send.end(), send_[r].begin(), send_[r].end());
+    }
+    receive_.resize(std::accumulate(receive_sizes.begin(), receive_sizes.end(), std::size_t{0}));
+    ranks_.exchange(send, send_sizes, receive_, receive_sizes);
+
+    iterations_ = std::vector<IterationResult<S>>(length);
+    frame_.resize(length * own);
+    change_.resize(merges ? length * own : 0);
+    bool is_stopped = false;
+    std::span<const std::byte> bytes(receive_);
+    const auto next = [&bytes](std::size_t size) { return std::exchange(bytes, bytes.subspan(size)).first(size); };
+    const auto pixels_of = [&](std::size_t iteration, auto& pixels_of_all) {
+      const auto pixels = std::span(pixels_of_all).subspan(iteration * own, own);
+      const auto from = next(pixels.size_bytes());
+      std::copy(from.begin(), from.end(), std::as_writable_bytes(pixels).begin());
+      return pixels;
+    };
+    for (std::size_t r = 0; r < count; ++r) {
+      is_stopped = next(1)[0] != std::byte{0} || is_stopped;
+      for (std::size_t i = r; i < length; i += count) {
+        StateReader reader(next(numbers_size));
+        iterations_[i].exchange_numbers(reader);
+        iterations_[i].frame = pixels_of(i, frame_);
+        if (merges) iterations_[i].merging_change = pixels_of(i, change_);
+      }
+    }
+    return !is_stopped;
   }
 
   RanksRef ranks_;
@@ -158,7 +166,8 @@ class RankRound {
   std::vector<IterationResult<S>> iterations_;
   std::vector<S> frame_;
   std::vector<float> change_;
-  std::vector<std::byte> send_, receive_;
+  std::vector<std::vector<std::byte>> send_;  // by rank
+  std::vector<std::byte> receive_;
 };
 
 }  // namespace gmis

@@ -38,6 +38,7 @@ struct RenderSummary {
   std::vector<RejectedPath> rejected_paths;  ///< the first ones
   SampleCounts counts;                       ///< of the last iteration
   std::optional<Choice> choice;              ///< of a pilot that has finished
+  LightUse lights;                           ///< how lights were chosen, and where light subpaths started
   double radius =
       0.0;  ///< merging radius r_1 of the iterations that would come next, in scene units; 0: merging is off
   std::size_t photon_bytes = 0;  ///< memory of the stored light vertices

@@ -213,7 +213,7 @@ class RenderRun {
   GMIS_RARE void prepare_part();
   /// Iterations of the run before those of its part.
   [[nodiscard]] std::uint32_t iterations_before() const { return request_.part ? request_.part->first - 1 : 0; }
-  /// Number of iterations to render now: one a rank, but decisions come between rounds.
+  /// Number of iterations to render now: some a rank, but decisions come between rounds.
   [[nodiscard]] std::uint32_t round_length() const;
   /// Takes in an iteration of the round under way, which took this share of its wall time.
   GMIS_RARE void take(const IterationResult<S>& iteration, double wall_seconds);
@@ -375,7 +375,13 @@ RenderResult RenderRun<S_>::run(ExecutorRef executor) {
 template <Spectrum S_>
 std::uint32_t RenderRun<S_>::round_length() const {
   const std::uint32_t n = made_.state.iterations;
-  auto length = static_cast<std::uint32_t>(request_.ranks.count());
+  const auto count = static_cast<std::uint32_t>(request_.ranks.count());
+  // Ranks wait for each other once a round. It grows with the run: what an interrupt or a limit of
+  // time or error throws away stays a small part; and what a rank holds to send stays small, too.
+  const bool has_known_end = request_.budget.iterations && !request_.budget.relative_error && !request_.budget.seconds;
+  const std::size_t pixels = std::max<std::size_t>(1, RankRound<S>::pixel_count(crop_));
+  const auto most = static_cast<std::uint32_t>(std::clamp<std::size_t>((std::size_t{1} << 22U) / pixels, 1, 8));
+  std::uint32_t length = count == 1 ? 1 : count * std::clamp(n / ((has_known_end ? 4 : 32) * count), 1U, most);
   if (adapts_merging()) length = std::min(length, std::max(4U, 2 * std::bit_floor(n)) - n);
   const std::uint32_t last = request_.budget.iterations.value_or(0);
   return last > n ? std::min(length, last - n) : length;
@@ -483,6 +489,8 @@ template <Spectrum S_>
 void RenderRun<S_>::note_engine() {
   made_.counts = engine_->engine().counts();
   if (const Choice* choice = engine_->choice(); choice != nullptr && !made_.choice) made_.choice = *choice;
+  // Known from the first iteration on; an engine that goes on from a checkpoint may learn less.
+  if (made_.state.iterations <= 1) made_.lights = engine_->engine().light_use();
   made_.radius = engine_->engine().first_radius();
   made_.photon_bytes = engine_->engine().photon_bytes();
   made_.expected_law = expected_law(made_.choice, made_.counts, request_.settings);

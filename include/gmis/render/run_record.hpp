@@ -56,6 +56,7 @@ struct RunRecord : PixelSums<S> {
   // Of the engine.
   SampleCounts counts;                 ///< of the last iteration
   std::optional<Choice> choice;        ///< of a pilot that has finished
+  LightUse lights;                     ///< of the iterations so far
   std::optional<PriceTable> forecast;  ///< prices by the choice
   ErrorLaw expected_law;               ///< what is known of it before the run
   double radius = 0.0;                 ///< r_1 of the iterations to come; 0: merging is off
@@ -87,8 +88,8 @@ struct RunRecord : PixelSums<S> {
   template <class Archive>
   void exchange_state(Archive& archive) {
     archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, forecast, expected_law, merging, gain, disks, radius, photon_bytes, part,
-            kept);
+            film_seconds, counts, choice, lights, forecast, expected_law, merging, gain, disks, radius, photon_bytes,
+            part, kept);
     // The request, which is the same, says whether these are there.
     if (batches) archive(*batches);
     for (Film<S>& half : halves) archive(half);
@@ -140,6 +141,7 @@ struct RunRecord : PixelSums<S> {
       log = other.log;
       counts = other.counts;
       choice = other.choice;
+      lights = other.lights;
       forecast = other.forecast;
       expected_law = other.expected_law;
       radius = other.radius;
@@ -197,6 +199,7 @@ struct RunRecord : PixelSums<S> {
     result.rejected_paths = rejected_paths;
     result.counts = counts;
     result.choice = choice;
+    result.lights = lights;
     result.radius = radius;
     result.photon_bytes = photon_bytes;
     return result;

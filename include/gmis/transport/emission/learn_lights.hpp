@@ -250,8 +250,9 @@ template <std::floating_point T, class L>
 /// Knowledge of the lights that a run gathers before its first iteration.
 template <Scene Sc>
 struct LearnedLights final : AnyLearnedLights {
-  EmissionGuide<Sc> guide;     ///< of light subpaths; empty where it would gain little
-  double receiver_gain = 1.0;  ///< see the function of this name
+  EmissionGuide<Sc> guide;              ///< of light subpaths; empty where it would gain little
+  double receiver_gain = 1.0;           ///< see the function of this name
+  std::optional<double> emission_gain;  ///< `LightUse::emission_gain`
 
   /// True when next events choose lights for the receiver in a scene where this is optional.
   [[nodiscard]] bool choose_for_receiver() const noexcept { return receiver_gain > 1.25; }
@@ -266,6 +267,7 @@ inline constexpr double most_relative_moment = 0.4;
 /// sample that it serves. Camera subpaths find where light is needed even when no light subpath
 /// would: a far sun misses the scene with all of its subpaths. The guide is empty when it would
 /// gain little, `relative_moment` above `most_moment`: when most of the emitted light is of use.
+/// With `most_moment` 0 no guide is learned.
 /// Same bits for any number of threads.
 template <Scene Sc, Executor E>
 [[nodiscard]] std::shared_ptr<LearnedLights<Sc>> learn_lights(const Sc& scene, std::uint64_t seed, int max_depth,
@@ -292,8 +294,11 @@ template <Scene Sc, Executor E>
   for (const Found& part : parts) all.insert(all.end(), part.begin(), part.end());
   auto learned = std::make_shared<LearnedLights<Sc>>();
   learned->receiver_gain = receiver_gain<T, typename Sc::Light>(all);
+  if (!(most_moment > 0.0)) return learned;
   learned->guide = guide_from<Sc>(all);
-  if (!learned->guide.is_empty() && relative_moment<Sc>(scene, learned->guide, all) > most_moment) learned->guide = {};
+  const double moment = learned->guide.is_empty() ? 1.0 : relative_moment<Sc>(scene, learned->guide, all);
+  learned->emission_gain = 1.0 / moment;
+  if (moment > most_moment) learned->guide = {};
   return learned;
 }
 

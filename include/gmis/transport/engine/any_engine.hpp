@@ -102,6 +102,8 @@ class AnyEngine {
   virtual void learn_lights(std::uint64_t seed, ExecutorRef executor) = 0;
   /// The knowledge about the lights; null when nothing is known.
   [[nodiscard]] virtual std::shared_ptr<const AnyLearnedLights> learned_lights() const noexcept = 0;
+  /// How the iterations use the lights; gains are known from the first iteration on.
+  [[nodiscard]] virtual LightUse light_use() const noexcept = 0;
   /// Takes the knowledge of another engine of this scene, before the first iteration; null: none.
   virtual void use_lights(std::shared_ptr<const AnyLearnedLights> lights) = 0;
 

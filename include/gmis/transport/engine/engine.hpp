@@ -101,6 +101,15 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   void use_lights(std::shared_ptr<const AnyLearnedLights> lights) override {
     lights_ = std::static_pointer_cast<const LearnedLights<Sc>>(std::move(lights));
   }
+  [[nodiscard]] LightUse light_use() const noexcept override {
+    LightUse use;
+    use.chooses_for_receiver = chooses_for_receiver();
+    use.guides_emission = emission_guide() != nullptr && this->counts().traces_light();
+    if (lights_ == nullptr) return use;
+    if (receiver_choice_of(scene_) == ReceiverChoice::where_it_pays) use.receiver_gain = lights_->receiver_gain;
+    use.emission_gain = lights_->emission_gain;
+    return use;
+  }
   /// True when next events choose lights for the receiver in a scene where this is optional.
   [[nodiscard]] bool chooses_for_receiver() const noexcept {
     const ReceiverChoice choice = receiver_choice_of(scene_);

@@ -66,7 +66,7 @@ class LightVertexCache {
     executor.parallel_for(chunks_.size(), [&](std::size_t i) {
       auto [vertex, photon] = places[i];
       for (const Vertex& one : chunks_[i].vertices_) {
-        if (one.is_photon) photons_[photon++] = static_cast<std::uint32_t>(vertex);
+        if (one.is_photon()) photons_[photon++] = static_cast<std::uint32_t>(vertex);
         vertices_[vertex++] = &one;
       }
     });

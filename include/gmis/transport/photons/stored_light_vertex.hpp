@@ -1,10 +1,12 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
 
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/transmittance.hpp"
 #include "gmis/transport/state/vertex.hpp"
 #include "gmis/transport/weights/weight_formulas.hpp"
 
@@ -42,7 +44,8 @@ class KeptSums<PartialWeights<float>> {
 
 /// The part of a light vertex that connections and merging need: 96 bytes with the built-in
 /// materials and `float`. The numbers of its children are functions of its BSDF; of the BSDF only
-/// its compact form is kept where it has one.
+/// its compact form is kept where it has one. The tag of its point is kept where
+/// `transmittance(ray, from, to)` may read it; else its place holds other data.
 template <Scene Sc, class Recursion>
 class StoredLightVertex {
  public:
@@ -55,10 +58,13 @@ class StoredLightVertex {
         point(vertex.point),
         to_prev(vertex.to_prev),
         throughput(vertex.throughput),
-        weights_(vertex.weights),
-        depth(vertex.depth),
-        is_photon(vertex.is_photon),
-        path(vertex.path) {}
+        weights_(vertex.weights) {
+    const Rest rest{vertex.depth, vertex.is_photon, vertex.path};
+    if constexpr (keeps_tag)
+      rest_ = rest;
+    else
+      point.tag = std::bit_cast<std::uint32_t>(rest);
+  }
 
   /// The BSDF: made anew where a compact form is kept.
   [[nodiscard]] constexpr decltype(auto) bsdf() const noexcept {
@@ -68,8 +74,25 @@ class StoredLightVertex {
       return (bsdf_);
   }
   [[nodiscard]] constexpr decltype(auto) weights() const noexcept { return weights_.sums(); }
+  // As the members of `LightVertex`.
+  [[nodiscard]] constexpr std::int16_t depth() const noexcept { return rest().depth; }
+  [[nodiscard]] constexpr bool is_photon() const noexcept { return rest().is_photon; }
+  [[nodiscard]] constexpr HalfPath path() const noexcept { return rest().path; }
 
  private:
+  static constexpr bool keeps_tag = SceneWithAbsorptionBetween<Sc>;
+  struct Rest {
+    std::int16_t depth;
+    bool is_photon;
+    HalfPath path;
+  };
+  struct Nothing {};
+  [[nodiscard]] constexpr Rest rest() const noexcept {
+    if constexpr (keeps_tag)
+      return rest_;
+    else
+      return std::bit_cast<Rest>(point.tag);
+  }
   [[nodiscard]] static constexpr decltype(auto) kept(const Bsdf& bsdf) noexcept {
     if constexpr (BsdfWithCompactForm<Bsdf>)
       return bsdf.compact();
@@ -79,18 +102,14 @@ class StoredLightVertex {
   std::remove_cvref_t<decltype(kept(std::declval<const Bsdf&>()))> bsdf_;
 
  public:
+  SurfacePoint<T> point;  ///< its tag means something only where it is kept
   // As in `LightVertex`.
-  SurfacePoint<T> point;
   Vec3<T> to_prev;
   S throughput;
 
  private:
   KeptSums<typename Recursion::LightPartial> weights_;
-
- public:
-  std::int16_t depth;
-  bool is_photon;
-  HalfPath path;
+  [[no_unique_address]] std::conditional_t<keeps_tag, Rest, Nothing> rest_;
 };
 
 }  // namespace gmis

@@ -117,7 +117,7 @@ class ReplayOutput : public PathObserver {
   /// Names the light vertex at the other end of the contribution that is added next.
   void on_light_vertex(const typename Context::StoredVertex& light) {
     position_ = light.point.position;
-    light_vertex_ = {static_cast<std::uint32_t>(context_.light.cache.tree_of(light)), light.depth};
+    light_vertex_ = {static_cast<std::uint32_t>(context_.light.cache.tree_of(light)), light.depth()};
   }
   /// Names the point on a light at the other end of the contribution that is added next.
   void on_light_point(const SurfacePoint<T>& origin) { position_ = origin.position; }

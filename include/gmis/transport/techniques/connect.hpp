@@ -35,7 +35,7 @@ struct Connect {
       const StoredVertex& light = next_of_tree != nullptr
                                       ? *next_of_tree++
                                       : cache[uniform_index(source, static_cast<std::uint32_t>(cache.size()))];
-      if (light.depth + vertex.depth < context.max_depth) connect(context, vertex, light, scale, output);
+      if (light.depth() + vertex.depth < context.max_depth) connect(context, vertex, light, scale, output);
     }
   }
 
@@ -57,7 +57,7 @@ struct Connect {
     const auto& point = vertex.hit.point;
     const auto& bsdf_of_light = light.bsdf();
     const auto [path_class, is_kept] =
-        context.filter.join([&] { return context.filter.after_scattering(light.path, bsdf_of_light); },
+        context.filter.join([&] { return context.filter.after_scattering(light.path(), bsdf_of_light); },
                             [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
     if (!is_kept) return;
     ++output.counters().connections;
@@ -84,7 +84,7 @@ struct Connect {
     ++output.counters().connection_rays;
     if (!context.scene.visible(segment(point, light.point, link.direction))) return;
     if (absorbs(context.scene)) [[unlikely]]
-      attenuate(context.scene, point, link.direction, light.point.position, value);
+      attenuate(context.scene, point, link.direction, light.point, value);
 
     // With x_{s−1} the light vertex and x_s the camera vertex
     // [Georgiev TR 37, 40, 41; docs/weights.md]:
@@ -92,7 +92,7 @@ struct Connect {
     //   reverse densities per steradian: at x_{s−1} back to x_{s−2}, at x_s back to x_{s+1}.
     const NominalChildren<T> children = context.children_of_light_vertex(bsdf_of_light);
     const LightEnd<T> light_end{
-        .is_photon = light.is_photon,
+        .is_photon = light.is_photon(),
         .makes_photons = context.makes_photons(bsdf_of_light),
         .reverse = children.reverse * light_bsdf.pdf.reverse.value,
         .density = vertex.children.forward * camera_bsdf.pdf.forward.value * link.to_area(light.point)};
@@ -101,7 +101,7 @@ struct Connect {
                                   .density = children.forward * light_bsdf.pdf.forward.value * link.to_area(point)};
     const auto weight = context.recursion.connect(light.weights(), light_end, vertex.weights, camera_end);
     output.on_light_vertex(light);
-    output.add({Technique::connect, static_cast<std::int16_t>(light.depth + 1),
+    output.add({Technique::connect, static_cast<std::int16_t>(light.depth() + 1),
                 static_cast<std::int16_t>(vertex.depth + 1), path_class},
                value, weight);
   }

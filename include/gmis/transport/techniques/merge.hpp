@@ -30,11 +30,11 @@ struct Merge {
     const auto& point = vertex.hit.point;
     context.photons.grid.query(point.position, [&](std::uint32_t index) {
       const auto& light = context.light.cache[index];
-      if (light.depth + vertex.depth > context.max_depth) return;
+      if (light.depth() + vertex.depth > context.max_depth) return;
       const T normal_cosine = std::abs(glm::dot(point.geometric_normal, light.point.geometric_normal));
       if (normal_cosine < static_cast<T>(least_normal_cosine)) return;
       const auto [path_class, is_kept] = context.filter.join(
-          [&] { return light.path; }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
+          [&] { return light.path(); }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
       if (!is_kept) return;
       const auto bsdf = vertex.hit.bsdf.evaluate(vertex.to_prev, light.to_prev, TransportMode::radiance);
       if (is_black(bsdf.value)) return;
@@ -57,7 +57,7 @@ struct Merge {
       output.on_light_vertex(light);
       const Vec3<T> offset = point.position - light.point.position;
       output.on_merge(glm::dot(offset, offset) * context.photons.inverse_radius_squared);
-      output.add({Technique::merge, static_cast<std::int16_t>(light.depth + 1),
+      output.add({Technique::merge, static_cast<std::int16_t>(light.depth() + 1),
                   static_cast<std::int16_t>(vertex.depth + 1), path_class},
                  value, weight);
     });

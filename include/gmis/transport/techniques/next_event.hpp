@@ -76,7 +76,7 @@ struct NextEvent {
                                       .density = first * to_vertex_area});
     output.on_light_point(sample->origin);
     if (absorbs(context.scene) && !is_infinite) [[unlikely]]
-      attenuate(context.scene, point, sample->to_light, sample->origin.position, value);
+      attenuate(context.scene, point, sample->to_light, sample->origin, value);
     output.add(id, value, weight);
   }
 

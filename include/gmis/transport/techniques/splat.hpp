@@ -44,7 +44,7 @@ struct Splat {
     ++output.counters().shadow_rays;
     if (!context.scene.visible(segment(light.point, seen->origin, seen->to_camera))) return;
     if (absorbs(context.scene)) [[unlikely]]
-      attenuate(context.scene, light.point, seen->to_camera, seen->origin.position, value);
+      attenuate(context.scene, light.point, seen->to_camera, seen->origin, value);
 
     // b_{k−1}: density of the pixel's camera rays per area at the light vertex
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));

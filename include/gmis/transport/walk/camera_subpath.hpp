@@ -91,7 +91,7 @@ class CameraSubpath {
         return;
       }
       if (absorbs(context_.scene)) [[unlikely]]
-        attenuate(context_.scene, edge.from, edge.step.to_next, hit->point.position, edge.throughput);
+        attenuate(context_.scene, edge.from, edge.step.to_next, hit->point, edge.throughput);
       Vertex vertex{*hit, -edge.step.to_next, edge.throughput, {}, {}, edge.depth, edge.path};
       if (!arrive(edge, vertex)) return;
       if (context_.has.emitter_hit && vertex.hit.light != nullptr)

@@ -76,7 +76,7 @@ class LightSubpath {
     const auto hit = first_hit(context_.scene, emission->origin, emission->direction);
     if (!hit) return std::nullopt;
     if (absorbs(context_.scene) && !choice.light->is_infinite()) [[unlikely]]
-      attenuate(context_.scene, emission->origin, emission->direction, hit->point.position, emission->weight);
+      attenuate(context_.scene, emission->origin, emission->direction, hit->point, emission->weight);
     // a_1: from the measure of `first` (`EmissionDensity`) to area at x_1
     T first = emission->density.first;
     if constexpr (is_guided) {
@@ -136,7 +136,7 @@ class LightSubpath {
     const auto hit = context_.scene.intersect(leave(from.point, step.to_next));
     if (!hit) return false;
     if (absorbs(context_.scene)) [[unlikely]]
-      attenuate(context_.scene, from.point, step.to_next, hit->point.position, vertex.throughput);
+      attenuate(context_.scene, from.point, step.to_next, hit->point, vertex.throughput);
     const Vec3<T> offset = hit->point.position - from.point.position;
     const T distance_squared = glm::dot(offset, offset);
     // a_{i+1} = c ψ(x_i → x_{i+1}) |cos θ_{i+1}| / d², c being part of `forward`
