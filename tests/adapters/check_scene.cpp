@@ -1,5 +1,6 @@
 #include "gmis/check/check_scene.hpp"
 
+#include <memory>
 #include <string>
 
 #include "adapters/planted_mistakes.hpp"
@@ -18,6 +19,16 @@ TEST_CASE("nothing is said about a sound scene") {
   CHECK(check_scene(built_in_scene<double>(), check_settings()).text() == "");
   CHECK(check_scene(gmis_test::FurnaceScene<float>(0.7F, 1.0F, 16, 2), check_settings()).text() == "");
   CHECK(check_scene(gmis_test::FurnaceScene<double>(0.5, 2.0, 16, 1), check_settings()).text() == "");
+}
+
+TEST_CASE("a surface of steps finer than the check looks is no wrong normal") {
+  theirs::World world = theirs::make_world(64, 48);
+  const auto carved = std::make_shared<theirs::Matt>(theirs::Vector{0.4, 0.4, 0.4});
+  for (int i = 0; i < 120; ++i) {
+    const double height = i % 2 == 0 ? 0.003 : 0.011;
+    world.shapes.push_back({carved, nullptr, false, {-0.9 + 0.015 * i, height, -2}, {0, 0, 2}, {0.015, 0, 0}});
+  }
+  CHECK(check_scene(adapter::Scene(world), check_settings()).text() == "");
 }
 
 TEST_CASE("every planted mistake is named") {

@@ -123,6 +123,9 @@ class HitCheck {
     if (!one || !other) return;
     const V step = *one - *other;
     if (!(glm::length(step) > 1e-4 * at.distance)) return;
+    // At a step or an edge the three hits are not in line.
+    const V aside_of_chord = glm::cross(0.5 * (*one + *other) - position, glm::normalize(step));
+    if (glm::length(aside_of_chord) > 0.04 * glm::length(step)) return;
     const double slant = std::abs(glm::dot(glm::normalize(step), normal));
     findings_.count(Convention::hit_normal_slant, slant < 0.1, slant, 0.0);
   }

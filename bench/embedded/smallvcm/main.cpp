@@ -12,7 +12,7 @@
 #include "gmis/transport/state/integrators.hpp"
 
 // One of SmallVCM's scenes, rendered on one thread by the engine over the adapter or by SmallVCM's
-// own integrator. Prints the mean luminance of the picture (bench/embedded.py).
+// own integrator. Prints the mean luminance of the picture (measure.py).
 // Usage: PROGRAM gmis|smallvcm 0|1|2|3 pt|bpt|vcm ITERATIONS
 
 namespace {
