@@ -172,7 +172,7 @@ class BesideCycles(unittest.TestCase):
         # The block of paper4: 0.72 wide, turned by 28 degrees, around (0, -0.35).
         block = next(shape for shape in self.read("paper4").shapes if len(shape.points) == 8)
         c, s = math.cos(math.radians(28)), math.sin(math.radians(28))
-        for a, b in zip(block.points[0], [-0.36 * c - 0.36 * s, 0.005, 0.36 * s - 0.36 * c - 0.35]):
+        for a, b in zip(block.points[2], [-0.36 * c - 0.36 * s, 0.725, 0.36 * s - 0.36 * c - 0.35]):
             self.assertAlmostEqual(a, b)
 
     def test_camera_looks_along_forward(self):
@@ -183,6 +183,9 @@ class BesideCycles(unittest.TestCase):
             self.assertAlmostEqual(row[2], forward / length)
             self.assertAlmostEqual(row[3], origin)
         self.assertGreater(camera[0][0], 0)
+        into = description.transform("LookAt", [0.35, 1.3, -5.2, 0.02, 0.5, 0, 0, 1, 0])
+        for a, b in zip(description.moved(into, [0.02, 0.5, 0]), (0, 0, length)):
+            self.assertAlmostEqual(a, b)
 
     def test_mixture_for_phong(self):
         text = description.without_phong('Material "phong" "rgb reflectance" [ .3 .3 .1 ] "rgb specular" [ .5 .5 .5 ] "float exponent" 48')
@@ -196,12 +199,22 @@ class BesideCycles(unittest.TestCase):
         s, p = (0.5 - 1.5 * inside) / (0.5 + 1.5 * inside), (0.75 - inside) / (0.75 + inside)
         self.assertAlmostEqual(description.fresnel(0.5, 1.5, 0), (s * s + p * p) / 2)
 
+    def test_metal(self):
+        eta, k = description.metal({"reflectance": [0.3, 0.5, 0.9]})
+        for channel, expected in enumerate((0.3, 0.5, 0.9)):
+            self.assertAlmostEqual(description.fresnel(1, eta[channel], k[channel]), expected)
+        self.assertEqual(description.alpha_of({"roughness": [0.25]}), 0.5)
+        self.assertEqual(description.alpha_of({"roughness": [0.25], "remaproughness": [False]}), 0.25)
+
     def test_sphere_mesh(self):
         points, triangles = description.sphere_mesh(4)
         normals = [description.cross(description.minus(points[b], points[a]), description.minus(points[c], points[a])) for a, b, c in triangles]
         self.assertEqual(len(triangles), 5120)
         self.assertTrue(all(description.dot(n, points[t[0]]) > 0 for n, t in zip(normals, triangles)))
         self.assertAlmostEqual(sum(math.sqrt(description.dot(n, n)) for n in normals) / 2 / (4 * math.pi), 1, places=2)
+
+    def test_halves(self):
+        self.assertEqual([list(half) for half in cycles.halves_of([[1.0], [2.0], [9.0], [4.0], [6.0]], 2)], [[2.5], [4.0]])
 
     def test_blocks_that_differ(self):
         numbers = random.Random(5)
