@@ -89,8 +89,8 @@ def by_cycles(options, scene, runs, segments=SEGMENTS):
 
 def by_gmis(options, scene, integrator, iterations, seed, segments=SEGMENTS):
     """Picture and processor seconds of a run: those of its process, less what a run of one
-    iteration spends besides rendering. The run's own statement leaves out the estimate of its
-    error."""
+    iteration spends besides rendering; and those that the run states, which leave out the estimate
+    of its error."""
     def cost(n):
         stats, picture = options.out / "stats.json", options.out / "picture.pfm"
         command = [options.program, str(scene), "--threads", "1", "--quiet", "--integrator", integrator, "--max-depth", str(segments), "--size", options.size,
@@ -98,8 +98,8 @@ def by_gmis(options, scene, integrator, iterations, seed, segments=SEGMENTS):
         return processor_cost(command)[0], json.loads(stats.read_text())["seconds"]["cpu"]
 
     one, stated = cost(1)
-    seconds = cost(iterations)[0] - max(0, one - stated)
-    return read_pfm(options.out / "picture.pfm"), seconds
+    spent, of_rendering = cost(iterations)
+    return read_pfm(options.out / "picture.pfm"), spent - max(0, one - stated), of_rendering
 
 
 # --- Are the pictures alike? ----------------------------------------------------------------------
@@ -151,13 +151,13 @@ def measure(options, name, alike):
         runs["Cycles"] += by_cycles(options, scene, [(options.samples, seed + 1000 * k) for k in range(options.runs_of_cycles)])
         for integrator in INTEGRATORS:
             runs[integrator].append(by_gmis(options, scene, integrator, options.iterations, seed))
-    pictures = {label: [picture for picture, _ in of_label] for label, of_label in runs.items()}
+    pictures = {label: [picture for picture, *_ in of_label] for label, of_label in runs.items()}
     alike.take(name, pictures["Cycles"], pictures["pt"] if name in COMPARED_BY_PT else halves)
     own, figures = halves_of(pictures["Cycles"]), {}
     for label, of_label in runs.items():
         errors = [relmse(picture, halves) for picture in pictures[label]]
         to_own = [relmse(picture, halves_of(pictures["Cycles"], k) if label == "Cycles" else own)[1] for k, picture in enumerate(pictures[label])]
-        figures[label] = [*map(statistics.fmean, zip(*errors)), statistics.fmean(to_own), statistics.fmean(seconds for _, seconds in of_label)]
+        figures[label] = [*map(statistics.fmean, zip(*errors)), statistics.fmean(to_own), statistics.fmean(seconds for _, seconds, *_ in of_label)]
     return figures
 
 
@@ -207,18 +207,17 @@ def rays(options):
     runs = {"Cycles": [], "gmis, pt": []}
     for seed in range(1, options.seeds + 1):
         runs["Cycles"] += by_cycles(options, scene, [(options.samples, seed)], segments=2)
-        runs["gmis, pt"].append(by_gmis(options, scene, "pt", options.samples, seed, segments=2))
-    table = Table("a million triangles, direct light", "processor seconds", "seconds over Cycles", "relMSE", "efficiency over Cycles", numbers_from=1)
-    pictures = {label: [picture for picture, _ in of_label] for label, of_label in runs.items()}
-    figures = {}
+        picture, spent, of_rendering = by_gmis(options, scene, "pt", options.samples, seed, segments=2)
+        runs["gmis, pt"].append((picture, of_rendering, spent))
+    table = Table("a million triangles, direct light", "processor seconds", "with the estimate of the error", "seconds over Cycles", "relMSE", numbers_from=1)
+    pictures = {label: [picture for picture, *_ in of_label] for label, of_label in runs.items()}
+    base = statistics.fmean(seconds for _, seconds in runs["Cycles"])
     for label, of_label in runs.items():
         # Each run against the others of both sides.
         errors = [relmse(picture, halves_of([p for other in pictures for j, p in enumerate(pictures[other]) if (other, j) != (label, k)]))[0]
                   for k, picture in enumerate(pictures[label])]
-        figures[label] = statistics.fmean(seconds for _, seconds in of_label), statistics.fmean(errors)
-    base = figures["Cycles"]
-    for label, (seconds, error) in figures.items():
-        table.add(label, f"{seconds:.2f}", f"{seconds / base[0]:.2f}", f"{error:.5f}", f"{base[0] * base[1] / (seconds * error):.2f}")
+        seconds = [statistics.fmean(column) for column in zip(*(seconds for _, *seconds in of_label))]
+        table.add(label, f"{seconds[0]:.2f}", f"{seconds[1]:.2f}" if len(seconds) > 1 else "–", f"{seconds[0] / base:.2f}", f"{statistics.fmean(errors):.2g}")
     ratio = statistics.fmean(map(statistics.fmean, pictures["Cycles"])) / statistics.fmean(map(statistics.fmean, pictures["gmis, pt"]))
     table.note(f"{options.size} pixels, {options.samples} samples a pixel, {options.seeds} seeds, one thread; mean of Cycles over gmis: {ratio:.4f}.")
     return table
