@@ -38,6 +38,8 @@ BY_ITSELF = False
 DOCUMENT = "docs/cycles.md"
 INTEGRATORS = ("auto", "pt", "vcm")
 SEGMENTS = 10
+# Rendered with the meshes of Cycles, too.
+WITH_MESHES = ("glass_balls", "diffuse_balls")
 # The sun makes caustics that no path from the camera finds: both sides are compared without them.
 COMPARED_BY_PT = ("paper4",)
 BLOCK = 16  # pixels
@@ -146,11 +148,16 @@ def measure(options, name, alike):
     """Figures of both sides by label: relMSE, trimmed, against Cycles's own pictures, seconds."""
     scene = prepared(options, name, SCENES[name])
     halves = [by_gmis(options, scene, "auto", options.long * options.iterations, seed)[0] for seed in (1001, 1002)]
-    runs = {label: [] for label in ("Cycles", *INTEGRATORS)}
+    of_gmis = {integrator: (integrator, scene) for integrator in INTEGRATORS}
+    if name in WITH_MESHES:
+        meshes = options.out / f"{name}_meshes.pbrt"
+        meshes.write_text(description.with_meshes(scene.read_text()))
+        of_gmis["auto, spheres as meshes"] = "auto", meshes
+    runs = {label: [] for label in ("Cycles", *of_gmis)}
     for seed in range(1, options.seeds + 1):  # in turns
         runs["Cycles"] += by_cycles(options, scene, [(options.samples, seed + 1000 * k) for k in range(options.runs_of_cycles)])
-        for integrator in INTEGRATORS:
-            runs[integrator].append(by_gmis(options, scene, integrator, options.iterations, seed))
+        for label, (integrator, file) in of_gmis.items():
+            runs[label].append(by_gmis(options, file, integrator, options.iterations, seed))
     pictures = {label: [picture for picture, *_ in of_label] for label, of_label in runs.items()}
     alike.take(name, pictures["Cycles"], pictures["pt"] if name in COMPARED_BY_PT else halves)
     own, figures = halves_of(pictures["Cycles"]), {}

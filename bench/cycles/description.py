@@ -11,6 +11,7 @@ import struct
 
 MATERIALS = ("diffuse", "mirror", "conductor", "dielectric", "mix")
 NUMBERS_OF = {"LookAt": 9, "Translate": 3, "Scale": 3, "Rotate": 4}
+DIVISIONS = 5  # of the meshes that stand for spheres: 20480 triangles
 FACE = struct.Struct("<B3i")  # of a .ply file: three corners
 TOKEN = re.compile(r'#[^\n]*|"[^"]*"|[\[\]]|[^\s\[\]"#]+')
 
@@ -276,6 +277,19 @@ def sphere_mesh(divisions):
             finer += [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
         triangles = finer
     return points, triangles
+
+
+def with_meshes(text):
+    """The file with the mesh that Cycles gets, with smooth normals, in place of every sphere."""
+    points, triangles = sphere_mesh(DIVISIONS)
+    indices = " ".join(str(i) for triangle in triangles for i in triangle)
+    normals = " ".join(f"{x:.7g}" for point in points for x in point)
+
+    def mesh(match):
+        moved_out = " ".join(f"{float(match[1]) * x:.7g}" for point in points for x in point)
+        return f'Shape "trianglemesh" "integer indices" [ {indices} ] "point3 P" [ {moved_out} ] "normal N" [ {normals} ]'
+
+    return re.sub(r'Shape "sphere" "float radius" ([\d.]+)', mesh, text)
 
 
 def rectangle(shape):

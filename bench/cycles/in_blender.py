@@ -18,7 +18,6 @@ from mathutils import Matrix
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import description as d  # noqa: E402
 
-DIVISIONS = 5  # of the spheres: 20480 triangles, with smooth normals
 DIVISIONS_OF_LAMPS = 4  # 5120 triangles
 STOPS = 32  # of a table of reflectances over the cosine
 
@@ -160,7 +159,7 @@ def build(scene, description):
         if not shape.emission:
             material = made[key] = made.get(key) or new_material(shape.material)
             if shape.radius:
-                add_sphere(shape, material, DIVISIONS)
+                add_sphere(shape, material, d.DIVISIONS)
             else:
                 add_mesh(shape.points, shape.triangles, material)
         elif shape.radius:

@@ -4,6 +4,7 @@ trees without."""
 import math
 import pathlib
 import random
+import re
 import sys
 import tempfile
 import unittest
@@ -212,6 +213,15 @@ class BesideCycles(unittest.TestCase):
         self.assertEqual(len(triangles), 5120)
         self.assertTrue(all(description.dot(n, points[t[0]]) > 0 for n, t in zip(normals, triangles)))
         self.assertAlmostEqual(sum(math.sqrt(description.dot(n, n)) for n in normals) / 2 / (4 * math.pi), 1, places=2)
+
+    def test_meshes_for_spheres(self):
+        text = description.with_meshes('Shape "sphere" "float radius" .3 Shape "disk"')
+        (indices,), (points,), (normals,) = ([[float(x) for x in values.split()] for values in re.findall(f'{name}" \\[([^]]*)', text)] for name in ("indices", "P", "N"))
+        self.assertEqual(len(indices), 3 * 20 * 4**description.DIVISIONS)
+        for values, radius in ((points, 0.3), (normals, 1)):
+            self.assertEqual(len(values), 3 * (max(indices) + 1))
+            self.assertAlmostEqual(description.dot(values[-3:], values[-3:]), radius**2, places=5)
+        self.assertTrue(text.endswith('Shape "disk"'))
 
     def test_halves(self):
         self.assertEqual([list(half) for half in cycles.halves_of([[1.0], [2.0], [9.0], [4.0], [6.0]], 2)], [[2.5], [4.0]])
