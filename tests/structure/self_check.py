@@ -1,7 +1,10 @@
 """Each check of this folder against small trees with one fault, which it must name, and against
 trees without."""
 
+import math
 import pathlib
+import random
+import re
 import sys
 import tempfile
 import unittest
@@ -13,6 +16,8 @@ import fault_list
 import layers
 import measuring
 import tokens
+from benches import cycles
+from cycles import description
 
 
 class Layers(unittest.TestCase):
@@ -139,6 +144,94 @@ class Tables(unittest.TestCase):
             file = pathlib.Path(folder) / "picture.pfm"
             measuring.write_pfm(file, [1.0, 2.0, 3.0], "1x1")
             self.assertEqual(list(measuring.read_pfm(file)), [1.0, 2.0, 3.0])
+
+
+class BesideCycles(unittest.TestCase):
+    def read(self, name):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "scene.pbrt"
+            file.write_text(description.without_phong((HERE.parents[1] / cycles.SCENES[name]).read_text()))
+            return description.read(file)
+
+    def test_scenes(self):
+        for name in cycles.SCENES:
+            scene = self.read(name)
+            self.assertTrue([shape for shape in scene.shapes if shape.emission] or scene.distant, name)
+
+    def test_lamp_shines_down(self):
+        lamp = next(shape for shape in self.read("cornell").shapes if shape.emission)
+        centre, x, y, normal = description.rectangle(lamp)
+        for found, expected in ((centre, [2.8, 5.48, 2.8]), (normal, [0, -1, 0]), (sorted(map(abs, description.minus(x, y))), [0, 1.1, 1.3])):
+            for a, b in zip(found, expected):
+                self.assertAlmostEqual(a, b)
+
+    def test_lamp_inside_glass(self):
+        scene = self.read("light_behind_glass")
+        self.assertEqual([description.around(shape, scene) for shape in scene.shapes if shape.emission], [1.5])
+
+    def test_turned_block(self):
+        # The block of paper4: 0.72 wide, turned by 28 degrees, around (0, -0.35).
+        block = next(shape for shape in self.read("paper4").shapes if len(shape.points) == 8)
+        c, s = math.cos(math.radians(28)), math.sin(math.radians(28))
+        for a, b in zip(block.points[2], [-0.36 * c - 0.36 * s, 0.725, 0.36 * s - 0.36 * c - 0.35]):
+            self.assertAlmostEqual(a, b)
+
+    def test_camera_looks_along_forward(self):
+        # paper4: from (.35, 1.3, -5.2) to (.02, .5, 0).
+        camera = self.read("paper4").camera
+        length = math.sqrt(0.33**2 + 0.8**2 + 5.2**2)
+        for row, forward, origin in zip(camera, (-0.33, -0.8, 5.2), (0.35, 1.3, -5.2)):
+            self.assertAlmostEqual(row[2], forward / length)
+            self.assertAlmostEqual(row[3], origin)
+        self.assertGreater(camera[0][0], 0)
+        into = description.transform("LookAt", [0.35, 1.3, -5.2, 0.02, 0.5, 0, 0, 1, 0])
+        for a, b in zip(description.moved(into, [0.02, 0.5, 0]), (0, 0, length)):
+            self.assertAlmostEqual(a, b)
+
+    def test_mixture_for_phong(self):
+        text = description.without_phong('Material "phong" "rgb reflectance" [ .3 .3 .1 ] "rgb specular" [ .5 .5 .5 ] "float exponent" 48')
+        for part in ("reflectance\" [ 0.6 0.6 0.2 ]", "roughness\" 0.2 ", "amount\" 0.5"):
+            self.assertIn(part, text)
+
+    def test_fresnel(self):
+        self.assertAlmostEqual(description.fresnel(1, 0.2, 3.9), (0.8**2 + 3.9**2) / (1.2**2 + 3.9**2))
+        # Without absorption: glass at 60 degrees, from Snell's law.
+        inside = math.sqrt(1 - 0.75 / 2.25)
+        s, p = (0.5 - 1.5 * inside) / (0.5 + 1.5 * inside), (0.75 - inside) / (0.75 + inside)
+        self.assertAlmostEqual(description.fresnel(0.5, 1.5, 0), (s * s + p * p) / 2)
+
+    def test_metal(self):
+        eta, k = description.metal({"reflectance": [0.3, 0.5, 0.9]})
+        for channel, expected in enumerate((0.3, 0.5, 0.9)):
+            self.assertAlmostEqual(description.fresnel(1, eta[channel], k[channel]), expected)
+        self.assertEqual(description.alpha_of({"roughness": [0.25]}), 0.5)
+        self.assertEqual(description.alpha_of({"roughness": [0.25], "remaproughness": [False]}), 0.25)
+
+    def test_sphere_mesh(self):
+        points, triangles = description.sphere_mesh(4)
+        normals = [description.cross(description.minus(points[b], points[a]), description.minus(points[c], points[a])) for a, b, c in triangles]
+        self.assertEqual(len(triangles), 5120)
+        self.assertTrue(all(description.dot(n, points[t[0]]) > 0 for n, t in zip(normals, triangles)))
+        self.assertAlmostEqual(sum(math.sqrt(description.dot(n, n)) for n in normals) / 2 / (4 * math.pi), 1, places=2)
+
+    def test_meshes_for_spheres(self):
+        text = description.with_meshes('Shape "sphere" "float radius" .3 Shape "disk"')
+        (indices,), (points,), (normals,) = ([[float(x) for x in values.split()] for values in re.findall(f'{name}" \\[([^]]*)', text)] for name in ("indices", "P", "N"))
+        self.assertEqual(len(indices), 3 * 20 * 4**description.DIVISIONS)
+        for values, radius in ((points, 0.3), (normals, 1)):
+            self.assertEqual(len(values), 3 * (max(indices) + 1))
+            self.assertAlmostEqual(description.dot(values[-3:], values[-3:]), radius**2, places=5)
+        self.assertTrue(text.endswith('Shape "disk"'))
+
+    def test_halves(self):
+        self.assertEqual([list(half) for half in cycles.halves_of([[1.0], [2.0], [9.0], [4.0], [6.0]], 2)], [[2.5], [4.0]])
+
+    def test_blocks_that_differ(self):
+        numbers = random.Random(5)
+        pictures = [[numbers.uniform(0.9, 1.1) for _ in range(3 * 32 * 32)] for _ in range(8)]
+        darker = [[0.97 * value if k < 3 * 32 * 16 else value for k, value in enumerate(picture)] for picture in pictures]
+        self.assertEqual(cycles.compare(pictures[:4], pictures[4:], "32x32")[2], 0)
+        self.assertEqual(cycles.compare(darker[:4], pictures[4:], "32x32")[2], 0.5)
 
 
 if __name__ == "__main__":
