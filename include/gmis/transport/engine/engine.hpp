@@ -73,7 +73,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   GMIS_RARE Engine(const Sc& scene, const RenderSettings& settings,
                    const std::optional<PixelBounds>& crop = std::nullopt, const typename Split::Settings& split = {});
 
-  GMIS_RARE ~Engine() override = default;
+  GMIS_RARE ~Engine() override;
 
   GMIS_RARE void iterate(ExecutorRef executor) override;
 
@@ -248,6 +248,9 @@ TechniqueCounts<ScalarOf<typename Sc::Spectrum>> Engine<Sc, Method_, Source>::no
   nominal.merges_first = !counts.local_merges;
   return nominal;
 }
+
+template <Scene Sc, class Method_, class Source>
+Engine<Sc, Method_, Source>::~Engine() = default;
 
 template <Scene Sc, class Method_, class Source>
 auto Engine<Sc, Method_, Source>::context_for(std::uint32_t iteration, const SampleCounts& counts) const -> Context {
