@@ -243,7 +243,8 @@ class BesideCycles(unittest.TestCase):
         numbers = random.Random(7)
         ours, alike, darker = ([noisy(mean) for _ in range(12)] for mean in (1, 1, 0.92))
         self.assertFalse(cycles.compare(alike, ours, "96x96")[4])
-        _, _, apart, vague, is_off = cycles.compare(darker, ours, "96x96")
+        ratio, _, apart, vague, is_off = cycles.compare(darker, ours, "96x96")
+        self.assertAlmostEqual(ratio, 0.92, delta=0.02)
         self.assertEqual((apart < 0.1, vague, is_off), (True, 1, True))
 
 
