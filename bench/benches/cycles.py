@@ -5,12 +5,12 @@ the same scene files (bench/cycles/description.py), in which a diffuse surface m
 replaces each Phong material, for Cycles has none. Both render with one thread, without clamping,
 denoising or adaptive sampling, with paths of at most 10 segments and a box filter of one pixel.
 
-First the pictures of both sides are compared in blocks: where they differ by more than chance and
-2 %, the run fails. Efficiency is 1 / (relMSE × processor seconds), means over seeds, against two
-long runs of gmis: an error is the product of the differences from the two, so that their noise is
-not in it. Seconds of Cycles are those of a run less those of one sample; seconds of gmis are those
-of its process, less what a run of one iteration spends besides rendering. The last table has rays
-alone: a million triangles, direct light, equal samples.
+First the pictures of both sides are compared, as a whole and in blocks: where they differ by more
+than chance and 2 %, the run fails. Efficiency is 1 / (relMSE × processor seconds), means over
+seeds, against two long runs of gmis: an error is the product of the differences from the two, so
+that their noise is not in it. Seconds of Cycles are those of a run less those of one sample;
+seconds of gmis are those of its process, less what a run of one iteration spends besides rendering.
+The last table has rays alone: a million triangles, direct light, equal samples.
 
 Writes the tables in docs/cycles.md.
 """
@@ -115,18 +115,23 @@ def blocks(picture, size):
 
 
 def compare(theirs, ours, size):
-    """The ratio of the means, the median of the relative differences of blocks, and the shares of
-    blocks that differ by more than TOLERANCE and chance, and of blocks where chance is more than
-    TOLERANCE. Both sides are lists of pictures."""
+    """The ratio of the means, the median of the relative differences of blocks, the share of blocks
+    that differ by more than TOLERANCE and chance, the share of blocks where chance is more than
+    TOLERANCE, and whether the means of whole pictures differ. Both sides are lists of pictures."""
     sides = [[blocks(picture, size) for picture in side] for side in (theirs, ours)]
-    means = [[statistics.fmean(block) for block in zip(*side)] for side in sides]
-    errors = [[statistics.stdev(block) / math.sqrt(len(block)) for block in zip(*side)] for side in sides]
-    chance = [ERRORS * math.hypot(a, b) for a, b in zip(*errors)]
-    scale = statistics.fmean(means[1])
-    apart = [abs(t - o) > TOLERANCE * (o + 0.05 * scale) + c for t, o, c in zip(*means, chance)]
-    vague = [c > TOLERANCE * o for o, c in zip(means[1], chance)]
-    relative = statistics.median(abs(t / o - 1) for t, o in zip(*means) if o > 0)
-    return statistics.fmean(means[0]) / scale, relative, statistics.fmean(apart), statistics.fmean(vague)
+    scale = statistics.fmean(map(statistics.fmean, sides[1]))
+
+    def difference(a, b):
+        """Means of numbers of the two sides, and the size of differences that are chance."""
+        chance = ERRORS * math.hypot(*(statistics.stdev(side) / math.sqrt(len(side)) for side in (a, b)))
+        return statistics.fmean(a), statistics.fmean(b), chance
+
+    found = [difference(*block) for block in zip(zip(*sides[0]), zip(*sides[1]))]
+    relative = statistics.median(abs(t / o - 1) for t, o, _ in found if o > 0)
+    apart = statistics.fmean(abs(t - o) > TOLERANCE * (o + 0.05 * scale) + c for t, o, c in found)
+    vague = statistics.fmean(c > TOLERANCE * o for _, o, c in found)
+    t, o, c = difference(*([statistics.fmean(picture) for picture in side] for side in sides))
+    return t / o, relative, apart, vague, abs(t - o) > TOLERANCE * o + c
 
 
 # --- Efficiency -----------------------------------------------------------------------------------
@@ -176,10 +181,10 @@ class Alike:
         self.table = Table("scene", "mean of Cycles over gmis", "median difference of blocks", "blocks apart", "blocks in noise", numbers_from=1)
 
     def take(self, name, theirs, ours):
-        ratio, median, apart, vague = compare(theirs, ours, self.size)
+        ratio, median, apart, vague, is_off = compare(theirs, ours, self.size)
         self.table.add(name, f"{ratio:.4f}", f"{100 * median:.2f} %", f"{100 * apart:.0f} %", f"{100 * vague:.0f} %")
         self.vague[name] = vague
-        if apart > APART:
+        if apart > APART or is_off:
             self.failed.append(name)
 
     def converges(self, name):

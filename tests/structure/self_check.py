@@ -230,8 +230,22 @@ class BesideCycles(unittest.TestCase):
         numbers = random.Random(5)
         pictures = [[numbers.uniform(0.9, 1.1) for _ in range(3 * 32 * 32)] for _ in range(8)]
         darker = [[0.97 * value if k < 3 * 32 * 16 else value for k, value in enumerate(picture)] for picture in pictures]
-        self.assertEqual(cycles.compare(pictures[:4], pictures[4:], "32x32")[2], 0)
+        ratio, median, apart, vague, is_off = cycles.compare(pictures[:4], pictures[4:], "32x32")
+        self.assertEqual((apart, is_off), (0, False))
+        self.assertAlmostEqual(ratio, 1, places=2)
         self.assertEqual(cycles.compare(darker[:4], pictures[4:], "32x32")[2], 0.5)
+
+    def test_pictures_that_differ_in_noise(self):
+        def noisy(mean):  # blocks of 16x16 pixels, each 10 % off
+            values = [[mean * numbers.uniform(0.83, 1.17) for _ in range(6)] for _ in range(6)]
+            return [values[y // 16][x // 16] for y in range(96) for x in range(96) for _ in range(3)]
+
+        numbers = random.Random(7)
+        ours, alike, darker = ([noisy(mean) for _ in range(12)] for mean in (1, 1, 0.92))
+        self.assertFalse(cycles.compare(alike, ours, "96x96")[4])
+        ratio, _, apart, vague, is_off = cycles.compare(darker, ours, "96x96")
+        self.assertAlmostEqual(ratio, 0.92, delta=0.02)
+        self.assertEqual((apart < 0.1, vague, is_off), (True, 1, True))
 
 
 if __name__ == "__main__":

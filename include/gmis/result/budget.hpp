@@ -21,6 +21,13 @@ struct RunState {
   double seconds = 0.0;          ///< wall time so far
   double relative_error = 0.0;   ///< estimated √relMSE; 0 while it is unknown
   bool is_calibrated = false;    ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
+
+  /// The state for a later run (`core/state_archive.hpp`): member by member, for bytes between them
+  /// have no value.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(iterations, seconds, relative_error, is_calibrated);
+  }
 };
 
 /// Limits on iterations, time and error of a run. The first limit that is reached ends the run. An

@@ -62,6 +62,14 @@ struct SampleCounts {
   /// All counts are the same.
   [[nodiscard]] constexpr bool operator==(const SampleCounts&) const = default;
 
+  /// The state for a later run (`core/state_archive.hpp`): member by member, for bytes between them
+  /// have no value.
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(light_paths, connections, splats, merges, extends_camera, next_events, emitter_hits, local_merges,
+            radius_factor, connects_paired_tree);
+  }
+
   /// These counts with every technique off for which `is_kept(technique)` is false.
   template <class IsKept>
   [[nodiscard]] constexpr SampleCounts only(IsKept&& is_kept) const {
