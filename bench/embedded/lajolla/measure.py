@@ -92,8 +92,8 @@ def instructions(options, file, integrator, all_go_on):
 
 
 def mean_of(pictures):
-    """Mean luminance of some pictures of other seeds, and its standard error: the larger one of that
-    by the seeds and that by the pixels, taken as independent."""
+    """Mean luminance of some pictures of other seeds, and its standard error: the larger one of
+    that by the seeds and that by the pixels, taken as independent."""
     luminances = [[0.2126 * p[k] + 0.7152 * p[k + 1] + 0.0722 * p[k + 2] for k in range(0, len(p), 3)] for p in pictures]
     means = [statistics.fmean(one) for one in luminances]
     count, pixels, squares = len(means), len(luminances[0]), 0.0
