@@ -31,7 +31,7 @@ double processor_seconds() {
 
 Picture by_lajolla(const Scene& scene, int samples, std::uint64_t seed) {
   Picture picture;
-  pcg32_state numbers = init_pcg32(1, seed);
+  pcg32_state numbers = init_pcg32(seed, seed * 0x9E3779B97F4A7C15);
   for (int y = 0; y < scene.camera.height; ++y)
     for (int x = 0; x < scene.camera.width; ++x) {
       Spectrum sum = make_zero_spectrum();

@@ -92,9 +92,15 @@ def instructions(options, file, integrator, all_go_on):
 
 
 def mean_of(pictures):
-    """Mean luminance of some pictures of other seeds, and its standard error."""
-    means = [statistics.fmean(0.2126 * p[k] + 0.7152 * p[k + 1] + 0.0722 * p[k + 2] for k in range(0, len(p), 3)) for p in pictures]
-    return statistics.fmean(means), statistics.stdev(means) / math.sqrt(len(means))
+    """Mean luminance of some pictures of other seeds, and its standard error: the larger one of
+    that by the seeds and that by the pixels, taken as independent."""
+    luminances = [[0.2126 * p[k] + 0.7152 * p[k + 1] + 0.0722 * p[k + 2] for k in range(0, len(p), 3)] for p in pictures]
+    means = [statistics.fmean(one) for one in luminances]
+    count, pixels, squares = len(means), len(luminances[0]), 0.0
+    for values in zip(*luminances):
+        middle = sum(values) / count
+        squares += sum((value - middle)**2 for value in values) / (count - 1)
+    return statistics.fmean(means), max(statistics.stdev(means), math.sqrt(squares) / pixels) / math.sqrt(count)
 
 
 def relmse(picture, a, b):
