@@ -303,7 +303,7 @@ struct Truth {
     Nodes tiles, sheets, floor;
     for (std::size_t i = 0; i < tile_count; ++i) of_shape(tiles, first_tile + i);
     for (Node& node : tiles) node.value = house.texture(node.shape, node.at).x;
-    for (const std::size_t i : {1, 2}) of_shape(sheets, i);
+    for (const std::size_t i : {std::size_t{1}, std::size_t{2}}) of_shape(sheets, i);
     const auto through = [&](const Node& node) {  // radiance under a sheet, of light that passed it
       return house.looks[node.shape].transmitted.x / pi * irradiance(node.at, tiles, upper);
     };
@@ -313,7 +313,7 @@ struct Truth {
     for (Node& node : floor) node.value = grey * irradiance(node.at, sheets, lower);
 
     Nodes seen;
-    for (const std::size_t i : {1, 2})
+    for (const std::size_t i : {std::size_t{1}, std::size_t{2}})
       add_nodes(seen, {i == 1 ? -half_window : 0, -half_window, 0.6}, {half_window, 0, 0}, {0, 2 * half_window, 0}, i);
     const double window = 4 * half_window * half_window;
     for (const Node& node : seen) {
