@@ -1,5 +1,7 @@
 #include "gmis/render/ranks.hpp"
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -9,6 +11,7 @@
 
 #include "gmis/render.hpp"
 #include "gmis/render/join_runs.hpp"
+#include "gmis/render/thread_executor.hpp"
 #include "gmis/transport/splitting/gmis_engines.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -81,6 +84,19 @@ std::vector<Case> cases() {
 gmis::EngineMaker<float> engines(const Case& one) {
   return one.splits ? gmis::gmis_engines(furnace, gmis::GmisSampler{}) : gmis::engines_with_pilot(furnace);
 }
+
+/// Raises the flag at the start of an iteration, counted from 1 among those that it renders.
+struct StoppingAt : gmis::ThreadExecutor {
+  StoppingAt(std::atomic<bool>& flag_to_set, int iteration)
+      : gmis::ThreadExecutor(1), flag(flag_to_set), left(iteration) {}
+  template <class Work>
+  void parallel_for(std::size_t count, Work&& work) {
+    if (--left == 0) flag = true;
+    gmis::ThreadExecutor::parallel_for(count, work);
+  }
+  std::atomic<bool>& flag;
+  int left;
+};
 
 /// The result of a run over this number of ranks, and its checkpoint.
 struct Outcome {
@@ -354,4 +370,39 @@ TEST_CASE("A renderer with a transport of its own: bytes in memory, on docs/many
   const auto resolution = furnace.camera().resolution();
   const gmis::RenderResult result = gmis::join_runs<float>(request, resolution, received);
   CHECK(result.picture.values == outcome_of({"vcm", request}, 1).result.picture.values);
+}
+
+TEST_CASE("when one rank is stopped all leave out the round, which may hold several iterations of each") {
+  const gmis::RenderResult whole = outcome_of({"", request_with(gmis::integrators::pt, 16)}, 1).result;
+  gmis_test::on_ranks(2, [&](const gmis::RanksRef& ranks) {
+    std::atomic<bool> interrupt = false;
+    gmis::RenderRequest request = request_with(gmis::integrators::pt, 40);
+    request.ranks = ranks;
+    request.intervals = false;  // every loop is an iteration
+    if (!ranks.is_first()) request.interrupt = &interrupt;
+    // Iterations 17 to 20 are a round; those of rank 1 are its ninth and tenth.
+    StoppingAt executor(interrupt, ranks.is_first() ? 0 : 9);
+    const gmis::RenderResult result =
+        Run(gmis::engines_with_pilot(furnace), furnace.camera().resolution(), request).run(executor);
+    if (!ranks.is_first()) return;
+    CHECK(result.stopped_by == gmis::StopReason::interrupt);
+    CHECK(result.iterations == 16);
+    CHECK(result.picture.values == whole.picture.values);
+  });
+}
+
+TEST_CASE("a round grows with the run, within what may be lost and what may be held") {
+  const gmis::PixelBounds small{{0, 0}, {64, 64}}, large{{0, 0}, {4096, 4096}};
+  const gmis::RankRound<gmis::Vec3<float>> alone({}, small);
+  CHECK(alone.length_after(1000, true) == 1);
+  gmis_test::on_ranks(3, [&](const gmis::RanksRef& ranks) {
+    if (!ranks.is_first()) return;
+    const gmis::RankRound<gmis::Vec3<float>> round(ranks, small);
+    CHECK(round.length_after(0, true) == 3);
+    CHECK(round.length_after(24, true) == 6);  // a quarter
+    CHECK(round.length_after(24, false) == 3);
+    CHECK(round.length_after(192, false) == 6);  // a thirty-second part
+    CHECK(round.length_after(1000, true) == 24);
+    CHECK(gmis::RankRound<gmis::Vec3<float>>(ranks, large).length_after(1000, true) == 3);
+  });
 }

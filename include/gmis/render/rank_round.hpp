@@ -27,7 +27,18 @@ class RankRound {
  public:
   /// `picture`: the rendered part of the frame.
   RankRound(RanksRef ranks, const PixelBounds& picture)
-      : ranks_(ranks), picture_(picture), send_(static_cast<std::size_t>(ranks.count())) {}
+      : ranks_(ranks), picture_(picture), place_(static_cast<std::size_t>(ranks.count())) {}
+
+  /// Number of iterations of the round after the first `done`, where nothing else limits it: one
+  /// for one rank; one a rank for several at first, and more later. Ranks wait for each other once
+  /// a round; but what an interrupt or a limit of time or error throws away stays a small part, and
+  /// so does what a rank holds to send. `has_known_end`: a number of iterations alone ends the run.
+  [[nodiscard]] std::uint32_t length_after(std::uint32_t done, bool has_known_end) const noexcept {
+    if (rank_count() == 1) return 1;
+    const std::size_t pixels = std::max<std::size_t>(1, pixel_count(picture_));
+    const auto most = static_cast<std::uint32_t>(std::clamp<std::size_t>((std::size_t{1} << 22U) / pixels, 1, 8));
+    return rank_count() * std::clamp(done / ((has_known_end ? 4 : 32) * rank_count()), 1U, most);
+  }
 
   /// Renders the iterations `done` + 1 to `done` + `length`, dealt to the ranks in turn; one rank
   /// alone renders one. Afterwards the engine has no work. Returns false when the executor of any
@@ -41,23 +52,29 @@ class RankRound {
       iterations_[0].merging_change = part_of(engine, iterations_[0].merging_change, change_);
       return !executor.is_stopped();
     }
-    for (std::vector<std::byte>& part : send_) part.assign(1, std::byte{0});
+    const bool merges = !engine.merging_change().empty();
+    const auto rank = static_cast<std::size_t>(ranks_.rank());
+    std::vector<std::size_t> send_sizes(rank_count()), receive_sizes(rank_count());
+    for (std::size_t r = 0; r < rank_count(); ++r) {
+      send_sizes[r] = size_between(rank, r, length, merges);
+      receive_sizes[r] = size_between(r, rank, length, merges);
+    }
+    send_.assign(std::accumulate(send_sizes.begin(), send_sizes.end(), std::size_t{0}), std::byte{0});
+    std::exclusive_scan(send_sizes.begin(), send_sizes.end(), place_.begin(), std::size_t{1});
     bool is_stopped = false;
-    for (auto i = static_cast<std::uint32_t>(ranks_.rank()); i < length && !is_stopped; i += rank_count()) {
-      append(engine, next_of(engine, executor, done + i));
+    for (auto i = static_cast<std::uint32_t>(rank); i < length && !is_stopped; i += rank_count()) {
+      pack(engine, next_of(engine, executor, done + i));
       is_stopped = executor.is_stopped();
     }
-    for (std::vector<std::byte>& part : send_) part[0] = static_cast<std::byte>(is_stopped);
-    return exchange(!engine.merging_change().empty(), length);
+    for (std::size_t r = 0, first = 0; r < rank_count(); first += send_sizes[r], ++r)
+      send_[first] = static_cast<std::byte>(is_stopped);
+    receive_.resize(std::accumulate(receive_sizes.begin(), receive_sizes.end(), std::size_t{0}));
+    ranks_.exchange(send_, send_sizes, receive_, receive_sizes);
+    return unpack(merges, length);
   }
 
   /// The iterations of the latest round in their order; their pixels stay until the next round.
   [[nodiscard]] std::span<const IterationResult<S>> iterations() const noexcept { return iterations_; }
-  /// Number of pixels.
-  [[nodiscard]] static std::size_t pixel_count(const PixelBounds& bounds) noexcept {
-    const glm::ivec2 size = bounds.upper - bounds.lower;
-    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-  }
 
  private:
   /// Room for the numbers of an iteration: with as many rejected paths as are kept.
@@ -67,6 +84,18 @@ class RankRound {
   [[nodiscard]] std::uint32_t rank_count() const noexcept { return static_cast<std::uint32_t>(ranks_.count()); }
   [[nodiscard]] PixelBounds stripe(std::size_t rank) const noexcept {
     return detail::stripe_of(picture_, static_cast<int>(rank), ranks_.count());
+  }
+
+  [[nodiscard]] static std::size_t pixel_count(const PixelBounds& bounds) noexcept {
+    const glm::ivec2 size = bounds.upper - bounds.lower;
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  }
+  /// Bytes that rank `from` sends to rank `to`: one that says whether `from` was stopped, then its
+  /// iterations, numbers and rows of `to`.
+  [[nodiscard]] std::size_t size_between(std::size_t from, std::size_t to, std::uint32_t length,
+                                         bool merges) const noexcept {
+    const std::size_t iterations = (length + rank_count() - 1 - from) / rank_count();
+    return 1 + iterations * (numbers_size + pixel_count(stripe(to)) * (sizeof(S) + (merges ? sizeof(float) : 0)));
   }
 
   /// Renders the iteration after `done`; its pixels are the engine's.
@@ -101,42 +130,28 @@ class RankRound {
     return part;
   }
 
-  /// Appends to what each rank is sent: the numbers of an iteration, and the rows of that rank.
-  GMIS_RARE void append(const AnyEngine<S>& engine, IterationResult<S> one) {
+  /// Adds an iteration to what each rank is sent: its numbers, and the rows of that rank.
+  GMIS_RARE void pack(const AnyEngine<S>& engine, IterationResult<S> one) {
     StateWriter numbers;
     one.exchange_numbers(numbers);
-    for (std::size_t r = 0; r < send_.size(); ++r) {
-      const auto add = [&part = send_[r]](auto row) {
+    for (std::size_t r = 0; r < rank_count(); ++r) {
+      const auto add = [&](auto row) {
         const auto bytes = std::as_bytes(row);
-        part.insert(part.end(), bytes.begin(), bytes.end());
+        std::copy(bytes.begin(), bytes.end(), send_.begin() + static_cast<std::ptrdiff_t>(place_[r]));
+        place_[r] += bytes.size();
       };
-      const std::size_t end = send_[r].size() + numbers_size;
+      const std::size_t end = place_[r] + numbers_size;
       add(std::span(numbers.bytes()));
-      send_[r].resize(end);
+      place_[r] = end;
       for_each_row(engine, one.frame, stripe(r), add);
       for_each_row(engine, one.merging_change, stripe(r), add);
     }
   }
 
-  /// Sends each rank its part, and reads the parts for this one. Each begins with a byte that says
-  /// whether its sender was stopped; what a stopped rank did not render is zeros.
-  GMIS_RARE bool exchange(bool merges, std::uint32_t length) {
-    const std::size_t count = send_.size(), own = pixel_count(stripe(static_cast<std::size_t>(ranks_.rank())));
-    const auto size_between = [&](std::size_t from, std::size_t to) {
-      const std::size_t iterations = (length + count - 1 - from) / count;
-      return 1 + iterations * (numbers_size + pixel_count(stripe(to)) * (sizeof(S) + (merges ? sizeof(float) : 0)));
-    };
-    std::vector<std::size_t> send_sizes(count), receive_sizes(count);
-    std::vector<std::byte> send;
-    for (std::size_t r = 0; r < count; ++r) {
-      send_sizes[r] = size_between(static_cast<std::size_t>(ranks_.rank()), r);
-      receive_sizes[r] = size_between(r, static_cast<std::size_t>(ranks_.rank()));
-      send_[r].resize(send_sizes[r]);
-      send.insert(send.end(), send_[r].begin(), send_[r].end());
-    }
-    receive_.resize(std::accumulate(receive_sizes.begin(), receive_sizes.end(), std::size_t{0}));
-    ranks_.exchange(send, send_sizes, receive_, receive_sizes);
-
+  /// Reads what all ranks have sent. Returns false when one was stopped: what it did not render is
+  /// zeros.
+  GMIS_RARE bool unpack(bool merges, std::uint32_t length) {
+    const std::size_t own = pixel_count(stripe(static_cast<std::size_t>(ranks_.rank())));
     iterations_ = std::vector<IterationResult<S>>(length);
     frame_.resize(length * own);
     change_.resize(merges ? length * own : 0);
@@ -149,9 +164,9 @@ class RankRound {
       std::copy(from.begin(), from.end(), std::as_writable_bytes(pixels).begin());
       return pixels;
     };
-    for (std::size_t r = 0; r < count; ++r) {
+    for (std::size_t r = 0; r < rank_count(); ++r) {
       is_stopped = next(1)[0] != std::byte{0} || is_stopped;
-      for (std::size_t i = r; i < length; i += count) {
+      for (std::size_t i = r; i < length; i += rank_count()) {
         StateReader reader(next(numbers_size));
         iterations_[i].exchange_numbers(reader);
         iterations_[i].frame = pixels_of(i, frame_);
@@ -166,8 +181,8 @@ class RankRound {
   std::vector<IterationResult<S>> iterations_;
   std::vector<S> frame_;
   std::vector<float> change_;
-  std::vector<std::vector<std::byte>> send_;  // by rank
-  std::vector<std::byte> receive_;
+  std::vector<std::byte> send_, receive_;
+  std::vector<std::size_t> place_;  // in `send_`, of what comes next, by rank
 };
 
 }  // namespace gmis

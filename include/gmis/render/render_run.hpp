@@ -25,6 +25,7 @@
 #include "gmis/render/render_result.hpp"
 #include "gmis/render/run_identity.hpp"
 #include "gmis/render/run_record.hpp"
+#include "gmis/render/whole_record.hpp"
 #include "gmis/transport/allocation/render_engine.hpp"
 
 namespace gmis {
@@ -134,20 +135,20 @@ class RenderRun {
   /// iteration on.
   [[nodiscard]] std::optional<ErrorEstimate> error() const {
     if (!made_.batches || estimated_after_ == made_.state.iterations) return latest_error_;
-    const WholeRecord all = whole();
+    const WholeRecord<S> all = whole();
     return request_.ranks.of_first(request_.ranks.is_first() ? all->error() : std::nullopt);
   }
 
   /// The bias of merging in the picture so far; empty after one iteration that merges.
   [[nodiscard]] std::optional<MergingBias> merging_bias() const {
-    const WholeRecord all = whole();
+    const WholeRecord<S> all = whole();
     return request_.ranks.is_first() ? all->merging_bias() : std::nullopt;
   }
 
   /// The prices of the usual errors, and of half the present one.
   [[nodiscard]] std::optional<PriceTable> prices() const {
     const std::optional<ErrorEstimate> present = error();
-    const WholeRecord all = whole();
+    const WholeRecord<S> all = whole();
     return request_.ranks.is_first() ? all->prices(present) : std::nullopt;
   }
   /// The prices of the usual errors as the pilot's choice has them; empty before two iterations
@@ -176,30 +177,9 @@ class RenderRun {
     archive(*engine_);
   }
 
-  /// The record of this rank while it has these pixels in place of its own; without pixels, with
-  /// its own. There is one at a time.
-  class WholeRecord {
-   public:
-    WholeRecord(RunRecord<S>& record, std::optional<PixelSums<S>> pixels)
-        : record_(record), pixels_(std::move(pixels)) {
-      exchange_pixels();
-    }
-    ~WholeRecord() { exchange_pixels(); }
-    WholeRecord(const WholeRecord&) = delete;
-    WholeRecord& operator=(const WholeRecord&) = delete;
-    RunRecord<S>* operator->() const noexcept { return &record_; }
-    RunRecord<S>& operator*() const noexcept { return record_; }
-
-   private:
-    GMIS_RARE void exchange_pixels() {
-      if (pixels_) std::swap(*pixels_, static_cast<PixelSums<S>&>(record_));
-    }
-    RunRecord<S>& record_;
-    std::optional<PixelSums<S>> pixels_;
-  };
   /// The record with the rows of all ranks, at rank 0; elsewhere that of its own rows. All ranks
   /// call it together.
-  GMIS_RARE WholeRecord whole() const;
+  GMIS_RARE WholeRecord<S> whole() const;
   /// The part of a whole record that this rank keeps.
   GMIS_RARE void keep_rows_of(RunRecord<S>&& all);
 
@@ -305,7 +285,7 @@ void RenderRun<S_>::prepare_part() {
 }
 
 template <Spectrum S_>
-typename RenderRun<S_>::WholeRecord RenderRun<S_>::whole() const {
+WholeRecord<S_> RenderRun<S_>::whole() const {
   const RanksRef& ranks = request_.ranks;
   auto& own = const_cast<RunRecord<S>&>(made_);  // an archive names what it writes as it does what it reads
   if (ranks.count() == 1) return {own, {}};
@@ -375,15 +355,10 @@ RenderResult RenderRun<S_>::run(ExecutorRef executor) {
 template <Spectrum S_>
 std::uint32_t RenderRun<S_>::round_length() const {
   const std::uint32_t n = made_.state.iterations;
-  const auto count = static_cast<std::uint32_t>(request_.ranks.count());
-  // Ranks wait for each other once a round. It grows with the run: what an interrupt or a limit of
-  // time or error throws away stays a small part; and what a rank holds to send stays small, too.
-  const bool has_known_end = request_.budget.iterations && !request_.budget.relative_error && !request_.budget.seconds;
-  const std::size_t pixels = std::max<std::size_t>(1, RankRound<S>::pixel_count(crop_));
-  const auto most = static_cast<std::uint32_t>(std::clamp<std::size_t>((std::size_t{1} << 22U) / pixels, 1, 8));
-  std::uint32_t length = count == 1 ? 1 : count * std::clamp(n / ((has_known_end ? 4 : 32) * count), 1U, most);
+  const Budget& budget = request_.budget;
+  std::uint32_t length = round_.length_after(n, budget.iterations && !budget.relative_error && !budget.seconds);
   if (adapts_merging()) length = std::min(length, std::max(4U, 2 * std::bit_floor(n)) - n);
-  const std::uint32_t last = request_.budget.iterations.value_or(0);
+  const std::uint32_t last = budget.iterations.value_or(0);
   return last > n ? std::min(length, last - n) : length;
 }
 
@@ -477,7 +452,7 @@ void RenderRun<S_>::finish_log(ExecutorRef executor) {
 template <Spectrum S_>
 RenderResult RenderRun<S_>::result(StopReason reason) const {
   const std::optional<ErrorEstimate> estimate = error();
-  const WholeRecord all = whole();
+  const WholeRecord<S> all = whole();
   if (request_.ranks.is_first()) return all->result(request_, reason, estimate);
   RenderResult elsewhere;
   elsewhere.stopped_by = reason;
@@ -512,7 +487,7 @@ void RenderRun<S_>::adapt_merging() {
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   const std::uint32_t n = made_.state.iterations;
   if (!adapts_merging() || n < 4 || !std::has_single_bit(n)) return;
-  const WholeRecord all = whole();
+  const WholeRecord<S> all = whole();
   AnyEngine<S>& engine = *engine_->picture_engine();
   const std::optional<MergingBias> bias = request_.ranks.is_first() ? all->merging_bias() : std::nullopt;
   if (bias) {
@@ -573,7 +548,7 @@ void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   if (!made_.batches || estimated_after_ == made_.state.iterations) return;
   double ignored = 0.0;
   const detail::RunTimer timer(made_.state.seconds, ignored);
-  const WholeRecord all = whole();
+  const WholeRecord<S> all = whole();
   if (request_.ranks.is_first()) {
     latest_error_ = estimate_error(*all->batches, executor);
     // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
