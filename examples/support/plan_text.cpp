@@ -138,10 +138,10 @@ std::string explain_lights(const LightUse& use) {
   text << std::setprecision(3);
   if (use.receiver_gain)
     text << "lights      of next events chosen " << (use.chooses_for_receiver ? "for the receiver" : "by power")
-         << ": for the receiver the second moment is " << *use.receiver_gain << " times smaller\n";
+         << ": a choice for the receiver divides their second moment by " << *use.receiver_gain << "\n";
   if (use.emission_gain)
     text << "emission    " << (use.guides_emission ? "guided" : "by power")
-         << ": with the learned guide the second moment is " << *use.emission_gain << " times smaller\n";
+         << ": the learned guide divides the second moment of arriving light by " << *use.emission_gain << "\n";
   return text.str();
 }
 

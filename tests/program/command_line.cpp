@@ -881,7 +881,8 @@ Shape "sphere" "float radius" 100
   CHECK(power["light_use"]["guides_emission"] == false);
   CHECK(other["light_use"]["guides_emission"] == true);
   CHECK(other["light_use"]["emission_gain"] > 2.5);
-  CHECK(learned.out.find("emission    guided: with the learned guide the second moment is ") != std::string::npos);
+  CHECK(learned.out.find("emission    guided: the learned guide divides the second moment of arriving light by ") !=
+        std::string::npos);
   // By power a light subpath meets the floor with a probability of 36/(4π 990²) · 0.8 = 2.4e-6: of
   // 1536, hardly one in 270 runs.
   CHECK(power["counts"]["photons_stored"] < 3);

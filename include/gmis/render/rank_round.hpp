@@ -182,7 +182,7 @@ class RankRound {
   std::vector<S> frame_;
   std::vector<float> change_;
   std::vector<std::byte> send_, receive_;
-  std::vector<std::size_t> place_;  // in `send_`, of what comes next, by rank
+  std::vector<std::size_t> place_;  // by rank: where in `send_` its next bytes go
 };
 
 }  // namespace gmis
