@@ -87,7 +87,7 @@ def measure_whole(options, compiler):
         words = shlex.split(entry["command"])
         words = words[next(i for i, word in enumerate(words) if re.search(r"(g\+\+|clang\+\+|c\+\+)[-\d.]*$", word)) + 1:]
         words = words[:words.index("-o")]
-        drop = ("-O", "-march") if compiler == "g++" else ("-O", "-march", "--param", "-fno-tree-slp-vectorize", "-fpch-preprocess")
+        drop = ("-O", "-march") if compiler == "g++" else ("-O", "-march", "--param", "-fno-tree-slp-vectorize", "-fpch-preprocess", "-no-pie")
         words = [word for word in words if not word.startswith(drop)]
         # A precompiled header is another compiler's, or one of other options.
         if any("cmake_pch" in word for word in words):
