@@ -126,8 +126,8 @@ TEST_CASE("Runs with seeds of their own are joined into one picture") {
   REQUIRE(run(folder, same + "--seed 1 --iterations 6 --out a.pfm --checkpoint a.ck").exit_code == 0);
   REQUIRE(run(folder, same + "--seed 2 --iterations 18 --out b.pfm --checkpoint b.ck").exit_code == 0);
   REQUIRE(run(folder, same + "--resume a.ck --resume b.ck --out c.pfm --stats c.json --log c.csv").exit_code == 0);
-  // Of the longer run iterations 1 to 8, 10, 12, 14 and 16, then all 24, below the header.
-  CHECK(line_count(text_of(folder / "c.csv")) == 14);
+  // Of the longer run iterations 1, 4, 6, 8, 12 and 16, then all 24, below the header.
+  CHECK(line_count(text_of(folder / "c.csv")) == 8);
   for (const std::string part : {"", "_a", "_b"}) {
     const auto a = gmis::tools::read_image(folder / ("a" + part + ".pfm"));
     const auto b = gmis::tools::read_image(folder / ("b" + part + ".pfm"));

@@ -118,7 +118,7 @@ class RenderRun {
   /// Iterations and wall time so far. The error in it is known when it was estimated after the
   /// latest iteration.
   [[nodiscard]] const RunState& progress() const noexcept { return made_.state; }
-  /// Processor time of the iterations so far, without estimates of the error.
+  /// Processor time so far, of iterations and of estimates of the error.
   [[nodiscard]] double cpu_seconds() const noexcept { return made_.cpu_seconds; }
   /// The film so far, of the rows of this rank.
   [[nodiscard]] const Film<S>& film() const noexcept { return made_.film; }
@@ -235,7 +235,7 @@ class RenderRun {
   RunRecord<S> made_;                          ///< of whole iterations and the rows of this rank
   std::span<const S> frame_;                   ///< of the round
   std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
-  std::uint32_t estimated_after_ = 0, next_estimate_ = 2;
+  std::uint32_t estimated_after_ = 0, next_estimate_ = Budget::fewest_iterations_for_error;
 };
 
 template <Spectrum S_>
@@ -534,20 +534,24 @@ void RenderRun<S_>::choose_gain(const MergingBias& bias, double mean, std::uint3
 template <Spectrum S_>
 void RenderRun<S_>::update_error(ExecutorRef executor) {
   made_.state.is_calibrated = false;  // an older estimate must not end the run
-  const bool is_due = request_.budget.relative_error && made_.state.iterations >= next_estimate_;
-  if (!is_due && !made_.log.is_due(made_.state.iterations)) return;
-  next_estimate_ = made_.state.iterations + std::max(1U, made_.state.iterations / 8);  // eight times per doubling
+  const std::uint32_t n = made_.state.iterations;
+  const std::optional<double>& limit = request_.budget.relative_error;
+  if (!(limit && n >= next_estimate_) && !made_.log.is_due(n)) return;
   estimate_now(executor);
+  next_estimate_ = n + std::max(1U, n / 8);
   if (!latest_error_) return;
   made_.state.relative_error = latest_error_->relative_error;
   made_.state.is_calibrated = latest_error_->is_calibrated();
+  // No error falls faster than 1/n.
+  if (limit && *limit > 0.0)
+    next_estimate_ =
+        std::max(next_estimate_, static_cast<std::uint32_t>(n * std::min(2.0, latest_error_->relative_error / *limit)));
 }
 
 template <Spectrum S_>
 void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   if (!made_.batches || estimated_after_ == made_.state.iterations) return;
-  double ignored = 0.0;
-  const detail::RunTimer timer(made_.state.seconds, ignored);
+  const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   const WholeRecord<S> all = whole();
   if (request_.ranks.is_first()) {
     latest_error_ = estimate_error(*all->batches, executor);
@@ -560,9 +564,9 @@ void RenderRun<S_>::estimate_now(ExecutorRef executor) {
 
 template <Spectrum S_>
 void RenderRun<S_>::add_to_log() {
-  double ignored = 0.0;
-  const detail::RunTimer timer(made_.state.seconds, ignored);
-  const std::optional<ErrorEstimate> estimate = error();
+  const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
+  const std::optional<ErrorEstimate> estimate =
+      estimated_after_ == made_.state.iterations ? latest_error_ : std::nullopt;
   const bool compares = request_.ranks.of_first(!request_.reference.empty());
   made_.log.add(compares ? whole()->point(request_, estimate) : made_.point(request_, estimate));
   if (request_.on_log) request_.on_log(made_.log.points().back());

@@ -28,15 +28,16 @@ struct ConvergencePoint {
 /// run leaves a short log and every decade has about the same number of points.
 class ConvergenceLog {
  public:
-  /// True when a point is due after this iteration. Points are due after iterations 1 to 8, then
-  /// four times per doubling: 10, 12, 14, 16, 20 and so on. From 16 on, all batches of `BatchMeans`
-  /// are complete at these iterations.
+  /// True when a point is due after this iteration. Points are due after the first and
+  /// twice per doubling from 4 on: 4, 6, 8, 12, 16, 24 and so on. All batches of `BatchMeans` are
+  /// complete at these iterations. From two or three iterations an estimate of the error says
+  /// little, and takes as long as from a long run.
   [[nodiscard]] bool is_due(std::uint64_t iteration) const noexcept { return iteration >= next_; }
 
   /// Adds a point behind the others.
   void add(ConvergencePoint point) {
-    next_ = point.iteration + std::max<std::uint64_t>(1, std::bit_floor(point.iteration) / 4);
-    next_ -= next_ % std::max<std::uint64_t>(1, std::bit_floor(next_) / 4);
+    const std::uint64_t step = std::bit_floor(point.iteration) / 2;
+    next_ = step < 2 ? 4 : point.iteration / step * step + step;
     points_.push_back(std::move(point));
   }
 

@@ -157,7 +157,8 @@ class ErrorSums {
     }
     for (std::size_t b = 0; b < count; ++b)
       for (std::size_t c = 0; c < b; ++c)
-        for (std::size_t l = 0; l < lanes; ++l) products_[b][c][l % folded] += scaled[b][l] * scaled[c][l];
+        for (std::size_t first = 0; first < lanes; first += folded)
+          for (std::size_t l = 0; l < folded; ++l) products_[b][c][l] += scaled[b][first + l] * scaled[c][first + l];
     return errors;
   }
   void add(const ErrorSums& other, std::size_t count) noexcept {
