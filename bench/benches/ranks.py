@@ -17,7 +17,7 @@ import subprocess
 from measuring import ALL, Table, publish
 
 PROGRAM = "gmis-render-mpi"
-OPTIONS = {"runs": 3, "size": "256x256", "iterations": 16}
+OPTIONS = {"runs": 3, "size": "512x512", "iterations": 64}
 DOCUMENT = "docs/many-machines.md"
 
 
@@ -30,7 +30,7 @@ def run_once(options, integrator, ranks):
     """Wall seconds, peak megabytes of a rank, and the traffic of a run; its picture's bytes."""
     stats, picture = options.out / "stats.json", options.out / "picture.pfm"
     environment = os.environ | {"GMIS_MPI_TIMES": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    said = subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), options.program, ALL[options.scene], "--integrator", integrator, "--size", options.size,
+    said = subprocess.run(["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), options.program, ALL[options.scene], "--integrator", integrator, "--size", options.size,
                            "--iterations", str(options.iterations), "--threads", "1", "--quiet", "--stats", str(stats), "--out", str(picture)],
                           env=environment, capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL).stderr
     facts = json.loads(stats.read_text(encoding="utf-8"))
