@@ -366,7 +366,7 @@ TEMPLATE_TEST_CASE("a textured lamp and liquids between sheets, by the tags of p
   CHECK(scene.disagreements == 0);
 }
 
-TEST_CASE("the adapter that tags its points is sound") {
+TEST_CASE("the adapter that tags its points is sound", "[long]") {
   const House house(1);
   gmis::SceneCheckSettings check;
   check.seed = gmis_test::seed(72);

@@ -589,7 +589,7 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   CHECK(quiet.err.empty());
 }
 
-TEST_CASE("The manual page and the completions of all shells have every option that there is") {
+TEST_CASE("The manual page and the completions of all shells have every option that there is", "[long]") {
   const ScratchFolder folder;
   const std::string help = run(folder, "--help").out;
   // Options are what stands at the beginning of the lines of --help, with their long names.

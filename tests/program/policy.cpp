@@ -162,7 +162,7 @@ TEST_CASE("The limit is the user's") {
   }
 }
 
-TEST_CASE("The paths of an iteration, replayed one by one, make its image bit by bit") {
+TEST_CASE("The paths of an iteration, replayed one by one, make its image bit by bit", "[long]") {
   const ScratchFolder folder;
   constexpr int width = 6, height = 5;
   const std::string common =

@@ -355,7 +355,7 @@ TEST_CASE("The estimate of joined runs is its definition, summed by brute force"
 }
 
 // As below for single runs: fewer than 90 % of 400 would be in 1 of 40,000 seeds.
-TEST_CASE("The interval of joined runs covers the true error in at least 90 % of 400 runs") {
+TEST_CASE("The interval of joined runs covers the true error in at least 90 % of 400 runs", "[long]") {
   std::mt19937 source(gmis_test::seed(14));
   const Picture picture({16, 16}, 0.0, 0.0);
   int covered = 0, shown = 0;
@@ -416,7 +416,7 @@ TEST_CASE("Fireflies: the stated error is the true one, and has no interval") {
 
 // Intervals are for this very picture's error, so every run has its own truth. Were each covered
 // with a probability of 95 %, fewer than 90 % of 400 would be in 1 of 40,000 seeds.
-TEST_CASE("Without fireflies the interval covers the true error in at least 90 % of 400 runs") {
+TEST_CASE("Without fireflies the interval covers the true error in at least 90 % of 400 runs", "[long]") {
   std::mt19937 source(gmis_test::seed(11));
   const Picture picture({16, 16}, 0.0, 0.0);
   for (const int iterations : {16, 32, 128}) {
@@ -465,7 +465,7 @@ TEST_CASE("Replications are batches: iteration i belongs to (i - 1) mod R, and a
 // order of their own.
 TEST_CASE(
     "With dependent iterations in independent replications the interval covers the true error in at least 90 % of 400 "
-    "runs") {
+    "runs", "[long]") {
   constexpr std::size_t replications = 8, pixels = 256;
   std::mt19937 source(gmis_test::seed(12));
   for (const int iterations : {16, 64, 100}) {

@@ -141,7 +141,7 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
 
 }  // namespace
 
-TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings have", "[pilot]") {
+TEST_CASE("Forecasts of a pilot are the variance and the cost that renderings have", "[pilot][long]") {
   using namespace gmis_test::ways;
   const Scene scene(albedo, 1.0F, size, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
@@ -219,7 +219,7 @@ TEST_CASE("A pilot takes one pixel of each group of N, and not always the same o
   }
 }
 
-TEST_CASE("A pilot that takes every second pixel forecasts what one that takes all of them does", "[pilot]") {
+TEST_CASE("A pilot that takes every second pixel forecasts what one that takes all of them does", "[pilot][long]") {
   // From the centre all pixels are alike. In the larger picture half are taken; the cost is that of
   // all. Nothing is merged: pixels that share photons are not independent, and more trees would be
   // merged within one radius.
