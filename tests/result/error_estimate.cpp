@@ -465,7 +465,8 @@ TEST_CASE("Replications are batches: iteration i belongs to (i - 1) mod R, and a
 // order of their own.
 TEST_CASE(
     "With dependent iterations in independent replications the interval covers the true error in at least 90 % of 400 "
-    "runs", "[long]") {
+    "runs",
+    "[long]") {
   constexpr std::size_t replications = 8, pixels = 256;
   std::mt19937 source(gmis_test::seed(12));
   for (const int iterations : {16, 64, 100}) {
