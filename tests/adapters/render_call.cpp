@@ -2,8 +2,10 @@
 
 #include <array>
 #include <atomic>
+#include <ctime>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 #include "gmis/render/thread_executor.hpp"
 #include "gmis/result/merging_bias.hpp"
@@ -60,19 +62,46 @@ struct Stopping : gmis::ThreadExecutor {
   int camera_loops = 0;
 };
 
-/// Raises the flag at the first loop behind the camera's rows of the third iteration: that of the
+/// Raises the flag at the first loop behind the camera's rows of the fourth iteration: that of the
 /// estimate of the error.
 struct StoppingLate : gmis::ThreadExecutor {
   explicit StoppingLate(std::atomic<bool>& flag_to_set) : gmis::ThreadExecutor(2), flag(flag_to_set) {}
   template <class Work>
   void parallel_for(std::size_t count, Work&& work) {
-    if (camera_loops == 3) flag = true;
+    if (camera_loops == 4) flag = true;
     if (count == static_cast<std::size_t>(size)) ++camera_loops;
     gmis::ThreadExecutor::parallel_for(count, work);
   }
   std::atomic<bool>& flag;
   int camera_loops = 0;
 };
+
+/// Takes at least `seconds_of_loop` of processor time for each loop.
+struct Slow : gmis::SerialExecutor {
+  static constexpr double seconds_of_loop = 1e-2;
+  template <class Work>
+  void parallel_for(std::size_t count, Work&& work) {
+    const std::clock_t start = std::clock();
+    gmis::SerialExecutor::parallel_for(count, work);
+    while (static_cast<double>(std::clock() - start) < seconds_of_loop * CLOCKS_PER_SEC) {
+    }
+    ++loops;
+  }
+  int loops = 0;
+};
+
+/// The iterations after which the stated error is another one than before.
+std::vector<std::uint32_t> iterations_with_estimate(gmis::RenderRequest asked) {
+  std::vector<std::uint32_t> found;
+  double before = 0.0;
+  asked.on_iteration = [&](const gmis::RunState& state) {
+    if (state.relative_error != before) found.push_back(state.iterations);
+    before = state.relative_error;
+  };
+  gmis::SerialExecutor executor;
+  static_cast<void>(gmis::Render(furnace, asked).run(executor));
+  return found;
+}
 
 }  // namespace
 
@@ -97,10 +126,10 @@ TEST_CASE("a rendering has the bits of a loop written by hand, for any number of
 }
 
 TEST_CASE("an interrupt while the error is estimated leaves nothing of the estimate out") {
-  gmis::RenderRequest three = request(3);
-  three.intervals = true;
+  gmis::RenderRequest four = request(4);
+  four.intervals = true;
   gmis::SerialExecutor serial;
-  const gmis::RenderResult expected = gmis::Render(furnace, three).run(serial);
+  const gmis::RenderResult expected = gmis::Render(furnace, four).run(serial);
   REQUIRE(expected.error.has_value());
   REQUIRE(expected.error->relative_error > 0.0);
 
@@ -111,7 +140,7 @@ TEST_CASE("an interrupt while the error is estimated leaves nothing of the estim
   StoppingLate executor(interrupt);
   const gmis::RenderResult result = gmis::Render(furnace, longer).run(executor);
   CHECK(interrupt.load());
-  CHECK(result.iterations == 3);
+  CHECK(result.iterations == 4);
   CHECK(result.stopped_by == gmis::StopReason::interrupt);
   REQUIRE(result.error.has_value());
   CHECK(result.error->relative_error == expected.error->relative_error);
@@ -203,6 +232,34 @@ TEST_CASE("callbacks come between iterations, and the log ends with the last one
   CHECK(result.error->relative_error == result.log.back().estimated_error);
   REQUIRE(result.prices.has_value());
   CHECK(result.prices->prices.size() == gmis::PriceTable::usual_errors.size() + 1);
+}
+
+TEST_CASE("estimates of the error are part of the stated time") {
+  gmis::RenderRequest timed = request(6);
+  timed.intervals = true;
+  Slow executor, plain;
+  const gmis::RenderResult result = gmis::Render(furnace, timed).run(executor);
+  timed.intervals = false;
+  const gmis::RenderResult without = gmis::Render(furnace, timed).run(plain);
+  REQUIRE(executor.loops > plain.loops);
+  // Half of it is room for what else two runs differ by.
+  const double least = 0.5 * Slow::seconds_of_loop * (executor.loops - plain.loops);
+  CHECK(result.cpu_seconds - without.cpu_seconds >= least);
+  CHECK(result.wall_seconds - without.wall_seconds >= least);
+  CHECK(result.log.back().cpu_seconds - without.log.back().cpu_seconds >= least);
+}
+
+TEST_CASE("the error is estimated for the log, and as soon as it may be down to its limit") {
+  using Iterations = std::vector<std::uint32_t>;
+  gmis::RenderRequest logged = request(40);
+  logged.intervals = true;
+  CHECK(iterations_with_estimate(logged) == Iterations{4, 6, 8, 12, 16, 24, 32});
+  // Far from the limit, no more often; near it, eight times a doubling, but not before an estimate
+  // may end the run.
+  logged.budget.relative_error = 1e-6;
+  CHECK(iterations_with_estimate(logged) == Iterations{4, 6, 8, 12, 16, 24, 32});
+  logged.budget.relative_error = 1e6;
+  CHECK(iterations_with_estimate(logged) == Iterations{4, 6, 8});
 }
 
 TEST_CASE("limits: an error, an interrupt, too many rejections") {

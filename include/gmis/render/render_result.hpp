@@ -23,7 +23,7 @@ struct RenderSummary {
   std::vector<std::uint64_t> joined_seeds;         ///< of runs that were joined (`join_runs`), else empty
   std::uint32_t iterations = 0;                    ///< in the picture: not those of a pilot
   double wall_seconds = 0.0;                       ///< of iterations and of estimates of the error
-  double cpu_seconds = 0.0;                        ///< of all threads of the process, likewise
+  double cpu_seconds = 0.0;                        ///< of all threads of the process, in the same time
   PhaseSeconds phases;                             ///< wall time by phase
   ImageEstimate estimate;                          ///< mean, variance and error of the picture
   std::optional<ErrorEstimate> error;              ///< with `RenderRequest::intervals`, from the second iteration on

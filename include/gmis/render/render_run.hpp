@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <ctime>
@@ -224,6 +225,7 @@ class RenderRun {
   GMIS_RARE void update_error(ExecutorRef executor);
   /// Estimates the error after the latest iteration unless that is done.
   GMIS_RARE void estimate_now(ExecutorRef executor);
+  /// Adds the latest iteration to the log, after `estimate_now`.
   GMIS_RARE void add_to_log();
 
   EngineMaker<S> maker_;
@@ -538,14 +540,15 @@ void RenderRun<S_>::update_error(ExecutorRef executor) {
   const std::optional<double>& limit = request_.budget.relative_error;
   if (!(limit && n >= next_estimate_) && !made_.log.is_due(n)) return;
   estimate_now(executor);
-  next_estimate_ = n + std::max(1U, n / 8);
   if (!latest_error_) return;
   made_.state.relative_error = latest_error_->relative_error;
   made_.state.is_calibrated = latest_error_->is_calibrated();
-  // No error falls faster than 1/n.
-  if (limit && *limit > 0.0)
-    next_estimate_ =
-        std::max(next_estimate_, static_cast<std::uint32_t>(n * std::min(2.0, latest_error_->relative_error / *limit)));
+  if (!limit) return;
+  // An error that falls like 1/n comes down to the limit no sooner. The guess is trusted for one
+  // doubling.
+  const double error = latest_error_->relative_error;
+  const double factor = error < 2.0 * *limit ? std::max(1.125, error / *limit) : 2.0;
+  next_estimate_ = std::max(Budget::fewest_iterations_for_error, static_cast<std::uint32_t>(std::ceil(n * factor)));
 }
 
 template <Spectrum S_>
@@ -565,10 +568,8 @@ void RenderRun<S_>::estimate_now(ExecutorRef executor) {
 template <Spectrum S_>
 void RenderRun<S_>::add_to_log() {
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
-  const std::optional<ErrorEstimate> estimate =
-      estimated_after_ == made_.state.iterations ? latest_error_ : std::nullopt;
   const bool compares = request_.ranks.of_first(!request_.reference.empty());
-  made_.log.add(compares ? whole()->point(request_, estimate) : made_.point(request_, estimate));
+  made_.log.add(compares ? whole()->point(request_, latest_error_) : made_.point(request_, latest_error_));
   if (request_.on_log) request_.on_log(made_.log.points().back());
 }
 
