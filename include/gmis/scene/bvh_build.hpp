@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/concepts.hpp"
+#include "gmis/core/executor_ref.hpp"
 #include "gmis/scene/bvh.hpp"
 #include "gmis/scene/bvh_split.hpp"
 
@@ -42,10 +42,12 @@ class BvhBuilder {
   BvhBuilder(std::span<const TriangleCorners<T>> triangles, std::span<const SphereShape<T>> spheres)
       : triangles_(triangles), spheres_(spheres) {}
 
-  [[nodiscard]] BuiltBvh<T> build() const { return build(SerialExecutor{}); }
+  [[nodiscard]] BuiltBvh<T> build() const {
+    const SerialExecutor serial;
+    return build(serial);
+  }
 
-  template <Executor E>
-  [[nodiscard]] BuiltBvh<T> build(E&& executor) const {
+  [[nodiscard]] BuiltBvh<T> build(ExecutorRef executor) const {
     BuiltBvh<T> result;
     if (triangles_.empty() && spheres_.empty()) return result;
     std::vector<Node> nodes;
@@ -66,14 +68,13 @@ class BvhBuilder {
   static constexpr std::size_t chunk_size = 8192;
 
   /// Calls `work(begin, end)` for pieces of 0 … count.
-  template <class E, class Work>
-  static void for_chunks(E& executor, std::size_t count, Work&& work) {
+  template <class Work>
+  static void for_chunks(ExecutorRef executor, std::size_t count, Work&& work) {
     executor.parallel_for((count + chunk_size - 1) / chunk_size,
                           [&](std::size_t i) { work(i * chunk_size, std::min(count, (i + 1) * chunk_size)); });
   }
 
-  template <class E>
-  [[nodiscard]] std::vector<BvhItem<T>> make_items(E& executor) const {
+  [[nodiscard]] std::vector<BvhItem<T>> make_items(ExecutorRef executor) const {
     std::vector<BvhItem<T>> items(triangles_.size() + spheres_.size());
     for_chunks(executor, items.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
@@ -107,9 +108,8 @@ class BvhBuilder {
 
   /// Numbers the packets in the order of the leaves, writes which primitive each slot holds, and
   /// lets each leaf's `first` be its packet.
-  template <class E>
   static void fill_slots(std::vector<Node>& nodes, const std::vector<BvhItem<T>>& items, BuiltBvh<T>& result,
-                         E& executor) {
+                         ExecutorRef executor) {
     using Counts = std::array<std::size_t, 2>;  // triangle packets, sphere packets
     const auto kind_of = [](const Node& leaf) { return leaf.kind == BvhChild::triangles ? 0U : 1U; };
     std::vector<Counts> before((nodes.size() + chunk_size - 1) / chunk_size);
@@ -179,8 +179,7 @@ class BvhBuilder {
     return BvhChild::to(BvhChild::node, place);
   }
 
-  template <class E>
-  void fill_packets(BuiltBvh<T>& result, E& executor) const {
+  void fill_packets(BuiltBvh<T>& result, ExecutorRef executor) const {
     result.bvh.triangles.resize(result.triangle_in_slot.size() / lane_count);
     for_chunks(executor, result.triangle_in_slot.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t slot = begin; slot < end; ++slot) {

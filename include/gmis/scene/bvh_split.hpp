@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "gmis/core/concepts.hpp"
+#include "gmis/core/executor_ref.hpp"
 #include "gmis/scene/bvh_bins.hpp"
 
 namespace gmis::scene {
@@ -41,8 +41,7 @@ class BvhSplitter {
   using Node = BvhSplit<T>;
 
   /// `items` are reordered. The root is the first node.
-  template <Executor E>
-  [[nodiscard]] static std::vector<Node> split(std::span<BvhItem<T>> items, E& executor) {
+  [[nodiscard]] static std::vector<Node> split(std::span<BvhItem<T>> items, ExecutorRef executor) {
     std::vector<Range> large, small;
     std::vector<Node> nodes(1);
     Range whole{0, static_cast<std::uint32_t>(items.size()), 0, 0, {}, {}};
@@ -112,9 +111,8 @@ class BvhSplitter {
     return items.subspan(i * chunk_size, std::min(chunk_size, items.size() - i * chunk_size));
   }
 
-  template <class E>
   [[nodiscard]] static std::vector<BvhBins<T>> fill_bins(std::span<const BvhItem<T>> items,
-                                                         const std::vector<Range>& ranges, E& executor) {
+                                                         const std::vector<Range>& ranges, ExecutorRef executor) {
     struct Piece {
       std::size_t range, chunk;
     };
@@ -205,9 +203,8 @@ class BvhSplitter {
   }
 
   /// One array: the root of each tree takes the place that was kept for it, the rest follows.
-  template <class E>
   [[nodiscard]] static std::vector<Node> joined(std::vector<Node> nodes, const std::vector<Range>& roots,
-                                                std::vector<std::vector<Node>> trees, E& executor) {
+                                                std::vector<std::vector<Node>> trees, ExecutorRef executor) {
     std::vector<std::size_t> places;
     std::size_t count = nodes.size();
     for (const auto& tree : trees) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/executor_ref.hpp"
 #include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"
@@ -153,40 +154,14 @@ class SceneBuilder {
   }
 
   /// The builder can go on to be used.
-  [[nodiscard]] Scene build() const { return build(SerialExecutor{}); }
+  [[nodiscard]] Scene build() const {
+    const SerialExecutor serial;
+    return build(serial);
+  }
 
   /// The executor's threads share the building of the tree; the scene has the same bits for any
   /// number of them.
-  template <Executor E>
-  [[nodiscard]] Scene build(E&& executor) const {
-    if (!camera_) fail("the scene has no camera");
-    const glm::dvec3 origin(camera_->world_from_camera[3]);
-    Scene scene(Camera<T>(*camera_, origin));
-    scene.materials_ = materials_;
-    scene.environment_maps_ = environment_maps_;
-    scene.emission_patterns_ = patterns_;
-
-    const MovedShapes shapes = moved_shapes(origin);
-    const auto& [corners, kept, balls, sharp, box, center, radius, receivers] = shapes;
-    BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build(executor);
-    scene.bvh_ = std::move(built.bvh);
-    add_lights(scene, shapes, origin);
-    fill_slots(scene, built, shapes);
-    scene.effects_ = derived_effects(scene, kept);
-    scene.absorbing_boxes_ = absorbing_boxes(corners, kept, balls);
-    scene.has_absorption_ = !scene.absorbing_boxes_.empty();
-
-    SceneStatistics& statistics = scene.statistics_;
-    statistics.triangle_count = kept.whole_count;
-    statistics.sphere_count = balls.size();
-    statistics.degenerate_triangle_count = triangles_.size() - kept.whole_count;
-    statistics.light_count = scene.lights_.size();
-    statistics.bvh_bytes = scene.bvh_.byte_count();
-    statistics.half_diagonal = box.is_empty() ? 0 : glm::length(box.upper - box.lower) * 0.5;
-    statistics.bounding_radius = radius;
-    statistics.world_origin = origin;
-    return scene;
-  }
+  [[nodiscard]] Scene build(ExecutorRef executor) const;
 
  private:
   struct Surface {
@@ -577,5 +552,41 @@ class SceneBuilder {
   std::optional<CameraDescription> camera_;
   LightSelection light_selection_ = LightSelection::by_power;
 };
+
+template <std::floating_point T, SurfaceModel<T> Bsdf_>
+BvhScene<T, Bsdf_> SceneBuilder<T, Bsdf_>::build(ExecutorRef executor) const {
+  if (!camera_) fail("the scene has no camera");
+  const glm::dvec3 origin(camera_->world_from_camera[3]);
+  Scene scene(Camera<T>(*camera_, origin));
+  scene.materials_ = materials_;
+  scene.environment_maps_ = environment_maps_;
+  scene.emission_patterns_ = patterns_;
+
+  const MovedShapes shapes = moved_shapes(origin);
+  const auto& [corners, kept, balls, sharp, box, center, radius, receivers] = shapes;
+  BuiltBvh<T> built = BvhBuilder<T>(corners, balls).build(executor);
+  scene.bvh_ = std::move(built.bvh);
+  add_lights(scene, shapes, origin);
+  fill_slots(scene, built, shapes);
+  scene.effects_ = derived_effects(scene, kept);
+  scene.absorbing_boxes_ = absorbing_boxes(corners, kept, balls);
+  scene.has_absorption_ = !scene.absorbing_boxes_.empty();
+
+  SceneStatistics& statistics = scene.statistics_;
+  statistics.triangle_count = kept.whole_count;
+  statistics.sphere_count = balls.size();
+  statistics.degenerate_triangle_count = triangles_.size() - kept.whole_count;
+  statistics.light_count = scene.lights_.size();
+  statistics.bvh_bytes = scene.bvh_.byte_count();
+  statistics.half_diagonal = box.is_empty() ? 0 : glm::length(box.upper - box.lower) * 0.5;
+  statistics.bounding_radius = radius;
+  statistics.world_origin = origin;
+  return scene;
+}
+
+#ifdef GMIS_COMPILED
+extern template class SceneBuilder<float>;
+extern template class SceneBuilder<double>;
+#endif
 
 }  // namespace gmis::scene
