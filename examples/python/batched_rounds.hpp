@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gmis/mis.hpp"
+#include "gmis/mis/partial_mixture.hpp"
 
 /// \file
 /// Rounds of the library over whole arrays: samples first, then the integrand at all of them in one
@@ -15,8 +16,13 @@
 
 namespace gmis::python {
 
-/// Selection and weighting of a round: a scheme, or multi-sample with a heuristic.
-using Method = std::variant<Scheme, Balance, Power, Cutoff, Maximum>;
+/// The partial deterministic mixture in groups of this size.
+struct GroupsOf {
+  std::size_t size;
+};
+/// The kind of a round: a pair of selection and weighting, groups, or multi-sample with a
+/// heuristic.
+using Method = std::variant<SelectionAndWeighting, GroupsOf, Balance, Power, Cutoff, Maximum>;
 /// One sample of each proposal, or any numbers.
 using AnyAllocation = std::variant<EqualAllocation, SampleAllocation<double>>;
 
@@ -52,23 +58,27 @@ template <class Set, class AllocationType>
     }
   };
   const auto with_method = [&]<class M>(const M& chosen) {
-    if constexpr (std::is_same_v<M, Scheme>) {
-      dispatch(chosen, [&](auto fixed) {
-        constexpr SelectionAndWeighting pair = cheapest_pair(decltype(fixed)::value);
-        allocation.require_fits(set.size(), pair.selection);
+    const auto add = [&](const RoundCounts& counts) {
+      used.counts.density_evaluations += counts.density_evaluations;
+      used.counts.zero_density += counts.zero_density;
+      used.counts.non_finite_density += counts.non_finite_density;
+    };
+    if constexpr (std::is_same_v<M, SelectionAndWeighting>) {
+      dispatch(chosen.selection, chosen.weighting, [&](auto selection, auto weighting) {
+        allocation.require_fits(set.size(), chosen.selection);
         workspace.prepare(set.size(), sample_count);
         run([&](auto&& visit) {
-          sample_checked_round<pair.selection, pair.weighting>(set, allocation, source, workspace, used.counts, visit);
+          sample_checked_round<decltype(selection)::value, decltype(weighting)::value>(set, allocation, source,
+                                                                                       workspace, used.counts, visit);
         });
       });
+    } else if constexpr (std::is_same_v<M, GroupsOf>) {
+      require_argument(std::is_same_v<AllocationType, EqualAllocation>, "groups take one sample of each proposal");
+      const Groups<> groups(set.size(), chosen.size);
+      run([&](auto&& visit) { add(sample_partial_round(set, groups, source, workspace, visit)); });
     } else {
       require_heuristic(chosen);
-      run([&](auto&& visit) {
-        const RoundCounts counts = sample_weighted_round(chosen, set, allocation, source, workspace, visit);
-        used.counts.density_evaluations += counts.density_evaluations;
-        used.counts.zero_density += counts.zero_density;
-        used.counts.non_finite_density += counts.non_finite_density;
-      });
+      run([&](auto&& visit) { add(sample_weighted_round(chosen, set, allocation, source, workspace, visit)); });
     }
   };
   std::visit(with_method, method);
@@ -137,15 +147,20 @@ class DrawnSamples {
   std::vector<double> densities_;
 };
 
+/// How the proposals of a round are chosen.
+[[nodiscard]] inline Selection selection_of(const Method& method) {
+  const auto* const pair = std::get_if<SelectionAndWeighting>(&method);
+  return pair != nullptr ? pair->selection : Selection::S3;
+}
+
 /// How many samples of each proposal `rounds` rounds from this state of the source will draw. The
 /// source must serve the choice of proposals alone.
 template <class AllocationType>
 [[nodiscard]] std::vector<std::size_t> samples_of_rounds(const Method& method, const AllocationType& allocation,
                                                          std::size_t proposals, std::uint64_t rounds, Philox source) {
   std::vector<std::size_t> counts(proposals);
-  const Scheme* const scheme = std::get_if<Scheme>(&method);
   const std::size_t sample_count = allocation.sample_count(proposals);
-  if (scheme != nullptr && cheapest_pair(*scheme).selection == Selection::S1) {
+  if (selection_of(method) == Selection::S1) {
     for (std::uint64_t i = 0; i < rounds * sample_count; ++i) ++counts[allocation.draw(source, proposals)];
   } else {
     for (std::size_t i = 0; i < proposals; ++i) counts[i] = rounds * allocation.count(i);
@@ -155,8 +170,8 @@ template <class AllocationType>
 
 /// True when a sample is divided by the density of its own proposal, and needs no other.
 [[nodiscard]] inline bool needs_own_density_alone(const Method& method) {
-  const Scheme* const scheme = std::get_if<Scheme>(&method);
-  return scheme != nullptr && (*scheme == Scheme::R1 || *scheme == Scheme::N1);
+  const auto* const pair = std::get_if<SelectionAndWeighting>(&method);
+  return pair != nullptr && (*pair == cheapest_pair(Scheme::R1) || *pair == cheapest_pair(Scheme::N1));
 }
 
 }  // namespace gmis::python

@@ -96,9 +96,9 @@ struct Rounds {
   AnyAllocation allocation;
 };
 
-// Samples in one call of Python: a number that keeps the arrays in a near cache, or a larger one
-// where proposals are Python's and each call is dear.
-constexpr std::uint64_t native_chunk = 1U << 13U, python_chunk = 1U << 18U;
+// Samples in one call of Python: arrays of 64 kB stay in a near cache, and the system is not asked
+// for their memory each time.
+constexpr std::uint64_t chunk_size = 1U << 13U;
 
 /// Runs rounds in chunks: `consume(used, sample_count, values)` gets the samples that can be used
 /// and f at each, one row a sample.
@@ -111,10 +111,9 @@ void run_rounds(const Rounds& asked, std::uint64_t rounds, std::uint64_t seed, C
   const py::object generator =
       is_native ? py::object(py::none()) : py::module_::import("numpy.random").attr("default_rng")(seed);
   const auto run = [&](const auto& allocation) {
-    const Scheme* const scheme = std::get_if<Scheme>(&asked.method);
-    allocation.require_fits(size, scheme != nullptr ? cheapest_pair(*scheme).selection : Selection::S3);
+    allocation.require_fits(size, selection_of(asked.method));
     const std::size_t sample_count = allocation.sample_count(size);
-    const std::uint64_t chunk = std::max<std::uint64_t>(1, (is_native ? native_chunk : python_chunk) / sample_count);
+    const std::uint64_t chunk = std::max<std::uint64_t>(1, chunk_size / sample_count);
     for (std::uint64_t done = 0; done < rounds; done += chunk) {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       const std::uint64_t now = std::min(chunk, rounds - done);
@@ -170,11 +169,20 @@ AnyAllocation allocation_of(const std::optional<std::vector<std::int64_t>>& coun
   return SampleAllocation<double>(*fractions, static_cast<std::size_t>(*samples));
 }
 
+std::string name_of_pair(SelectionAndWeighting pair) {
+  return std::string(name_of(pair.selection)) + std::string(name_of(pair.weighting));
+}
+
 Method method_of(const py::object& method) {
   if (!py::isinstance<py::str>(method)) return method.cast<Method>();
+  const auto name = method.cast<std::string>();
   for (const Scheme scheme : all_schemes)
-    if (method.cast<std::string>() == name_of(scheme)) return scheme;
-  throw py::value_error("the method is one of R1, R2, R3, N1, N2, N3, or a heuristic such as gmis.Power(2)");
+    if (name == name_of(scheme)) return cheapest_pair(scheme);
+  for (const Selection selection : all_selections)
+    for (const Weighting weighting : all_weightings)
+      if (name == name_of_pair({selection, weighting})) return SelectionAndWeighting{selection, weighting};
+  throw py::value_error(
+      "the method is one of R1, R2, R3, N1, N2, N3, a pair from S1W1 to S3W5, or an object such as gmis.Power(2)");
 }
 
 py::dict estimate(const py::object& method, const py::object& f, const py::object& proposals, std::uint64_t rounds,
@@ -217,6 +225,18 @@ py::dict estimate(const py::object& method, const py::object& f, const py::objec
                                           "non_finite_contribution"_a = facts.rejected.non_finite_contribution));
 }
 
+/// False where the estimate is biased, or its variance a sum over too many draws.
+bool has_exact_moments(const TabulatedProblem& problem, const Method& method) {
+  const std::size_t size = problem.proposal_count();
+  if (const auto* const groups = std::get_if<GroupsOf>(&method))
+    return has_full_support(Groups<>(size, groups->size), problem);
+  const auto* const pair = std::get_if<SelectionAndWeighting>(&method);
+  if (pair == nullptr) return true;
+  const Scheme scheme = scheme_of(pair->selection, pair->weighting);
+  if (needs_full_support(scheme) && !problem.has_full_support()) return false;
+  return !(scheme == Scheme::R2 && size > max_exact_r2) && !(scheme == Scheme::N2 && size > max_exact_n2);
+}
+
 /// Mean and variance of one round.
 std::pair<double, double> exact_moments_of(const TabulatedProblem& problem, const py::object& method,
                                            const std::optional<std::vector<std::int64_t>>& counts,
@@ -225,15 +245,21 @@ std::pair<double, double> exact_moments_of(const TabulatedProblem& problem, cons
   const AnyAllocation any = allocation_of(counts, fractions, samples);
   const auto with_allocation = [&](const auto& allocation) {
     const auto with_method = [&]<class M>(const M& chosen) {
-      if constexpr (!std::is_same_v<M, Scheme>) {
+      constexpr bool is_equal = std::is_same_v<std::remove_cvref_t<decltype(allocation)>, EqualAllocation>;
+      if constexpr (std::is_same_v<M, SelectionAndWeighting>) {
+        const Scheme scheme = scheme_of(chosen.selection, chosen.weighting);
+        if constexpr (is_equal)
+          return gmis::exact_moments(scheme, problem);
+        else
+          return gmis::exact_moments(scheme, allocation, problem);
+      } else if constexpr (std::is_same_v<M, GroupsOf>) {
+        require_argument(is_equal, "groups take one sample of each proposal");
+        return gmis::exact_moments(Groups<>(problem.proposal_count(), chosen.size), problem);
+      } else {
         allocation.require_fits(problem.proposal_count(), Selection::S3);
         std::vector<std::uint32_t> numbers;
         for (std::size_t i = 0; i < problem.proposal_count(); ++i) numbers.push_back(allocation.count(i));
         return exact_moments_with_weights(RatioWeights<M>{chosen}, numbers, problem);
-      } else if constexpr (std::is_same_v<std::remove_cvref_t<decltype(allocation)>, EqualAllocation>) {
-        return gmis::exact_moments(chosen, problem);
-      } else {
-        return gmis::exact_moments(chosen, allocation, problem);
       }
     };
     return std::visit(with_method, method_of(method));
@@ -253,7 +279,7 @@ Array weights_at(const py::object& heuristic, const std::vector<std::int64_t>& c
   Array result({size, points});
   std::vector<double> at(size);
   const auto write = [&]<class M>(const M& chosen) {
-    if constexpr (std::is_same_v<M, Scheme>) {
+    if constexpr (std::is_same_v<M, SelectionAndWeighting> || std::is_same_v<M, GroupsOf>) {
       throw py::value_error("weights are those of a heuristic: gmis.Balance(), gmis.Power(2), …");
     } else {
       require_heuristic(chosen);
@@ -269,18 +295,25 @@ Array weights_at(const py::object& heuristic, const std::vector<std::int64_t>& c
 }
 
 /// A contender whose rounds run in chunks.
-Contender contender_of(std::string name, const Rounds& asked, std::optional<double> variance) {
+Contender contender_of(std::string name, const TabulatedProblem& problem, const py::object& f,
+                       const py::object& proposals, const py::object& method,
+                       const std::optional<std::vector<std::int64_t>>& counts,
+                       const std::optional<std::vector<double>>& fractions, std::optional<std::int64_t> samples) {
+  const Rounds asked{proposals, f, method_of(method), allocation_of(counts, fractions, samples)};
+  std::optional<double> variance;
+  if (has_exact_moments(problem, asked.method))
+    variance = exact_moments_of(problem, method, counts, fractions, samples).second;
   return Contender(std::move(name),
                    Contender::Run([asked](std::uint64_t rounds, std::span<double> values, ComparisonSource& source) {
                      std::vector<double> estimates(rounds);
                      std::size_t done = 0;
                      RoundValue sum{0.0, 0.0};
-                     run_rounds(asked, rounds, source(), [&](const auto& used, std::size_t samples, const Array& f) {
-                       require_argument(f.ndim() == 1, "a comparison is for an integrand with one channel");
-                       const double* const first = f.data();
+                     run_rounds(asked, rounds, source(), [&](const auto& used, std::size_t size, const Array& f_at) {
+                       require_argument(f_at.ndim() == 1, "a comparison is for an integrand with one channel");
+                       const double* const first = f_at.data();
                        const std::span<double> out = std::span(estimates).subspan(done, used.in_round.size());
                        write_rounds(
-                           used, samples, [&](std::size_t k) { return first[row_of(used, k)]; }, out);
+                           used, size, [&](std::size_t k) { return first[row_of(used, k)]; }, out);
                        done += out.size();
                        sum.density_evaluations += static_cast<double>(used.counts.density_evaluations);
                      });
@@ -294,7 +327,7 @@ Contender contender_of(std::string name, const Rounds& asked, std::optional<doub
 }
 
 /// A contender of Python's: `rounds(count, seed)` returns the estimates of `count` rounds.
-Contender contender_of(std::string name, const py::object& rounds_of) {
+Contender own_contender(std::string name, const py::object& rounds_of) {
   return Contender(
       std::move(name),
       Contender::Run([rounds_of](std::uint64_t rounds, std::span<double> values, ComparisonSource& source) {
@@ -311,27 +344,13 @@ Contender contender_of(std::string name, const py::object& rounds_of) {
       }));
 }
 
-std::optional<double> exact_variance_of(Scheme scheme, const TabulatedProblem& problem) {
-  const std::size_t size = problem.proposal_count();
-  if (needs_full_support(scheme) && !problem.has_full_support()) return {};
-  if ((scheme == Scheme::R2 && size > max_exact_r2) || (scheme == Scheme::N2 && size > max_exact_n2)) return {};
-  return exact_variance(scheme, problem);
-}
-
-Comparison compare_all(const std::string& name, const TabulatedProblem& problem, const py::object& f,
-                       const py::object& proposals, const std::vector<Scheme>& schemes, const py::dict& own,
+Comparison compare_all(const std::string& name, double integral, const std::vector<Contender>& contenders,
                        double seconds, std::uint64_t seed) {
-  std::vector<Contender> contenders;
-  for (const Scheme scheme : schemes)
-    contenders.push_back(contender_of(std::string(name_of(scheme)), Rounds{proposals, f, scheme, EqualAllocation{}},
-                                      exact_variance_of(scheme, problem)));
-  for (const auto& [key, rounds_of] : own)
-    contenders.push_back(contender_of(key.cast<std::string>(), py::reinterpret_borrow<py::object>(rounds_of)));
   ComparisonSettings settings;
   settings.measure_seconds = seconds;
   settings.slice_seconds = seconds / 20.0;
   settings.seed = seed;
-  return compare(name, problem.integral(), std::move(contenders), settings);
+  return compare(name, integral, contenders, settings);
 }
 
 std::pair<Array, Array> arrays_of(const std::vector<QuadratureNode>& nodes) {
@@ -358,6 +377,9 @@ PYBIND11_MODULE(_mis, module) {
            "means"_a, "deviations"_a)
       .def("__len__", &Normals::size);
 
+  py::class_<GroupsOf>(module, "Groups", "The partial deterministic mixture in groups of `size` proposals.")
+      .def(py::init<std::size_t>(), "size"_a)
+      .def("__repr__", [](const GroupsOf& groups) { return "groups of " + std::to_string(groups.size); });
   py::class_<Balance>(module, "Balance", "w_i = d_i / Σ d.").def(py::init<>());
   py::class_<Power>(module, "Power", "w_i = d_i^beta / Σ d^beta.").def(py::init<double>(), "beta"_a = 2.0);
   py::class_<Cutoff>(module, "Cutoff", "Balance among densities of at least threshold times the largest.")
@@ -405,14 +427,9 @@ PYBIND11_MODULE(_mis, module) {
       .def("csv", &Comparison::csv)
       .def("json", &Comparison::json)
       .def("__repr__", &Comparison::text);
-  module.def("compare", [](const std::string& name, const TabulatedProblem& problem, const py::object& f,
-                           const py::object& proposals, const std::vector<std::string>& schemes, const py::dict& own,
-                           double seconds, std::uint64_t seed) {
-    std::vector<Scheme> chosen;
-    for (const std::string& each : schemes) {
-      const Method method = method_of(py::str(each));
-      chosen.push_back(std::get<Scheme>(method));
-    }
-    return compare_all(name, problem, f, proposals, chosen, own, seconds, seed);
-  });
+  py::class_<Contender>(module, "Contender");
+  module.def("contender", &contender_of, "name"_a, "problem"_a, "f"_a, "proposals"_a, "method"_a, "counts"_a,
+             "fractions"_a, "samples"_a);
+  module.def("own_contender", &own_contender);
+  module.def("compare", &compare_all);
 }

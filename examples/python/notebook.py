@@ -53,7 +53,9 @@ def antithetic(count, seed):
     return (f(x) + f(-x)) / (2.0 * density)
 
 
-comparison = gmis.compare(problem, own={"antithetic": antithetic}, seconds=0.02)
+contenders = [*gmis.SCHEMES, "S3W1", gmis.Groups(2), ("antithetic", antithetic)]
+contenders.append(("power, 2:1:2", {"method": gmis.Power(2), "counts": [2, 1, 2]}))
+comparison = gmis.compare(problem, contenders, seconds=0.02)
 print(comparison)
 
 # %% A scene: its picture, and the error on the way

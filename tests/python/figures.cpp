@@ -46,6 +46,17 @@ int main() {
     print(name + ".exact_counts", gmis::exact_moments(scheme, counts, problem).variance);
     print(name + ".exact_shares", gmis::exact_moments(scheme, shares, problem).variance);
   }
+  for (const gmis::Selection selection : gmis::all_selections)
+    for (const gmis::Weighting weighting : gmis::all_weightings) {
+      const std::string name = std::string(gmis::name_of(selection)) + std::string(gmis::name_of(weighting));
+      gmis::Philox equal(5), with_counts(6);
+      print(name, gmis::estimate(selection, weighting, f, proposals, 20'000, equal));
+      print(name + ".counts", gmis::estimate(selection, weighting, f, proposals, 20'000, with_counts, counts));
+    }
+  gmis::Philox grouped(11);
+  const gmis::Groups<> pairs(3, 2);
+  print("groups", gmis::estimate_partial(f, proposals, pairs, 20'000, grouped));
+  print("groups.exact", gmis::exact_moments(pairs, problem).variance);
   gmis::Philox power(8), cutoff(9), maximum(10);
   print("power", gmis::estimate_weighted(gmis::Power{1.5}, f, proposals, 20'000, power, counts));
   print("cutoff", gmis::estimate_weighted(gmis::Cutoff{0.3}, f, proposals, 20'000, cutoff, counts));

@@ -10,7 +10,7 @@ import json
 
 import numpy
 
-from ._mis import Balance, Comparison, Cutoff, Maximum, Normals, Power, densities, interval_rule, line_rule, weights
+from ._mis import Balance, Comparison, Cutoff, Groups, Maximum, Normals, Power, densities, interval_rule, line_rule, weights
 from . import _mis
 
 try:
@@ -41,8 +41,9 @@ class Estimate:
 def estimate(method, f, proposals, rounds, seed=0, counts=None, fractions=None, samples=None):
     """Estimates the integral of f from independent rounds of samples.
 
-    `method` is a scheme, "R1" to "N3", or a heuristic such as Power(2). A round has one sample of
-    each proposal, or `counts[i]`, or `samples` in all divided by `fractions`.
+    `method` is a scheme, "R1" to "N3", a pair of selection and weighting, "S1W1" to "S3W5",
+    Groups(size), or a heuristic such as Power(2). A round has one sample of each proposal, or
+    `counts[i]`, or `samples` in all divided by `fractions`.
     """
     return Estimate(**_mis.estimate(method, f, proposals, rounds, seed, counts, fractions, samples))
 
@@ -79,16 +80,24 @@ class Problem:
         return numpy.array(self._table.optimal_counts(total, list(costs)))
 
 
-def compare(problem, schemes=SCHEMES, own=None, seconds=0.2, seed=1):
-    """Compares schemes and rounds of your own: variance, time and what follows from both.
+def compare(problem, contenders=SCHEMES, seconds=0.2, seed=1):
+    """Compares rounds: their variance, their time, and what follows from both.
 
-    `own` maps names to functions `rounds(count, seed)` that return the estimates of `count`
-    independent rounds. Variances of schemes are exact up to 10 proposals, of other contenders
-    measured in `seconds` of processor time each.
+    A contender is the name of a scheme or of a pair, Groups(size), or a name with what it stands
+    for: (name, method), (name, {"method": method, "counts": [2, 1]}) with any arguments of
+    `estimate` about a round, or (name, rounds), where `rounds(count, seed)` returns the estimates
+    of `count` independent rounds of your own. Variances are exact up to 10 proposals, those of
+    your own rounds measured in `seconds` of processor time each.
     """
-    return _mis.compare(
-        problem.name, problem._table, problem.f, problem.proposals, list(schemes), own or {}, seconds, seed
-    )
+
+    def made(contender):
+        name, what = contender if isinstance(contender, tuple) else (str(contender), contender)
+        if callable(what):
+            return _mis.own_contender(name, what)
+        asked = {"counts": None, "fractions": None, "samples": None} | (what if isinstance(what, dict) else {"method": what})
+        return _mis.contender(name, problem._table, problem.f, problem.proposals, **asked)
+
+    return _mis.compare(problem.name, problem.integral, [made(each) for each in contenders], seconds, seed)
 
 
 def rows(comparison):
