@@ -19,6 +19,10 @@
 #include <utility>
 #include <vector>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/rank_gathering.hpp"
 #include "gmis/render/run_record.hpp"
@@ -248,6 +252,15 @@ void on_all_ranks(const gmis::RanksRef& ranks, const Load& load) {
   if (!first.empty()) throw InputError(first);
 }
 
+/// Arrays of pixels come and go while a picture is rendered. To ask the system for their memory
+/// each time, page by page, takes longer than to use it.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, -1);
+#endif
+}
+
 int run(Options options, const gmis::RanksRef& ranks) {
   if (ranks.count() > 1 && (options.check || options.replay || options.resume_files.size() > 1 || options.part))
     throw InputError("one rank alone does --check, --replay and --iterations FIRST..LAST/OF, and joins runs");
@@ -361,6 +374,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
       std::fputs(explain_forecast(prices).c_str(), stdout);
       std::fflush(stdout);
     };
+  keep_freed_memory();
   const RenderResult result = render(scene, request, executor);
   if (!is_first) return done;
   executor.report_to({});

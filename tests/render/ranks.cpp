@@ -229,7 +229,7 @@ TEST_CASE("Rank 0 has the rows of its own again after it has shown the whole pic
     const gmis::Picture picture = run.picture();
     if (goes_on && ranks.is_first()) before = own, shown = picture.values.size(), after = run.film().pixel_count();
   });
-  CHECK(before == 36);  // 4 of 9 rows
+  CHECK(before == 45);  // 5 of 9 rows
   CHECK(shown == 81);
   CHECK(after == before);
 }

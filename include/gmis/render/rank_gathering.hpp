@@ -5,6 +5,7 @@
 #include <numeric>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
@@ -19,10 +20,11 @@
 namespace gmis::detail {
 
 /// The rows of a picture that a rank adds up: stripes of nearly equal height, the first on top.
+/// That of rank 0 is none of those without rows.
 [[nodiscard]] inline PixelBounds stripe_of(const PixelBounds& picture, int rank, int count) noexcept {
   const auto row = [&](int at) {
     const auto height = static_cast<std::int64_t>(picture.upper.y - picture.lower.y);
-    return picture.lower.y + static_cast<int>(height * at / count);
+    return picture.lower.y + static_cast<int>((height * at + count - 1) / count);
   };
   return {{picture.lower.x, row(rank)}, {picture.upper.x, row(rank + 1)}};
 }
@@ -44,6 +46,53 @@ namespace gmis::detail {
   }
   return parts;
 }
+
+/// An archive that completes the sums of a picture at rank 0, whose own rows are in place already:
+/// all ranks call `sums.exchange_state(gatherer)` together, rank 0 with the sums of the whole
+/// picture, the others with those of their rows. Each vector of numbers holds values by rows.
+class RowGatherer {
+ public:
+  /// It only reads on ranks other than 0.
+  static constexpr bool is_reading = false;
+
+  /// `picture`: the rows of all ranks.
+  RowGatherer(const RanksRef& ranks, const PixelBounds& picture) : ranks_(ranks) {
+    if (!ranks.is_first()) return;
+    for (int rank = 0; rank < ranks.count(); ++rank) {
+      const PixelBounds stripe = stripe_of(picture, rank, ranks.count());
+      rows_.push_back(static_cast<std::size_t>(stripe.upper.y - stripe.lower.y));
+    }
+  }
+
+  template <class... Values>
+  GMIS_RARE void operator()(Values&... values) {
+    (exchange(values), ...);
+  }
+
+ private:
+  /// Numbers that are no rows are the same on all ranks.
+  template <class V>
+  void exchange(V& value) {
+    if constexpr (requires { value.exchange_state(*this); }) value.exchange_state(*this);
+  }
+  template <class V>
+  void exchange(std::vector<V>& values) {
+    if constexpr (!std::is_trivially_copyable_v<V>) {
+      for (V& value : values) exchange(value);
+    } else if (!ranks_.is_first()) {
+      ranks_.gather(std::as_bytes(std::span(values)), {}, {});
+    } else {
+      const std::span<std::byte> all = std::as_writable_bytes(std::span(values));
+      const std::size_t row = all.size() / std::accumulate(rows_.begin(), rows_.end(), std::size_t{0});
+      std::vector<std::size_t> sizes{0};
+      for (std::size_t rank = 1; rank < rows_.size(); ++rank) sizes.push_back(row * rows_[rank]);
+      ranks_.gather({}, all.subspan(row * rows_[0]), sizes);
+    }
+  }
+
+  const RanksRef& ranks_;
+  std::vector<std::size_t> rows_;  ///< of each rank, at rank 0
+};
 
 /// The text of rank 0, on all ranks.
 [[nodiscard]] inline std::string text_of_first(const RanksRef& ranks, std::string text) {

@@ -291,20 +291,15 @@ WholeRecord<S_> RenderRun<S_>::whole() const {
   const RanksRef& ranks = request_.ranks;
   auto& own = const_cast<RunRecord<S>&>(made_);  // an archive names what it writes as it does what it reads
   if (ranks.count() == 1) return {own, {}};
-  StateWriter rows;
-  rows(static_cast<PixelSums<S>&>(own));
-  const std::vector<std::vector<std::byte>> parts = detail::gathered(ranks, rows.bytes());
-  if (!ranks.is_first()) return {own, {}};
-  const glm::ivec2 size = crop_.upper - crop_.lower;
-  PixelSums<S> all(request_, size);
-  for (int rank = 0; rank < ranks.count(); ++rank) {
-    const PixelBounds stripe = detail::stripe_of(crop_, rank, ranks.count());
-    const int height = stripe.upper.y - stripe.lower.y;
-    PixelSums<S> part(request_, {size.x, height});
-    StateReader reader(parts[static_cast<std::size_t>(rank)]);
-    reader(part);
-    all.copy_rows(part, {0, stripe.lower.y - crop_.lower.y, height});
+  detail::RowGatherer gatherer(ranks, crop_);
+  if (!ranks.is_first()) {
+    static_cast<PixelSums<S>&>(own).exchange_state(gatherer);
+    return {own, {}};
   }
+  PixelSums<S> all(request_, crop_.upper - crop_.lower);
+  const PixelBounds stripe = detail::stripe_of(crop_, 0, ranks.count());
+  all.copy_rows(own, {0, 0, stripe.upper.y - stripe.lower.y});
+  all.exchange_state(gatherer);
   return {own, std::move(all)};
 }
 
@@ -553,7 +548,7 @@ void RenderRun<S_>::update_error(ExecutorRef executor) {
 
 template <Spectrum S_>
 void RenderRun<S_>::estimate_now(ExecutorRef executor) {
-  if (!made_.batches || estimated_after_ == made_.state.iterations) return;
+  if (!made_.batches || made_.state.iterations < 2 || estimated_after_ == made_.state.iterations) return;
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   const WholeRecord<S> all = whole();
   if (request_.ranks.is_first()) {
