@@ -1,3 +1,4 @@
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <chrono>
@@ -54,6 +55,19 @@ std::string gltf(const std::string& members) {
   return "{\"asset\":{\"version\":\"2.0\"}" + (members.empty() ? "" : "," + members) + "}";
 }
 
+/// All of these files together are held to what one may take, 10 seconds of processor time and 2
+/// GB: the program is ended, or gets no memory, where they take more. The sanitizers need more of
+/// both.
+bool limit_program() {
+#ifndef GMIS_UNDER_SANITIZERS
+  const rlimit seconds{10, 10}, bytes{rlim_t{2} << 30, rlim_t{2} << 30};
+  return setrlimit(RLIMIT_CPU, &seconds) == 0 && setrlimit(RLIMIT_AS, &bytes) == 0;
+#else
+  return true;
+#endif
+}
+const bool is_limited = limit_program();
+
 const LoadOptions small_memory{std::uintmax_t{64} << 20, {}, {}};
 
 }  // namespace
@@ -83,7 +97,20 @@ TEST_CASE("Pipes, files outside of the folder and of the network are not opened"
                uri + "\"}]"));
     return error_of(folder.path / "a.gltf");
   };
+  REQUIRE(is_limited);
   CHECK_THAT(of_buffer("pipe.bin"), Contains("no regular file"));
+  write(folder, "b.gltf", gltf("\"images\":[{\"uri\":\"pipe.bin\"}]"));
+  CHECK_THAT(error_of(folder.path / "b.gltf"), Contains("no triangle"));
+  for (const char* name : {"pipe.png", "pipe.exr", "pipe.pfm", "pipe.ply"}) {
+    CAPTURE(name);
+    REQUIRE(mkfifo((folder.path / name).c_str(), 0600) == 0);
+    const bool is_mesh = std::string(name) == "pipe.ply";
+    const std::string file = "\"string filename\" \"" + (folder / name) + "\"\n";
+    const std::string text = is_mesh ? "Shape \"plymesh\" " + file
+                                     : "Texture \"t\" \"spectrum\" \"imagemap\" " + file +
+                                           "Material \"diffuse\" \"texture reflectance\" \"t\"\n" + triangle;
+    CHECK_THAT(pbrt_error("WorldBegin " + text), Contains("no regular file"));
+  }
   for (const char* uri :
        {"../../etc/passwd", "/etc/passwd", "%2e%2e/secret.bin", "sub/../../secret.bin", "..", "file:///etc/passwd"}) {
     CAPTURE(uri);

@@ -20,7 +20,7 @@
 namespace gmis::detail {
 
 /// The rows of a picture that a rank adds up: stripes of nearly equal height, the first on top.
-/// That of rank 0 is none of those without rows.
+/// Where there are more ranks than rows, rank 0 has one.
 [[nodiscard]] inline PixelBounds stripe_of(const PixelBounds& picture, int rank, int count) noexcept {
   const auto row = [&](int at) {
     const auto height = static_cast<std::int64_t>(picture.upper.y - picture.lower.y);
