@@ -28,7 +28,7 @@ struct Cyclic {  // in order, from a random proposal on
 };
 
 std::string compare_my_schemes() {
-  const std::array<Exponential, 3> proposals{{{0.5}, {1.0}, {2.0}}};
+  const std::array<Exponential, 3> proposals{{{0.5}, {1.0}, {1.5}}};
   const auto f = [](double x) { return x < 0.0 ? 0.0 : x * std::exp(-x); };
   const std::array<double, 1> jump{0.0};
   const gmis::ComparedProblem problem("x exp(-x)", f, proposals, gmis::gauss_legendre_over_line(0.0, 2.0, 32, jump));
