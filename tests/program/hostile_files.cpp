@@ -206,3 +206,14 @@ TEST_CASE("An image that unpacks to more than there is room for is refused by it
   CHECK_THAT(pbrt_error(text, small_memory), Contains("bomb.png"));
   CHECK_THAT(pbrt_error(text, small_memory), Contains("--max-memory"));
 }
+
+TEST_CASE("A part of an image that says to be longer than the file is refused before there is memory for it") {
+  const ScratchFolder folder;
+  // A pixel of PNG whose data say that they have 512 MiB.
+  std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\x08\x02\0\0\0\x90wS\xde", 33);
+  png += std::string("\x20\0\0\0IDAT", 8) + std::string(40, 'x');
+  write(folder, "long.png", png);
+  const std::string text = "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"" +
+                           (folder / "long.png") + "\"\n" + triangle;
+  CHECK_THAT(pbrt_error(text), Contains("goes beyond the end"));
+}

@@ -1,6 +1,7 @@
 #include "support/image/texture_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <vector>
@@ -86,6 +87,20 @@ std::vector<float> picked(const Value* pixels, std::size_t count, int channels, 
   return result;
 }
 
+/// True for a PNG with a chunk that says it is longer than the rest of the file: stb_image would
+/// ask for the memory before it reads.
+bool has_chunk_beyond_end(const unsigned char* bytes, std::size_t count) {
+  constexpr std::array<unsigned char, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  if (count < signature.size() || !std::equal(signature.begin(), signature.end(), bytes)) return false;
+  for (std::size_t at = signature.size(); at + 12 <= count;) {
+    std::size_t length = 0;
+    for (std::size_t i = 0; i < 4; ++i) length = 256 * length + bytes[at + i];
+    if (length > count - at - 12) return true;
+    at += 12 + length;
+  }
+  return false;
+}
+
 Shared decoded(const unsigned char* bytes, std::size_t count, const std::string& name, const TextureEncoding& encoding,
                TexturePart part, LoadBudget& budget, const SourcePosition& where) {
   const auto fail = [&]() -> InputError {
@@ -95,6 +110,8 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
   };
   if (count > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw InputError(where, "the image " + file_in_quotes(name) + " is larger than 2 GiB");
+  if (has_chunk_beyond_end(bytes, count))
+    throw InputError(where, "the image " + file_in_quotes(name) + " is cut off: a part of it goes beyond the end");
   const int size = static_cast<int>(count);
   int width = 0, height = 0, channels = 0;
   auto result = std::make_shared<scene::TextureImage>();
