@@ -121,17 +121,22 @@ class Project:
         return self.registry.getfloat(name, "minutes", fallback=0.0)
 
     def sources(self, name):
-        """The files that a figure depends on, its groups resolved."""
+        """The files that a figure depends on, its groups resolved; a word that begins with - takes
+        its files out again."""
         found = set()
-        words = self.registry.get(name, "sources", fallback="").split()
-        for word in words:
+        for word in self.registry.get(name, "sources", fallback="").split():
             if word.startswith("@"):
                 found.update(self.sources(word))
-                continue
-            for path in self.root.glob(word):
-                inside = path.rglob("*") if path.is_dir() else [path]
-                found.update(p for p in inside if p.is_file() and p.suffix in SUFFIXES and "__pycache__" not in p.parts)
+            elif word.startswith("-"):
+                found -= self.files(word[1:])
+            else:
+                found |= self.files(word)
         return sorted(found)
+
+    def files(self, pattern):
+        """The sources that a pattern names, or that lie below a folder that it names."""
+        found = (p for path in self.root.glob(pattern) for p in (path.rglob("*") if path.is_dir() else [path]))
+        return {p for p in found if p.is_file() and p.suffix in SUFFIXES and "__pycache__" not in p.parts}
 
     def digest(self, name):
         """Digest of the sources of a figure, without comments and white space."""

@@ -24,7 +24,9 @@ FOURTEEN = {name: name for name in BUILT_IN} | {name: f"bench/scenes/{name}.pbrt
 # segments.
 FOREIGN = {name: f"tests/program/reference/{name}.pbrt" for name in ("svcm0", "svcm1", "tung1", "tung2")}
 TWENTY_FOUR = FOURTEEN | {name: f"bench/scenes/tempting/{name}.pbrt" for name in TEMPTING}
-ALL = TWENTY_FOUR | FOREIGN
+EXAMPLES = {name: f"examples/scenes/{name}.pbrt" for name in ("leaves", "metals", "shade", "studio", "tinted")}
+SMALLVCM = {f"smallvcm_{name}": f"bench/scenes/smallvcm/{name}.pbrt" for name in ("background", "point")}
+ALL = TWENTY_FOUR | FOREIGN | EXAMPLES | SMALLVCM
 
 
 def depth_of(scene, otherwise=None):

@@ -1,4 +1,5 @@
-"""Error × time of --integrator auto over that of the best fixed choice, scene by scene.
+"""Error × time of --integrator auto over that of the best fixed choice, scene by scene; and what
+auto loses by its own choices.
 
 Every configuration renders every scene for the processor time of 64 iterations of `vcm`, on one
 thread, several seeds; the configurations of a scene take turns, so that a busy machine is fair to
@@ -8,15 +9,20 @@ programs on the machine can only add to it; relMSE × iterations is the mean of 
 configuration is picked on some seeds and scored on others. An interval is one of 90 %, from the
 spread of both over the seeds.
 
+The regret is auto's work over that of the best of the fixed configurations and of auto with
+emission by power or learned and lights by power or by the light tree, each fixed.
+
 The errors are against a reference that auto had no part in: svcm0, svcm1, tung1 and tung2 have
 those of other renderers; otherwise it is the mean of two long runs of bpt, which has no bias, or,
 where that cannot make or hardly finds some paths, of gmis, which merges locally, with a quarter of
 its merging radius.
 
-Writes out/effects/runs.json, and the table in docs/effects.md.
+Writes out/effects/runs.json, and two tables in docs/effects.md: `effects`, of eighteen scenes, and
+`regret`, of all.
 """
 
 import concurrent.futures
+import itertools
 import json
 import math
 import os
@@ -24,16 +30,18 @@ import pathlib
 import statistics
 
 import measuring
-from measuring import FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
+from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
 
 PROGRAM = "gmis-render"
-OPTIONS = {"seeds": 6, "size": "128x128", "scenes": FOURTEEN | FOREIGN}
+OPTIONS = {"seeds": 6, "size": "128x128", "scenes": ALL}
 DOCUMENT = "docs/effects.md"
+EIGHTEEN = FOURTEEN | FOREIGN
 ITERATIONS_OF_VCM = 64
 STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
 
 # Who makes the reference: bpt, but where it hardly finds some of the paths.
-FOUND_BY_MERGING = {"paper1", "paper3", "paper4", "caustic_pool", "light_behind_glass", "mirror_hall", "mixed"}
+FOUND_BY_MERGING = {"paper1", "paper3", "paper4", "caustic_pool", "light_behind_glass", "mirror_hall", "mixed", "camera_in_water", "panes",
+                    "rare_caustic", "telephoto"}
 
 FIXED = {"pt": ["--integrator", "pt"]}
 for name, light_paths, connections in (("bpt", 0.25, 1), ("bpt", 1, 1), ("bpt", 1, 2), ("vcm", 0.25, 1), ("vcm", 1, 1), ("vcm", 1, 2)):
@@ -44,6 +52,10 @@ for light_paths, factor in ((0.25, 4), (0.25, 12), (0.5, 8), (1, 8)):
     FIXED[f"local {light_paths:g} x{factor}"] = [
         "--integrator", "gmis", "--split", "local", "--connections", "1", "--light-paths", str(light_paths), "--radius",
         f"{0.4 * factor:g}"]
+OPEN = {f"auto, emission {emission}, lights {lights}": ["--integrator", "auto", "--emission", emission, "--lights", lights]
+        for emission, lights in itertools.product(("power", "learned"), ("power", "receiver"))}
+POOLS = {"fixed": FIXED, "any": FIXED | OPEN}
+MEASURES = ("relmse", "relmse_trimmed")
 OLD = "vcm, independent numbers"
 PLAIN = {"vcm": ["--integrator", "vcm"], OLD: ["--integrator", "vcm", "--sampler", "independent"], "auto": ["--integrator", "auto"]}
 
@@ -113,74 +125,100 @@ def ratio(one, other, seeds):
 
 
 def add_options(parser):
-    parser.add_argument("--reference-time", type=float, default=40, help="seconds of each half of a reference")
-    parser.add_argument("--picking-seeds", type=int, default=3)
+    parser.add_argument("--reference-time", type=float, default=30, help="seconds of each half of a reference")
+    parser.add_argument("--picking-seeds", type=int, default=2)
     parser.add_argument("--keep", action="store_true", help="take the runs that are there already, and add what is missing")
+
+
+def compare(options, pool, name):
+    """Runs all configurations for the same processor time. The best of each of POOLS by each
+    measure is picked on some seeds; it and the plain ones are scored on further ones. Returns the
+    names of the best, the works by measure and configuration, and the statistics of a run of
+    auto."""
+    reference = make_reference(options, pool, name)
+    candidates, others = POOLS["any"], PLAIN if name in EIGHTEEN else {"auto": PLAIN["auto"]}
+    configurations = candidates | others
+
+    def cost(extra, iterations):  # processor seconds
+        pace = options.out / f"{name}_pace"
+        return render(options, name, [*extra, "--iterations", str(iterations)], pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
+
+    def paced(extra):
+        tried = 32 if "auto" in extra else 8
+        return max(4, round(tried * seconds / cost(extra, tried)))
+
+    seconds = cost(PLAIN[OLD], ITERATIONS_OF_VCM)
+    iterations = {label: paced(extra) for label, extra in configurations.items()}
+
+    def start(label, seed):
+        place = str(options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}")
+        extra = [*configurations[label], "--iterations", str(iterations[label]), "--seed", str(seed), "--reference", str(reference)]
+        return pool.submit(render, options, name, extra, pathlib.Path(place + ".json"), options.keep)
+
+    def runs_of(labels, seeds):  # they take turns
+        jobs = {(label, seed): start(label, seed) for seed in seeds for label in labels}
+        return {label: [jobs[label, seed].result() for seed in seeds] for label in labels}
+
+    picked = runs_of(candidates, range(options.picking_seeds))
+    best = {(of, m): min(labels, key=lambda label: work(picked[label], m)[0]) for of, labels in POOLS.items() for m in MEASURES}
+    scored = dict.fromkeys([*best.values(), *others])
+    runs = runs_of(scored, range(options.picking_seeds, options.picking_seeds + options.seeds))
+    return best, {(m, label): work(runs[label], m) for m in MEASURES for label in scored}, runs["auto"][0]
+
+
+def cell(value):
+    return f"{value[0]:.2f} ({value[1]:.2f}–{value[2]:.2f})"
+
+
+def of_all(rows, column):
+    return f"{geometric_mean([row[column][0] for row in rows]):.2f}"
+
+
+def not_surely_dear(rows, column):
+    return f"{sum(row[column][1] <= 1.1 for row in rows)} of {len(rows)} scenes"
+
+
+def table_of_effects(options, rows):
+    ratios = ("auto / best", "auto / vcm", "auto / vcm, independent")
+    table = Table("scene", "auto chose", "pilot", "best fixed", *ratios, "best fixed, trimmed", *ratios)
+    for row in rows:
+        cells = [row["name"], row["choice"], f"{100 * row['pilot']:.1f} %"]
+        for m in MEASURES:
+            cells += [row["best"]["fixed", m], *(cell(row[m, other]) for other in ("fixed", "vcm", OLD))]
+        table.add(*cells)
+    table.add("geometric mean", "", "", *(cell for m in MEASURES for cell in ("", *(of_all(rows, (m, other)) for other in ("fixed", "vcm", OLD)))))
+    table.note(f"{options.size} pixels, the time of {ITERATIONS_OF_VCM} iterations of `vcm` with independent numbers, {options.picking_seeds} seeds to pick "
+               f"and {options.seeds} to score; in brackets intervals of 90 %. Auto is not surely more than 1.10 times as dear as the best in "
+               f"{not_surely_dear(rows, ('relmse', 'fixed'))}, trimmed in {not_surely_dear(rows, ('relmse_trimmed', 'fixed'))}.")
+    publish(options, table, DOCUMENT)
+
+
+def table_of_regret(options, rows):
+    table = Table("scene", "best of all", "regret", "best of all, trimmed", "regret, trimmed")
+    for row in rows:
+        table.add(row["name"], *(text for m in MEASURES for text in (row["best"]["any", m], cell(row[m, "any"]))))
+    table.add("geometric mean", *(cell for m in MEASURES for cell in ("", of_all(rows, (m, "any")))))
+    table.note(f"As above. Auto is not surely more than 1.10 times as dear as the best in {not_surely_dear(rows, ('relmse', 'any'))}, trimmed in "
+               f"{not_surely_dear(rows, ('relmse_trimmed', 'any'))}.")
+    publish(options, table, DOCUMENT, "regret")
 
 
 def run(options):
     if options.size != "128x128":  # the pictures of other renderers have that size
         options.scenes = [name for name in options.scenes if name not in FOREIGN]
-    options.out.mkdir(parents=True, exist_ok=True)
-    configurations = FIXED | PLAIN
-    measures = ("relmse", "relmse_trimmed")
     rows, all_runs = [], {}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
-            reference = make_reference(options, pool, name)
-
-            def cost(extra, iterations):  # processor seconds
-                pace = options.out / f"{name}_pace"
-                return render(options, name, [*extra, "--iterations", str(iterations)], pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
-
-            def paced(extra):
-                tried = 32 if "auto" in extra else 8
-                return max(4, round(tried * seconds / cost(extra, tried)))
-
-            seconds = cost(PLAIN[OLD], ITERATIONS_OF_VCM)
-            iterations = {label: paced(extra) for label, extra in configurations.items()}
-
-            def start(label, extra, seed):
-                place = str(options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}")
-                return pool.submit(render, options, name, [*extra, "--iterations", str(iterations[label]), "--seed", str(seed), "--reference",
-                                                           str(reference)], pathlib.Path(place + ".json"), options.keep)
-
-            picking = {(label, seed): start(label, extra, seed) for seed in range(options.picking_seeds) for label, extra in FIXED.items()}
-            picked = {label: [picking[label, seed].result() for seed in range(options.picking_seeds)] for label in FIXED}
-            best = {m: min(FIXED, key=lambda label: work(picked[label], m)[0]) for m in measures}
-            scored = {label: configurations[label] for label in [*best.values(), *PLAIN]}
-            first = options.picking_seeds
-            scoring = {(label, seed): start(label, extra, seed) for seed in range(first, first + options.seeds)
-                       for label, extra in scored.items()}
-            runs = {label: [scoring[label, seed].result() for seed in range(first, first + options.seeds)] for label in scored}
-            works = {(m, label): work(runs[label], m) for m in measures for label in scored}
+            best, works, stats = compare(options, pool, name)
             all_runs[name] = {f"{m} {label}": value for (m, label), value in works.items()}
-            choice, share = describe(runs["auto"][0])
-            rows.append({"name": name, "choice": choice, "pilot": share, "best": best} | {
-                (m, other): ratio(works[m, "auto"], works[m, best[m] if other == "best" else other], options.seeds)
-                for m in measures for other in ("best", "vcm", OLD)})
-            print(f"{name}: {rows[-1]}", flush=True)
-    (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
-
-    ratios = ("auto / best", "auto / vcm", "auto / vcm, independent")
-    table = Table("scene", "auto chose", "pilot", "best fixed", *ratios, "best fixed, trimmed", *ratios)
-
-    def cell(value):
-        return f"{value[0]:.2f} ({value[1]:.2f}–{value[2]:.2f})"
-
-    for row in rows:
-        cells = [row["name"], row["choice"], f"{100 * row['pilot']:.1f} %"]
-        for m in measures:
-            cells += [row["best"][m], *(cell(row[m, other]) for other in ("best", "vcm", OLD))]
-        table.add(*cells)
-    cells = ["geometric mean", "", ""]
-    for m in measures:
-        cells += ["", *(f"{geometric_mean([row[m, other][0] for row in rows]):.2f}" for other in ("best", "vcm", OLD))]
-    table.add(*cells)
-    table.note(
-            f"{options.size} pixels, the time of {ITERATIONS_OF_VCM} iterations of `vcm` with independent numbers, {options.picking_seeds} seeds to pick "
-            f"and {options.seeds} to score; in brackets intervals of 90 %. Auto is not surely more than 1.10 times as dear as the best in "
-            f"{sum(row['relmse', 'best'][1] <= 1.1 for row in rows)} of {len(rows)} scenes, trimmed in "
-            f"{sum(row['relmse_trimmed', 'best'][1] <= 1.1 for row in rows)}.")
-    publish(options, table, DOCUMENT)
-
+            choice, share = describe(stats)
+            row = {"name": name, "choice": choice, "pilot": share, "best": best}
+            for m in MEASURES:
+                for other in (*POOLS, *((OLD, "vcm") if name in EIGHTEEN else ())):
+                    row[m, other] = ratio(works[m, "auto"], works[m, best[other, m] if other in POOLS else other], options.seeds)
+            rows.append(row)
+            print(f"{name}: {row}", flush=True)
+            (options.out / "runs.json").write_text(json.dumps(all_runs, indent=1))
+    if of_eighteen := [row for row in rows if row["name"] in EIGHTEEN]:
+        table_of_effects(options, of_eighteen)
+    table_of_regret(options, rows)

@@ -77,6 +77,14 @@ class Figures(unittest.TestCase):
         self.assertEqual(self.page.read_text().count("<sub>"), 1)
         self.assertFalse(self.project().put(self.page, "other", "./measure", "| x |\n"))
 
+    def test_a_word_with_a_minus_takes_files_out(self):
+        self.write("bench/figures.ini", REGISTRY.replace("sources = include", "sources = include -include/b*"))
+        self.project().put(self.page, "speed", "./measure")
+        self.write("include/b.hpp", "int c;\n")
+        self.assertIsNone(self.state())
+        self.write("include/c.hpp", "int c;\n")
+        self.assertIn("sources have changed", self.state())
+
     def test_words_may_change_and_code_may_not(self):
         self.project().put(self.page, "speed", "./measure")
         self.write("include/a.hpp", "// another note\nint   a;\nconst char* b = \"// no note\";\n")
