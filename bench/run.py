@@ -53,7 +53,7 @@ def parser_of(name, module):
     parser = argparse.ArgumentParser(prog=f"./run bench {name}", description=module.__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     for option, value in getattr(module, "OPTIONS", {}).items():
-        scenes = {"choices": list(value)} if option == "scenes" else {}
+        scenes = {"choices": list(value)} if option == "scenes" and isinstance(value, dict) else {}
         default = list(value) if option == "scenes" else value
         shown = "" if option == "scenes" else f" ({value})"
         parser.add_argument(f"--{option}", default=default, **COMMON[option] | scenes | {"help": COMMON[option]["help"] + shown})

@@ -1,16 +1,16 @@
 """The engine inside another renderer, over that renderer's intersection, BSDFs, lights and camera,
 beside its own integrators.
 
-Takes the name of the renderer, `smallvcm` or `lajolla`, and a checkout of it, of which nothing is
-changed; bench/embedded/ has an adapter and a program for each, and bench/embedded/*/measure.py says
-what is measured. Without a checkout nothing is.
+Takes the name of the renderer, `smallvcm`, `lajolla` or `tungsten`, and a checkout of it, of which
+nothing is changed; bench/embedded/ has an adapter and a program for each, and
+bench/embedded/*/measure.py says what is measured. Without a checkout nothing is.
 """
 
 import importlib
 import pathlib
 
 BY_ITSELF = False
-RENDERERS = ("smallvcm", "lajolla")
+RENDERERS = ("smallvcm", "lajolla", "tungsten")
 
 
 def add_options(parser):

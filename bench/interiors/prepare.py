@@ -47,6 +47,10 @@ def prepare(scene, folder):
     for name in left_out:
         text = re.sub(r'^[ \t]*Shape[^\n]*\n?(?:[ \t]+"[^\n]*\n)*?[ \t]*[^\n]*"' + re.escape(name) + r'"[^\n]*\n(?:[ \t]+"[^\n]*\n)*', "", text,
                       flags=re.M)
+    for name in re.findall(r'^Include "([^"\n]+)"', text, re.M):
+        if not (scene.parent / name).exists():
+            missing.append(name)
+            text = text.replace(f'Include "{name}"\n', "")
     file = folder / "scene.pbrt"
     file.write_text(text, encoding="utf-8")
     return file, missing
