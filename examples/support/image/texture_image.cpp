@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "support/image/image.hpp"
@@ -19,6 +20,10 @@
 #define STBI_ONLY_HDR
 #define STBI_NO_STDIO
 #define STBI_MAX_DIMENSIONS 32768
+// Zeros: version 2.27 reads tables and pixels that a broken file leaves out.
+#define STBI_MALLOC(size) std::calloc(1, size)
+#define STBI_REALLOC std::realloc
+#define STBI_FREE std::free
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
 #if defined(__clang__)  // its JPEG tables are addressed one past their end
@@ -92,11 +97,35 @@ std::vector<float> picked(const Value* pixels, std::size_t count, int channels, 
 bool has_chunk_beyond_end(const unsigned char* bytes, std::size_t count) {
   constexpr std::array<unsigned char, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   if (count < signature.size() || !std::equal(signature.begin(), signature.end(), bytes)) return false;
-  for (std::size_t at = signature.size(); at + 12 <= count;) {
+  for (std::size_t at = signature.size(); at + 8 <= count;) {
     std::size_t length = 0;
     for (std::size_t i = 0; i < 4; ++i) length = 256 * length + bytes[at + i];
-    if (length > count - at - 12) return true;
+    if (length > count - at - 8) return true;
     at += 12 + length;
+  }
+  return false;
+}
+
+/// True for a JPEG with a Huffman table of more than 256 symbols: stb_image 2.27 writes them beyond
+/// its table. Segments are found as stb_image finds them.
+bool has_long_huffman_table(const unsigned char* bytes, std::size_t count) {
+  if (count < 2 || bytes[0] != 0xff) return false;
+  const auto byte = [&](std::size_t at) { return at < count ? bytes[at] : 0U; };
+  for (std::size_t at = 0; at < count;) {
+    if (bytes[at++] != 0xff) continue;
+    while (byte(at) == 0xff) ++at;
+    const unsigned marker = byte(at++);
+    if (marker == 0xd9) return false;
+    if (marker == 0 || (marker >= 0xd0 && marker <= 0xd8)) continue;  // a byte of pixels; has no length
+    const std::size_t end = at + 256 * byte(at) + byte(at + 1);
+    if (marker == 0xc4)
+      for (std::size_t table = at + 2; table < end;) {
+        std::size_t symbols = 0;
+        for (std::size_t i = 1; i <= 16; ++i) symbols += byte(table + i);
+        if (symbols > 256) return true;
+        table += 17 + symbols;
+      }
+    at = end;
   }
   return false;
 }
@@ -112,6 +141,8 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
     throw InputError(where, "the image " + file_in_quotes(name) + " is larger than 2 GiB");
   if (has_chunk_beyond_end(bytes, count))
     throw InputError(where, "the image " + file_in_quotes(name) + " is cut off: a part of it goes beyond the end");
+  if (has_long_huffman_table(bytes, count))
+    throw InputError(where, "the image " + file_in_quotes(name) + " has a Huffman table of more than 256 symbols");
   const int size = static_cast<int>(count);
   int width = 0, height = 0, channels = 0;
   auto result = std::make_shared<scene::TextureImage>();
