@@ -26,8 +26,7 @@ PYTHON = next((python for python in (sys.executable, "/usr/bin/python3") if has_
 
 
 def corners():
-    """Of the square |x|, |y| <= SIDE, z = 0 in the picture of a camera at POSITION that looks at
-    the origin."""
+    """Corners of the square |x|, |y| <= SIDE, z = 0, seen from POSITION towards the origin."""
     def dot(a, b):
         return sum(x * y for x, y in zip(a, b))
 
@@ -84,7 +83,7 @@ class Silhouettes(unittest.TestCase):
         self.assertEqual((code, error), (0, ""))
         shares = {line.split()[1]: float(line.split()[0].rstrip("%")) for line in lines[:2]}
         self.assertEqual(shares["here.gltf"], 100)
-        # Of the four sides the upright two are 10 pixels off, the others lie on edges or near them.
+        # The two upright sides are 10 pixels off; the other two lie on edges or near them.
         self.assertLess(shares["shifted.gltf"], 60)
         self.assertIn(f"2 contours, mean {sum(shares.values()) / 2:.1f}"[:-2], lines[3])
         self.assertIn("below 90 %: 1", lines[3])
