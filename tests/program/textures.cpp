@@ -243,6 +243,15 @@ TEST_CASE("A JPEG without its Huffman tables is grey, whatever was in memory bef
   for (int c = 0; c < 3; ++c) CHECK(image->texel(1, 1)[c] == Approx(128 / 255.0));
 }
 
+TEST_CASE("A pixel that unpacks to 4 MiB is refused where there is 1 MiB, and read where there is more") {
+  const auto read_with = [](std::uintmax_t memory) {
+    LoadBudget budget(memory);
+    return read_texture_image(features / "unpacks.png", {}, TexturePart::color, budget, {})->resolution;
+  };
+  CHECK_THROWS_WITH(read_with(1U << 20U), Catch::Contains("unpacks.png") && Catch::Contains("--max-memory"));
+  CHECK(read_with(1U << 24U) == glm::ivec2(1, 1));
+}
+
 TEST_CASE("Disks, cylinders and parts of spheres have the areas and sides of the curved shapes") {
   using namespace gmis::tools::pbrt;
   constexpr double pi = 3.14159265358979323846;

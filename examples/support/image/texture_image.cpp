@@ -11,6 +11,25 @@
 #include "support/read_file.hpp"
 
 #if GMIS_HAS_STB
+namespace gmis::tools {
+namespace {
+
+/// Size of the largest block that stb_image may allocate, and of one that it was refused, or 0.
+thread_local std::size_t stb_largest = 0, stb_refused = 0;
+
+/// A pixel of PNG may unpack to gigabytes. Zeros, because version 2.27 reads tables and pixels that
+/// a broken file leaves out.
+void* stb_allocate(void* block, std::size_t size) {
+  if (size > stb_largest) {
+    stb_refused = size;
+    return nullptr;
+  }
+  return block == nullptr ? std::calloc(1, size) : std::realloc(block, size);
+}
+
+}  // namespace
+}  // namespace gmis::tools
+
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_PNG
@@ -20,9 +39,8 @@
 #define STBI_ONLY_HDR
 #define STBI_NO_STDIO
 #define STBI_MAX_DIMENSIONS 32768
-// Zeros: version 2.27 reads tables and pixels that a broken file leaves out.
-#define STBI_MALLOC(size) std::calloc(1, size)
-#define STBI_REALLOC std::realloc
+#define STBI_MALLOC(size) gmis::tools::stb_allocate(nullptr, size)
+#define STBI_REALLOC gmis::tools::stb_allocate
 #define STBI_FREE std::free
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -67,6 +85,9 @@ Shared from_floats(const Image& image, TexturePart part) {
 }
 
 #if GMIS_HAS_STB
+
+/// More than any of the tables of stb_image takes.
+constexpr std::size_t stb_own_memory = std::size_t{1} << 16U;
 
 /// Memory that stb_image has allocated.
 template <class Value>
@@ -133,6 +154,7 @@ bool has_long_huffman_table(const unsigned char* bytes, std::size_t count) {
 Shared decoded(const unsigned char* bytes, std::size_t count, const std::string& name, const TextureEncoding& encoding,
                TexturePart part, LoadBudget& budget, const SourcePosition& where) {
   const auto fail = [&]() -> InputError {
+    if (stb_refused > 0) budget.take(stb_refused, "the image " + file_in_quotes(name), where);
     const char* reason = stbi_failure_reason();
     return {where, "the image " + file_in_quotes(name) +
                        " cannot be read: " + (reason != nullptr ? in_quotes(reason) : "no reason is given")};
@@ -144,6 +166,8 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
   if (has_long_huffman_table(bytes, count))
     throw InputError(where, "the image " + file_in_quotes(name) + " has a Huffman table of more than 256 symbols");
   const int size = static_cast<int>(count);
+  stb_largest = stb_own_memory + std::min<std::uintmax_t>(budget.left(), SIZE_MAX / 2);
+  stb_refused = 0;
   int width = 0, height = 0, channels = 0;
   auto result = std::make_shared<scene::TextureImage>();
   const auto set_size = [&](int per_pixel) {
