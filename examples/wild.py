@@ -6,12 +6,17 @@ FOLDER of --out, index.html.
 
 Usage: wild.py PROGRAM FOLDER [--only PATTERN] [--out OUT] [--lenient] [--pictures N] [--size WxH]
                [--iterations N] [--seconds LIMIT] [--jobs N] [--max-memory BYTES]
-               [--reference NAME]
+               [--reference NAME] [--silhouettes]
 
 --only '*/glTF/*' takes the files alone whose path below FOLDER matches. --pictures 0 checks alone.
 --reference TungstenRender.exr compares each picture with the image of that name beside its scene,
 an .exr, in a size 8 times smaller (means of 8 x 8 pixels): the line then holds the trimmed relMSE
 and the ratio of the means.
+
+--silhouettes compares contours alone: every picture that a Manifest.json names (as those of the
+glTF-Asset-Generator do) with the first hits from the camera stated there, at the start of an
+animation. A line for each model holds the share of the pixels on our contour that are within 2
+pixels of an edge in that picture. Needs numpy and PIL.
 
 understood  no error; with a picture: rendered, exit code 0
 in part     errors, but a picture with --lenient
@@ -31,9 +36,12 @@ import html
 import json
 import pathlib
 import re
+import shutil
+import statistics
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 
 ENDINGS = {".pbrt", ".gltf", ".glb"}
@@ -169,6 +177,85 @@ def write_page(options, outcomes):
         f"<!doctype html><meta charset=utf-8><title>{html.escape(str(options.folder))}</title><style>{style}</style>" + "\n".join(cells))
 
 
+def camera_at(position):
+    """A node that looks at the origin from there, the transform column by column."""
+    length = sum(x * x for x in position) ** 0.5
+    back = [x / length for x in position]
+    flat = (back[0] ** 2 + back[2] ** 2) ** 0.5
+    right = [back[2] / flat, 0, -back[0] / flat]
+    up = [back[1] * right[2], back[2] * right[0] - back[0] * right[2], -back[1] * right[0]]
+    return {"camera": 0, "matrix": [*right, 0, *up, 0, *back, 0, *position, 1]}
+
+
+def silhouettes(options):
+    try:
+        import numpy
+        from PIL import Image
+    except ImportError as error:
+        sys.exit(f"wild.py: --silhouettes: {sys.executable} has no {error.name} (Debian: python3-numpy, python3-pil)")
+
+    def near(mask, radius):
+        """True within this distance of a pixel that is."""
+        (height, width), steps = mask.shape, range(-radius, radius + 1)
+        padded = numpy.pad(mask, radius, "edge")
+        disk = [(y + radius, x + radius) for y in steps for x in steps if x * x + y * y <= radius * radius]
+        return numpy.any([padded[y:y + height, x:x + width] for y, x in disk], axis=0)
+
+    def share(picture, copy, camera):
+        """None without a contour."""
+        scene = json.loads(copy.read_text())
+        # The field of view of Babylon.js, which made the pictures.
+        scene["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.8, "aspectRatio": 1, "znear": 0.01}}]
+        for material in scene.get("materials", []):
+            if material.get("alphaMode") == "BLEND":  # a surface by chance would have holes
+                del material["alphaMode"]
+        nodes = scene.setdefault("nodes", [])
+        for node in nodes:
+            node.pop("camera", None)
+        nodes.append(camera_at(camera["translation"]))
+        for part in scene.setdefault("scenes", [{}]):
+            part.setdefault("nodes", []).append(len(nodes) - 1)
+        copy.write_text(json.dumps(scene))
+        theirs = numpy.asarray(Image.open(picture).convert("RGB"), float)
+        height, width = theirs.shape[:2]
+        sky, out = copy.with_name("sky.pfm"), copy.with_name("first_hits.pfm")
+        sky.write_bytes(b"PF\n2 1\n-1\n" + struct.pack("<6f", *[1000] * 6))  # brighter than what shines
+        arguments = ["--size", f"{width}x{height}", "--integrator", "pt", "--max-depth", "1", "--iterations", "8", "--at", "0"]
+        arguments += ["--sky", str(sky), "--lenient", "--quiet", "--out", str(out)]
+        code, _, error, _ = run([options.program, str(copy), *arguments], options.seconds)
+        if code != 0:
+            raise RuntimeError(error.strip()[-150:] or "no picture in time")
+        ours = numpy.asarray(floats_of(out)).reshape(height, width, 3)[::-1].min(axis=2) < 999
+        contour = ours & near(~ours, 1)
+        steps = [abs(numpy.diff(theirs, axis=axis, append=theirs.take([-1], axis))).max(axis=2) for axis in (0, 1)]
+        return near(numpy.maximum(*steps) > 14, 2)[contour].mean() if contour.any() else None
+
+    shares = {}
+    for manifest in sorted(options.folder.rglob("Manifest.json")):
+        group = json.loads(manifest.read_text())
+        if isinstance(group, list):  # of the groups below, which have their own
+            continue
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = shutil.copytree(manifest.parent, pathlib.Path(scratch) / "copy")
+            for model in group["models"]:
+                name, picture = model["fileName"], manifest.parent / model.get("sampleImageName", "-")
+                if not fnmatch.fnmatch(name, options.only) or not picture.is_file():
+                    continue
+                try:
+                    value = share(picture, folder / name, model["camera"])
+                    print(f"no contour  {name}" if value is None else f"{value:10.1%}  {name}", flush=True)
+                    shares.update({name: value} if value is not None else {})
+                except RuntimeError as error:
+                    print(f"not read    {name}  {error}", flush=True)
+    if not shares:
+        sys.exit(f"wild.py: no pictures with cameras below {options.folder}")
+    low = sorted((value, name) for name, value in shares.items() if value < 0.9)
+    print(f"\n{len(shares)} contours, mean {statistics.fmean(shares.values()):.1%}, below 90 %: {len(low)}")
+    for value, name in low:
+        print(f"{value:10.1%}  {name}")
+    return 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program")
@@ -183,9 +270,12 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--max-memory", default="")
     parser.add_argument("--reference", default="", metavar="NAME", help="image beside each scene to compare with")
+    parser.add_argument("--silhouettes", action="store_true", help="compare contours with pictures of stated cameras, and no more")
     options = parser.parse_args()
     if not options.folder.is_dir():
         sys.exit(f"wild.py: {options.folder} is no folder")
+    if options.silhouettes:
+        return silhouettes(options)
     options.out.mkdir(parents=True, exist_ok=True)
 
     files = scenes_below(options.folder, options.only)

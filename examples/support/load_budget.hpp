@@ -23,6 +23,7 @@ class LoadBudget {
   /// Counts the opening of a file.
   void open_file(const SourcePosition& where);
   [[nodiscard]] std::uintmax_t taken() const { return taken_; }
+  [[nodiscard]] std::uintmax_t left() const { return limit_ - taken_; }
 
   [[nodiscard]] static std::uintmax_t default_limit();
 

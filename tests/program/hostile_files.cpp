@@ -50,6 +50,12 @@ std::string pbrt_error(const std::string& text, const LoadOptions& options = {})
 const std::string triangle =
     "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]\n";
 
+/// A scene with this image as a texture.
+std::string with_image(const ScratchFolder& folder, const std::string& name) {
+  return "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"" + (folder / name) + "\"\n" +
+         triangle;
+}
+
 /// A file of glTF with these members beside its version.
 std::string gltf(const std::string& members) {
   return "{\"asset\":{\"version\":\"2.0\"}" + (members.empty() ? "" : "," + members) + "}";
@@ -201,19 +207,33 @@ TEST_CASE("An image that unpacks to more than there is room for is refused by it
   std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x1f\x40\0\0\x1f\x40\x08\x06\0\0\0", 29);
   png += std::string(64, '\0');
   write(folder, "bomb.png", png);
-  const std::string text = "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"" +
-                           (folder / "bomb.png") + "\"\n" + triangle;
+  const std::string text = with_image(folder, "bomb.png");
   CHECK_THAT(pbrt_error(text, small_memory), Contains("bomb.png"));
   CHECK_THAT(pbrt_error(text, small_memory), Contains("--max-memory"));
 }
 
 TEST_CASE("A part of an image that says to be longer than the file is refused before there is memory for it") {
   const ScratchFolder folder;
-  // A pixel of PNG whose data say that they have 512 MiB.
+  // A pixel of PNG whose data say that they have 512 MiB, and of which 40 bytes or none are there.
   std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\x08\x02\0\0\0\x90wS\xde", 33);
-  png += std::string("\x20\0\0\0IDAT", 8) + std::string(40, 'x');
-  write(folder, "long.png", png);
-  const std::string text = "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"" +
-                           (folder / "long.png") + "\"\n" + triangle;
-  CHECK_THAT(pbrt_error(text), Contains("goes beyond the end"));
+  png += std::string("\x20\0\0\0IDAT", 8);
+  for (const std::size_t there : {std::size_t{40}, std::size_t{0}}) {
+    write(folder, "long.png", png + std::string(there, 'x'));
+    CHECK_THAT(pbrt_error(with_image(folder, "long.png")), Contains("goes beyond the end"));
+  }
+}
+
+TEST_CASE("A JPEG with a Huffman table of more symbols than bytes have is refused") {
+  const ScratchFolder folder;
+  // Five lengths of 255 codes each: as codes they are possible.
+  const std::string counts = std::string(11, '\0') + std::string(5, '\xff');
+  const std::string jpeg = "\xff\xd8\xff\xc4" + std::string("\x05\x0e\x13", 3) + counts + std::string(1275, 'x');
+  // Behind the header of a comment, too, but not in the comment.
+  const std::string comment("\xff\xfe\x05\x14", 4);
+  write(folder, "long.jpg", jpeg);
+  CHECK_THAT(pbrt_error(with_image(folder, "long.jpg")), Contains("Huffman table of more than 256"));
+  write(folder, "long.jpg", "\xff\xd8" + std::string("\xff\xfe\0\3x", 5) + jpeg.substr(2));
+  CHECK_THAT(pbrt_error(with_image(folder, "long.jpg")), Contains("Huffman table of more than 256"));
+  write(folder, "long.jpg", "\xff\xd8" + comment + jpeg.substr(2));
+  CHECK_THAT(pbrt_error(with_image(folder, "long.jpg")), Contains("cannot be read"));
 }

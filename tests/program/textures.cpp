@@ -4,6 +4,7 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <iterator>
+#include <memory>
 #include <random>
 #include <string>
 
@@ -230,6 +231,25 @@ TEST_CASE("Images cut short or with bytes changed are read or refused, and never
   std::ofstream(folder.path / "text.png") << "no image";
   CHECK_THROWS_AS(read_texture_image(folder.path / "text.png", {}, TexturePart::color, budget, {}), InputError);
   CHECK_THROWS_AS(read_texture_image(folder.path, {}, TexturePart::color, budget, {}), InputError);
+}
+
+TEST_CASE("A JPEG without its Huffman tables is grey, whatever was in memory before") {
+  std::string jpeg = text_of(features / "flat.jpg");
+  for (std::size_t at; (at = jpeg.find("\xff\xc4")) != std::string::npos;) jpeg[at + 1] = '\xe2';  // of an application
+  std::fill_n(std::make_unique<char[]>(1U << 16U).get(), 1U << 16U, '\x5a');
+  LoadBudget budget;
+  const auto image = read_texture_image(reinterpret_cast<const unsigned char*>(jpeg.data()), jpeg.size(), "a.jpg",
+                                        {TextureEncoding::Curve::linear}, TexturePart::color, budget, {});
+  for (int c = 0; c < 3; ++c) CHECK(image->texel(1, 1)[c] == Approx(128 / 255.0));
+}
+
+TEST_CASE("A pixel that unpacks to 4 MiB is refused where there is 1 MiB, and read where there is more") {
+  const auto read_with = [](std::uintmax_t memory) {
+    LoadBudget budget(memory);
+    return read_texture_image(features / "unpacks.png", {}, TexturePart::color, budget, {})->resolution;
+  };
+  CHECK_THROWS_WITH(read_with(1U << 20U), Catch::Contains("unpacks.png") && Catch::Contains("--max-memory"));
+  CHECK(read_with(1U << 24U) == glm::ivec2(1, 1));
 }
 
 TEST_CASE("Disks, cylinders and parts of spheres have the areas and sides of the curved shapes") {

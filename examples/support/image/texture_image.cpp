@@ -4,12 +4,32 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "support/image/image.hpp"
 #include "support/read_file.hpp"
 
 #if GMIS_HAS_STB
+namespace gmis::tools {
+namespace {
+
+/// Size of the largest block that stb_image may allocate, and of one that it was refused, or 0.
+thread_local std::size_t stb_largest = 0, stb_refused = 0;
+
+/// A pixel of PNG may unpack to gigabytes. Zeros, because version 2.27 reads tables and pixels that
+/// a broken file leaves out.
+void* stb_allocate(void* block, std::size_t size) {
+  if (size > stb_largest) {
+    stb_refused = size;
+    return nullptr;
+  }
+  return block == nullptr ? std::calloc(1, size) : std::realloc(block, size);
+}
+
+}  // namespace
+}  // namespace gmis::tools
+
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_PNG
@@ -19,6 +39,9 @@
 #define STBI_ONLY_HDR
 #define STBI_NO_STDIO
 #define STBI_MAX_DIMENSIONS 32768
+#define STBI_MALLOC(size) gmis::tools::stb_allocate(nullptr, size)
+#define STBI_REALLOC gmis::tools::stb_allocate
+#define STBI_FREE std::free
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
 #if defined(__clang__)  // its JPEG tables are addressed one past their end
@@ -63,6 +86,9 @@ Shared from_floats(const Image& image, TexturePart part) {
 
 #if GMIS_HAS_STB
 
+/// More than any of the tables of stb_image takes.
+constexpr std::size_t stb_own_memory = std::size_t{1} << 16U;
+
 /// Memory that stb_image has allocated.
 template <class Value>
 using Pixels = std::unique_ptr<Value, void (*)(void*)>;
@@ -92,11 +118,35 @@ std::vector<float> picked(const Value* pixels, std::size_t count, int channels, 
 bool has_chunk_beyond_end(const unsigned char* bytes, std::size_t count) {
   constexpr std::array<unsigned char, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   if (count < signature.size() || !std::equal(signature.begin(), signature.end(), bytes)) return false;
-  for (std::size_t at = signature.size(); at + 12 <= count;) {
+  for (std::size_t at = signature.size(); at + 8 <= count;) {
     std::size_t length = 0;
     for (std::size_t i = 0; i < 4; ++i) length = 256 * length + bytes[at + i];
-    if (length > count - at - 12) return true;
+    if (length > count - at - 8) return true;
     at += 12 + length;
+  }
+  return false;
+}
+
+/// True for a JPEG with a Huffman table of more than 256 symbols: stb_image 2.27 writes them beyond
+/// its table. Segments are found as stb_image finds them.
+bool has_long_huffman_table(const unsigned char* bytes, std::size_t count) {
+  if (count < 2 || bytes[0] != 0xff) return false;
+  const auto byte = [&](std::size_t at) { return at < count ? bytes[at] : 0U; };
+  for (std::size_t at = 0; at < count;) {
+    if (bytes[at++] != 0xff) continue;
+    while (byte(at) == 0xff) ++at;
+    const unsigned marker = byte(at++);
+    if (marker == 0xd9) return false;
+    if (marker == 0 || (marker >= 0xd0 && marker <= 0xd8)) continue;  // a byte of pixels; has no length
+    const std::size_t end = at + 256 * byte(at) + byte(at + 1);
+    if (marker == 0xc4)
+      for (std::size_t table = at + 2; table < end;) {
+        std::size_t symbols = 0;
+        for (std::size_t i = 1; i <= 16; ++i) symbols += byte(table + i);
+        if (symbols > 256) return true;
+        table += 17 + symbols;
+      }
+    at = end;
   }
   return false;
 }
@@ -104,6 +154,7 @@ bool has_chunk_beyond_end(const unsigned char* bytes, std::size_t count) {
 Shared decoded(const unsigned char* bytes, std::size_t count, const std::string& name, const TextureEncoding& encoding,
                TexturePart part, LoadBudget& budget, const SourcePosition& where) {
   const auto fail = [&]() -> InputError {
+    if (stb_refused > 0) budget.take(stb_refused, "the image " + file_in_quotes(name), where);
     const char* reason = stbi_failure_reason();
     return {where, "the image " + file_in_quotes(name) +
                        " cannot be read: " + (reason != nullptr ? in_quotes(reason) : "no reason is given")};
@@ -112,7 +163,11 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
     throw InputError(where, "the image " + file_in_quotes(name) + " is larger than 2 GiB");
   if (has_chunk_beyond_end(bytes, count))
     throw InputError(where, "the image " + file_in_quotes(name) + " is cut off: a part of it goes beyond the end");
+  if (has_long_huffman_table(bytes, count))
+    throw InputError(where, "the image " + file_in_quotes(name) + " has a Huffman table of more than 256 symbols");
   const int size = static_cast<int>(count);
+  stb_largest = stb_own_memory + std::min<std::uintmax_t>(budget.left(), SIZE_MAX / 2);
+  stb_refused = 0;
   int width = 0, height = 0, channels = 0;
   auto result = std::make_shared<scene::TextureImage>();
   const auto set_size = [&](int per_pixel) {
