@@ -12,10 +12,10 @@
 
 /// \file
 /// A path tracer as one writes it over the built-in scene without this library's transport: next
-/// event and emitter hits, combined by the balance heuristic, roulette by albedo. It draws the same
-/// random numbers in the same order, so that it makes the same picture but for rounding; it passes
-/// a surface that the camera stands in. Nothing is counted and nothing is checked, but that a pixel
-/// is finite.
+/// event and emitter hits, combined by the balance heuristic, roulette by albedo, at least a half.
+/// It draws the same random numbers in the same order, so that it makes the same picture but for
+/// rounding; it passes a surface that the camera stands in. Nothing is counted and nothing is
+/// checked, but that a pixel is finite.
 
 namespace hand {
 
@@ -89,8 +89,9 @@ struct PathTracer {
       if (depth == max_depth) break;
 
       const auto& bsdf = hit->bsdf;
-      const float survival = std::clamp(gmis::max_channel(bsdf.albedo()), 0.0F, 1.0F);
-      if (survival == 0.0F) break;
+      const float albedo = gmis::max_channel(bsdf.albedo());
+      if (albedo <= 0.0F) break;
+      const float survival = std::clamp(albedo, 0.5F, 1.0F);
       const std::uint32_t number = 2 * static_cast<std::uint32_t>(depth);
       if (!bsdf.is_purely_delta()) {
         source.at_vertex(number);

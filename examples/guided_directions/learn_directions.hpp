@@ -35,8 +35,9 @@ void follow_subpath(const Sc& scene, TransportMode mode, SurfacePoint<ScalarOf<t
     const auto hit = depth == 1 ? first_hit(scene, from, direction) : scene.intersect(leave(from, direction));
     if (!hit) return;
     if (!hit->bsdf.is_purely_delta()) found(*hit, -direction, throughput, depth);
-    const T survival = survival_probability(hit->bsdf);
-    if (survival == T(0)) return;
+    const T albedo = survival_probability(hit->bsdf);
+    if (albedo == T(0)) return;
+    const T survival = mode == TransportMode::radiance ? camera_survival(albedo) : albedo;
     source.at_vertex(static_cast<std::uint32_t>(depth));
     const Vec3<T> to_prev = -direction;
     const auto next = scatter<false>(

@@ -79,7 +79,7 @@ struct DiscreteAtlas {
     return low + (high - low) * (T(0.5) + T(0.5) * std::sin(phase));
   }
 
-  [[nodiscard]] T albedo(std::size_t node) const { return law(1, node, T(0.6), T(0.95)); }
+  [[nodiscard]] T albedo(std::size_t node) const { return law(1, node, T(0.45), T(0.95)); }
   /// f; reciprocal no more than the rest.
   [[nodiscard]] T f(std::size_t node, const V& to_light, const V& to_camera) const {
     return law(2, node, T(0.1), T(1), to_light, to_camera);

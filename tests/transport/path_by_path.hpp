@@ -258,7 +258,7 @@ inline void check(const Outcome& outcome, double tolerance, std::size_t whole) {
 
 template <class I, class World>
 void check_both_cameras(double tolerance, std::size_t whole, const ways::Settings& render_settings,
-                        int iterations = 3) {
+                        int iterations = 4) {
   for (const bool has_parallel_rays : {false, true}) {
     CAPTURE(has_parallel_rays);
     check(run<I, World>(has_parallel_rays, render_settings, iterations), tolerance, whole);

@@ -54,8 +54,9 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
   for (int depth = 1; depth < max_depth; ++depth) {
     const auto hit = depth == 1 ? first_hit(scene, from, direction) : scene.intersect(leave(from, direction));
     if (!hit) return;
-    const T survival = survival_probability(hit->bsdf);
-    if (survival == T(0)) return;
+    const T albedo = survival_probability(hit->bsdf);
+    if (albedo == T(0)) return;
+    const T survival = camera_survival(albedo);
     source.at_vertex(static_cast<std::uint32_t>(2 * depth));
     const auto [u_light, u_x, u_y] = uniforms<T, 3>(source);
     const auto choice = sample_light_for(scene, hit->point, u_light, true);

@@ -25,12 +25,21 @@ template <std::floating_point T>
   return std::abs(glm::dot(point.geometric_normal, to_next) * glm::dot(point.shading_normal, to_prev)) / prev_geometric;
 }
 
-/// Continuation probability of Russian roulette: the largest channel of the albedo, in [0, 1]. It
-/// is a function of the vertex alone, so that nominal densities can contain it.
+/// Continuation probability of Russian roulette of a light subpath: the largest channel of the
+/// albedo, in [0, 1], so that photons carry equal flux. It is a function of the vertex alone, so
+/// that nominal densities can contain it. At 0 the surface absorbs everything, and subpaths of both
+/// kinds end.
 template <Bsdf B>
 [[nodiscard]] constexpr ScalarOf<typename B::Spectrum> survival_probability(const B& bsdf) noexcept {
   using T = ScalarOf<typename B::Spectrum>;
   return std::clamp(max_channel(typename B::Spectrum(bsdf.albedo())), T(0), T(1));
+}
+/// Continuation probability of a camera subpath where `survival`, the one of a light subpath, is
+/// above 0: at least a half. A camera subpath that a dark surface ends early wastes what its first
+/// vertices have cost.
+template <std::floating_point T>
+[[nodiscard]] constexpr T camera_survival(T survival) noexcept {
+  return std::max(survival, T(0.5));
 }
 
 /// A step of a subpath.

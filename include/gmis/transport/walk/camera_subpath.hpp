@@ -99,9 +99,10 @@ class CameraSubpath {
       if (edge.depth == context_.max_depth) return;
 
       const auto& bsdf = vertex.hit.bsdf;
-      const T survival = survival_probability(bsdf);
-      if (survival == T(0)) return;  // the surface absorbs everything
-      const T light_children = context_.light_children(bsdf, survival);
+      const T light_survival = survival_probability(bsdf);
+      if (light_survival == T(0)) return;  // the surface absorbs everything
+      const T survival = camera_survival(light_survival);
+      const T light_children = context_.light_children(bsdf, light_survival);
       vertex.children = {is_plain ? survival : context_.camera_children(survival), light_children};
       const auto number = 2 * static_cast<std::uint32_t>(edge.depth);  // keys the random numbers of the vertex
       if (!bsdf.is_purely_delta() &&
