@@ -27,6 +27,7 @@
 #include "gmis/render/rank_gathering.hpp"
 #include "gmis/render/run_record.hpp"
 #include "support/choices.hpp"
+#include "support/denoise.hpp"
 #include "support/first_hit_layers.hpp"
 #include "support/hidden_sky.hpp"
 #include "support/instruction_set.hpp"
@@ -47,6 +48,10 @@ enum ExitCode : int { done = 0, failed = 1, bad_input = 2 };
 
 /// Everything that could fail for want of a folder or a library is tried before the work.
 void check_outputs(const Options& options) {
+  if (options.denoise && !has_denoiser())
+    throw InputError(
+        "--denoise: this program is built without Open Image Denoise: install it and build anew, or give a denoiser "
+        "what --aov layers writes");
   for (const auto& output : options.outputs) require_writable_format(output);
   const auto require_folder = [](const std::filesystem::path& file, const char* option) {
     if (file.empty()) return;
@@ -173,6 +178,8 @@ void print_summary(const RenderResult& result, const RenderRequest& request, con
   for (const ClassImage& one : result.classes.classes)
     std::printf("%-10s  mean %-10.4g  cost %4.1f %%\n", std::string(gmis::name_of(one.path_class)).c_str(),
                 mean_of(one.image), 100 * one.cost);
+  for (const LightImage& one : result.by_light)
+    std::printf("%-10s  mean %.4g\n", name_of_light(one.group).c_str(), mean_of(one.image));
   for (const auto& output : written) std::printf("wrote %s\n", output.c_str());
 }
 
@@ -401,11 +408,19 @@ int run(Options options, const gmis::RanksRef& ranks) {
   expose(result.image);
   extras.notes = notes_of(options, result, facts.plan);
   extras.notes.emplace_back("gmis:exposure", std::to_string(std::log2(extras.exposure)));
-  if (options.layers) extras.layers = first_hit_layers(scene, request.crop, executor);
+  std::vector<ImageLayer> first_hits;
+  if (options.layers || options.denoise) first_hits = first_hit_layers(scene, request.crop, executor);
+  if (options.layers) extras.layers = first_hits;
   for (ImageLayer& layer : layers_of(result, options)) extras.layers.push_back(std::move(layer));
   std::vector<std::filesystem::path> written;
   for (const auto& output : options.outputs)
     if (failures.attempt([&] { write_output(result, output, options.halves, extras); })) written.push_back(output);
+  if (options.denoise)
+    failures.attempt([&] {
+      extras.layers.clear();
+      const Image smooth = denoised(result.image, first_hits[0].image, first_hits[1].image);
+      for (const auto& output : options.outputs) write_image(smooth, file_beside(output, "_denoised"), extras);
+    });
   if (!options.techniques_folder.empty())
     failures.attempt([&] { write_techniques(result, options.techniques_folder); });
   if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });

@@ -23,6 +23,7 @@ target_compile_options(gmis_render_engines PRIVATE ${gmis_full_options})
 # From a scene to a picture.
 add_library(gmis_render_session STATIC
   support/choices.cpp
+  support/denoise.cpp
   support/hidden_sky.cpp
   support/first_hit_layers.cpp
   support/integrator_names.cpp

@@ -190,10 +190,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option(
          "--aov", raw.aov,
          "classes: write an image per path class into the folder NAME_classes by the output; layers: albedo, normal, "
-         "depth and variance as layers of each .exr, and the classes, too; techniques: an image per technique as "
-         "layers; "
-         "or several, with commas")
-      ->type_name("classes|layers|techniques");
+         "depth and variance as layers of each .exr, and the classes, too; techniques and lights: an image per "
+         "technique and per light as layers; or several, with commas")
+      ->type_name("classes|layers|techniques|lights");
   app.add_option("--exposure", raw.exposure,
                  "Make .png files 2^EV times as bright; auto (the default): so that their log-average is 0.25")
       ->type_name("auto|EV");
@@ -202,6 +201,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                  "luminance)) or filmic (a fit of the ACES curve); the sRGB curve follows")
       ->type_name("clamp|reinhard|filmic");
   app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
+  app.add_flag("--denoise", options.denoise,
+               "Write NAME_denoised beside each output, smoothed by Open Image Denoise where the program has it");
   app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
       ->type_name("FILE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
@@ -366,9 +367,14 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (given("--aov")) {
     std::stringstream names(raw.aov);
     for (std::string name; std::getline(names, name, ',');) {
-      if (name != "classes" && name != "layers" && name != "techniques")
-        throw InputError("--aov " + in_quotes(name) + " is not known: use classes, layers or techniques");
-      (name == "classes" ? options.class_images : name == "layers" ? options.layers : options.technique_layers) = true;
+      bool* const option = name == "classes"      ? &options.class_images
+                           : name == "layers"     ? &options.layers
+                           : name == "techniques" ? &options.technique_layers
+                           : name == "lights"     ? &options.light_layers
+                                                  : nullptr;
+      if (option == nullptr)
+        throw InputError("--aov " + in_quotes(name) + " is not known: use classes, layers, techniques or lights");
+      *option = true;
     }
   }
   options.connections = connections_of(raw.connections);

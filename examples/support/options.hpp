@@ -69,10 +69,12 @@ struct Options {
   bool class_images = false;                 ///< --aov classes
   bool layers = false;                       ///< --aov layers
   bool technique_layers = false;             ///< --aov techniques
+  bool light_layers = false;                 ///< --aov lights
   std::optional<double> exposure;            ///< of .png, in powers of two; nothing: by the picture
   ToneCurve tone = ToneCurve::clamp;         ///< of .png
   std::string command_line;
   bool halves = false;
+  bool denoise = false;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path statistics_file;
   std::filesystem::path log_file;

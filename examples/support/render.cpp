@@ -18,7 +18,7 @@ Image image_of(const Picture& picture) {
 std::unique_ptr<SceneEngine> start(const BuiltScene& scene, const RenderRequest& request) {
   auto engine = std::make_unique<SceneEngine>(engines_for(scene, request), request.settings, request.candidates,
                                               request.expected_iterations, request.crop);
-  engine->keep_contributions(request.techniques || request.class_pictures);
+  engine->keep_contributions(request.keeps_contributions());
   return engine;
 }
 
@@ -49,11 +49,13 @@ RenderResult render(const BuiltScene& scene, const RenderRequest& request, Threa
                       image_of(rendered.half_a),
                       image_of(rendered.half_b),
                       {},
+                      {},
                       {}};
   for (const TechniquePicture& one : rendered.techniques)
     result.techniques.push_back({one.id, image_of(one.weighted), image_of(one.unweighted)});
   for (const ClassPicture& one : rendered.classes.classes)
     result.classes.classes.push_back({one.path_class, image_of(one.picture), one.contributions, one.cost});
+  for (const LightPicture& one : rendered.by_light) result.by_light.push_back({one.group, image_of(one.picture)});
   result.classes.unattributed_cost = rendered.classes.unattributed_cost;
   return result;
 }

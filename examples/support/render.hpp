@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "gmis/render/render_request.hpp"
@@ -42,6 +43,15 @@ struct ClassImage {
   double cost = 0;  ///< share of all counted operations, as `costs_of_classes` attributes them
 };
 
+/// The part of the image whose light comes from one light.
+struct LightImage {
+  std::uint16_t group = 0;  ///< `BvhScene::light_group`
+  Image image;
+};
+[[nodiscard]] inline std::string name_of_light(std::uint16_t group) {
+  return "light" + std::to_string(group);
+}
+
 struct PathClassResult {
   std::vector<ClassImage> classes;
   double unattributed_cost = 0;  ///< share of operations that nothing came of
@@ -54,6 +64,7 @@ struct RenderResult : RenderSummary {
   Image half_a, half_b;  ///< means of the odd and of the even iterations, when asked for
   std::vector<TechniqueImage> techniques;
   PathClassResult classes;
+  std::vector<LightImage> by_light;
 };
 
 [[nodiscard]] Image image_of(const Picture& picture);

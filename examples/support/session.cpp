@@ -81,6 +81,7 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   request.halves = options.halves;
   request.techniques = !options.techniques_folder.empty() || options.technique_layers;
   request.class_pictures = options.class_images;
+  request.light_pictures = options.light_layers;
   request.settings.path_classes = options.path_classes;
   if (options.class_images && !options.path_classes) request.settings.path_classes = PathClassSet::all();
   if (!options.crop) request.crop = scene.film_crop();
@@ -180,18 +181,19 @@ Image read_reference(const std::filesystem::path& file, const RenderRequest& req
   return reference;
 }
 
+std::filesystem::path file_beside(const std::filesystem::path& output, const char* suffix) {
+  auto file = output;
+  return file.replace_filename(output.stem().string() + suffix + output.extension().string());
+}
+
 void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves,
                   const ImageExtras& extras) {
   write_image(result.image, output, extras);
   if (!halves) return;
-  const auto beside = [&](const char* suffix) {
-    auto file = output;
-    return file.replace_filename(output.stem().string() + suffix + output.extension().string());
-  };
   ImageExtras of_halves = extras;
   of_halves.layers.clear();
-  write_image(result.half_a, beside("_a"), of_halves);
-  write_image(result.half_b, beside("_b"), of_halves);
+  write_image(result.half_a, file_beside(output, "_a"), of_halves);
+  write_image(result.half_b, file_beside(output, "_b"), of_halves);
 }
 
 std::filesystem::path class_folder(const std::filesystem::path& output) {
@@ -225,6 +227,7 @@ std::vector<ImageLayer> layers_of(const RenderResult& result, const Options& opt
       layers.push_back({std::string(gmis::name_of(one.path_class)), "RGB", one.image});
   if (options.technique_layers)
     for (const TechniqueImage& one : result.techniques) layers.push_back({file_name_of(one.id), "RGB", one.weighted});
+  for (const LightImage& one : result.by_light) layers.push_back({name_of_light(one.group), "RGB", one.image});
   return layers;
 }
 

@@ -49,6 +49,8 @@ struct LoadedScene {
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);
 
+/// The name of a file beside an output: its name with `suffix` before the ending.
+[[nodiscard]] std::filesystem::path file_beside(const std::filesystem::path& output, const char* suffix);
 /// Writes the image, and the halves beside it with `_a` and `_b` before the ending; layers go to
 /// the image alone.
 void write_output(const RenderResult& result, const std::filesystem::path& output, bool halves,
@@ -59,8 +61,8 @@ void write_output(const RenderResult& result, const std::filesystem::path& outpu
 /// them side by side: `sheet.png`. Images of other classes that an earlier run left there are
 /// removed.
 void write_classes(const RenderResult& result, const std::filesystem::path& folder);
-/// The layers of the picture's file that --aov asks for: its variance, the path classes, and
-/// NAME_sS_tT for every technique.
+/// The layers of the picture's file that --aov asks for: its variance, the path classes, NAME_sS_tT
+/// for every technique, and light0, light1 … for the lights.
 [[nodiscard]] std::vector<ImageLayer> layers_of(const RenderResult& result, const Options& options);
 /// Writes `FOLDER/NAME_sS_tT.exr` (.pfm where that cannot be written) and the same with
 /// `_unweighted` for every technique, and all of them side by side: `pyramid.png` and

@@ -242,6 +242,8 @@ std::string statistics_json(const RenderResult& result, const RunFacts& facts) {
                       {"limit", std::isfinite(options.max_rejected) ? Json(options.max_rejected) : Json(nullptr)},
                       {"paths", rejected_json(result.rejected_paths)}};
   if (options.class_images) json["classes"] = class_images_json(result);
+  for (const LightImage& one : result.by_light)
+    json["by_light"][name_of_light(one.group)] = {{"mean", mean_of(one.image)}};
   json["estimate"] = {{"mean", result.estimate.mean}};
   // One iteration says nothing about its own variance.
   const bool has_variance = result.iterations > 1;

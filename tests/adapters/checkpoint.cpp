@@ -27,7 +27,7 @@ gmis::RenderRequest request(bool with_pilot, std::uint32_t iterations = 9) {
   result.expected_iterations = 200 * iterations / 9;
   if (with_pilot) return result;
   result.candidates.clear();
-  result.techniques = result.class_pictures = true;
+  result.techniques = result.class_pictures = result.light_pictures = true;
   result.settings.path_classes = gmis::PathClassSet::all();
   return result;
 }
@@ -83,6 +83,9 @@ TEST_CASE("a run that goes on from any of its iterations has the bits of one tha
       REQUIRE(result.techniques.size() == whole.techniques.size());
       for (std::size_t i = 0; i < result.techniques.size(); ++i)
         CHECK(result.techniques[i].weighted.values == whole.techniques[i].weighted.values);
+      REQUIRE(result.by_light.size() == whole.by_light.size());
+      for (std::size_t i = 0; i < result.by_light.size(); ++i)
+        CHECK(result.by_light[i].picture.values == whole.by_light[i].picture.values);
       REQUIRE(result.classes.classes.size() == whole.classes.classes.size());
       for (std::size_t i = 0; i < result.classes.classes.size(); ++i)
         CHECK(result.classes.classes[i].picture.values == whole.classes.classes[i].picture.values);

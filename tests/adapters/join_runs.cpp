@@ -33,7 +33,7 @@ gmis::RenderRequest request(std::uint64_t seed, std::uint32_t iterations,
   result.settings.path_classes = gmis::PathClassSet::all();
   result.scene_name = "furnace";
   result.budget.iterations = iterations;
-  result.intervals = result.halves = result.techniques = result.class_pictures = true;
+  result.intervals = result.halves = result.techniques = result.class_pictures = result.light_pictures = true;
   return result;
 }
 
@@ -103,6 +103,9 @@ TEST_CASE("The picture of joined runs is the mean over the iterations of all") {
     check_mean(all.techniques[i].weighted.values, a.result.techniques[i].weighted.values,
                b.result.techniques[i].weighted.values, c.result.techniques[i].weighted.values, 9, 5, 2);
   }
+  REQUIRE(all.by_light.size() == 1);
+  check_mean(all.by_light[0].picture.values, a.result.by_light[0].picture.values, b.result.by_light[0].picture.values,
+             c.result.by_light[0].picture.values, 9, 5, 2);
   REQUIRE(all.classes.classes.size() == a.result.classes.classes.size());
   for (std::size_t i = 0; i < all.classes.classes.size(); ++i) {
     check_mean(all.classes.classes[i].picture.values, a.result.classes.classes[i].picture.values,
@@ -191,7 +194,7 @@ TEST_CASE("The error of two joined runs agrees with that of one run of all their
       const std::uint64_t first = ++seed, second = ++seed, third = ++seed;
       auto of = [&](std::uint64_t number, std::uint32_t iterations) {
         gmis::RenderRequest plain = request(number, iterations, sampler);
-        plain.halves = plain.techniques = plain.class_pictures = false;
+        plain.halves = plain.techniques = plain.class_pictures = plain.light_pictures = false;
         plain.settings.path_classes.reset();
         return plain;
       };

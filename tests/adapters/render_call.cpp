@@ -176,9 +176,9 @@ TEST_CASE("in double, and with the counts that a pilot chooses, the furnace has 
   CHECK(standard_error < 0.2 * expected);
 }
 
-TEST_CASE("pictures of techniques and of path classes add up to the picture") {
+TEST_CASE("pictures of techniques, path classes and lights add up to the picture") {
   gmis::RenderRequest kept = request(4);
-  kept.techniques = kept.class_pictures = true;
+  kept.techniques = kept.class_pictures = kept.light_pictures = true;
   kept.settings.path_classes = gmis::PathClassSet::all();
   kept.crop = gmis::PixelBounds{{2, 3}, {9, 8}};
   gmis::SerialExecutor executor;
@@ -186,6 +186,7 @@ TEST_CASE("pictures of techniques and of path classes add up to the picture") {
   CHECK(result.picture.size == glm::ivec2(7, 5));
   CHECK(result.techniques.size() >= 8);
   REQUIRE_FALSE(result.classes.classes.empty());
+  REQUIRE(result.by_light.size() == 1);  // the scene has no groups
   for (int y = 0; y < 5; ++y)
     for (int x = 0; x < 7; ++x) {
       double techniques = 0, classes = 0;
@@ -194,6 +195,7 @@ TEST_CASE("pictures of techniques and of path classes add up to the picture") {
       // Rounding of sums of at most 4 iterations with some 50 contributions, in float.
       CHECK(techniques == Approx(result.picture.at(x, y, 0)).epsilon(1e-4));
       CHECK(classes == Approx(result.picture.at(x, y, 0)).epsilon(1e-4));
+      CHECK(result.by_light[0].picture.at(x, y, 0) == Approx(result.picture.at(x, y, 0)).epsilon(1e-4));
     }
   double cost = result.classes.unattributed_cost;
   for (const auto& one : result.classes.classes) cost += one.cost;

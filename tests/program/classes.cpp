@@ -15,6 +15,7 @@
 #include "support/pbrt/reader.hpp"
 #include "support/render.hpp"
 #include "support/seed.hpp"
+#include "support/session.hpp"
 #include "support/technique_sheet.hpp"
 
 // The images of path classes. Contributions are classified anew from the events of replayed paths,
@@ -282,6 +283,79 @@ LightSource "infinite" "rgb L" [1 1 1]
   CHECK(names_of("Material \"conductor\" \"float roughness\" [0]\n", "") == Names{"LE", "LS+E"});
   CHECK(names_of("Material \"conductor\" \"float roughness\" [0.3]\n", "--integrator pt") == Names{"LE", "LGE"});
   CHECK(names_of("Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n", "--effects no-emission") == Names{"LDE"});
+}
+
+TEST_CASE("A picture by light holds that light alone, and all of them add up to the picture") {
+  // Each light has a channel of its own, nothing else has a colour: what is in a wrong picture
+  // shows.
+  const auto lights = [](const std::string& third) {
+    return R"(
+LookAt 0 0 -3.4  0 0 0  0 1 0
+Camera "perspective" "float fov" [50]
+Film "rgb" "integer xresolution" [16] "integer yresolution" [16]
+WorldBegin
+)" + third +
+           R"(
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [9 0 0]
+  Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-0.3 0.9 -0.3 0.3 0.9 -0.3 0.3 0.9 0.3 -0.3 0.9 0.3]
+AttributeEnd
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [0 9 0]
+  Translate -0.6 0 0.2
+  Shape "sphere" "float radius" [0.15]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [0.6 0.6 0.6]
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point3 P" [-1 -1 -1 1 -1 -1 1 -1 1 -1 -1 1]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1 -1 1 1 -1 1 1 1 1 -1 1 1]
+AttributeBegin
+  Material "dielectric" "float eta" [1.5]
+  Translate 0.4 -0.5 -0.2
+  Shape "sphere" "float radius" [0.35]
+AttributeEnd
+Material "conductor" "float roughness" [0.1] "rgb reflectance" [0.9 0.9 0.9]
+Translate -0.4 -0.6 0.2
+Shape "sphere" "float radius" [0.35]
+)";
+  };
+  const std::string point = "LightSource \"point\" \"rgb I\" [0 0 1] \"point3 from\" [0.5 0.9 -0.5]";
+  const std::string sky = "LightSource \"infinite\" \"rgb L\" [0 0 0.5]";
+  using gmis::Technique;
+  for (const std::string& third : {point, sky})
+    for (const IntegratorChoice integrator : {IntegratorChoice::pt, IntegratorChoice::lt, IntegratorChoice::bpt,
+                                              IntegratorChoice::vcm, IntegratorChoice::gmis}) {
+      CAPTURE(third, name_of(integrator));
+      const ScratchFolder folder;
+      std::ofstream(folder / "s.pbrt") << lights(third);
+      const LoadedScene loaded = load_scene(folder / "s.pbrt", {});
+      Options options;
+      options.integrator = integrator;
+      options.light_layers = options.technique_layers = true;
+      options.iterations = 4;
+      options.seed = gmis_test::seed(31);
+      options.split = integrator == IntegratorChoice::gmis ? SplitChoice::budgeted : SplitChoice::none;
+      RenderRequest request = request_of(options, *loaded.built);
+      request.candidates.clear();
+      ThreadedExecutor executor(1);
+      const RenderResult result = render(*loaded.built, request, executor);
+      REQUIRE(result.by_light.size() == 3);
+      for (std::size_t light = 0; light < 3; ++light) {
+        const LightImage& one = result.by_light[light];
+        CHECK(one.group == light);
+        double sum = 0;
+        for (std::size_t i = 0; i < one.image.rgb.size(); ++i) {
+          const float expected = i % 3 == light ? result.image.rgb[i] : 0.0F;
+          REQUIRE(one.image.rgb[i] == Approx(expected).epsilon(1e-5).margin(i % 3 == light ? 1e-7 : 0));
+          sum += static_cast<double>(expected);
+        }
+        CHECK(sum > 0);
+      }
+      // All techniques of the integrator have made a part.
+      std::set<Technique> techniques;
+      for (const TechniqueImage& one : result.techniques) techniques.insert(one.id.technique);
+      for (const Technique technique : gmis::all_techniques)
+        CHECK(techniques.count(technique) == (request.settings.counts.has(technique) ? 1 : 0));
+    }
 }
 
 TEST_CASE("The sheet has a cell for every class") {

@@ -2,6 +2,7 @@
 
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/light_groups.hpp"
 #include "gmis/core/transmittance.hpp"
 
 namespace gmis {
@@ -42,6 +43,10 @@ class SceneLike {
     return scene_.receiver_choice();
   }
   [[nodiscard]] decltype(auto) infinite_lights() const { return scene_.infinite_lights(); }
+  /// The group of the light, for pictures by light.
+  [[nodiscard]] std::uint16_t light_group(const Light& light) const requires SceneWithLightGroups<Sc> {
+    return scene_.light_group(light);
+  }
   [[nodiscard]] const Camera& camera() const { return scene_.camera(); }
   /// The effects that the scene states, where it states them.
   [[nodiscard]] Effects effects() const requires SceneWithEffects<Sc> { return scene_.effects(); }

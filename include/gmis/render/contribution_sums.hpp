@@ -14,7 +14,8 @@
 #include "gmis/transport/state/pixel_bounds.hpp"
 
 /// \file
-/// Sums of contributions over iterations, for a picture of each technique and of each path class.
+/// Sums of contributions over iterations, for a picture of each technique, of each path class and
+/// of each group of lights.
 
 namespace gmis {
 
@@ -42,6 +43,15 @@ class CropSums {
     const int x = static_cast<int>(pixel % static_cast<std::uint32_t>(width_)) - crop_.lower.x;
     const int y = static_cast<int>(pixel / static_cast<std::uint32_t>(width_)) - crop_.lower.y;
     return static_cast<std::size_t>(y * (crop_.upper.x - crop_.lower.x) + x) * static_cast<std::size_t>(channels_);
+  }
+  /// Adds a weighted contribution to a sum over the crop; to none there, zeros are made first.
+  template <Spectrum S>
+  void add(std::vector<double>& sum, const Contribution<S>& contribution) const {
+    if (sum.empty()) sum = zeros();
+    const std::size_t first = place_of(contribution.pixel);
+    for (int c = 0; c < channels_; ++c)
+      sum[first + static_cast<std::size_t>(c)] +=
+          static_cast<double>(SpectrumTraits<S>::channel(contribution.value, c) * contribution.weight);
   }
   [[nodiscard]] Picture mean_of(const std::vector<double>& sum, std::uint32_t iterations) const {
     Picture picture(crop_.upper - crop_.lower, channels_);
@@ -136,12 +146,7 @@ class ClassSums {
     const auto number = static_cast<std::size_t>(contribution.id.path_class);
     if (number >= path_class_count) return;  // paths are not classified
     work_[number].add(contribution.id);
-    std::vector<double>& sum = sums_[number];
-    if (sum.empty()) sum = crop_.zeros();
-    const std::size_t first = crop_.place_of(contribution.pixel);
-    for (int c = 0; c < SpectrumTraits<S>::channel_count; ++c)
-      sum[first + static_cast<std::size_t>(c)] +=
-          static_cast<double>(SpectrumTraits<S>::channel(contribution.value, c) * contribution.weight);
+    crop_.add(sums_[number], contribution);
   }
 
   /// Adds the sums of another run of the same size.
@@ -178,6 +183,40 @@ class ClassSums {
   detail::CropSums crop_;
   std::array<std::vector<double>, path_class_count> sums_;
   std::array<ClassWork, path_class_count> work_{};
+};
+
+/// Sums of the contributions of each group of lights, over all iterations.
+template <Spectrum S>
+class LightSums {
+ public:
+  /// `resolution`: of the frame that contributions name pixels of.
+  LightSums(glm::ivec2 resolution, const PixelBounds& crop)
+      : crop_(resolution, crop, SpectrumTraits<S>::channel_count) {}
+
+  /// Adds one contribution to its picture.
+  void add(const Contribution<S>& contribution) { crop_.add(sums_[contribution.id.light_group], contribution); }
+
+  /// Adds the sums of another run of the same size.
+  void join(const LightSums& other) {
+    for (const auto& [group, sum] : other.sums_) detail::add_values(sums_[group], sum);
+  }
+
+  /// The groups that had any contribution, in the order of their numbers.
+  GMIS_RARE [[nodiscard]] std::vector<LightPicture> means(std::uint32_t iterations) const {
+    std::vector<LightPicture> result;
+    for (const auto& [group, sum] : sums_) result.push_back({group, crop_.mean_of(sum, iterations)});
+    return result;
+  }
+
+  /// The state for a later run (`core/state_archive.hpp`).
+  template <class Archive>
+  void exchange_state(Archive& archive) {
+    archive(sums_);
+  }
+
+ private:
+  detail::CropSums crop_;
+  std::map<std::uint16_t, std::vector<double>> sums_;
 };
 
 }  // namespace gmis

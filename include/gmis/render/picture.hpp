@@ -72,4 +72,11 @@ struct ClassPicture {
   double cost = 0.0;  ///< share of all counted operations, as `costs_of_classes` attributes them
 };
 
+/// The part of the picture whose light comes from one group of lights. A picture under other lights
+/// is a sum of such parts, each times what its lights change by.
+struct LightPicture {
+  std::uint16_t group = 0;  ///< `light_group` of the scene
+  Picture picture;          ///< the mean of the iterations
+};
+
 }  // namespace gmis

@@ -62,6 +62,12 @@ struct RenderRequest {
   bool halves = false;          ///< the means of the odd and of the even iterations
   bool techniques = false;      ///< a picture of each technique
   bool class_pictures = false;  ///< a picture of each of `settings.path_classes`
+  bool light_pictures = false;  ///< a picture of each group of lights, in a `SceneWithLightGroups`
+  /// True when one of the three kinds of pictures is asked for that are made of single
+  /// contributions.
+  [[nodiscard]] constexpr bool keeps_contributions() const noexcept {
+    return techniques || class_pictures || light_pictures;
+  }
 
   /// The true picture, laid out like `Picture::values` of the crop, for the errors in the log. It
   /// must outlive the run.

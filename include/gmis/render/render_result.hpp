@@ -55,6 +55,7 @@ struct RenderResult : RenderSummary {
   Picture half_b;                            ///< with `RenderRequest::halves`: mean of iterations 2, 4, 6 …
   std::vector<TechniquePicture> techniques;  ///< with `RenderRequest::techniques`
   ClassPictures classes;                     ///< with `RenderRequest::class_pictures`
+  std::vector<LightPicture> by_light;        ///< with `RenderRequest::light_pictures`
 };
 
 }  // namespace gmis

@@ -167,7 +167,7 @@ class RenderRun {
   }
   GMIS_RARE void make_engine() {
     engine_.emplace(maker_, request_.settings, request_.candidates, request_.expected_iterations, request_.crop);
-    engine_->keep_contributions(request_.techniques || request_.class_pictures);
+    engine_->keep_contributions(request_.keeps_contributions());
   }
   /// The record comes first, which `join_runs` reads without the rest.
   template <class Archive>
@@ -253,8 +253,8 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
   request_.budget = ranks.of_first(request_.budget);
   request_.rejection_limit = ranks.of_first(request_.rejection_limit);
   request_.expected_iterations = ranks.of_first(request_.expected_iterations);
-  require_argument(ranks.count() == 1 || !(request_.techniques || request_.class_pictures),
-                   "several ranks make no pictures of techniques and of path classes: render those with one");
+  require_argument(ranks.count() == 1 || !request_.keeps_contributions(),
+                   "several ranks make no pictures of techniques, path classes and lights: render those with one");
   if (!ranks.is_first()) {
     request_.on_iteration = {};
     request_.on_forecast = {};
@@ -275,8 +275,8 @@ void RenderRun<S_>::prepare_part() {
   require_argument(part.first >= 1 && part.first <= part.last && part.last <= part.of,
                    "a part of a run needs 1 <= first <= last <= of");
   require_argument(request_.ranks.count() == 1, "a part of a run is rendered by one rank");
-  require_argument(!request_.techniques && !request_.class_pictures,
-                   "a part of a run keeps no pictures of techniques and of path classes");
+  require_argument(!request_.keeps_contributions(),
+                   "a part of a run keeps no pictures of techniques, path classes and lights");
   require_argument(
       request_.candidates.size() < 2 || std::none_of(request_.candidates.begin(), request_.candidates.end(),
                                                      [](const SampleCounts& one) { return one.has(Technique::merge); }),
@@ -406,10 +406,11 @@ void RenderRun<S_>::take(const IterationResult<S>& iteration, double wall_second
                             {iteration.frame.begin(), iteration.frame.end()},
                             {iteration.merging_change.begin(), iteration.merging_change.end()},
                             engine.radius()});
-    if (request_.techniques || request_.class_pictures)
+    if (request_.keeps_contributions())
       engine.for_each_contribution([&](const Contribution<S>& contribution) {
         if (request_.techniques) made_.techniques.add(contribution);
         if (request_.class_pictures) made_.classes.add(contribution);
+        if (request_.light_pictures) made_.by_light.add(contribution);
       });
   }
   made_.counters = engine_->counters();  // of whole iterations only

@@ -123,7 +123,7 @@ GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& requ
   identity.add("the set of candidates", candidates);
   identity.add("what is kept", std::to_string(request.intervals || request.budget.relative_error) +
                                    std::to_string(request.halves) + std::to_string(request.techniques) +
-                                   std::to_string(request.class_pictures));
+                                   std::to_string(request.class_pictures) + std::to_string(request.light_pictures));
   identity.add(RunIdentity::part, request.part ? std::to_string(request.part->first) + " to " +
                                                      std::to_string(request.part->last) + " of " +
                                                      std::to_string(request.part->of)

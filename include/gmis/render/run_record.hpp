@@ -41,6 +41,7 @@ struct RunRecord : PixelSums<S> {
 
   TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
   ClassSums<S> classes;                      ///< empty sums unless they are asked for
+  LightSums<S> by_light;                     ///< empty sums unless they are asked for
   MergingGain gain;                          ///< what makes up for the bias of the mean
   double disks = 0.0;                        ///< sum of the squared merging radii of all iterations, in scene units
   ConvergenceLog log;                        ///< error and time so far
@@ -69,7 +70,8 @@ struct RunRecord : PixelSums<S> {
   RunRecord(const RenderRequest& request, glm::ivec2 resolution, const PixelBounds& bounds)
       : PixelSums<S>(request, bounds.upper - bounds.lower),
         techniques(resolution, bounds),
-        classes(resolution, bounds) {}
+        classes(resolution, bounds),
+        by_light(resolution, bounds) {}
 
   /// Adds an iteration that had this merging radius and gain. `pixel_count`: of the whole picture.
   void add(const IterationResult<S>& iteration, std::size_t pixel_count, double radius_of_disk,
@@ -87,7 +89,7 @@ struct RunRecord : PixelSums<S> {
   /// same request.
   template <class Archive>
   void exchange_state(Archive& archive) {
-    archive(film, techniques, classes, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
+    archive(film, techniques, classes, by_light, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
             film_seconds, counts, choice, lights, forecast, expected_law, merging, gain, disks, radius, photon_bytes,
             part, kept);
     // The request, which is the same, says whether these are there.
@@ -130,6 +132,7 @@ struct RunRecord : PixelSums<S> {
     if (batches) batches->join(*other.batches);
     techniques.join(other.techniques);
     classes.join(other.classes);
+    by_light.join(other.by_light);
     double pilot_cost = 0.0;
     std::uint32_t pilot_iterations = 0;
     for (const std::optional<Choice>* one : std::array<const std::optional<Choice>*, 2>{&choice, &other.choice})
@@ -176,6 +179,7 @@ struct RunRecord : PixelSums<S> {
     }
     if (request.techniques) result.techniques = techniques.means(state.iterations);
     if (request.class_pictures) result.classes = classes.means(state.iterations, counters, light_work);
+    if (request.light_pictures) result.by_light = by_light.means(state.iterations);
     if (film.pixel_count() > 0) result.estimate = estimate_of(film);
     // The film takes iterations for independent.
     if (request.settings.sampler == Sampler::sobol) {

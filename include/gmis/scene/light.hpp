@@ -195,6 +195,10 @@ class Light {
   /// Called by the scene once all lights are known.
   void set_selection_probability(T probability) noexcept { selection_probability_ = probability; }
 
+  /// The group that this light belongs to, for pictures by light; the scene sets it.
+  [[nodiscard]] std::uint16_t group() const noexcept { return group_; }
+  void set_group(std::uint16_t group) noexcept { group_ = group; }
+
   /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light
   /// there or coincides with `from`.
   [[nodiscard]] std::optional<NextEventSample<Spectrum>> sample_next_event(const Point& from,
@@ -501,6 +505,7 @@ class Light {
 
   Kind kind_;
   bool is_two_sided_ = false;
+  std::uint16_t group_ = 0;
   Spectrum emission_;  ///< radiance (of a pattern: about its mean), intensity or irradiance
   Vec3<T> origin_{};   ///< first corner, centre, position, or centre of the bounding ball
   Vec3<T> normal_{};   ///< normal of a triangle, or direction towards a directional light

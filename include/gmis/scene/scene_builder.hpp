@@ -430,6 +430,11 @@ class SceneBuilder {
     }
 
     while (groups.size() < lights.size()) groups.push_back(surfaces_.size() + groups.size());
+    std::uint16_t group = 0;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      if (i > 0 && groups[i] != groups[i - 1] && group + 1 < Scene::most_light_groups) ++group;
+      lights[i].set_group(group);
+    }
     std::vector<double> powers = powers_towards(shapes.receivers, lights);
     keep_local_lights(lights, powers);
     choose_lights_by(scene, powers, groups);

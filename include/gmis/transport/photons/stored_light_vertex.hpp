@@ -59,7 +59,8 @@ class StoredLightVertex {
         to_prev(vertex.to_prev),
         throughput(vertex.throughput),
         weights_(vertex.weights) {
-    const Rest rest{vertex.depth, vertex.is_photon, vertex.path};
+    const Rest rest{static_cast<unsigned>(vertex.depth) & 0x1ffU, vertex.is_photon ? 1U : 0U,
+                    static_cast<unsigned>(vertex.path.number()) & 0x3fU, vertex.light_group};
     if constexpr (keeps_tag)
       rest_ = rest;
     else
@@ -75,17 +76,22 @@ class StoredLightVertex {
   }
   [[nodiscard]] constexpr decltype(auto) weights() const noexcept { return weights_.sums(); }
   // As the members of `LightVertex`.
-  [[nodiscard]] constexpr std::int16_t depth() const noexcept { return rest().depth; }
-  [[nodiscard]] constexpr bool is_photon() const noexcept { return rest().is_photon; }
-  [[nodiscard]] constexpr HalfPath path() const noexcept { return rest().path; }
+  [[nodiscard]] constexpr std::int16_t depth() const noexcept { return static_cast<std::int16_t>(rest().depth); }
+  [[nodiscard]] constexpr bool is_photon() const noexcept { return rest().is_photon != 0; }
+  [[nodiscard]] constexpr HalfPath path() const noexcept { return HalfPath::with_number(rest().path); }
+  [[nodiscard]] constexpr std::uint16_t light_group() const noexcept {
+    return static_cast<std::uint16_t>(rest().light_group);
+  }
 
  private:
   static constexpr bool keeps_tag = SceneWithAbsorptionBetween<Sc>;
   struct Rest {
-    std::int16_t depth;
-    bool is_photon;
-    HalfPath path;
+    std::uint32_t depth : 9;  // at most 256
+    std::uint32_t is_photon : 1;
+    std::uint32_t path : 6;  // HalfPath::number()
+    std::uint32_t light_group : 16;
   };
+  static_assert(HalfPath::state_count <= 64);
   struct Nothing {};
   [[nodiscard]] constexpr Rest rest() const noexcept {
     if constexpr (keeps_tag)

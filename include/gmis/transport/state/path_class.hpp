@@ -191,6 +191,10 @@ class HalfPath {
   friend constexpr bool operator==(HalfPath, HalfPath) = default;
   /// A number below `state_count` that identifies the summary.
   [[nodiscard]] constexpr std::size_t number() const noexcept { return bits_; }
+  /// The summary with this number.
+  [[nodiscard]] static constexpr HalfPath with_number(std::size_t number) noexcept {
+    return HalfPath(static_cast<unsigned>(number));
+  }
 
  private:
   enum : unsigned { count_mask = 3, starts_specular = 4, ends_specular = 8, specular_between = 16, is_glossy = 32 };

@@ -16,12 +16,14 @@ inline constexpr std::array<Technique, technique_count> all_techniques{
     Technique::emitter_hit, Technique::next_event, Technique::connect, Technique::splat, Technique::merge};
 
 /// The technique that made a path of `s` light and `t` camera vertices. A merged vertex counts on
-/// both sides. `path_class` is known only when `RenderSettings::path_classes` is set.
+/// both sides. `path_class` is known only when `RenderSettings::path_classes` is set, `light_group`
+/// only in a `SceneWithLightGroups`.
 struct TechniqueId {
   Technique technique;                             ///< which way
   std::int16_t s;                                  ///< light vertices
   std::int16_t t;                                  ///< camera vertices
   PathClass path_class = PathClass::unclassified;  ///< class of the path, where it is known
+  std::uint16_t light_group = 0;                   ///< of the light that the path comes from, where it is known
 };
 
 /// The counts that weights use: κ, the expected number of samples of a technique at one place of a

@@ -23,6 +23,7 @@ struct LightVertex {
   NominalChildren<T> children;  ///< c here: `forward` of a light subpath, `reverse` of a camera subpath
   std::int16_t depth;           ///< edges from the light
   bool is_photon;               ///< merging gathers it: s(x_{i−1}) = 1 (docs/weights.md)
+  std::uint16_t light_group;    ///< of the light that the subpath starts from
   HalfPath path{};              ///< the events before this vertex
 };
 

@@ -102,7 +102,7 @@ struct Connect {
     const auto weight = context.recursion.connect(light.weights(), light_end, vertex.weights, camera_end);
     output.on_light_vertex(light);
     output.add({Technique::connect, static_cast<std::int16_t>(light.depth() + 1),
-                static_cast<std::int16_t>(vertex.depth + 1), path_class},
+                static_cast<std::int16_t>(vertex.depth + 1), path_class, light.light_group()},
                value, weight);
   }
 };

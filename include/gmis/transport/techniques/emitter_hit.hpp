@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/light_groups.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
 #include "gmis/transport/state/path_output.hpp"
 
@@ -38,7 +39,8 @@ struct EmitterHit {
     if (!is_kept) return;
     const auto emitted = light.emitted(origin, direction);
     if (is_black(emitted.radiance)) return;
-    const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1), path_class};
+    const TechniqueId id{Technique::emitter_hit, 0, static_cast<std::int16_t>(depth + 1), path_class,
+                         light_group_of(context.scene, light)};
     if (depth == 1) {  // k = 1: no other technique makes the path, weight 1
       output.add(id, throughput * emitted.radiance, context.recursion.seen_directly());
       return;

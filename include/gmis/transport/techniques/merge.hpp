@@ -58,7 +58,7 @@ struct Merge {
       const Vec3<T> offset = point.position - light.point.position;
       output.on_merge(glm::dot(offset, offset) * context.photons.inverse_radius_squared);
       output.add({Technique::merge, static_cast<std::int16_t>(light.depth() + 1),
-                  static_cast<std::int16_t>(vertex.depth + 1), path_class},
+                  static_cast<std::int16_t>(vertex.depth + 1), path_class, light.light_group()},
                  value, weight);
     });
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/light_groups.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/transmittance.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
@@ -42,7 +43,8 @@ struct NextEvent {
                                            : segment(point, sample->origin, sample->to_light)))
       return;
 
-    const TechniqueId id{Technique::next_event, 1, static_cast<std::int16_t>(vertex.depth + 1), path_class};
+    const TechniqueId id{Technique::next_event, 1, static_cast<std::int16_t>(vertex.depth + 1), path_class,
+                         light_group_of(context.scene, *choice.light)};
     if (!is_usable_density(sample->next_event_density)) [[unlikely]] {
       output.reject(RejectionCause::zero_pdf, id);
       return;

@@ -58,7 +58,8 @@ struct Splat {
                                                                 .density = camera_density});
     ++output.counters().splats;
     output.add_splat(static_cast<std::uint32_t>(pixel),
-                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class}, value, weight);
+                     {Technique::splat, static_cast<std::int16_t>(light.depth + 1), 1, path_class, light.light_group},
+                     value, weight);
   }
 };
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/light_groups.hpp"
 #include "gmis/core/transmittance.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
 #include "gmis/transport/state/first_hit.hpp"
@@ -121,6 +122,7 @@ class LightSubpath {
                         context_.children_of_light_vertex(hit.bsdf),
                         1,
                         context_.lights_make_photons(),
+                        light_group_of(context_.scene, *choice.light),
                         {}};
     output_.on_vertex(Step<S>{emission.direction, emission.weight, first, T(0), false}, density, vertex, vertex.point);
     return vertex;
