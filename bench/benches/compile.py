@@ -11,6 +11,7 @@ Writes the table in docs/your-renderer.md.
   --keep         keeps the text of all programs
 """
 
+import concurrent.futures
 import dataclasses
 import json
 import os
@@ -71,7 +72,7 @@ def compiled(command, output, runs):
 
 
 def measure(options, compiler, program, runs):
-    return compiled([compiler, *FLAGS, "-c", program.source], options.out / "program.o", runs)
+    return compiled([compiler, *FLAGS, "-c", program.source], options.out / f"{pathlib.Path(program.source).stem}.o", runs)
 
 
 def measure_whole(options, compiler):
@@ -110,10 +111,10 @@ def check(options):
         print(f"compile: the figures kept are those of {compiler}, this is {compiler_name()}: not compared", file=sys.stderr)
         return 0
     has_grown = False
-    for program in filter(is_there, PROGRAMS):
-        if not program.is_checked:
-            continue
-        seconds, _, text = measure(options, os.environ.get("CXX", "g++"), program, 1)
+    programs = [program for program in PROGRAMS if program.is_checked and is_there(program)]
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as threads:
+        measured = list(threads.map(lambda program: measure(options, os.environ.get("CXX", "g++"), program, 1), programs))
+    for program, (seconds, _, text) in zip(programs, measured):
         before = kept.get(program.name)
         grown = before is None or text > LIMIT * before
         has_grown |= grown

@@ -17,6 +17,8 @@ between runs of 3 and of 1 iterations, so that reading the scene and building it
   --keep         counts them and keeps the figures
 """
 
+import concurrent.futures
+import os
 import pathlib
 import statistics
 import sys
@@ -65,9 +67,17 @@ def how(integrator):
 
 
 def small_figures(program):
-    for scene in SCENES:
-        for integrator in INTEGRATORS:
-            yield f"{scene} {integrator}", instructions_between(lambda n: [program, f"{REFERENCE}/{scene}.pbrt", integrator, n, 48], 1, 2) / 1e6
+    """(case, figure), in order; as many at a time as there are processors, for instructions do not
+    depend on who else runs."""
+    cases = [(scene, integrator) for scene in SCENES for integrator in INTEGRATORS]
+
+    def count(case):
+        scene, integrator = case
+        return instructions_between(lambda n: [program, f"{REFERENCE}/{scene}.pbrt", integrator, n, 48], 1, 2) / 1e6
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as threads:
+        for case, figure in zip(cases, threads.map(count, cases)):
+            yield " ".join(case), figure
 
 
 def keep(program):

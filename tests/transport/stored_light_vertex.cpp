@@ -42,6 +42,10 @@ TEST_CASE("a light vertex that is kept has all that it had", "[light vertices]")
                                                make_coated_diffuse({.5, .5, .4}, 1.5, .1),
                                                make_dielectric(1.5, .3),
                                                make_diffuse_transmission({.4, .3, .2}, {.1, .2, .3})};
+  const HalfPath scattered = HalfPath().then(PathEvent::glossy).then(PathEvent::specular).then(PathEvent::glossy);
+  const std::vector<HalfPath> paths{HalfPath(), HalfPath().then(PathEvent::specular),
+                                    HalfPath().then(PathEvent::diffuse), scattered,
+                                    scattered.then(PathEvent::specular)};
   int compared = 0;
   for (const auto& material : materials)
     for (int i = 0; i < 200; ++i) {
@@ -56,9 +60,10 @@ TEST_CASE("a light vertex that is kept has all that it had", "[light vertices]")
                           Vec3<float>(uniform<float>(source)),
                           {vertex_sum, i % 5 == 0 ? Extended<float>() : vertex_sum * vertex_sum},
                           {0.5F, 0.25F},
-                          static_cast<std::int16_t>(1 + i),
+                          static_cast<std::int16_t>(57 + i),  // up to 256
                           i % 2 == 1,
-                          HalfPath().then(PathEvent::specular)};
+                          static_cast<std::uint16_t>(65535 - 300 * i),
+                          paths[static_cast<std::size_t>(i) % paths.size()]};
       const Stored kept(vertex);
       CHECK(kept.point.position == vertex.point.position);
       CHECK(kept.point.geometric_normal == normal);
@@ -69,6 +74,7 @@ TEST_CASE("a light vertex that is kept has all that it had", "[light vertices]")
       CHECK(kept.depth() == vertex.depth);
       CHECK(kept.is_photon() == vertex.is_photon);
       CHECK(kept.path() == vertex.path);
+      CHECK(kept.light_group() == vertex.light_group);
       for (const auto part : {&PartialWeights<float>::shared, &PartialWeights<float>::chain}) {
         CHECK((kept.weights().*part).mantissa() == (vertex.weights.*part).mantissa());
         CHECK((kept.weights().*part).exponent() == (vertex.weights.*part).exponent());
