@@ -56,6 +56,7 @@ TEST_CASE("what an adapter leaves out is listed, with what it costs") {
   const theirs::World world = theirs::make_world(8, 6);
   const std::string other = gmis::explain(adapter::Scene(world));
   CHECK(other.find("effects()") == std::string::npos);
+  CHECK(other.find("light_group(light) is missing") != std::string::npos);
   CHECK(other.find("BsdfWithLobes") != std::string::npos);
   CHECK(other.find("is_glossy() is missing") != std::string::npos);
 }

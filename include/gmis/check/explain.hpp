@@ -5,6 +5,7 @@
 #include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/effects.hpp"
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/light_groups.hpp"
 #include "gmis/transport/state/path_class.hpp"
 
 namespace gmis {
@@ -29,6 +30,8 @@ template <Scene Sc>
     text +=
         "Scene::sample_light(from, u) and selection_probability(light, from) are missing: next events choose lights "
         "without regard to their receiver, which makes more noise with many lights of which each reaches little\n";
+  if constexpr (!SceneWithLightGroups<Sc>)
+    text += "Scene::light_group(light) is missing: all lights are one in RenderRequest::light_pictures\n";
   if constexpr (!BsdfWithLobes<B>)
     text +=
         "Bsdf names no lobes (BsdfWithLobes): a light tree that splits draws its children from sample() alone, with "

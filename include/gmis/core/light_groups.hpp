@@ -20,10 +20,13 @@ concept SceneWithLightGroups = Scene<S> && requires(const S& scene, const typena
 template <Scene Sc>
 [[nodiscard]] constexpr std::uint16_t light_group_of([[maybe_unused]] const Sc& scene,
                                                      [[maybe_unused]] const typename Sc::Light& light) noexcept {
-  if constexpr (SceneWithLightGroups<Sc>)
+  if constexpr (SceneWithLightGroups<Sc>) {
     return scene.light_group(light);
-  else
+  } else {
+    static_assert(
+        !requires { scene.light_group(light); }, "light_group(light) must return std::uint16_t");
     return 0;
+  }
 }
 
 }  // namespace gmis
