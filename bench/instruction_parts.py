@@ -9,7 +9,7 @@ import pathlib
 import re
 
 import callgrind
-from measuring import Table
+from measuring import Table, in_parallel
 
 PROGRAM = "the program itself"
 SIZE = 64
@@ -53,7 +53,7 @@ def table(program):
     lines = [line.split("\t") for line in pathlib.Path("bench/instruction_parts.txt").read_text(encoding="utf-8").splitlines()]
     head = next(words[1:] for words in lines if words[0] == "# part")
     before = {words[0]: words[1:] for words in lines if not words[0].startswith("#")}
-    now = [parts_of(program, *case.split()) for case in head]
+    now = [column for _, column in in_parallel(lambda case: parts_of(program, *case.split()), head)]
     result = Table("part", *(f"{case}, {when}" for case in head for when in ("before", "now")), numbers_from=1)
     for part in now[0]:
         result.add(part, *(cell for old, column in zip(before[part], now) for cell in (old, f"{column[part]:.0f}")))

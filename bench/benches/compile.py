@@ -11,7 +11,6 @@ Writes the table in docs/your-renderer.md.
   --keep         keeps the text of all programs
 """
 
-import concurrent.futures
 import dataclasses
 import json
 import os
@@ -22,7 +21,7 @@ import shutil
 import subprocess
 import sys
 
-from measuring import Table, compiler_name, processor_cost, publish
+from measuring import Table, compiler_name, in_parallel, processor_cost, publish
 
 DOCUMENT = "docs/your-renderer.md"
 KEPT = pathlib.Path("bench/compile.txt")
@@ -112,9 +111,7 @@ def check(options):
         return 0
     has_grown = False
     programs = [program for program in PROGRAMS if program.is_checked and is_there(program)]
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as threads:
-        measured = list(threads.map(lambda program: measure(options, os.environ.get("CXX", "g++"), program, 1), programs))
-    for program, (seconds, _, text) in zip(programs, measured):
+    for program, (seconds, _, text) in in_parallel(lambda program: measure(options, os.environ.get("CXX", "g++"), program, 1), programs):
         before = kept.get(program.name)
         grown = before is None or text > LIMIT * before
         has_grown |= grown

@@ -17,14 +17,12 @@ between runs of 3 and of 1 iterations, so that reading the scene and building it
   --keep         counts them and keeps the figures
 """
 
-import concurrent.futures
-import os
 import pathlib
 import statistics
 import sys
 
 import instruction_parts
-from measuring import Table, build, compiler_name, has_avx2, instructions_between, publish, render
+from measuring import Table, build, compiler_name, has_avx2, in_parallel, instructions_between, publish, render
 
 OPTIONS = {"seeds": 8}
 DOCUMENT = "docs/smallvcm.md"
@@ -67,17 +65,15 @@ def how(integrator):
 
 
 def small_figures(program):
-    """(case, figure), in order; as many at a time as there are processors, for instructions do not
-    depend on who else runs."""
+    """(case, figure), in order."""
     cases = [(scene, integrator) for scene in SCENES for integrator in INTEGRATORS]
 
     def count(case):
         scene, integrator = case
         return instructions_between(lambda n: [program, f"{REFERENCE}/{scene}.pbrt", integrator, n, 48], 1, 2) / 1e6
 
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as threads:
-        for case, figure in zip(cases, threads.map(count, cases)):
-            yield " ".join(case), figure
+    for case, figure in in_parallel(count, cases):
+        yield " ".join(case), figure
 
 
 def keep(program):
@@ -106,12 +102,17 @@ def check(program):
 
 def count(options, program):
     table = Table("scene", "integrator", "gmis", "SmallVCM", "ratio")
-    for scene in SCENES:
-        for integrator, theirs in zip(INTEGRATORS, SMALLVCM_INSTRUCTIONS[scene]):
-            command = [program, f"{REFERENCE}/{scene}.pbrt", *how(integrator).split(), *SETTINGS.split(), "--threads", "1", "--quiet", "--sampler",
-                       "independent", "--out", options.out / "out.pfm", "--iterations"]
-            ours = instructions_between(lambda n: [*command, n], 1, 3) / 1e6
-            table.add(scene, integrator, f"{ours:.1f}", theirs, f"{ours / theirs:.2f}")
+    cases = [(scene, integrator) for scene in SCENES for integrator in INTEGRATORS]
+
+    def ours_in(case):
+        scene, integrator = case
+        command = [program, f"{REFERENCE}/{scene}.pbrt", *how(integrator).split(), *SETTINGS.split(), "--threads", "1", "--quiet", "--sampler",
+                   "independent", "--out", options.out / f"{scene}_{integrator}.pfm", "--iterations"]
+        return instructions_between(lambda n: [*command, n], 1, 3) / 1e6
+
+    for case, ours in in_parallel(ours_in, cases):
+        theirs = SMALLVCM_INSTRUCTIONS[case[0]][INTEGRATORS.index(case[1])]
+        table.add(*case, f"{ours:.1f}", theirs, f"{ours / theirs:.2f}")
     publish(options, table, DOCUMENT)
 
 
