@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -194,17 +195,25 @@ class LightSums {
       : crop_(resolution, crop, SpectrumTraits<S>::channel_count) {}
 
   /// Adds one contribution to its picture.
-  void add(const Contribution<S>& contribution) { crop_.add(sums_[contribution.id.light_group], contribution); }
+  void add(const Contribution<S>& contribution) {
+    const std::size_t group = contribution.id.light_group;
+    if (group >= sums_.size()) sums_.resize(group + 1);
+    crop_.add(sums_[group], contribution);
+  }
 
   /// Adds the sums of another run of the same size.
   void join(const LightSums& other) {
-    for (const auto& [group, sum] : other.sums_) detail::add_values(sums_[group], sum);
+    sums_.resize(std::max(sums_.size(), other.sums_.size()));
+    for (std::size_t group = 0; group < other.sums_.size(); ++group)
+      if (!other.sums_[group].empty()) detail::add_values(sums_[group], other.sums_[group]);
   }
 
   /// The groups that had any contribution, in the order of their numbers.
   GMIS_RARE [[nodiscard]] std::vector<LightPicture> means(std::uint32_t iterations) const {
     std::vector<LightPicture> result;
-    for (const auto& [group, sum] : sums_) result.push_back({group, crop_.mean_of(sum, iterations)});
+    for (std::size_t group = 0; group < sums_.size(); ++group)
+      if (!sums_[group].empty())
+        result.push_back({static_cast<std::uint16_t>(group), crop_.mean_of(sums_[group], iterations)});
     return result;
   }
 
@@ -216,7 +225,7 @@ class LightSums {
 
  private:
   detail::CropSums crop_;
-  std::map<std::uint16_t, std::vector<double>> sums_;
+  std::vector<std::vector<double>> sums_;  // by group; empty where nothing came
 };
 
 }  // namespace gmis
