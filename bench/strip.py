@@ -11,6 +11,7 @@ Usage: strip.py PROGRAM [options]   (--help lists them)
 import argparse
 import array
 import json
+import os
 import pathlib
 import shutil
 import struct
@@ -67,7 +68,9 @@ def main():
     parser.add_argument("--first-render", metavar="PROGRAM", help="make the picture of examples/first_render.cpp, too")
     parser.add_argument("--document", type=pathlib.Path, help="write into this page alone")
     options = parser.parse_args()
-    folder, pictures = PROJECT / "out" / "strip", PROJECT / "docs" / "strip"
+    # Relative, because a picture keeps its command line as a note.
+    os.chdir(PROJECT)
+    folder, pictures = pathlib.Path("out/strip"), pathlib.Path("docs/strip")
     folder.mkdir(parents=True, exist_ok=True)
     pictures.mkdir(exist_ok=True)
     size = f"{options.size}x{options.size}"

@@ -159,8 +159,8 @@ class PathOracle {
     const V to_prev = atlas_.direction(node, path.nodes[prev]), to_next = atlas_.direction(node, to);
     const bool is_smooth = path.lobes[i] == Tag::smooth;
     const long double albedo = atlas_.albedo(node);
-    const long double children = is_camera ? (albedo > 0.0L && albedo < 0.5L ? 0.5L : albedo) * camera_children(path, i)
-                                           : albedo * light_children(node);
+    const long double children =
+        is_camera ? std::max(albedo, 0.5L) * camera_children(path, i) : albedo * light_children(node);
     const bool has_lobe = nominal_.has_lobe && nominal_.has_lobe(node);
     const long double share = has_lobe ? nominal_.lobe_share(node, to_prev, is_camera) : 0.0L;
     const long double lobe = has_lobe ? nominal_.lobe_pdf(node, to_prev, to_next, is_camera) : 0.0L;

@@ -124,8 +124,8 @@ class BvhScene {
   /// The runs that use the light hierarchy.
   [[nodiscard]] ReceiverChoice receiver_choice() const noexcept { return receiver_choice_; }
   /// Numbers what a user takes for one light: emitting meshes in the order in which they were
-  /// added, then spheres, point, spot and infinite lights. All from `most_light_groups` − 1 on are
-  /// one group.
+  /// added, then spheres, point, spot and infinite lights. The last group, `most_light_groups` − 1,
+  /// holds all that are left.
   [[nodiscard]] std::uint16_t light_group(const Light& light) const noexcept { return light.group(); }
   static constexpr std::uint16_t most_light_groups = 64;  ///< there is a picture for each
   [[nodiscard]] std::span<const Light* const> infinite_lights() const noexcept { return infinite_lights_; }
