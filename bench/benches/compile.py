@@ -5,9 +5,9 @@ With g++ and, where it is installed, clang++, without a compiler cache. A time i
 --runs compilations; a whole program is the sum of its files, and the memory is that of the largest.
 Writes the table in docs/your-renderer.md.
 
-  --check        compiles with the default compiler, several at a time, and compares text with that kept in
-                 bench/compile.txt: fails where it grew by more than 2 %. Seconds are not compared:
-                 they belong to the machine.
+  --check        compiles with the default compiler, several at a time, and compares text with that
+                 kept in bench/compile.txt: fails where it grew by more than 2 %. Seconds are not
+                 compared: they belong to the machine.
   --keep         keeps the text of all programs
 """
 
