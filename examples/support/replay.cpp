@@ -1,6 +1,5 @@
 #include "gmis/transport/replay/replay.hpp"
 
-#include <bit>
 #include <optional>
 #include <string>
 #include <utility>
@@ -42,14 +41,16 @@ ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest&
   RenderSettings settings = request.settings;
   Changes changes;
   if (request.candidates.size() > 1) {
-    // The pilot chooses the counts, and later iterations the disk and merging's gain, after 4, 8,
-    // 16 … of them.
+    // The pilot chooses the counts, and iterations before that of the path disk and gain of
+    // merging.
     RenderRequest same = request;
     same.interrupt = nullptr;
     ProgressiveRender run(scene, same);
     const auto counts_are_known = [&] {
-      return run.engine().choice() != nullptr && (!run.engine().engine().counts().merges ||
-                                                  run.progress().iterations >= std::bit_floor(path.iteration - 1));
+      const Choice* const choice = run.engine().choice();
+      return choice != nullptr &&
+             (!run.engine().engine().counts().merges ||
+              next_choice_of_merging(run.progress().iterations, choice->expected_iterations) >= path.iteration);
     };
     while (!counts_are_known() && run.advance(executor)) {
     }

@@ -45,8 +45,8 @@ gmis::RenderRequest request_with(const gmis::SampleCounts& counts, std::uint32_t
   return request;
 }
 
-/// A pilot chooses, and disk and gain of merging are chosen anew after 4, 8 and 16 iterations.
-gmis::RenderRequest automatic(std::uint32_t iterations = 21) {
+/// A pilot chooses, and disk and gain of merging are chosen anew after 4 and 32 iterations.
+gmis::RenderRequest automatic(std::uint32_t iterations = 37) {
   gmis::RenderSettings settings = request_with({}).settings;
   gmis::RenderRequest request = gmis::automatic_request(furnace, {.iterations = iterations}, 1, settings);
   // Candidates that all merge, so that there is something to adapt.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -263,7 +262,7 @@ double left_on_curved_wall(std::uint32_t iterations) {
   double bias = 0, radii = 0, made_up = 0, per_radius = 0;
   for (std::uint32_t n = 1; n <= iterations; ++n) {
     bias += gmis::square(radius(n)), radii += radius(n), made_up += per_radius * radius(n);
-    if (n < 4 || !std::has_single_bit(n) || n == iterations) continue;
+    if ((n != 4 && n != 32 && n != 256) || n == iterations) continue;
     double rest = 0;
     for (std::uint32_t i = n + 1; i <= iterations; ++i) rest += radius(i);
     // The change from half the radius is 3/4 of the bias, and is taken for half of it.

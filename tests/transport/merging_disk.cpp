@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "furnace_scene.hpp"
@@ -50,6 +51,23 @@ TEST_CASE("the disk of the iterations left is the one with the least squared err
           CHECK(at(best) < at(best * 1.01L));
           CHECK(at(best) < at(best / 1.01L));
         }
+}
+
+TEST_CASE("disk and gain are chosen after 4, 32, 256 and so on, and where a run was to end") {
+  const auto all_below = [](std::uint32_t end, std::uint32_t expected) {
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t n = 0; (n = gmis::next_choice_of_merging(n, expected)) < end;) all.push_back(n);
+    return all;
+  };
+  using Numbers = std::vector<std::uint32_t>;
+  CHECK(all_below(20000, 0) == Numbers{4, 32, 256, 2048, 16384});
+  CHECK(all_below(300, 64) == Numbers{4, 32, 64, 256});
+  CHECK(all_below(300, 32) == Numbers{4, 32, 256});
+  CHECK(all_below(300, 3) == Numbers{4, 32, 256});  // sooner the bias is not known
+  CHECK(all_below(300, 5) == Numbers{4, 5, 32, 256});
+  const std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+  CHECK(gmis::next_choice_of_merging(1U << 29U, 0) == most);
+  CHECK(gmis::next_choice_of_merging(most - 1, 7) == most);
 }
 
 TEST_CASE("the disk has the unit of the areas, and no end where there is no bias") {
@@ -119,14 +137,14 @@ TEST_CASE("a run whose disk is too wide narrows it to the one with the least err
     area += gmis::square(of_this) * std::pow(n, request.settings.alpha - 1.0);
     const double now = render.engine().engine().first_radius();
     const gmis::DisksSoFar so_far{n, area, gmis::square(render.merging_bias()->relative_bias)};
-    if (n < 4 || (n & (n - 1)) != 0 || so_far.squared_bias == 0) {
+    if ((n != 4 && n != 32 && n != 256) || so_far.squared_bias == 0) {
       CHECK(now == Approx(of_this));
       continue;
     }
     const gmis::ErrorLaw law = gmis::expected_law(*choice, choice->forecasts[*choice->chosen].counts, request.settings);
     REQUIRE(law.merging > 0);
     const auto at = [&](double radius) {
-      const std::uint32_t length = std::max(2 * n, iterations);
+      const std::uint32_t length = n < iterations ? iterations : 2048;
       return squared_error(so_far, static_cast<Real>(law.merging * law.remaining_at(length) * gmis::square(chosen)),
                            static_cast<Real>(request.settings.alpha), length, static_cast<Real>(gmis::square(radius)));
     };

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -211,9 +210,13 @@ class RenderRun {
     return choice != nullptr && choice->chosen && engine_->engine().counts().has(Technique::merge);
   }
 
-  /// After 4, 8, 16 … iterations of a run whose radius a pilot has chosen: sets disk and gain of
-  /// the iterations to come. A pilot can hardly see the bias of merging; the iterations so far have
-  /// measured it.
+  /// The number of iterations after which disk and gain of merging are chosen next.
+  [[nodiscard]] std::uint32_t next_choice_after(std::uint32_t iterations) const {
+    return next_choice_of_merging(iterations, engine_->choice()->expected_iterations);
+  }
+  /// After some iterations of a run whose radius a pilot has chosen (`next_choice_of_merging`):
+  /// sets disk and gain of the iterations to come. A pilot can hardly see the bias of merging; the
+  /// iterations so far have measured it.
   GMIS_RARE void adapt_merging();
   /// The radius becomes at most what the pilot chose, for larger ones have their costs, and at
   /// least that of the settings.
@@ -354,7 +357,7 @@ std::uint32_t RenderRun<S_>::round_length() const {
   const std::uint32_t n = made_.state.iterations;
   const Budget& budget = request_.budget;
   std::uint32_t length = round_.length_after(n, budget.iterations && !budget.relative_error && !budget.seconds);
-  if (adapts_merging()) length = std::min(length, std::max(4U, 2 * std::bit_floor(n)) - n);
+  if (adapts_merging()) length = std::min(length, next_choice_after(n) - n);
   const std::uint32_t last = budget.iterations.value_or(0);
   return last > n ? std::min(length, last - n) : length;
 }
@@ -484,16 +487,16 @@ template <Spectrum S_>
 void RenderRun<S_>::adapt_merging() {
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
   const std::uint32_t n = made_.state.iterations;
-  if (!adapts_merging() || n < 4 || !std::has_single_bit(n)) return;
+  if (!adapts_merging() || next_choice_after(n - 1) != n) return;
   const WholeRecord<S> all = whole();
   AnyEngine<S>& engine = *engine_->picture_engine();
   const std::optional<MergingBias> bias = request_.ranks.is_first() ? all->merging_bias() : std::nullopt;
   if (bias) {
     const Choice& choice = *engine_->choice();
-    choose_disk(choice, *bias, std::max(2 * n, choice.expected_iterations));
-    // A gain has to make up for everything before the run ends.
-    choose_gain(*bias, estimate_of(all->film).mean,
-                choice.expected_iterations > n ? choice.expected_iterations : 2 * n);
+    // A gain has to make up for everything before the run ends, or before the next choice.
+    const std::uint32_t length = choice.expected_iterations > n ? choice.expected_iterations : next_choice_after(n);
+    choose_disk(choice, *bias, length);
+    choose_gain(*bias, estimate_of(all->film).mean, length);
   }
   engine.merge_within(request_.ranks.of_first(engine.counts().radius_factor));
   made_.gain = request_.ranks.of_first(made_.gain);
