@@ -85,6 +85,7 @@ int run(ComparisonRequest request, const std::string& figure) {
   std::filesystem::create_directories(request.folder);
   if (!has_gnuplot()) std::fprintf(stderr, "gmis-compare: gnuplot is not here: the report will have no curves\n");
   ThreadedExecutor executor(request.settings.threads);
+  request.load = [](const std::filesystem::path& file, ComparisonRequest::Size size) { return load_scene(file, size); };
   request.interrupted = &interrupt_flag();
   request.say = [](const std::string& line) {
     std::printf("%s\n", line.c_str());

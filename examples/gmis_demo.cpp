@@ -9,6 +9,7 @@
 
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
+#include "support/pbrt/reader.hpp"
 #include "support/report/comparison.hpp"
 #include "support/report/html_report.hpp"
 #include "support/report/tables.hpp"
@@ -49,10 +50,24 @@ void print_table(const SceneRecord& scene, const fs::path& folder) {
       "to vcm: efficiency, 1 / (relative error^2 x processor seconds); twice as much is as good as twice the time\n");
 }
 
+/// Reads pbrt's files alone, so that the demo is compiled without the reader of glTF.
+LoadedScene load(const fs::path& file, ComparisonRequest::Size size) {
+  Diagnostics diagnostics;
+  SceneDescription description = read_pbrt_scene(file, diagnostics, {});
+  if (size) {
+    description.film.width = (*size)[0];
+    description.film.height = (*size)[1];
+  }
+  LoadedScene loaded;
+  loaded.built = build_scene(description, diagnostics);
+  return loaded;
+}
+
 int run(const fs::path& folder, double seconds) {
   fs::create_directories(folder);
   ThreadedExecutor executor(0);
   ComparisonRequest request;
+  request.load = load;
   request.scenes = {"paper1"};
   request.size = {{256, 256}};
   request.contenders = {contender_of("gmis"), contender_of("vcm")};

@@ -31,6 +31,8 @@
 #include "support/first_hit_layers.hpp"
 #include "support/hidden_sky.hpp"
 #include "support/instruction_set.hpp"
+#include "support/load_scene.hpp"
+#include "support/output.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
 #include "support/render_program.hpp"

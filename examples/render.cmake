@@ -15,35 +15,37 @@ add_library(gmis_render_engines OBJECT
   support/engines/pilot.cpp
   support/engines/split_trees.cpp
   support/executor.cpp
-  support/progressive_render.cpp
-  support/render.cpp)
-target_link_libraries(gmis_render_engines PUBLIC gmis_scene_reader PRIVATE gmis_warnings)
+  support/progressive_render.cpp)
+target_link_libraries(gmis_render_engines PUBLIC gmis_pbrt_reader PRIVATE gmis_warnings)
 target_compile_options(gmis_render_engines PRIVATE ${gmis_full_options})
 
 # From a scene to a picture.
 add_library(gmis_render_session STATIC
   support/choices.cpp
-  support/denoise.cpp
-  support/hidden_sky.cpp
-  support/first_hit_layers.cpp
   support/integrator_names.cpp
-  support/plan_text.cpp
   support/scene_files.cpp
-  support/session.cpp
-  support/technique_sheet.cpp)
-target_link_libraries(gmis_render_session PUBLIC gmis_scene_reader PRIVATE gmis_render_engines gmis_warnings)
+  support/session.cpp)
+target_link_libraries(gmis_render_session PUBLIC gmis_pbrt_reader PRIVATE gmis_render_engines gmis_warnings)
 target_compile_definitions(gmis_render_session PRIVATE GMIS_SCENE_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/scenes")
 
-# What the command line of gmis-render adds; the demo does without it.
+# What gmis-render adds; the demo does without it.
 add_library(gmis_render_program STATIC
+  support/denoise.cpp
+  support/first_hit_layers.cpp
+  support/hidden_sky.cpp
+  support/load_scene.cpp
   support/manual.cpp
   support/options.cpp
+  support/output.cpp
+  support/plan_text.cpp
   support/progress_bar.cpp
+  support/render.cpp
   support/replay.cpp
   support/replay_text.cpp
   support/statistics.cpp
+  support/technique_sheet.cpp
   support/tev.cpp)
-target_link_libraries(gmis_render_program PUBLIC gmis_render_session PRIVATE gmis_warnings CLI11::CLI11
+target_link_libraries(gmis_render_program PUBLIC gmis_render_session gmis_scene_reader PRIVATE gmis_warnings CLI11::CLI11
                                                                             nlohmann_json::nlohmann_json)
 target_compile_definitions(gmis_render_program PRIVATE GMIS_VERSION="${PROJECT_VERSION}")
 
@@ -65,7 +67,7 @@ target_compile_definitions(gmis_report PRIVATE GMIS_VERSION="${PROJECT_VERSION}"
 # Much to compile, little to run.
 foreach(library gmis_render_session gmis_render_program gmis_report)
   target_compile_options(${library} PRIVATE $<$<CONFIG:Debug>:-O0>)
-  target_precompile_headers(${library} REUSE_FROM gmis_scene_reader)
+  target_precompile_headers(${library} REUSE_FROM gmis_pbrt_reader)
 endforeach()
 
 foreach(program render compare demo)

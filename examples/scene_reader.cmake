@@ -1,4 +1,5 @@
-# The library behind gmis-render, which the tests link too: scene files in, images in and out.
+# The libraries behind gmis-render, which the tests link too: scene files in, images in and out.
+# gmis_scene_reader reads them all, gmis_pbrt_reader all but glTF.
 # Included from examples/ and from tests/program/, whichever comes first. Sets
 # GMIS_RENDER_CAN_BE_BUILT.
 
@@ -44,10 +45,10 @@ endif()
 # gmis_optional_part(TARGET-OF-THE-LIBRARY MACRO "what is missing without it")
 function(gmis_optional_part library macro consequence)
   if(TARGET ${library})
-    target_compile_definitions(gmis_scene_reader PUBLIC ${macro}=1)
-    target_link_libraries(gmis_scene_reader PUBLIC ${library})
+    target_compile_definitions(gmis_pbrt_reader PUBLIC ${macro}=1)
+    target_link_libraries(gmis_pbrt_reader PUBLIC ${library})
   else()
-    target_compile_definitions(gmis_scene_reader PUBLIC ${macro}=0)
+    target_compile_definitions(gmis_pbrt_reader PUBLIC ${macro}=0)
     message(STATUS "gmis: ${library} not found: ${consequence}")
   endif()
 endfunction()
@@ -57,8 +58,7 @@ if(TARGET gmis_scene_reader)
 endif()
 
 set(support ${CMAKE_CURRENT_LIST_DIR}/support)
-add_library(gmis_scene_reader STATIC
-  ${support}/gltf/reader.cpp
+add_library(gmis_pbrt_reader STATIC
   ${support}/image/exr.cpp
   ${support}/image/image.cpp
   ${support}/image/pfm.cpp
@@ -80,15 +80,14 @@ add_library(gmis_scene_reader STATIC
   ${support}/load_budget.cpp
   ${support}/ply_mesh.cpp
   ${support}/read_file.cpp
-  ${support}/read_scene.cpp
   ${support}/scene_description.cpp
   ${support}/sky.cpp
   ${support}/whole_file.cpp)
-target_include_directories(gmis_scene_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
-target_link_libraries(gmis_scene_reader PUBLIC gmis::gmis PRIVATE gmis_warnings)
-target_compile_options(gmis_scene_reader PRIVATE $<$<CONFIG:Debug>:-O0>)  # much to compile, little to run
+target_include_directories(gmis_pbrt_reader PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+target_link_libraries(gmis_pbrt_reader PUBLIC gmis::gmis PRIVATE gmis_warnings)
+target_compile_options(gmis_pbrt_reader PRIVATE $<$<CONFIG:Debug>:-O0>)  # much to compile, little to run
 # Parsed once for all that is behind the programs.
-target_precompile_headers(gmis_scene_reader PRIVATE
+target_precompile_headers(gmis_pbrt_reader PRIVATE
   <algorithm> <array> <charconv> <cmath> <cstdint> <filesystem> <fstream> <functional> <map> <memory> <optional> <sstream>
   <string> <string_view> <utility> <variant> <vector>
   <glm/common.hpp> <glm/geometric.hpp> <glm/mat3x3.hpp> <glm/mat4x4.hpp> <glm/matrix.hpp> <glm/vec2.hpp> <glm/vec3.hpp>)
@@ -99,6 +98,11 @@ gmis_optional_part(gmis_stb GMIS_HAS_STB "gmis-render reads no textures from .pn
 gmis_optional_part(nlohmann_json::nlohmann_json GMIS_HAS_JSON "gmis-render reads no glTF")
 gmis_optional_part(gmis_draco GMIS_HAS_DRACO "gmis-render reads no glTF that Draco packs")
 gmis_optional_part(gmis_meshopt GMIS_HAS_MESHOPT "gmis-render reads no glTF that meshoptimizer packs")
+
+add_library(gmis_scene_reader STATIC ${support}/gltf/reader.cpp ${support}/read_scene.cpp)
+target_link_libraries(gmis_scene_reader PUBLIC gmis_pbrt_reader PRIVATE gmis_warnings)
+target_compile_options(gmis_scene_reader PRIVATE $<$<CONFIG:Debug>:-O0>)
+target_precompile_headers(gmis_scene_reader REUSE_FROM gmis_pbrt_reader)
 if(TARGET nlohmann_json::nlohmann_json)
   target_sources(gmis_scene_reader PRIVATE ${support}/gltf/document.cpp ${support}/gltf/materials.cpp
                                            ${support}/gltf/nodes.cpp ${support}/gltf/primitive.cpp)

@@ -11,6 +11,8 @@
 
 #include "support/choices.hpp"
 #include "support/first_hit_layers.hpp"
+#include "support/load_scene.hpp"
+#include "support/output.hpp"
 #include "support/scene_files.hpp"
 #include "support/session.hpp"
 

@@ -279,4 +279,66 @@ std::string text_of(const std::optional<PriceTable>& prices, const char* last) {
   return text.str();
 }
 
+std::string plan_of(const RenderRequest& request, const SampleCounts& counts) {
+  std::string plan;
+  for (const Technique technique : all_techniques) {
+    if (!counts.has(technique)) continue;
+    if (!plan.empty()) plan += ", ";
+    plan += words_of(technique);
+    if (technique != Technique::connect) continue;
+    plan += counts.connects_paired_tree ? " (paired" : " (" + std::to_string(counts.connections);
+    plan += " a vertex)";
+  }
+  if (!counts.extends_camera && counts.has(Technique::merge)) plan += " at the first non-specular vertex";
+  if (counts.has(Technique::merge) && counts.local_merges) plan += " (photons that come from narrow lobes)";
+  if (request.integrator == IntegratorChoice::gmis && request.split != SplitChoice::local) {
+    plan += "; subpaths split: " + std::string(name_of(request.split));
+    if (request.sampler) plan += " by " + std::string(gmis::name_of(request.sampler->scheme));
+  }
+  return plan.empty() ? "nothing" : plan;
+}
+
+std::string explain(const Options& options, const RenderRequest& request, const Plan& plan, const BuiltScene& scene,
+                    int threads) {
+  std::ostringstream text;
+  const glm::ivec2 resolution = scene.scene().camera().resolution();
+  text << "scene       " << scene.summary() << "\n";
+  text << "picture     " << resolution.x << "x" << resolution.y;
+  if (request.crop)
+    text << ", of it " << request.crop->lower.x << "," << request.crop->lower.y << " to " << request.crop->upper.x
+         << "," << request.crop->upper.y;
+  text << "\nintegrator  " << name_of(request.integrator);
+  const SampleCounts& counts = request.settings.counts;
+  if (options.lights == scene::LightSelection::by_receiver)
+    text << "\nlights      of next events by power, distance and orientation as the receiver sees them";
+  if (options.emission == Emission::learned && options.integrator != IntegratorChoice::automatic)
+    text << "\nemission    of light subpaths learned: where their light is needed";
+  text << "\ntechniques  " << plan_of(request, counts) << "\n" << explain_plan(request, plan);
+  if (request.candidates.size() > 1)
+    text << "choice      a pilot chooses among " << request.candidates.size()
+         << " sets of counts, each with these techniques or fewer\n";
+  const bool is_merging = counts.has(Technique::merge);
+  if (counts.traces_light()) text << "light       " << counts.light_paths << " trees a pixel\n";
+  if (request.integrator == IntegratorChoice::lt)
+    text << "lacks       what is seen in mirrors and through glass, except the lights themselves\n";
+  if (is_merging)
+    text << "radius      "
+         << counts.radius_factor * (request.settings.radius ? *request.settings.radius : default_radius(scene.scene()))
+         << " = " << text_of(options.radius.value_or(RadiusChoice{counts.radius_factor * 0.4})) << ", times i^"
+         << (request.settings.alpha - 1) / 2 << "\n";
+  if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)
+    text << "bias        this split policy drops what waits at the end of its budget: the picture is too dark\n";
+  text << "threads     " << threads << "\nstops       ";
+  const char* separator = "";
+  const auto stop = [&](const auto& value, const char* unit) {
+    text << separator << "after " << value << unit;
+    separator = " or ";
+  };
+  if (request.budget.iterations) stop(*request.budget.iterations, " iterations");
+  if (request.budget.seconds) stop(*request.budget.seconds, " seconds");
+  if (request.budget.relative_error) text << separator << "at a relative error of " << *request.budget.relative_error;
+  text << "\n";
+  return text.str();
+}
+
 }  // namespace gmis::tools

@@ -23,6 +23,12 @@ namespace gmis::tools {
 /// Lines of --explain: effects, classes, and each technique with on or off and why.
 [[nodiscard]] std::string explain_plan(const RenderRequest& request, const Plan& plan);
 
+/// One line per fact: what will be done, and why.
+[[nodiscard]] std::string explain(const Options& options, const RenderRequest& request, const Plan& plan,
+                                  const BuiltScene& scene, int threads);
+/// The techniques that run with these counts, in one short line.
+[[nodiscard]] std::string plan_of(const RenderRequest& request, const SampleCounts& counts);
+
 /// "0.25 light trees a pixel, 2 connections a vertex, no merging".
 [[nodiscard]] std::string text_of(const SampleCounts& counts);
 /// Lines of --explain after the run: what a pilot chose, and what the nearest others would have

@@ -9,12 +9,6 @@
 
 namespace gmis::tools {
 
-Image image_of(const Picture& picture) {
-  Image image(picture.size.x, picture.size.y);
-  image.rgb = picture.values;
-  return image;
-}
-
 std::unique_ptr<SceneEngine> start(const BuiltScene& scene, const RenderRequest& request) {
   auto engine = std::make_unique<SceneEngine>(engines_for(scene, request), request.settings, request.candidates,
                                               request.expected_iterations, request.crop);

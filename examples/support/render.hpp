@@ -67,7 +67,11 @@ struct RenderResult : RenderSummary {
   std::vector<LightImage> by_light;
 };
 
-[[nodiscard]] Image image_of(const Picture& picture);
+[[nodiscard]] inline Image image_of(const Picture& picture) {
+  Image image(picture.size.x, picture.size.y);
+  image.rgb = picture.values;
+  return image;
+}
 
 /// Renders on the threads of `executor`, until the budget is met, or joins runs.
 [[nodiscard]] RenderResult render(const BuiltScene& scene, const RenderRequest& request, ThreadedExecutor& executor);

@@ -12,6 +12,7 @@
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
+#include "support/load_scene.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/render.hpp"
 #include "support/seed.hpp"

@@ -18,6 +18,7 @@
 #include "support/first_hit_layers.hpp"
 #include "support/image/formats.hpp"
 #include "support/image/image.hpp"
+#include "support/load_scene.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
 #include "support/seed.hpp"

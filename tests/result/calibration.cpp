@@ -12,6 +12,7 @@
 #include "gmis/result/image_error.hpp"
 #include "support/catch.hpp"
 #include "support/choices.hpp"
+#include "support/load_scene.hpp"
 #include "support/progressive_render.hpp"
 #include "support/seed.hpp"
 #include "support/session.hpp"

@@ -241,7 +241,7 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
   comparison.seeds = request.seeds;
   executor.stop_when(request.interrupted);
   for (const std::string& name : request.scenes) {
-    const LoadedScene loaded = load_scene(find_scene(name), request.size);
+    const LoadedScene loaded = request.load(find_scene(name), request.size);
     const BuiltScene& scene = *loaded.built;
     SceneRecord record;
     record.name = file_name_of(name);

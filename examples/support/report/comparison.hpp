@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "support/executor.hpp"
+#include "support/load_scene.hpp"
 #include "support/report/records.hpp"
 #include "support/session.hpp"
 
@@ -22,9 +23,11 @@ struct ComparisonRequest {
     SplitChoice split;
     std::string name;
   };
+  using Size = std::optional<std::array<int, 2>>;
+  std::function<LoadedScene(const std::filesystem::path& file, Size size)> load;  ///< such as `load_scene`
   std::vector<std::string> scenes;
   std::vector<Contender> contenders;
-  std::optional<std::array<int, 2>> size;
+  Size size;
   Options settings;                   ///< depth, radius and the like; its integrator, size and limits are not used
   std::optional<double> cpu_seconds;  ///< per integrator and seed
   std::optional<double> error;        ///< against the reference
