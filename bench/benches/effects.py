@@ -1,7 +1,7 @@
 """Error × time of --integrator auto over that of the best fixed choice, scene by scene; and what
 auto loses by its own choices.
 
-Every configuration renders every scene for the processor time of 64 iterations of `vcm`, on one
+Every configuration renders every scene for the processor time of 32 iterations of `vcm`, on one
 thread, several seeds; the configurations of a scene take turns, so that a busy machine is fair to
 all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs less time for the
 same error. The time of an iteration is the least of all seeds, since other
@@ -33,10 +33,10 @@ import measuring
 from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
 
 PROGRAM = "gmis-render"
-OPTIONS = {"seeds": 6, "size": "128x128", "scenes": ALL}
+OPTIONS = {"seeds": 4, "size": "128x128", "scenes": ALL}
 DOCUMENT = "docs/effects.md"
 EIGHTEEN = FOURTEEN | FOREIGN
-ITERATIONS_OF_VCM = 64
+ITERATIONS_OF_VCM = 32
 STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
 
 # Who makes the reference: bpt, but where it hardly finds some of the paths.
@@ -125,7 +125,7 @@ def ratio(one, other, seeds):
 
 
 def add_options(parser):
-    parser.add_argument("--reference-time", type=float, default=30, help="seconds of each half of a reference")
+    parser.add_argument("--reference-time", type=float, default=15, help="seconds of each half of a reference")
     parser.add_argument("--picking-seeds", type=int, default=2)
     parser.add_argument("--keep", action="store_true", help="take the runs that are there already, and add what is missing")
 

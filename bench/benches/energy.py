@@ -17,7 +17,7 @@ import statistics
 from measuring import TWENTY_FOUR, Table, publish, read_pfm, render
 
 PROGRAM = "gmis-render"
-OPTIONS = {"seeds": 8, "size": "128x128", "iterations": 64, "scenes": TWENTY_FOUR}
+OPTIONS = {"seeds": 6, "size": "128x128", "iterations": 48, "scenes": TWENTY_FOUR}
 DOCUMENT = "docs/effects.md"
 ENOUGH = 0.002  # relative standard error at which the unbiased mean is known
 LIMIT = 0.005
@@ -46,7 +46,7 @@ def measure(options, name):
 
 
 def add_options(parser):
-    parser.add_argument("--most-reference-seeds", type=int, default=24)
+    parser.add_argument("--most-reference-seeds", type=int, default=18)
 
 
 def run(options):

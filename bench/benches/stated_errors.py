@@ -40,7 +40,7 @@ CASES = {
 ITERATIONS = (8, 16, 32, 128)
 FIRST_SEED = 1000  # the constants of the estimate were chosen with seeds below 100
 PROGRAM = "gmis-render"
-OPTIONS = {"seeds": 100, "size": "32x32"}
+OPTIONS = {"seeds": 50, "size": "32x32"}
 DOCUMENT = "docs/accuracy-and-time.md"
 
 
