@@ -78,6 +78,17 @@ TEST_CASE("outdoors: a sky and a leaf with holes, by two integrators without bia
   gmis_test::check_same_picture(a, b);
 }
 
+TEST_CASE("a sky whose disk does not cover the border of the scene is named") {
+  adapter::Leaf leaf;
+  const theirs::World world = meadow(20, 16, 0.6, leaf);  // its ground reaches 4.2 from the center
+  gmis::SceneCheckSettings settings;
+  settings.seed = gmis_test::seed(4);
+  const adapter::Sky sky({0.8, 0.9, 1.2}, {0, 0, 0}, 2.5);
+  const auto findings = gmis::check_scene(adapter::OutdoorScene(world, sky, leaf), settings);
+  REQUIRE(findings.broken().size() == 1);
+  CHECK(findings.broken().front().convention == gmis::Convention::emission_disk);
+}
+
 TEST_CASE("a leaf lets through what its alpha leaves") {
   adapter::Leaf leaf;
   const theirs::World world = meadow(20, 16, 0.6, leaf);

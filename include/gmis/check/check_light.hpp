@@ -12,6 +12,7 @@
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/random.hpp"
+#include "gmis/core/warp.hpp"
 
 namespace gmis {
 
@@ -225,16 +226,25 @@ class LightCheck {
     const double ratio = 2.0 * pi<double> * squares / count / least->area;
     findings_.judge(Convention::emission_disk, std::abs(ratio - 1.0) < 0.02 + 7.0 * 0.58 / std::sqrt(count),
                     1.0 / least->area, 1.0 / (ratio * least->area));
-    std::size_t covered = 0;
+    judge_cover(starts, center, 1.15 * least->area / pi<double>);
+  }
+  /// The disk against points that light must reach: the receivers, and what rays from them meet.
+  /// `limit`: the squared radius, with some room for the error of `center`.
+  void judge_cover(const std::vector<Start>& starts, const V& center, double limit) {
+    std::size_t tried = 0, covered = 0;
+    const auto look_at = [&](const V& point) {
+      const V& d = starts[uniform_index(source_, static_cast<std::uint32_t>(starts.size()))].direction;
+      const V across = point - center - glm::dot(point - center, d) * d;
+      ++tried;
+      covered += glm::dot(across, across) <= limit ? 1U : 0U;
+    };
     for (const Point& point : receivers_)
-      for (std::size_t i = 0; i < 8; ++i) {
-        const V& d = starts[uniform_index(source_, static_cast<std::uint32_t>(starts.size()))].direction;
-        const V offset = V(point.position) - center;
-        const V across = offset - glm::dot(offset, d) * d;
-        covered += glm::dot(across, across) <= 1.05 * least->area / pi<double> ? 1U : 0U;
+      for (int i = 0; i < 32; ++i) {
+        look_at(V(point.position));
+        const auto hit = scene_.intersect(leave(point, square_to_sphere(two())));
+        if (hit) look_at(V(hit->point.position));
       }
-    findings_.judge(Convention::emission_disk,
-                    static_cast<double>(covered) > 0.9 * 8.0 * static_cast<double>(receivers_.size()));
+    findings_.judge(Convention::emission_disk, static_cast<double>(covered) > 0.999 * static_cast<double>(tried));
   }
 
   const Sc& scene_;

@@ -121,7 +121,8 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "A ray towards a point of a light that is no delta light must hit it, with Hit::light pointing to that light",
       "SurfacePoint::tag: the points that a light samples must have the tags that Scene::intersect gives them",
       "NextEventSample::to_light must be the unit vector from the receiver to the light (not from the light)",
-      "Light: sample_next_event and next_event_density must state the same density",
+      "Light: sample_next_event and next_event_density must state the same density (neither holds the probability "
+      "of choosing the light)",
       "Light::next_event_density must be the density with which sample_next_event makes the point, per area (for an "
       "infinite light: of the direction, per steradian), without the probability of choosing the light",
       "Light::sample_emission: the direction must have unit length and leave the light",
@@ -129,8 +130,8 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "first: per steradian; for an infinite light origin: per steradian, first: per area on the disk)",
       "EmissionDensity::origin must be the density with which sample_emission makes the point, per area (for an "
       "infinite light: of the direction, per steradian), without the probability of choosing the light",
-      "EmissionDensity::first must be the density of the direction alone, per steradian: the density per area and "
-      "the probability of choosing the light are not part of it",
+      "EmissionDensity::first must be the density of the direction alone, per steradian, such as cos/π: the density "
+      "per area and the probability of choosing the light are not part of it",
       "EmissionDensity::first of an infinite light must be 1 / the area of the disk that sample_emission starts "
       "from, and that disk must cover the scene",
       "A delta light must state the density 1 for what it fixes: next_event_density, and EmissionDensity::origin",
@@ -171,7 +172,8 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "Bsdf: for importance no more than all light may be scattered: the mean weight of sample is above 1 (a factor "
       "π in f; factors of refraction belong to radiance)",
       "A delta lobe must be adjoint: weight · pdf.forward for radiance, times eta², must equal the same product for "
-      "importance on the way back (the factor 1 / eta² belongs to radiance)",
+      "importance on the way back (the factor 1 / eta² belongs to radiance; pdf.forward is the probability of "
+      "choosing this lobe, not another one)",
       "A delta lobe: pdf.reverse must be the selection probability of the same lobe on the way back",
       "Bsdf::reflects_only must be false where evaluate is not 0 for directions on different sides of the surface: "
       "connections through it are left out",

@@ -29,21 +29,28 @@ struct FindingExample {
   double found = std::numeric_limits<double>::quiet_NaN();   ///< as the adapter states it
   double wanted = std::numeric_limits<double>::quiet_NaN();  ///< as it should be by what the adapter states elsewhere
 
-  /// "at (1, 2, 3), to_prev (…), to_next (…): 0.5 in place of 0.25".
+  /// "at (1, 2, 3), to_prev (…), to_next (…): 0.5 in place of 0.25". What is not known, and numbers
+  /// that look the same, are left out.
   [[nodiscard]] std::string text() const {
-    std::string result = "at " + text_of(at);
-    if (to_prev != Vec3<double>(0)) result += ", to_prev " + text_of(to_prev);
-    if (to_next != Vec3<double>(0)) result += ", to_next " + text_of(to_next);
-    if (std::isnan(found) || std::isnan(wanted)) return result;
-    std::array<char, 80> numbers{};
-    std::snprintf(numbers.data(), numbers.size(), ": %.6g in place of %.6g", found, wanted);
-    return result + numbers.data();
+    const Vec3<double> none(0);
+    std::string result;
+    if (at != none || to_prev != none || to_next != none) result = "at " + text_of(at);
+    if (to_prev != none) result += ", to_prev " + text_of(to_prev);
+    if (to_next != none) result += ", to_next " + text_of(to_next);
+    const std::string number = text_of(found), other = text_of(wanted);
+    if (std::isnan(found) || std::isnan(wanted) || number == other) return result;
+    return result + (result.empty() ? "" : ": ") + number + " in place of " + other;
   }
 
  private:
   [[nodiscard]] static std::string text_of(const Vec3<double>& v) {
     std::array<char, 80> text{};
     std::snprintf(text.data(), text.size(), "(%.4g, %.4g, %.4g)", v.x, v.y, v.z);
+    return text.data();
+  }
+  [[nodiscard]] static std::string text_of(double number) {
+    std::array<char, 40> text{};
+    std::snprintf(text.data(), text.size(), "%.6g", number);
     return text.data();
   }
 };
@@ -59,7 +66,8 @@ struct Finding {
   [[nodiscard]] std::string text() const {
     std::string result(sentence_of(convention));
     result += " [" + std::to_string(broken) + " of " + std::to_string(tried) + " cases]\n";
-    if (example) result += "  for example " + example->text() + "\n";
+    const std::string text = example ? example->text() : "";
+    if (!text.empty()) result += "  for example " + text + "\n";
     return result;
   }
 };
