@@ -38,11 +38,13 @@ def depth_of(scene, otherwise=None):
 
 
 def build(target, folder="bench"):
-    """Builds a program of the preset `bench`, and returns its path; gmis-… are in examples/."""
-    subprocess.run(["cmake", "--preset", "bench", "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
-    subprocess.run(["cmake", "--build", "--preset", "bench", "--target", target], check=True, stdout=subprocess.DEVNULL)
+    """Builds a program of the preset `bench`, or of GMIS_BENCH_PRESET, and returns its path; gmis-…
+    are in examples/."""
+    preset = os.environ.get("GMIS_BENCH_PRESET", "bench")
+    subprocess.run(["cmake", "--preset", preset, "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", "--preset", preset, "--target", target], check=True, stdout=subprocess.DEVNULL)
     folder = "examples" if target.startswith("gmis-") else folder
-    return f"build/bench/{folder}/{target}"
+    return f"build/{preset}/{folder}/{target}"
 
 
 def render(options, scene, *arguments, threads=1, stats=None, picture=None):
