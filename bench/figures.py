@@ -38,6 +38,9 @@ import subprocess
 import sys
 
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(PROJECT / "tests/words"))
+from sentences import one_sentence_a_line  # noqa: E402
+
 SUFFIXES = {".hpp", ".cpp", ".py", ".sh", ".cmake", ".txt", ".ini", ".pbrt", ".gltf", ".json"}
 
 BEGIN = re.compile(r"<!-- (?P<name>[^:>]+): written by (?P<command>[^>]+?) -->\n")
@@ -172,7 +175,7 @@ class Project:
         text = page.read_text(encoding="utf-8")
         for figure in figures_in(page, text):
             if figure.name == name:
-                body = figure.body if body is None else body if body.endswith("\n") else body + "\n"
+                body = figure.body if body is None else one_sentence_a_line(body if body.endswith("\n") else body + "\n")
                 marks = f"<!-- {name}: written by {command} -->\n{body}<!-- end of {name} -->\n"
                 page.write_text(text[: figure.start] + marks + self.stamp(name, command) + text[figure.end :], encoding="utf-8")
                 return True
