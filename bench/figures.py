@@ -198,7 +198,8 @@ class Project:
             text = page.read_text(encoding="utf-8")
 
             def replaced(match):
-                value = value_in(bodies.get(match["figure"], ""), match["row"], match["column"])
+                body, (row, _, rest) = bodies.get(match["figure"], ""), match["row"].rpartition(": ")
+                value = value_in(body, match["row"], match["column"]) or value_in(body, row, f"{rest}: {match['column']}")
                 where = f"{page.relative_to(self.root)}:{text.count(chr(10), 0, match.start()) + 1}"
                 what = f"{match['figure']}: {match['row']}: {match['column']}"
                 if value is None:

@@ -77,6 +77,10 @@ class Figures(unittest.TestCase):
         self.assertEqual(self.page.read_text().count("<sub>"), 1)
         self.assertFalse(self.project().put(self.page, "other", "./measure", "| x |\n"))
 
+    def test_a_column_may_have_a_colon(self):
+        self.page.write_text(PAGE.replace("| by | error |", "| by | g++: error |").replace(": error -->", ": g++: error -->"))
+        self.assertEqual(self.project().check(), [])
+
     def test_a_word_with_a_minus_takes_files_out(self):
         self.write("bench/figures.ini", REGISTRY.replace("sources = include", "sources = include -include/b*"))
         self.project().put(self.page, "speed", "./measure")
