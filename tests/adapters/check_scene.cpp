@@ -77,6 +77,19 @@ TEST_CASE("every convention has a sentence of its own") {
   CHECK(findings.broken().size() == 1);
 }
 
+TEST_CASE("an example says what is known of a case, and no more") {
+  using gmis::FindingExample;
+  CHECK(FindingExample{}.text() == "");
+  CHECK(FindingExample{{1, 2, 3}, {}, {0, 0, 1}}.text() == "at (1, 2, 3), to_next (0, 0, 1)");
+  CHECK(FindingExample{{1, 2, 3}, {0, 1, 0}, {}, 0.5, 0.25}.text() ==
+        "at (1, 2, 3), to_prev (0, 1, 0): 0.5 in place of 0.25");
+  CHECK(FindingExample{{}, {}, {}, 0.5, 1}.text() == "0.5 in place of 1");
+  CHECK(FindingExample{{1, 2, 3}, {}, {}, 0, 0}.text() == "at (1, 2, 3)");
+  gmis::Findings findings;
+  findings.judge(Convention::bsdf_energy, false);
+  CHECK(findings.text().find("example") == std::string::npos);
+}
+
 TEST_CASE("a BSDF that is made for one to_prev is checked with the to_prev of each ray") {
   // Cosine-weighted reflection around the normal on the side of `to_prev`, which the BSDF has
   // stored.

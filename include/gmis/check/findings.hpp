@@ -29,8 +29,8 @@ struct FindingExample {
   double found = std::numeric_limits<double>::quiet_NaN();   ///< as the adapter states it
   double wanted = std::numeric_limits<double>::quiet_NaN();  ///< as it should be by what the adapter states elsewhere
 
-  /// "at (1, 2, 3), to_prev (…), to_next (…): 0.5 in place of 0.25". What is not known, and numbers
-  /// that look the same, are left out.
+  /// The case in words, without a place that is not known, and without numbers that are not known
+  /// or look the same: "at (1, 2, 3), to_prev (…), to_next (…): 0.5 in place of 0.25".
   [[nodiscard]] std::string text() const {
     const Vec3<double> none(0);
     std::string result;
