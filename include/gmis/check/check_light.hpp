@@ -228,23 +228,21 @@ class LightCheck {
                     1.0 / least->area, 1.0 / (ratio * least->area));
     judge_cover(starts, center, 1.15 * least->area / pi<double>);
   }
-  /// The disk against points that light must reach: the receivers, and what rays from them meet.
-  /// `limit`: the squared radius, with some room for the error of `center`.
+  /// The disk against what rays from the receivers meet, which light must reach. `limit`: the
+  /// squared radius, with some room for the error of `center`.
   void judge_cover(const std::vector<Start>& starts, const V& center, double limit) {
-    std::size_t tried = 0, covered = 0;
-    const auto look_at = [&](const V& point) {
-      const V& d = starts[uniform_index(source_, static_cast<std::uint32_t>(starts.size()))].direction;
-      const V across = point - center - glm::dot(point - center, d) * d;
-      ++tried;
-      covered += glm::dot(across, across) <= limit ? 1U : 0U;
-    };
+    std::size_t met = 0, covered = 0;
     for (const Point& point : receivers_)
       for (int i = 0; i < 32; ++i) {
-        look_at(V(point.position));
         const auto hit = scene_.intersect(leave(point, square_to_sphere(two())));
-        if (hit) look_at(V(hit->point.position));
+        if (!hit) continue;
+        const V& d = starts[uniform_index(source_, static_cast<std::uint32_t>(starts.size()))].direction;
+        const V offset = V(hit->point.position) - center;
+        const V across = offset - glm::dot(offset, d) * d;
+        ++met;
+        covered += glm::dot(across, across) <= limit ? 1U : 0U;
       }
-    findings_.judge(Convention::emission_disk, static_cast<double>(covered) > 0.999 * static_cast<double>(tried));
+    findings_.judge(Convention::emission_disk, static_cast<double>(covered) >= 0.999 * static_cast<double>(met));
   }
 
   const Sc& scene_;
