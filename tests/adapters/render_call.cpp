@@ -63,18 +63,17 @@ struct Stopping : gmis::ThreadExecutor {
   int camera_loops = 0;
 };
 
-/// Raises the flag at the first loop behind the camera's rows of the fourth iteration: that of the
-/// estimate of the error.
-struct StoppingLate : gmis::ThreadExecutor {
-  explicit StoppingLate(std::atomic<bool>& flag_to_set) : gmis::ThreadExecutor(2), flag(flag_to_set) {}
+/// Counts loops, and raises the flag at the start of one of them, counted from 1.
+struct StoppingAtLoop : gmis::ThreadExecutor {
+  explicit StoppingAtLoop(std::atomic<bool>& flag_to_set, int loop = 0)
+      : gmis::ThreadExecutor(2), flag(flag_to_set), stops_at(loop) {}
   template <class Work>
   void parallel_for(std::size_t count, Work&& work) {
-    if (camera_loops == 4) flag = true;
-    if (count == static_cast<std::size_t>(size)) ++camera_loops;
+    if (++loops == stops_at) flag = true;
     gmis::ThreadExecutor::parallel_for(count, work);
   }
   std::atomic<bool>& flag;
-  int camera_loops = 0;
+  int stops_at, loops = 0;
 };
 
 /// Takes at least 10 ms of processor time for each loop, and knows what they took together.
@@ -132,24 +131,28 @@ TEST_CASE("a rendering has the bits of a loop written by hand, for any number of
 TEST_CASE("an interrupt while the error is estimated leaves nothing of the estimate out") {
   gmis::RenderRequest four = request(4);
   four.intervals = true;
-  gmis::SerialExecutor serial;
-  const gmis::RenderResult expected = gmis::Render(furnace, four).run(serial);
+  std::atomic<bool> interrupt = false;
+  StoppingAtLoop never(interrupt);
+  const gmis::RenderResult expected = gmis::Render(furnace, four).run(never);
   REQUIRE(expected.error.has_value());
   REQUIRE(expected.error->relative_error > 0.0);
 
-  std::atomic<bool> interrupt = false;
-  gmis::RenderRequest longer = request(6);
-  longer.intervals = true;
-  longer.interrupt = &interrupt;
-  StoppingLate executor(interrupt);
-  const gmis::RenderResult result = gmis::Render(furnace, longer).run(executor);
-  CHECK(interrupt.load());
-  CHECK(result.iterations == 4);
-  CHECK(result.stopped_by == gmis::StopReason::interrupt);
-  REQUIRE(result.error.has_value());
-  CHECK(result.error->relative_error == expected.error->relative_error);
-  CHECK(result.log.back().estimated_error == expected.log.back().estimated_error);
-  CHECK(result.picture.values == expected.picture.values);
+  // The last loops are those of the estimate: rows, what is around rare samples, rows with those.
+  for (const int before_the_last : {2, 1, 0}) {
+    interrupt = false;
+    gmis::RenderRequest longer = request(6);
+    longer.intervals = true;
+    longer.interrupt = &interrupt;
+    StoppingAtLoop executor(interrupt, never.loops - before_the_last);
+    const gmis::RenderResult result = gmis::Render(furnace, longer).run(executor);
+    CHECK(interrupt.load());
+    CHECK(result.iterations == 4);
+    CHECK(result.stopped_by == gmis::StopReason::interrupt);
+    REQUIRE(result.error.has_value());
+    CHECK(result.error->relative_error == expected.error->relative_error);
+    CHECK(result.log.back().estimated_error == expected.log.back().estimated_error);
+    CHECK(result.picture.values == expected.picture.values);
+  }
 }
 
 TEST_CASE("in double, and with the counts that a pilot chooses, the furnace has its closed form") {

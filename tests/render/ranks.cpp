@@ -391,6 +391,28 @@ TEST_CASE("when one rank is stopped all leave out the round, which may hold seve
   });
 }
 
+TEST_CASE("when a rank is stopped while it estimates the error of its rows, none of them is left out") {
+  const gmis::RenderResult whole = outcome_of({"", request_with(gmis::integrators::pt, 4)}, 1).result;
+  int loops = 0;
+  for (const bool stops : {false, true})
+    gmis_test::on_ranks(2, [&](const gmis::RanksRef& ranks) {
+      std::atomic<bool> interrupt = false;
+      gmis::RenderRequest request = request_with(gmis::integrators::pt, stops ? 40 : 4);
+      request.ranks = ranks;
+      if (!ranks.is_first()) request.interrupt = &interrupt;
+      // The last loop of rank 1 is the estimate after four iterations.
+      StoppingAt executor(interrupt, stops && !ranks.is_first() ? loops : 0);
+      const gmis::RenderResult result =
+          Run(gmis::engines_with_pilot(furnace), furnace.camera().resolution(), request).run(executor);
+      if (!stops && !ranks.is_first()) loops = -executor.left;
+      if (!stops || !ranks.is_first()) return;
+      CHECK(result.stopped_by == gmis::StopReason::interrupt);
+      CHECK(result.iterations == 4);
+      CHECK(result.error->relative_error == whole.error->relative_error);
+      CHECK(result.error->interval.upper == whole.error->interval.upper);
+    });
+}
+
 TEST_CASE("a round grows with the run, within what may be lost and what may be held") {
   const gmis::PixelBounds small{{0, 0}, {64, 64}}, large{{0, 0}, {4096, 4096}};
   const gmis::RankRound<gmis::Vec3<float>> alone({}, small);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -9,9 +10,12 @@
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/attributes.hpp"
+#include "gmis/core/spectrum.hpp"
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/ranks.hpp"
 #include "gmis/render/run_identity.hpp"
+#include "gmis/result/error_of_rows.hpp"
 #include "gmis/transport/state/pixel_bounds.hpp"
 
 /// \file
@@ -93,6 +97,22 @@ class RowGatherer {
   const RanksRef& ranks_;
   std::vector<std::size_t> rows_;  ///< of each rank, at rank 0
 };
+
+/// Completes the estimate of the error by rows at rank 0. `rows`: those of this rank.
+template <Spectrum S>
+GMIS_RARE void gather_rows(const RanksRef& ranks, const PixelBounds& picture, ErrorOfRows<S>& rows) {
+  if (ranks.count() == 1) return;
+  const std::vector<std::vector<std::byte>> rare = gathered(ranks, std::as_bytes(std::span(rows.rare())));
+  if (ranks.is_first()) rows.resize(static_cast<std::size_t>(picture.upper.y - picture.lower.y));
+  RowGatherer gatherer(ranks, picture);
+  rows.exchange_state(gatherer);
+  for (std::size_t rank = 1; rank < rare.size(); ++rank) {
+    std::vector<RareSample> samples(rare[rank].size() / sizeof(RareSample));
+    std::copy(rare[rank].begin(), rare[rank].end(), std::as_writable_bytes(std::span(samples)).begin());
+    const PixelBounds stripe = stripe_of(picture, static_cast<int>(rank), ranks.count());
+    rows.append(samples, static_cast<std::size_t>(stripe.lower.y - picture.lower.y));
+  }
+}
 
 /// The text of rank 0, on all ranks.
 [[nodiscard]] inline std::string text_of_first(const RanksRef& ranks, std::string text) {

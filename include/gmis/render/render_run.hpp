@@ -554,10 +554,14 @@ template <Spectrum S_>
 void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   if (!made_.batches || made_.state.iterations < 2 || estimated_after_ == made_.state.iterations) return;
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
+  detail::ErrorOfRows<S> rows(*made_.batches, executor);
+  SerialExecutor serial;
+  // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
+  if (executor.is_stopped()) rows = {*made_.batches, serial};
+  detail::gather_rows(request_.ranks, crop_, rows);
   const WholeRecord<S> all = whole();
   if (request_.ranks.is_first()) {
-    latest_error_ = estimate_error(*all->batches, executor);
-    // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
+    latest_error_ = estimate_error(std::move(rows), *all->batches, executor);
     if (executor.is_stopped()) latest_error_ = estimate_error(*all->batches);
   }
   latest_error_ = request_.ranks.of_first(latest_error_);

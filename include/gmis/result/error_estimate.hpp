@@ -16,8 +16,8 @@
 #include "gmis/core/math.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/result/batch_means.hpp"
+#include "gmis/result/error_of_rows.hpp"
 #include "gmis/result/image_error.hpp"
-#include "gmis/result/rare_samples.hpp"
 #include "gmis/result/run_parts.hpp"
 
 namespace gmis {
@@ -111,171 +111,21 @@ template <Spectrum S>
   return sum / static_cast<double>(variances.size());
 }
 
-namespace detail {
-
-/// The sums over the values of a picture that estimate its error.
+/// The error of an image from its rows, which several processes may have looked at. `rows`: all of
+/// `means`, without rare samples.
 template <Spectrum S>
-class ErrorSums {
- public:
-  using Parts = PartsOfValues<S>;
-  using Numbers = typename Parts::Numbers;
-  static constexpr std::size_t lanes = Parts::lanes;
-
-  /// Adds the values of the lanes for which `counts` is true; returns the squared relative error of
-  /// each. `rare`, by part and lane: 1 / (v² + `relative_error_floor`) for a rare sample, v the
-  /// value that it is compared with, else 0; null where none is rare.
-  Numbers add(const RunParts<S>& parts, const Parts& here, const std::array<bool, lanes>& counts,
-              const std::array<Numbers, Parts::most>* rare) {
-    const std::size_t count = parts.count();
-    std::array<Numbers, Parts::most> scaled;
-    Numbers use, squares{}, errors{}, far{};
-    for (std::size_t l = 0; l < lanes; ++l) use[l] = counts[l] ? 1.0 : 0.0;
-    for (std::size_t b = 0; b < count; ++b) {
-      const double share = parts.share(b), of_others = 1.0 / (1.0 - share);
-      const Numbers &deviation = here.deviation(b), &spread = here.variance_by_others(b);
-      Numbers inverse;
-      for (std::size_t l = 0; l < lanes; ++l) {
-        const double others = parts.mean_of_others(b, here.mean()[l], deviation[l]);
-        const double variance = parts.variance_by(b, deviation[l]);
-        const double plain = 1.0 / (others * others + relative_error_floor);
-        squares[l] += variance;
-        far[l] += variance * plain;
-        // Half the second derivative of 1 / (v² + c) over the function is (3v² − c) / (v² + c)².
-        const double curvature = std::max(0.0, 3.0 * others * others - relative_error_floor) * plain * plain;
-        inverse[l] = plain / (1.0 + curvature * spread[l] * of_others);
-      }
-      if (rare != nullptr)
-        for (std::size_t l = 0; l < lanes; ++l) inverse[l] = (*rare)[b][l] > 0.0 ? (*rare)[b][l] : inverse[l];
-      for (std::size_t l = 0; l < lanes; ++l) {
-        errors[l] += parts.variance_by(b, deviation[l]) * inverse[l];
-        scaled[b][l] = use[l] > 0.0 ? share * deviation[l] * std::sqrt(inverse[l]) : 0.0;
-      }
-    }
-    for (std::size_t l = 0; l < lanes; ++l) {
-      far_ += counts[l] ? far[l] : 0.0;
-      near_ += counts[l] ? squares[l] / (here.mean()[l] * here.mean()[l] + relative_error_floor) : 0.0;
-    }
-    for (std::size_t b = 0; b < count; ++b)
-      for (std::size_t c = 0; c < b; ++c)
-        for (std::size_t first = 0; first < lanes; first += folded)
-          for (std::size_t l = 0; l < folded; ++l) products_[b][c][l] += scaled[b][first + l] * scaled[c][first + l];
-    return errors;
-  }
-  void add(const ErrorSums& other, std::size_t count) noexcept {
-    near_ += other.near_;
-    far_ += other.far_;
-    for (std::size_t b = 0; b < count; ++b)
-      for (std::size_t c = 0; c < b; ++c)
-        for (std::size_t l = 0; l < folded; ++l) products_[b][c][l] += other.products_[b][c][l];
-  }
-
-  /// Relative to the mean of all parts, and to that of the others.
-  [[nodiscard]] double near() const noexcept { return near_; }
-  [[nodiscard]] double far() const noexcept { return far_; }
-  /// Sum of the products of the deviations of two parts, c < b, each relative to the value that it
-  /// is compared with.
-  [[nodiscard]] double product(std::size_t b, std::size_t c) const noexcept {
-    return std::accumulate(products_[b][c].begin(), products_[b][c].end(), 0.0);
-  }
-
- private:
-  static constexpr std::size_t folded = 8;  // sums side by side
-
-  double near_ = 0.0, far_ = 0.0;
-  std::array<std::array<std::array<double, folded>, Parts::most>, Parts::most> products_{};  // the lower triangle
-};
-
-}  // namespace detail
-
-/// The error of an image from the parts of its run: the batches and what has been added since.
-/// Nothing before two parts.
-///
-/// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m
-/// the mean of all and m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased
-/// estimate of the variance of m. Each of its terms is divided by what the *other* parts say of the
-/// value there, so that a bright, rare sample is not divided by itself: by m_-b² +
-/// `relative_error_floor`, and by 1 + v (3 m_-b² − c) / (m_-b² + c)² for what the variance v of
-/// m_-b adds to the mean of that inverse (second order; c is the floor). Where x_b lies five
-/// standard deviations off what the others let expect, m_-b has most likely missed what such
-/// samples add, and the mean around the pixel, of the other parts again, takes its place
-/// (`detail::RareSamples`).
-///
-/// The interval is of this image's own squared error. With e_b the true deviations, that error is
-/// Σ_bc w_b w_c e_b e_c and its estimate lacks the products b ≠ c; they have the mean 0 and a
-/// variance that the products of different parts, summed over the image, show. *The bias of merging
-/// is not part of any of this* (see `merging_bias`), nor is what no iteration has met. The bits do
-/// not depend on the executor.
-template <Spectrum S>
-GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, ExecutorRef executor,
+GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(detail::ErrorOfRows<S> rows,
+                                                                    const BatchMeans<S>& means, ExecutorRef executor,
                                                                     double confidence = 0.95,
                                                                     const ErrorCalibration& calibration = {}) {
-  using Parts = detail::RunParts<S>;
-  using Values = detail::PartsOfValues<S>;
-  using Indices = typename Values::Indices;
-  constexpr std::size_t channels = BatchMeans<S>::channel_count, lanes = Values::lanes;
-  const Parts parts(means);
+  constexpr std::size_t channels = BatchMeans<S>::channel_count;
+  const detail::RunParts<S> parts(means);
   const std::size_t count = parts.count(), values = means.value_count();
   if (count < 2 || values == 0) return {};
-
-  // Block by block, and in each a few values side by side. First those without rare samples.
-  constexpr std::size_t values_of_block = 64 * lanes * channels;
-  struct Block {
-    detail::ErrorSums<S> sums;
-    std::vector<detail::RareSample> rare;
-    std::size_t first_rare = 0;  ///< where they lie among those of all blocks
-  };
-  std::vector<Block> blocks((values + values_of_block - 1) / values_of_block);
-  std::vector<double> mean(values, 0.0), per_pixel(values / channels, 0.0);
-  executor.parallel_for(blocks.size(), [&](std::size_t block) {
-    const std::size_t begin = block * values_of_block, end = std::min(values, begin + values_of_block);
-    for (std::size_t b = 0; b < count; ++b)
-      parts.with_values(b, [&](const auto of_part) {
-        for (std::size_t i = begin; i < end; ++i) mean[i] += parts.share(b) * static_cast<double>(of_part[i]);
-      });
-    for (std::size_t first = begin; first < end; first += lanes) {
-      Indices indices;
-      for (std::size_t l = 0; l < lanes; ++l) indices[l] = std::min(first + l, end - 1);
-      const Values here(parts, mean, indices);
-      std::array<bool, lanes> counts{};
-      for (std::size_t l = 0; l < lanes && first + l < end; ++l) {
-        if (!here.varies(l)) continue;
-        counts[l] = !here.has_rare(l);
-        for (std::size_t b = 0; b < count && !counts[l]; ++b)
-          if (here.is_rare(b, l)) blocks[block].rare.push_back({first + l, b});
-      }
-      const auto errors = blocks[block].sums.add(parts, here, counts, nullptr);
-      for (std::size_t l = 0; l < lanes; ++l)
-        if (counts[l]) per_pixel[(first + l) / channels] += errors[l];
-    }
-  });
-
-  // Then those with rare samples, for which the picture around them must be known.
-  std::vector<detail::RareSample> found;
-  for (Block& block : blocks) {
-    block.first_rare = found.size();
-    found.insert(found.end(), block.rare.begin(), block.rare.end());
-  }
-  const detail::RareSamples rare(parts, mean, std::move(found), executor);
-  executor.parallel_for(blocks.size(), [&](std::size_t block) {
-    const auto here = rare.samples().subspan(blocks[block].first_rare, blocks[block].rare.size());
-    for (auto next = here.begin(); next != here.end();) {
-      Indices indices{};
-      std::array<typename Values::Numbers, Parts::most> inverse{};
-      std::array<bool, lanes> counts{};
-      for (std::size_t l = 0; l < lanes && next != here.end(); ++l) {
-        counts[l] = true;
-        indices[l] = next->index;
-        for (; next != here.end() && next->index == indices[l]; ++next)
-          inverse[next->part][l] = 1.0 / (square(rare.value_at(*next)) + relative_error_floor);
-      }
-      const auto errors = blocks[block].sums.add(parts, Values(parts, mean, indices), counts, &inverse);
-      for (std::size_t l = 0; l < lanes; ++l)
-        if (counts[l]) per_pixel[indices[l] / channels] += errors[l];
-    }
-  });
-  detail::ErrorSums<S> sums;
-  for (const Block& block : blocks) sums.add(block.sums, count);
-  const double near = sums.near(), far = sums.far();
+  rows.add_rare(parts, executor);
+  const auto sums = rows.sums();
+  std::vector<double> per_pixel = rows.take_per_pixel();
+  const double near = sums.near, far = sums.far;
 
   ErrorEstimate estimate;
   const double sum = std::accumulate(per_pixel.begin(), per_pixel.end(), 0.0);
@@ -317,6 +167,31 @@ GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchM
   estimate.interval.lower = estimate.relative_error / reach;
   estimate.interval.upper = estimate.relative_error * reach;
   return estimate;
+}
+
+/// The error of an image from the parts of its run: the batches and what has been added since.
+/// Nothing before two parts.
+///
+/// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m
+/// the mean of all and m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased
+/// estimate of the variance of m. Each of its terms is divided by what the *other* parts say of the
+/// value there, so that a bright, rare sample is not divided by itself: by m_-b² +
+/// `relative_error_floor`, and by 1 + v (3 m_-b² − c) / (m_-b² + c)² for what the variance v of
+/// m_-b adds to the mean of that inverse (second order; c is the floor). Where x_b lies five
+/// standard deviations off what the others let expect, m_-b has most likely missed what such
+/// samples add, and the mean around the pixel, of the other parts again, takes its place
+/// (`detail::RareSamples`).
+///
+/// The interval is of this image's own squared error. With e_b the true deviations, that error is
+/// Σ_bc w_b w_c e_b e_c and its estimate lacks the products b ≠ c; they have the mean 0 and a
+/// variance that the products of different parts, summed over the image, show. *The bias of merging
+/// is not part of any of this* (see `merging_bias`), nor is what no iteration has met. The bits do
+/// not depend on the executor.
+template <Spectrum S>
+GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, ExecutorRef executor,
+                                                                    double confidence = 0.95,
+                                                                    const ErrorCalibration& calibration = {}) {
+  return estimate_error(detail::ErrorOfRows<S>(means, executor), means, executor, confidence, calibration);
 }
 /// The same on one thread.
 template <Spectrum S>
