@@ -5,6 +5,8 @@ Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --stale [--quiet]   lists the figures whose sources have changed since
        figures.py --check             marks, registry and quoted values fit together
        figures.py --values            takes the values that sentences quote from their tables anew
+       figures.py --confirm COMMIT    keeps the figures that were fresh at a commit, where its
+                                      program and that of now do the same work
 
 A figure stands between two marks that name its command. Behind them stand a stamp and a small line
 for the reader:
@@ -161,23 +163,25 @@ class Project:
         head = git("rev-parse", "--short=7", "HEAD") or "unknown"
         return head + ("+" if git("status", "--porcelain", "--untracked-files=no", "--", "include", "examples", "bench") else "")
 
-    def stamp(self, name, command):
-        """The two lines behind a figure that was measured now."""
-        commit, date = self.commit(), datetime.date.today().isoformat()
+    def stamp(self, name, command, measured=None):
+        """The two lines behind a figure that was measured now, or at a commit and date whose
+        program does the same work."""
+        commit, date = measured or (self.commit(), datetime.date.today().isoformat())
+        still = f"; the program of commit {self.commit()} does the same work" if measured else ""
         return (
             f"<!-- stamp of {name}: digest {self.digest(name)}; commit {commit}; {date} -->\n"
-            f"<sub>Measured at commit {commit} on {date} by `{command}`.</sub>\n"
+            f"<sub>Measured at commit {commit} on {date} by `{command}`{still}.</sub>\n"
         )
 
-    def put(self, page, name, command, body=None):
+    def put(self, page, name, command, body=None, measured=None):
         """Writes a figure and its stamp into a page; the same body with a new stamp where none is
-        given."""
+        given. `measured`: commit and date, for `stamp`."""
         text = page.read_text(encoding="utf-8")
         for figure in figures_in(page, text):
             if figure.name == name:
                 body = figure.body if body is None else one_sentence_a_line(body if body.endswith("\n") else body + "\n")
                 marks = f"<!-- {name}: written by {command} -->\n{body}<!-- end of {name} -->\n"
-                page.write_text(text[: figure.start] + marks + self.stamp(name, command) + text[figure.end :], encoding="utf-8")
+                page.write_text(text[: figure.start] + marks + self.stamp(name, command, measured) + text[figure.end :], encoding="utf-8")
                 return True
         return False
 
@@ -188,6 +192,20 @@ class Project:
         if figure.digest != self.digest(figure.name):
             return f"from commit {figure.commit}, {figure.date}: its sources have changed"
         return None
+
+    def confirm(self, before):
+        """Stamps the stale figures anew that were fresh in `before`, the project at a commit whose
+        program does the same work, and that rest on nothing else (`confirm` in the registry).
+        Returns their names."""
+        kept = []
+        for name in [figure.name for figure in self.figures()]:
+            figure = next(one for one in self.figures() if one.name == name)
+            if not self.state(figure) or not self.registry.getboolean(name, "confirm", fallback=False):
+                continue
+            if figure.digest is not None and figure.digest == before.digest(name):
+                self.put(figure.page, name, figure.command, measured=(figure.commit, figure.date))
+                kept.append(name)
+        return kept
 
     def take_values(self, write):
         """The quoted values that differ from their tables; takes the tables' where `write` is
@@ -283,6 +301,7 @@ def main(arguments):
     parser.add_argument("--quiet", action="store_true")
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--values", action="store_true")
+    parser.add_argument("--confirm", metavar="COMMIT")
     parser.add_argument("names", nargs="*")
     options = parser.parse_args(arguments)
     project = Project()
@@ -294,6 +313,17 @@ def main(arguments):
                 print(figure.name if options.quiet else f"{figure.page.relative_to(project.root)}: {figure.name}: {state} ({figure.command})")
         if not options.quiet:
             print(f"{sum(1 for _, state in states if state)} of {len(figures)} figures are stale")
+        return 0
+    if options.confirm:
+        import same_work  # which imports this file
+
+        before, found = same_work.differences_to(options.confirm, project.root, project.root / "out" / "figures")
+        for difference in found:
+            print(f"figures: {difference}", file=sys.stderr)
+        if found:
+            print("figures: the programs differ: measure anew", file=sys.stderr)
+            return 1
+        print("kept: " + ", ".join(project.confirm(Project(before))))
         return 0
     if options.check or options.values:
         faults = project.check() if options.check else project.take_values(write=True)

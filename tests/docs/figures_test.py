@@ -4,6 +4,7 @@ Usage: figures_test.py [unittest's options]
 """
 
 import pathlib
+import shutil
 import sys
 import tempfile
 import unittest
@@ -107,6 +108,25 @@ class Figures(unittest.TestCase):
         text = self.page.read_text()
         self.assertIn("geometric mean: error -->0.25<!-- /value -->", text)
         self.assertEqual(self.project().check(), [])
+
+    def test_confirm_keeps_what_was_fresh_and_rests_on_the_program(self):
+        self.project().put(self.page, "speed", "./measure")
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copytree(self.root, folder, dirs_exist_ok=True)
+            before = figures.Project(pathlib.Path(folder))
+            self.write("include/a.hpp", "int c;\n")
+            self.assertEqual(self.project().confirm(before), [])
+            self.write("bench/figures.ini", REGISTRY + "confirm = yes\n")
+            old = self.figure()
+            self.assertEqual(self.project().confirm(before), ["speed"])
+            self.assertIsNone(self.state())
+            self.assertEqual((self.figure().commit, self.figure().date), (old.commit, old.date))
+            self.assertIn("does the same work.</sub>", self.page.read_text())
+            self.assertEqual(self.project().confirm(before), [])
+            # It was stale before.
+            self.write("include/a.hpp", "int d;\n")
+            self.assertEqual(self.project().confirm(before), [])
+            self.assertIn("have changed", self.state())
 
     def test_a_command_that_fails_leaves_no_stamp(self):
         self.write("measure", "#!/bin/sh\nexit 1\n")

@@ -1,0 +1,71 @@
+"""Whether the program of another commit does the same work as the one at hand: the same pictures
+with the same counts, and instructions that differ by half a per cent at most. A table of errors and
+times that was measured with one of them then holds for the other."""
+
+import json
+import pathlib
+import subprocess
+import sys
+
+from measuring import ALL, in_parallel, instructions_of
+
+INTEGRATORS = ("pt", "bpt", "vcm", "auto")
+COUNTED = ("cornell", "paper1", "light_behind_glass", "many_lights")
+LIMIT = 0.005
+
+
+def program_of(root):
+    """Builds gmis-render of the preset bench in a checkout, and returns its path."""
+    for words in (["--preset", "bench", "--log-level=WARNING"], ["--build", "--preset", "bench", "--target", "gmis-render"]):
+        subprocess.run(["cmake", *words], cwd=root, check=True, stdout=subprocess.DEVNULL)
+    return root / "build/bench/examples/gmis-render"
+
+
+def command_of(root, program, scene, integrator, iterations, *more):
+    where = ALL[scene] if scene == ALL[scene] else root / ALL[scene]
+    return [program, where, "--integrator", integrator, "--size", "64x64", "--iterations", str(iterations), "--threads", "1", "--quiet", *more]
+
+
+def facts_of(root, program, scene, integrator, out):
+    """Picture, counts and errors of a run, as its statistics state them, without times."""
+    stats = out / f"{root.name}_{scene}_{integrator}.json"
+    subprocess.run(list(map(str, command_of(root, program, scene, integrator, 16, "--stats", stats, "--out", stats.with_suffix(".pfm")))),
+                   check=True, stdin=subprocess.DEVNULL)
+    facts = json.loads(stats.read_text(encoding="utf-8"))
+    return {key: facts[key] for key in ("image_hash", "iterations", "sample_counts", "light_use", "counts")} | {
+        "estimate": {key: float(f"{value:.8g}") for key, value in facts["estimate"].items() if isinstance(value, float)}}
+
+
+def differences(before, now, out):
+    """The differences between the programs of two checkouts, as lines. Prints what was compared."""
+    out.mkdir(parents=True, exist_ok=True)
+    programs = {root: program_of(root) for root in (before, now)}
+    found = []
+    cases = [(scene, integrator) for scene in ALL for integrator in INTEGRATORS]
+
+    def changed(case):
+        old, new = (facts_of(root, program, *case, out) for root, program in programs.items())
+        return [key for key in old if old[key] != new[key]]
+
+    for case, keys in in_parallel(changed, cases):
+        if keys:
+            found.append(f"{' '.join(case)}: other {', '.join(keys)}")
+
+    def ratio(case):
+        old, new = (instructions_of(command_of(root, program, *case, 8, "--out", out / f"{root.name}_{'_'.join(case)}.pfm"))
+                    for root, program in programs.items())
+        return new / old
+
+    ratios = dict(in_parallel(ratio, [(scene, integrator) for scene in COUNTED for integrator in INTEGRATORS]))
+    found += [f"{' '.join(case)}: {one:.4f} of the instructions" for case, one in ratios.items() if abs(one - 1) > LIMIT]
+    print(f"{len(cases)} runs compared; instructions {min(ratios.values()):.4f} to {max(ratios.values()):.4f} of those before", file=sys.stderr)
+    return found
+
+
+def differences_to(commit, root, out):
+    """The same against a commit, which is checked out below `out`; and the folder of that
+    checkout."""
+    before = pathlib.Path(out) / "before"
+    subprocess.run(["git", "-C", root, "worktree", "remove", "--force", before], stderr=subprocess.DEVNULL)
+    subprocess.run(["git", "-C", root, "worktree", "add", "--quiet", "--detach", before, commit], check=True)
+    return before, differences(before, pathlib.Path(root), pathlib.Path(out))
