@@ -46,7 +46,7 @@ def measure(options, name):
 
 
 def add_options(parser):
-    parser.add_argument("--most-reference-seeds", type=int, default=18)
+    parser.add_argument("--most-reference-seeds", type=int, default=72)
 
 
 def run(options):
