@@ -92,6 +92,9 @@ TEST_CASE("The factors of a candidate are its counts over those that were made",
   CHECK(gmis::count_factors<double>({0.25, 4, true, false}, made) == Factors{1, 1, 2, 0.25, 0});
   CHECK(gmis::count_factors<double>({2.0, 0, true, true}, made) == Factors{1, 1, 0, 2, 2});
   CHECK(gmis::count_factors<double>({0.0, 0, false, false}, made) == Factors{1, 1, 0, 0, 0});
+  gmis::SampleCounts wide = made;
+  wide.radius_factor = 3;
+  CHECK(gmis::count_factors<double>(wide, made) == Factors{1, 1, 1, 1, 9});
 }
 
 TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
@@ -130,6 +133,9 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, part by pa
   CHECK(camera(made) == 2000 + 0.5 * 1800 + 0.25 * 4000 + 0.5 * 1200 + 2.0 * 1500 + 0.125 * 6000);
   CHECK(camera({0.5, 1, true, false}) == 2000 + 0.5 * 1800 + 0.5 * (0.25 * 4000 + 0.5 * 1200));
   CHECK(camera({2.0, 0, true, true}) == 2000 + 0.5 * 1800 + 2.0 * 1500 + 2 * 0.125 * 6000);
+  gmis::SampleCounts wide = made;
+  wide.radius_factor = 3;
+  CHECK(camera(wide) == camera(made) + 8 * 0.125 * 6000);
 }
 
 TEST_CASE("The best candidate has the least work of those that miss no light", "[pilot]") {
