@@ -143,10 +143,12 @@ class Project:
         found = (p for path in self.root.glob(pattern) for p in (path.rglob("*") if path.is_dir() else [path]))
         return {p for p in found if p.is_file() and p.suffix in SUFFIXES and "__pycache__" not in p.parts}
 
-    def digest(self, name):
-        """Digest of the sources of a figure, without comments and white space."""
+    def digest(self, name, below="."):
+        """Digest of the sources of a figure below a folder, without comments and white space."""
         result = hashlib.sha256()
         for path in self.sources(name):
+            if not path.is_relative_to(self.root / below):
+                continue
             text = path.read_text(encoding="utf-8", errors="replace")
             if path.suffix in {".hpp", ".cpp"}:
                 text = CPP_NOISE.sub(lambda match: match.group(1) or " ", text)
@@ -202,7 +204,8 @@ class Project:
             figure = next(one for one in self.figures() if one.name == name)
             if not self.state(figure) or not self.registry.getboolean(name, "confirm", fallback=False):
                 continue
-            if figure.digest is not None and figure.digest == before.digest(name):
+            has_same_bench = self.digest(name, "bench") == before.digest(name, "bench")
+            if has_same_bench and figure.digest is not None and figure.digest == before.digest(name):
                 self.put(figure.page, name, figure.command, measured=(figure.commit, figure.date))
                 kept.append(name)
         return kept
@@ -317,13 +320,15 @@ def main(arguments):
     if options.confirm:
         import same_work  # which imports this file
 
-        before, found = same_work.differences_to(options.confirm, project.root, project.root / "out" / "figures")
-        for difference in found:
-            print(f"figures: {difference}", file=sys.stderr)
-        if found:
-            print("figures: the programs differ: measure anew", file=sys.stderr)
-            return 1
-        print("kept: " + ", ".join(project.confirm(Project(before))))
+        out = project.root / "out" / "figures"
+        with same_work.checkout(options.confirm, project.root, out / "before") as before:
+            found = same_work.differences(before, project.root, out)
+            for difference in found:
+                print(f"figures: {difference}", file=sys.stderr)
+            if found:
+                print("figures: the programs differ: measure anew", file=sys.stderr)
+                return 1
+            print("kept: " + ", ".join(project.confirm(Project(before))))
         return 0
     if options.check or options.values:
         faults = project.check() if options.check else project.take_values(write=True)

@@ -2,6 +2,7 @@
 with the same counts, and instructions that differ by half a per cent at most. A table of errors and
 times that was measured with one of them then holds for the other."""
 
+import contextlib
 import json
 import pathlib
 import subprocess
@@ -62,10 +63,13 @@ def differences(before, now, out):
     return found
 
 
-def differences_to(commit, root, out):
-    """The same against a commit, which is checked out below `out`; and the folder of that
-    checkout."""
-    before = pathlib.Path(out) / "before"
-    subprocess.run(["git", "-C", root, "worktree", "remove", "--force", before], stderr=subprocess.DEVNULL)
-    subprocess.run(["git", "-C", root, "worktree", "add", "--quiet", "--detach", before, commit], check=True)
-    return before, differences(before, pathlib.Path(root), pathlib.Path(out))
+@contextlib.contextmanager
+def checkout(commit, root, folder):
+    """A checkout of a commit, removed at the end of the with statement."""
+    folder = pathlib.Path(folder)
+    subprocess.run(["git", "-C", root, "worktree", "remove", "--force", folder], stderr=subprocess.DEVNULL)
+    subprocess.run(["git", "-C", root, "worktree", "add", "--quiet", "--detach", folder, commit], check=True)
+    try:
+        yield folder
+    finally:
+        subprocess.run(["git", "-C", root, "worktree", "remove", "--force", folder])
