@@ -53,8 +53,9 @@ def differences(before, now, out):
             found.append(f"{' '.join(case)}: other {', '.join(keys)}")
 
     def ratio(case):
-        old, new = (instructions_of(command_of(root, program, *case, 8, "--out", out / f"{root.name}_{'_'.join(case)}.pfm"))
-                    for root, program in programs.items())
+        place = [(root, program, out / f"{root.name}_{'_'.join(case)}") for root, program in programs.items()]
+        old, new = (instructions_of(command_of(root, program, *case, 8, "--stats", f"{file}.json", "--out", f"{file}.pfm"))
+                    for root, program, file in place)
         return new / old
 
     ratios = dict(in_parallel(ratio, [(scene, integrator) for scene in COUNTED for integrator in INTEGRATORS]))

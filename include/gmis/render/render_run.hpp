@@ -180,6 +180,9 @@ class RenderRun {
   /// The record with the rows of all ranks, at rank 0; elsewhere that of its own rows. All ranks
   /// call it together.
   GMIS_RARE WholeRecord<S> whole() const;
+  /// The batches with the rows of all ranks, at rank 0; elsewhere those of its own rows. All ranks
+  /// call it together. Its memory stays, for it is needed again and again.
+  GMIS_RARE const BatchMeans<S>& whole_batches();
   /// The part of a whole record that this rank keeps.
   GMIS_RARE void keep_rows_of(RunRecord<S>&& all);
 
@@ -237,9 +240,10 @@ class RenderRun {
   PixelBounds crop_;
   std::optional<RenderEngine<S>> engine_;
   RankRound<S> round_;
-  RunRecord<S> made_;                          ///< of whole iterations and the rows of this rank
-  std::span<const S> frame_;                   ///< of the round
-  std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
+  RunRecord<S> made_;                           ///< of whole iterations and the rows of this rank
+  std::optional<BatchMeans<S>> whole_batches_;  ///< of several ranks, at rank 0
+  std::span<const S> frame_;                    ///< of the round
+  std::optional<ErrorEstimate> latest_error_;   ///< after the iteration `estimated_after_`
   std::uint32_t estimated_after_ = 0, next_estimate_ = Budget::fewest_iterations_for_error;
 };
 
@@ -304,6 +308,22 @@ WholeRecord<S_> RenderRun<S_>::whole() const {
   all.copy_rows(own, {0, 0, stripe.upper.y - stripe.lower.y});
   all.exchange_state(gatherer);
   return {own, std::move(all)};
+}
+
+template <Spectrum S_>
+const BatchMeans<S_>& RenderRun<S_>::whole_batches() {
+  const RanksRef& ranks = request_.ranks;
+  if (ranks.count() == 1) return *made_.batches;
+  detail::RowGatherer gatherer(ranks, crop_);
+  if (!ranks.is_first()) {
+    made_.batches->exchange_state(gatherer);
+    return *made_.batches;
+  }
+  const PixelBounds stripe = detail::stripe_of(crop_, 0, ranks.count());
+  if (!whole_batches_) whole_batches_ = made_.batches_of(request_, crop_.upper - crop_.lower);
+  whole_batches_->copy_rows(*made_.batches, {0, 0, stripe.upper.y - stripe.lower.y});
+  whole_batches_->exchange_state(gatherer);
+  return *whole_batches_;
 }
 
 template <Spectrum S_>
@@ -559,10 +579,10 @@ void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
   if (executor.is_stopped()) rows = {*made_.batches, serial};
   detail::gather_rows(request_.ranks, crop_, rows);
-  const WholeRecord<S> all = whole();
+  const BatchMeans<S>& all = whole_batches();
   if (request_.ranks.is_first()) {
-    latest_error_ = estimate_error(std::move(rows), *all->batches, executor);
-    if (executor.is_stopped()) latest_error_ = estimate_error(*all->batches);
+    latest_error_ = estimate_error(std::move(rows), all, executor);
+    if (executor.is_stopped()) latest_error_ = estimate_error(all);
   }
   latest_error_ = request_.ranks.of_first(latest_error_);
   estimated_after_ = made_.state.iterations;

@@ -136,15 +136,19 @@ class ErrorOfRows {
   /// Adds the values with rare samples. `parts`: of the whole picture, as all rows of this must be.
   GMIS_RARE void add_rare(const RunParts<S>& parts, ExecutorRef executor) {
     const RareSamples rare(parts, mean_, std::move(rare_), executor);
-    executor.parallel_for(sums_.size(), [&](std::size_t row) {
-      const auto before = [](const RareSample& sample, std::size_t index) { return sample.index < index; };
-      const auto all = rare.samples();
-      const auto begin = std::lower_bound(all.begin(), all.end(), row * row_length_, before);
-      add_rare_of_row(parts, rare, row, {begin, std::lower_bound(begin, all.end(), (row + 1) * row_length_, before)});
+    const std::span<const RareSample> all = rare.samples();
+    const auto first_of = [&](std::size_t block) {
+      return std::lower_bound(all.begin(), all.end(), block * rows_of_block * row_length_,
+                              [](const RareSample& sample, std::size_t index) { return sample.index < index; });
+    };
+    std::vector<Sums> sums((sums_.size() + rows_of_block - 1) / rows_of_block);
+    executor.parallel_for(sums.size(), [&](std::size_t block) {
+      sums[block] = added(parts, rare, {first_of(block), first_of(block + 1)});
     });
+    sums_.insert(sums_.end(), sums.begin(), sums.end());
   }
 
-  /// The sums over all rows.
+  /// The sums over all values.
   [[nodiscard]] Sums sums() const noexcept {
     return std::accumulate(sums_.begin(), sums_.end(), Sums{}, [](Sums all, const Sums& row) { return all += row; });
   }
@@ -173,7 +177,7 @@ class ErrorOfRows {
   }
 
  private:
-  static constexpr std::size_t channels = BatchMeans<S>::channel_count, lanes = Values::lanes;
+  static constexpr std::size_t channels = BatchMeans<S>::channel_count, lanes = Values::lanes, rows_of_block = 16;
 
   void add_row(const RunParts<S>& parts, std::size_t row, std::vector<RareSample>& found) {
     const std::size_t count = parts.count(), begin = row * row_length_, end = begin + row_length_;
@@ -200,9 +204,8 @@ class ErrorOfRows {
     sums_[row] = adder.sums(count);
   }
 
-  void add_rare_of_row(const RunParts<S>& parts, const RareSamples& rare, std::size_t row,
-                       std::span<const RareSample> here) {
-    if (here.empty()) return;
+  /// Adds rare samples, by value and part, to their pixels; returns their sums.
+  Sums added(const RunParts<S>& parts, const RareSamples& rare, std::span<const RareSample> here) {
     ErrorAdder<S> adder;
     for (auto next = here.begin(); next != here.end();) {
       typename Values::Indices indices{};
@@ -218,13 +221,13 @@ class ErrorOfRows {
       for (std::size_t l = 0; l < lanes; ++l)
         if (counts[l]) per_pixel_[indices[l] / channels] += errors[l];
     }
-    sums_[row] += adder.sums(parts.count());
+    return adder.sums(parts.count());
   }
 
   std::size_t row_length_;         // in values
   std::vector<double> mean_;       // of all parts, by value
   std::vector<double> per_pixel_;  // squared relative error
-  std::vector<Sums> sums_;         // by row
+  std::vector<Sums> sums_;         // by row, then of rare samples
   std::vector<RareSample> rare_;   // not yet added
 };
 
