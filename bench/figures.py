@@ -166,10 +166,10 @@ class Project:
         return head + ("+" if git("status", "--porcelain", "--untracked-files=no", "--", "include", "examples", "bench") else "")
 
     def stamp(self, name, command, measured=None):
-        """The two lines behind a figure that was measured now, or at a commit and date whose
-        program does the same work."""
-        commit, date = measured or (self.commit(), datetime.date.today().isoformat())
-        still = f"; the program of commit {self.commit()} does the same work" if measured else ""
+        """The two lines behind a figure that was measured now; or at a commit and date, from where
+        to now instructions have this ratio (`measured`)."""
+        commit, date, ratios = measured or (self.commit(), datetime.date.today().isoformat(), None)
+        still = f"; commit {self.commit()} makes the same pictures with {ratios} of the instructions" if ratios else ""
         return (
             f"<!-- stamp of {name}: digest {self.digest(name)}; commit {commit}; {date} -->\n"
             f"<sub>Measured at commit {commit} on {date} by `{command}`{still}.</sub>\n"
@@ -177,7 +177,7 @@ class Project:
 
     def put(self, page, name, command, body=None, measured=None):
         """Writes a figure and its stamp into a page; the same body with a new stamp where none is
-        given. `measured`: commit and date, for `stamp`."""
+        given. `measured`: as in `stamp`."""
         text = page.read_text(encoding="utf-8")
         for figure in figures_in(page, text):
             if figure.name == name:
@@ -195,10 +195,10 @@ class Project:
             return f"from commit {figure.commit}, {figure.date}: its sources have changed"
         return None
 
-    def confirm(self, before):
+    def confirm(self, before, ratios):
         """Stamps the stale figures anew that were fresh in `before`, the project at a commit whose
         program does the same work, and that rest on nothing else (`confirm` in the registry).
-        Returns their names."""
+        `ratios`: of the instructions now to those then, as text. Returns their names."""
         kept = []
         for name in [figure.name for figure in self.figures()]:
             figure = next(one for one in self.figures() if one.name == name)
@@ -206,7 +206,7 @@ class Project:
                 continue
             has_same_bench = self.digest(name, "bench") == before.digest(name, "bench")
             if has_same_bench and figure.digest is not None and figure.digest == before.digest(name):
-                self.put(figure.page, name, figure.command, measured=(figure.commit, figure.date))
+                self.put(figure.page, name, figure.command, measured=(figure.commit, figure.date, ratios))
                 kept.append(name)
         return kept
 
@@ -322,13 +322,13 @@ def main(arguments):
 
         out = project.root / "out" / "figures"
         with same_work.checkout(options.confirm, project.root, out / "before") as before:
-            found = same_work.differences(before, project.root, out)
+            found, ratios = same_work.differences(before, project.root, out)
             for difference in found:
                 print(f"figures: {difference}", file=sys.stderr)
             if found:
                 print("figures: the programs differ: measure anew", file=sys.stderr)
                 return 1
-            print("kept: " + ", ".join(project.confirm(Project(before))))
+            print(f"{ratios} of the instructions; kept: " + ", ".join(project.confirm(Project(before), ratios)))
         return 0
     if options.check or options.values:
         faults = project.check() if options.check else project.take_values(write=True)
