@@ -37,8 +37,8 @@ def facts_of(root, program, scene, integrator, out):
 
 
 def differences(before, now, out):
-    """The differences between the programs of two checkouts, as lines, and the range of the ratio of
-    their instructions, as text."""
+    """The differences between the programs of two checkouts, as lines; and the range of the ratio
+    of their instructions, as text."""
     out.mkdir(parents=True, exist_ok=True)
     programs = {root: program_of(root) for root in (before, now)}
     found = []
