@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <memory>
 #include <type_traits>
+#include <vector>
 
+#include "gmis/core/attributes.hpp"
 #include "gmis/core/concepts.hpp"
 
 namespace gmis {
@@ -45,6 +47,14 @@ class ExecutorRef {
     run_(executor_, count, const_cast<std::remove_const_t<W>*>(std::addressof(work)),
          [](void* of, std::size_t i) { (*static_cast<W*>(of))(i); });
   }
+  /// Calls `work(i)` for each of them even when the executor is stopped meanwhile: what it leaves
+  /// out runs on this thread.
+  template <class Work>
+  void parallel_for_all(std::size_t count, Work&& work) const {
+    using W = std::remove_reference_t<Work>;
+    run_all(count, const_cast<std::remove_const_t<W>*>(std::addressof(work)),
+            [](void* of, std::size_t i) { (*static_cast<W*>(of))(i); });
+  }
   /// Leaves out work that has not begun while `*flag` is true; a null pointer ends this. It does
   /// nothing when the executor is no `StoppableExecutor`.
   void stop_when(const std::atomic<bool>* flag) const {
@@ -54,6 +64,15 @@ class ExecutorRef {
   [[nodiscard]] bool is_stopped() const { return is_stopped_ != nullptr && is_stopped_(executor_); }
 
  private:
+  GMIS_RARE void run_all(std::size_t count, void* work, void (*call)(void*, std::size_t)) const {
+    std::vector<char> is_done(count, 0);
+    parallel_for(count, [&](std::size_t i) {
+      call(work, i);
+      is_done[i] = 1;
+    });
+    for (std::size_t i = 0; i < count; ++i)
+      if (is_done[i] == 0) call(work, i);
+  }
   template <class E>
   static E& executor_of(const void* executor) noexcept {
     return *const_cast<E*>(static_cast<const E*>(executor));

@@ -25,13 +25,9 @@ struct PixelSums {
 
   /// Sums without iterations that a run with this request keeps, of `size` pixels.
   PixelSums(const RenderRequest& request, glm::ivec2 size)
-      : film(size), halves(request.halves ? 2 : 0, Film<S>(size)), batches(batches_of(request, size)), merging(size) {}
-
-  /// Batches without iterations for the error of a run with this request; empty where it needs
-  /// none.
-  [[nodiscard]] static std::optional<BatchMeans<S>> batches_of(const RenderRequest& request, glm::ivec2 size) {
-    if (!request.intervals && !request.budget.relative_error) return {};
-    return BatchMeans<S>(size, request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
+      : film(size), halves(request.halves ? 2 : 0, Film<S>(size)), merging(size) {
+    if (request.intervals || request.budget.relative_error)
+      batches.emplace(size, request.settings.sampler == Sampler::sobol ? sobol_replications : 0);
   }
 
   /// Adds an iteration. `number`: from 1; `gain`: as in `MergingChange::add_iteration`.

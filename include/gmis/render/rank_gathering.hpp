@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/argument_error.hpp"
@@ -60,13 +61,7 @@ class RowGatherer {
   static constexpr bool is_reading = false;
 
   /// `picture`: the rows of all ranks.
-  RowGatherer(const RanksRef& ranks, const PixelBounds& picture) : ranks_(ranks) {
-    if (!ranks.is_first()) return;
-    for (int rank = 0; rank < ranks.count(); ++rank) {
-      const PixelBounds stripe = stripe_of(picture, rank, ranks.count());
-      rows_.push_back(static_cast<std::size_t>(stripe.upper.y - stripe.lower.y));
-    }
-  }
+  RowGatherer(const RanksRef& ranks, const PixelBounds& picture) noexcept : ranks_(ranks), picture_(picture) {}
 
   template <class... Values>
   GMIS_RARE void operator()(Values&... values) {
@@ -81,36 +76,43 @@ class RowGatherer {
   }
   template <class V>
   void exchange(std::vector<V>& values) {
-    if constexpr (!std::is_trivially_copyable_v<V>) {
+    if constexpr (!std::is_trivially_copyable_v<V>)
       for (V& value : values) exchange(value);
-    } else if (!ranks_.is_first()) {
-      ranks_.gather(std::as_bytes(std::span(values)), {}, {});
-    } else {
-      const std::span<std::byte> all = std::as_writable_bytes(std::span(values));
-      const std::size_t row = all.size() / std::accumulate(rows_.begin(), rows_.end(), std::size_t{0});
-      std::vector<std::size_t> sizes{0};
-      for (std::size_t rank = 1; rank < rows_.size(); ++rank) sizes.push_back(row * rows_[rank]);
-      ranks_.gather({}, all.subspan(row * rows_[0]), sizes);
-    }
+    else
+      gather(std::as_writable_bytes(std::span(values)));
+  }
+  /// `rows`: bytes of the whole picture at rank 0, elsewhere of the rows there.
+  GMIS_RARE void gather(std::span<std::byte> rows) {
+    if (!ranks_.is_first()) return ranks_.gather(rows, {}, {});
+    const std::size_t row = rows.size() / rows_between(picture_);
+    std::vector<std::size_t> sizes(static_cast<std::size_t>(ranks_.count()));
+    for (std::size_t rank = 0; rank < sizes.size(); ++rank)
+      sizes[rank] = row * rows_between(stripe_of(picture_, static_cast<int>(rank), ranks_.count()));
+    const std::span<std::byte> of_others = rows.subspan(std::exchange(sizes[0], 0));
+    ranks_.gather({}, of_others, sizes);
+  }
+
+  [[nodiscard]] static std::size_t rows_between(const PixelBounds& bounds) noexcept {
+    return static_cast<std::size_t>(bounds.upper.y - bounds.lower.y);
   }
 
   const RanksRef& ranks_;
-  std::vector<std::size_t> rows_;  ///< of each rank, at rank 0
+  PixelBounds picture_;
 };
 
-/// Completes the estimate of the error by rows at rank 0. `rows`: those of this rank.
+/// Completes the estimate of the error by rows at rank 0. `rows`: those of this rank, with room for
+/// all at rank 0.
 template <Spectrum S>
 GMIS_RARE void gather_rows(const RanksRef& ranks, const PixelBounds& picture, ErrorOfRows<S>& rows) {
   if (ranks.count() == 1) return;
-  const std::vector<std::vector<std::byte>> rare = gathered(ranks, std::as_bytes(std::span(rows.rare())));
-  if (ranks.is_first()) rows.resize(static_cast<std::size_t>(picture.upper.y - picture.lower.y));
+  const std::vector<std::vector<std::byte>> rare = gathered(ranks, std::as_bytes(std::span(rows.rare)));
   RowGatherer gatherer(ranks, picture);
   rows.exchange_state(gatherer);
   for (std::size_t rank = 1; rank < rare.size(); ++rank) {
-    std::vector<RareSample> samples(rare[rank].size() / sizeof(RareSample));
-    std::copy(rare[rank].begin(), rare[rank].end(), std::as_writable_bytes(std::span(samples)).begin());
-    const PixelBounds stripe = stripe_of(picture, static_cast<int>(rank), ranks.count());
-    rows.append(samples, static_cast<std::size_t>(stripe.lower.y - picture.lower.y));
+    const std::size_t first = rows.rare.size();
+    rows.rare.resize(first + rare[rank].size() / sizeof(RareSample));
+    std::copy(rare[rank].begin(), rare[rank].end(),
+              std::as_writable_bytes(std::span(rows.rare).subspan(first)).begin());
   }
 }
 

@@ -180,9 +180,6 @@ class RenderRun {
   /// The record with the rows of all ranks, at rank 0; elsewhere that of its own rows. All ranks
   /// call it together.
   GMIS_RARE WholeRecord<S> whole() const;
-  /// The batches with the rows of all ranks, at rank 0; elsewhere those of its own rows. All ranks
-  /// call it together. Its memory stays, for it is needed again and again.
-  GMIS_RARE const BatchMeans<S>& whole_batches();
   /// The part of a whole record that this rank keeps.
   GMIS_RARE void keep_rows_of(RunRecord<S>&& all);
 
@@ -240,10 +237,9 @@ class RenderRun {
   PixelBounds crop_;
   std::optional<RenderEngine<S>> engine_;
   RankRound<S> round_;
-  RunRecord<S> made_;                           ///< of whole iterations and the rows of this rank
-  std::optional<BatchMeans<S>> whole_batches_;  ///< of several ranks, at rank 0
-  std::span<const S> frame_;                    ///< of the round
-  std::optional<ErrorEstimate> latest_error_;   ///< after the iteration `estimated_after_`
+  RunRecord<S> made_;                          ///< of whole iterations and the rows of this rank
+  std::span<const S> frame_;                   ///< of the round
+  std::optional<ErrorEstimate> latest_error_;  ///< after the iteration `estimated_after_`
   std::uint32_t estimated_after_ = 0, next_estimate_ = Budget::fewest_iterations_for_error;
 };
 
@@ -308,22 +304,6 @@ WholeRecord<S_> RenderRun<S_>::whole() const {
   all.copy_rows(own, {0, 0, stripe.upper.y - stripe.lower.y});
   all.exchange_state(gatherer);
   return {own, std::move(all)};
-}
-
-template <Spectrum S_>
-const BatchMeans<S_>& RenderRun<S_>::whole_batches() {
-  const RanksRef& ranks = request_.ranks;
-  if (ranks.count() == 1) return *made_.batches;
-  detail::RowGatherer gatherer(ranks, crop_);
-  if (!ranks.is_first()) {
-    made_.batches->exchange_state(gatherer);
-    return *made_.batches;
-  }
-  const PixelBounds stripe = detail::stripe_of(crop_, 0, ranks.count());
-  if (!whole_batches_) whole_batches_ = made_.batches_of(request_, crop_.upper - crop_.lower);
-  whole_batches_->copy_rows(*made_.batches, {0, 0, stripe.upper.y - stripe.lower.y});
-  whole_batches_->exchange_state(gatherer);
-  return *whole_batches_;
 }
 
 template <Spectrum S_>
@@ -574,17 +554,15 @@ template <Spectrum S_>
 void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   if (!made_.batches || made_.state.iterations < 2 || estimated_after_ == made_.state.iterations) return;
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
-  detail::ErrorOfRows<S> rows(*made_.batches, executor);
-  SerialExecutor serial;
-  // An interrupt meanwhile has left out a part of the estimate: it is made again on this thread.
-  if (executor.is_stopped()) rows = {*made_.batches, serial};
-  detail::gather_rows(request_.ranks, crop_, rows);
-  const BatchMeans<S>& all = whole_batches();
-  if (request_.ranks.is_first()) {
-    latest_error_ = estimate_error(std::move(rows), all, executor);
-    if (executor.is_stopped()) latest_error_ = estimate_error(all);
-  }
-  latest_error_ = request_.ranks.of_first(latest_error_);
+  const RanksRef& ranks = request_.ranks;
+  const int first_row = detail::stripe_of(crop_, ranks.rank(), ranks.count()).lower.y - crop_.lower.y;
+  const int room = ranks.is_first() ? crop_.upper.y - crop_.lower.y : 0;
+  detail::ErrorOfRows<S> rows(*made_.batches, executor, static_cast<std::size_t>(first_row),
+                              static_cast<std::size_t>(room));
+  detail::gather_rows(ranks, crop_, rows);
+  const WholeRecord<S> all = whole();
+  if (ranks.is_first()) latest_error_ = estimate_error(std::move(rows), *all->batches, executor);
+  latest_error_ = ranks.of_first(latest_error_);
   estimated_after_ = made_.state.iterations;
 }
 

@@ -172,14 +172,19 @@ GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(detail::Erro
 /// The error of an image from the parts of its run: the batches and what has been added since.
 /// Nothing before two parts.
 ///
-/// For every pixel and channel, with w_b the share of part b in all iterations, x_b its value, m
-/// the mean of all and m_-b that of the others, Σ_b w_b² (x_b − m)² / (1 − w_b) is the unbiased
-/// estimate of the variance of m. Each of its terms is divided by what the *other* parts say of the
-/// value there, so that a bright, rare sample is not divided by itself: by m_-b² +
-/// `relative_error_floor`, and by 1 + v (3 m_-b² − c) / (m_-b² + c)² for what the variance v of
-/// m_-b adds to the mean of that inverse (second order; c is the floor). Where x_b lies five
-/// standard deviations off what the others let expect, m_-b has most likely missed what such
-/// samples add, and the mean around the pixel, of the other parts again, takes its place
+/// For every pixel and channel let w_b be the share of part b in all iterations, x_b its value, m
+/// the mean of all and m_-b that of the others. The unbiased estimate of the variance of m is
+///
+///     Σ_b w_b² (x_b − m)² / (1 − w_b).
+///
+/// Each of its terms is divided by what the *other* parts say of the value there, so that a bright,
+/// rare sample is not divided by itself: by m_-b² + c, where c is `relative_error_floor`, and by
+///
+///     1 + v (3 m_-b² − c) / (m_-b² + c)²
+///
+/// for what the variance v of m_-b adds to the mean of that inverse (to second order). Where x_b
+/// lies five standard deviations off what the others let expect, m_-b has most likely missed what
+/// such samples add, and the mean around the pixel, of the other parts again, takes its place
 /// (`detail::RareSamples`).
 ///
 /// The interval is of this image's own squared error. With e_b the true deviations, that error is

@@ -54,6 +54,12 @@ class ErrorAdder {
   using Sums = ErrorSums<Values::most>;
   static constexpr std::size_t lanes = Values::lanes;
 
+  /// Sums of no values. `count`: of the parts.
+  explicit ErrorAdder(std::size_t count) noexcept {
+    for (std::size_t b = 0; b < count; ++b)
+      for (std::size_t c = 0; c < b; ++c) products_[b][c].fill(0.0);
+  }
+
   /// Adds the values of the lanes for which `counts` is true; returns the squared relative error of
   /// each. `rare`, by part and lane: 1 / (v² + `relative_error_floor`) for a rare sample, v the
   /// value that it is compared with, else 0; null where none is rare.
@@ -73,7 +79,7 @@ class ErrorAdder {
         const double plain = 1.0 / (others * others + relative_error_floor);
         squares[l] += variance;
         far[l] += variance * plain;
-        // Half the second derivative of 1 / (v² + c) over the function is (3v² − c) / (v² + c)².
+        // Half the second derivative of 1 / (v² + c) over it: (3v² − c) / (v² + c)².
         const double curvature = std::max(0.0, 3.0 * others * others - relative_error_floor) * plain * plain;
         inverse[l] = plain / (1.0 + curvature * spread[l] * of_others);
       }
@@ -108,7 +114,7 @@ class ErrorAdder {
   static constexpr std::size_t folded = 8;  // sums side by side
 
   double near_ = 0.0, far_ = 0.0;
-  std::array<std::array<std::array<double, folded>, Values::most>, Values::most> products_{};  // the lower triangle
+  std::array<std::array<std::array<double, folded>, Values::most>, Values::most> products_;  // c < b of the parts
 };
 
 /// The part of rows in the estimate of the error of a picture. Values with rare samples are added
@@ -120,56 +126,51 @@ class ErrorOfRows {
   using Sums = typename ErrorAdder<S>::Sums;
 
   /// Looks at all values of `means`, which may be some rows of a picture, and adds those without
-  /// rare samples. The bits do not depend on the executor.
-  GMIS_RARE ErrorOfRows(const BatchMeans<S>& means, ExecutorRef executor)
-      : row_length_(static_cast<std::size_t>(means.resolution().x) * channels),
-        mean_(means.value_count(), 0.0),
-        per_pixel_(means.value_count() / channels, 0.0),
-        sums_(static_cast<std::size_t>(means.resolution().y)) {
+  /// rare samples. `first_row`: of these rows in the picture; `room`: number of rows that there is
+  /// room for, those of `means` if 0. The bits do not depend on the executor.
+  GMIS_RARE ErrorOfRows(const BatchMeans<S>& means, ExecutorRef executor, std::size_t first_row = 0,
+                        std::size_t room = 0)
+      : row_length_(static_cast<std::size_t>(means.resolution().x) * channels) {
+    const auto rows = static_cast<std::size_t>(means.resolution().y);
+    sums_.resize(std::max(rows, room));
+    mean_.resize(sums_.size() * row_length_);
+    per_pixel_.resize(mean_.size() / channels);
     const RunParts<S> parts(means);
     if (parts.count() < 2) return;
-    std::vector<std::vector<RareSample>> found(sums_.size());
-    executor.parallel_for(sums_.size(), [&](std::size_t row) { add_row(parts, row, found[row]); });
-    for (const std::vector<RareSample>& of_row : found) rare_.insert(rare_.end(), of_row.begin(), of_row.end());
+    std::vector<std::vector<RareSample>> found(rows);
+    executor.parallel_for_all(rows, [&](std::size_t row) { add_row(parts, row, found[row]); });
+    for (const std::vector<RareSample>& of_row : found)
+      for (const RareSample& sample : of_row)
+        rare.push_back({sample.index + first_row * row_length_, sample.part, sample.around});
   }
+
+  /// The values with rare samples in the picture, by value and part, until they are added.
+  std::vector<RareSample> rare;
 
   /// Adds the values with rare samples. `parts`: of the whole picture, as all rows of this must be.
   GMIS_RARE void add_rare(const RunParts<S>& parts, ExecutorRef executor) {
-    const RareSamples rare(parts, mean_, std::move(rare_), executor);
-    const std::span<const RareSample> all = rare.samples();
+    const RareSamples looked_at(parts, mean_, std::move(rare), executor);
+    const std::span<const RareSample> all = looked_at.samples();
     const auto first_of = [&](std::size_t block) {
       return std::lower_bound(all.begin(), all.end(), block * rows_of_block * row_length_,
                               [](const RareSample& sample, std::size_t index) { return sample.index < index; });
     };
     std::vector<Sums> sums((sums_.size() + rows_of_block - 1) / rows_of_block);
-    executor.parallel_for(sums.size(), [&](std::size_t block) {
-      sums[block] = added(parts, rare, {first_of(block), first_of(block + 1)});
+    executor.parallel_for_all(sums.size(), [&](std::size_t block) {
+      sums[block] = added(parts, looked_at, {first_of(block), first_of(block + 1)});
     });
-    sums_.insert(sums_.end(), sums.begin(), sums.end());
+    for (const Sums& block : sums) sums_of_rare_ += block;
   }
 
   /// The sums over all values.
   [[nodiscard]] Sums sums() const noexcept {
-    return std::accumulate(sums_.begin(), sums_.end(), Sums{}, [](Sums all, const Sums& row) { return all += row; });
+    Sums all = sums_of_rare_;
+    for (const Sums& row : sums_) all += row;
+    return all;
   }
   /// Takes out the squared relative error of each pixel, summed over its channels.
   [[nodiscard]] std::vector<double> take_per_pixel() noexcept { return std::move(per_pixel_); }
 
-  /// The values with rare samples, by value and part.
-  [[nodiscard]] const std::vector<RareSample>& rare() const noexcept { return rare_; }
-  /// Makes room for this number of rows; those that are new are to be filled by `exchange_state`.
-  GMIS_RARE void resize(std::size_t rows) {
-    sums_.resize(rows);
-    mean_.resize(rows * row_length_);
-    per_pixel_.resize(mean_.size() / channels);
-  }
-  /// Takes in the rare samples of rows below, of which this one is the first.
-  GMIS_RARE void append(std::span<const RareSample> rare, std::size_t first_row) {
-    for (RareSample sample : rare) {
-      sample.index += first_row * row_length_;
-      rare_.push_back(sample);
-    }
-  }
   /// Numbers by rows (`RowGatherer`); the rare samples are not among them.
   template <class Archive>
   void exchange_state(Archive& archive) {
@@ -185,7 +186,7 @@ class ErrorOfRows {
       parts.with_values(b, [&](const auto of_part) {
         for (std::size_t i = begin; i < end; ++i) mean_[i] += parts.share(b) * static_cast<double>(of_part[i]);
       });
-    ErrorAdder<S> adder;
+    ErrorAdder<S> adder(count);
     for (std::size_t first = begin; first < end; first += lanes) {
       typename Values::Indices indices;
       for (std::size_t l = 0; l < lanes; ++l) indices[l] = std::min(first + l, end - 1);
@@ -206,7 +207,7 @@ class ErrorOfRows {
 
   /// Adds rare samples, by value and part, to their pixels; returns their sums.
   Sums added(const RunParts<S>& parts, const RareSamples& rare, std::span<const RareSample> here) {
-    ErrorAdder<S> adder;
+    ErrorAdder<S> adder(parts.count());
     for (auto next = here.begin(); next != here.end();) {
       typename Values::Indices indices{};
       std::array<typename Values::Numbers, Values::most> inverse{};
@@ -227,8 +228,8 @@ class ErrorOfRows {
   std::size_t row_length_;         // in values
   std::vector<double> mean_;       // of all parts, by value
   std::vector<double> per_pixel_;  // squared relative error
-  std::vector<Sums> sums_;         // by row, then of rare samples
-  std::vector<RareSample> rare_;   // not yet added
+  std::vector<Sums> sums_;         // by row, without rare samples
+  Sums sums_of_rare_;
 };
 
 }  // namespace gmis::detail

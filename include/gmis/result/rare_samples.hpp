@@ -46,17 +46,15 @@ template <Spectrum S>
   for (;; ++around.reach) {
     const int reach = neighbourhood_reaches[around.reach];
     double light = 0.0, sum = 0.0, weights = 0.0;
-    parts.with_values(part, [&](const auto of_part) {
-      for (int v = std::max(0, y - reach); v <= std::min(resolution.y - 1, y + reach); ++v)
-        for (int u = std::max(0, x - reach); u <= std::min(resolution.x - 1, x + reach); ++u) {
-          const auto there = static_cast<std::size_t>(v * resolution.x + u) * channels + index % channels;
-          const double weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
-          const double value = (mean[there] - share * static_cast<double>(of_part[there])) / (1.0 - share);
-          light += value;
-          sum += weight * value;
-          weights += weight;
-        }
-    });
+    for (int v = std::max(0, y - reach); v <= std::min(resolution.y - 1, y + reach); ++v)
+      for (int u = std::max(0, x - reach); u <= std::min(resolution.x - 1, x + reach); ++u) {
+        const auto there = static_cast<std::size_t>(v * resolution.x + u) * channels + index % channels;
+        const double weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
+        const double value = (mean[there] - share * parts.value(part, there)) / (1.0 - share);
+        light += value;
+        sum += weight * value;
+        weights += weight;
+      }
     around.mean = sum / weights;
     if (light >= enough_light * added || around.reach + 1 == neighbourhood_reaches.size()) return around;
   }
@@ -87,7 +85,7 @@ class RareSamples {
               ExecutorRef executor)
       : samples_(std::move(samples)) {
     constexpr std::size_t at_once = 64;
-    executor.parallel_for((samples_.size() + at_once - 1) / at_once, [&](std::size_t block) {
+    executor.parallel_for_all((samples_.size() + at_once - 1) / at_once, [&](std::size_t block) {
       const std::size_t end = std::min(samples_.size(), (block + 1) * at_once);
       for (std::size_t k = block * at_once; k < end; ++k)
         samples_[k].around = neighbourhood_without(parts, mean, samples_[k].index, samples_[k].part);
