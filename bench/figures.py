@@ -5,8 +5,8 @@ Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --stale [--quiet]   lists the figures whose sources have changed since
        figures.py --check             marks, registry and quoted values fit together
        figures.py --values            takes the values that sentences quote from their tables anew
-       figures.py --confirm COMMIT    keeps the figures that were fresh at a commit, where its
-                                      program and that of now do the same work
+       figures.py --confirm COMMIT    keeps the figures that were measured with the sources of a
+                                      commit, where its program and that of now do the same work
 
 A figure stands between two marks that name its command. Behind them stand a stamp and a small line
 for the reader:
@@ -47,7 +47,7 @@ SUFFIXES = {".hpp", ".cpp", ".py", ".sh", ".cmake", ".txt", ".ini", ".pbrt", ".g
 
 BEGIN = re.compile(r"<!-- (?P<name>[^:>]+): written by (?P<command>[^>]+?) -->\n")
 STAMP = (
-    r"(?:<!-- stamp of {name}: digest (?P<digest>\w+); commit (?P<commit>[\w+]+); (?P<date>[\d-]+) -->\n<sub>[^\n]*</sub>\n?)?"
+    r"(?:<!-- stamp of {name}: digest (?P<digest>\w+);(?: measured (?P<measured>\w+);)? commit (?P<commit>[\w+]+); (?P<date>[\d-]+) -->\n<sub>[^\n]*</sub>\n?)?"
 )
 VALUE = re.compile(r"<!-- value (?P<figure>[^:>]+): (?P<row>[^>]+?): (?P<column>[^:>]+?) -->(?P<text>.*?)<!-- /value -->")
 CPP_NOISE = re.compile(r'(R"(?P<d>[^()\s]*)\(.*?\)(?P=d)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\')|//[^\n]*|/\*.*?\*/', re.DOTALL)
@@ -55,7 +55,8 @@ CPP_NOISE = re.compile(r'(R"(?P<d>[^()\s]*)\(.*?\)(?P=d)"|"(?:\\.|[^"\\\n])*"|\'
 
 @dataclasses.dataclass
 class Figure:
-    """One figure of a page; digest, commit and date are None where it has no stamp."""
+    """One figure of a page; digest, commit and date are None where it has no stamp. `measured`: the
+    digest at its commit where it has been confirmed since."""
 
     page: pathlib.Path
     name: str
@@ -68,6 +69,7 @@ class Figure:
     digest: str
     commit: str
     date: str
+    measured: str
 
 
 def figures_in(page, text):
@@ -84,7 +86,7 @@ def figures_in(page, text):
             after += 1
         stamp = re.compile(STAMP.format(name=re.escape(name))).match(text, after)
         found.append(
-            Figure(page, name, begin.group("command"), text[begin.end() : body_end], begin.start(), begin.end(), body_end, after if not stamp.group() else stamp.end(), stamp.group("digest"), stamp.group("commit"), stamp.group("date"))
+            Figure(page, name, begin.group("command"), text[begin.end() : body_end], begin.start(), begin.end(), body_end, after if not stamp.group() else stamp.end(), stamp.group("digest"), stamp.group("commit"), stamp.group("date"), stamp.group("measured"))
         )
     return found
 
@@ -166,12 +168,16 @@ class Project:
         return head + ("+" if git("status", "--porcelain", "--untracked-files=no", "--", "include", "examples", "bench") else "")
 
     def stamp(self, name, command, measured=None):
-        """The two lines behind a figure that was measured now; or at a commit and date, from where
-        to now instructions have this ratio (`measured`)."""
-        commit, date, ratios = measured or (self.commit(), datetime.date.today().isoformat(), None)
-        still = f"; commit {self.commit()} makes the same pictures with {ratios} of the instructions" if ratios else ""
+        """The two lines behind a figure that was measured now; or at an earlier digest, commit and
+        date, from where to now instructions have this ratio (`measured`)."""
+        now, date, before, still = self.commit(), datetime.date.today().isoformat(), "", ""
+        commit = now
+        if measured:
+            digest, commit, date, ratios = measured
+            before = f" measured {digest};"
+            still = f"; commit {now} makes the same pictures with {ratios} of the instructions"
         return (
-            f"<!-- stamp of {name}: digest {self.digest(name)}; commit {commit}; {date} -->\n"
+            f"<!-- stamp of {name}: digest {self.digest(name)};{before} commit {commit}; {date} -->\n"
             f"<sub>Measured at commit {commit} on {date} by `{command}`{still}.</sub>\n"
         )
 
@@ -196,17 +202,20 @@ class Project:
         return None
 
     def confirm(self, before, ratios):
-        """Stamps the stale figures anew that were fresh in `before`, the project at a commit whose
-        program does the same work, and that rest on nothing else (`confirm` in the registry).
-        `ratios`: of the instructions now to those then, as text. Returns their names."""
+        """Stamps the stale figures anew that were measured with the sources of `before`, the
+        project at a commit whose program does the same work, and that rest on nothing else
+        (`confirm` in the registry). `ratios`: of the instructions now to those then, as text. A
+        figure that is confirmed again is compared with the sources that it was measured with.
+        Returns their names."""
         kept = []
         for name in [figure.name for figure in self.figures()]:
             figure = next(one for one in self.figures() if one.name == name)
             if not self.state(figure) or not self.registry.getboolean(name, "confirm", fallback=False):
                 continue
+            measured = figure.measured or figure.digest
             has_same_bench = self.digest(name, "bench") == before.digest(name, "bench")
-            if has_same_bench and figure.digest is not None and figure.digest == before.digest(name):
-                self.put(figure.page, name, figure.command, measured=(figure.commit, figure.date, ratios))
+            if has_same_bench and measured == before.digest(name):
+                self.put(figure.page, name, figure.command, measured=(measured, figure.commit, figure.date, ratios))
                 kept.append(name)
         return kept
 

@@ -11,7 +11,7 @@ from measuring import ALL, in_parallel, instructions_of
 
 INTEGRATORS = ("pt", "bpt", "vcm", "auto")
 COUNTED = ("cornell", "paper1", "light_behind_glass", "many_lights")
-LIMIT = 0.03  # times repeat no better
+LIMIT = 0.01  # as that of instructions.py
 
 
 def program_of(root):
