@@ -105,14 +105,14 @@ class RowGatherer {
 template <Spectrum S>
 GMIS_RARE void gather_rows(const RanksRef& ranks, const PixelBounds& picture, ErrorOfRows<S>& rows) {
   if (ranks.count() == 1) return;
-  const std::vector<std::vector<std::byte>> rare = gathered(ranks, std::as_bytes(std::span(rows.rare)));
+  const std::vector<std::vector<std::byte>> rare = gathered(ranks, std::as_bytes(std::span(rows.rare())));
   RowGatherer gatherer(ranks, picture);
   rows.exchange_state(gatherer);
   for (std::size_t rank = 1; rank < rare.size(); ++rank) {
-    const std::size_t first = rows.rare.size();
-    rows.rare.resize(first + rare[rank].size() / sizeof(RareSample));
+    const std::size_t first = rows.rare().size();
+    rows.rare().resize(first + rare[rank].size() / sizeof(RareSample));
     std::copy(rare[rank].begin(), rare[rank].end(),
-              std::as_writable_bytes(std::span(rows.rare).subspan(first)).begin());
+              std::as_writable_bytes(std::span(rows.rare()).subspan(first)).begin());
   }
 }
 

@@ -141,15 +141,16 @@ class ErrorOfRows {
     executor.parallel_for_all(rows, [&](std::size_t row) { add_row(parts, row, found[row]); });
     for (const std::vector<RareSample>& of_row : found)
       for (const RareSample& sample : of_row)
-        rare.push_back({sample.index + first_row * row_length_, sample.part, sample.around});
+        rare_.push_back({sample.index + first_row * row_length_, sample.part, sample.around});
   }
 
-  /// The values with rare samples in the picture, by value and part, until they are added.
-  std::vector<RareSample> rare;
+  /// The rare samples of these rows, by value of the picture and part, to be completed by those of
+  /// rows below before `add_rare`.
+  [[nodiscard]] std::vector<RareSample>& rare() noexcept { return rare_; }
 
   /// Adds the values with rare samples. `parts`: of the whole picture, as all rows of this must be.
   GMIS_RARE void add_rare(const RunParts<S>& parts, ExecutorRef executor) {
-    const RareSamples looked_at(parts, mean_, std::move(rare), executor);
+    const RareSamples looked_at(parts, mean_, std::move(rare_), executor);
     const std::span<const RareSample> all = looked_at.samples();
     const auto first_of = [&](std::size_t block) {
       return std::lower_bound(all.begin(), all.end(), block * rows_of_block * row_length_,
@@ -229,6 +230,7 @@ class ErrorOfRows {
   std::vector<double> mean_;       // of all parts, by value
   std::vector<double> per_pixel_;  // squared relative error
   std::vector<Sums> sums_;         // by row, without rare samples
+  std::vector<RareSample> rare_;
   Sums sums_of_rare_;
 };
 
