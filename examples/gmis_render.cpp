@@ -251,12 +251,13 @@ void on_all_ranks(const gmis::RanksRef& ranks, const Load& load) {
   } catch (const std::exception& error) {
     failure = error.what();
   }
-  const auto failures = gmis::detail::gathered(ranks, std::as_bytes(std::span(failure)));
   std::string first;
-  for (std::size_t rank = failures.size(); rank-- > 0;)
-    if (!failures[rank].empty())
-      first = (rank > 0 ? "rank " + std::to_string(rank) + ": " : "") +
-              std::string(reinterpret_cast<const char*>(failures[rank].data()), failures[rank].size());
+  gmis::detail::for_each_rank(ranks, std::as_bytes(std::span(failure)),
+                              [&](std::size_t rank, std::span<const std::byte> said) {
+                                if (first.empty() && !said.empty())
+                                  first = (rank > 0 ? "rank " + std::to_string(rank) + ": " : "") +
+                                          std::string(reinterpret_cast<const char*>(said.data()), said.size());
+                              });
   first = gmis::detail::text_of_first(ranks, std::move(first));
   if (!first.empty()) throw InputError(first);
 }

@@ -41,8 +41,8 @@ def run_once(options, integrator, ranks):
 def run(options):
     options.program = str(pathlib.Path(options.program).resolve())
     options.is_whole = all(getattr(options, name) == value for name, value in OPTIONS.items())
-    table = Table("integrator", "ranks", "wall seconds", "speed-up", "seconds waiting", "MB an exchange", "ms an exchange", "MB gathered",
-                  "seconds gathering", "MB of rank 0", numbers_from=1)
+    table = Table("integrator", "ranks", "wall seconds", "speed-up", "seconds waiting", "MB exchanged", "seconds exchanging",
+                  "MB gathered", "seconds gathering", "MB of rank 0", numbers_from=1)
     for integrator in ("vcm", "auto"):
         runs = {ranks: [] for ranks in options.ranks}
         pictures = set()
@@ -57,9 +57,8 @@ def run(options):
         for ranks, all_facts in runs.items():
             median = {key: statistics.median(facts[key] for facts in all_facts) for key in all_facts[0]}
             ratio = statistics.median(first / facts["wall"] for first, facts in zip(alone, all_facts))
-            calls = max(1.0, median["exchanges"])
-            table.add(integrator, ranks, f"{median['wall']:.2f}", f"{ratio:.2f}", f"{median['waiting']:.2f}", f"{median['exchange_bytes'] / calls / 1e6:.2f}",
-                      f"{1e3 * median['exchange_seconds'] / calls:.2f}", f"{median['gather_bytes'] / 1e6:.0f}", f"{median['gather_seconds']:.2f}",
+            table.add(integrator, ranks, f"{median['wall']:.2f}", f"{ratio:.2f}", f"{median['waiting']:.2f}", f"{median['exchange_bytes'] / 1e6:.0f}",
+                      f"{median['exchange_seconds']:.2f}", f"{median['gather_bytes'] / 1e6:.0f}", f"{median['gather_seconds']:.2f}",
                       f"{median['memory']:.0f}")
     table.note(f"`{options.scene}`, {options.size} pixels, {options.iterations} iterations, one thread a rank, {os.cpu_count()} processors; "
                f"medians of {options.runs} runs in turns; all pictures of an integrator have the same bits.")

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <random>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -411,6 +413,47 @@ TEST_CASE("when a rank is stopped while it estimates the error of its rows, none
       CHECK(result.error->relative_error == whole.error->relative_error);
       CHECK(result.error->interval.upper == whole.error->interval.upper);
     });
+}
+
+TEST_CASE("a firefly is compared with the same pixels, whichever ranks have them") {
+  // Stripes higher and lower than what is around them.
+  const gmis::PixelBounds picture{{0, 0}, {9, 90}};
+  const glm::ivec2 size = picture.upper - picture.lower;
+  std::mt19937 source(static_cast<std::uint32_t>(gmis_test::seed(33)));
+  std::uniform_real_distribution<float> uniform;
+  std::vector<std::vector<float>> frames(21, std::vector<float>(static_cast<std::size_t>(size.x * size.y)));
+  for (std::vector<float>& frame : frames)
+    for (float& value : frame) value = uniform(source) + (uniform(source) < 0.002F ? 90.0F : 0.0F);
+  for (const std::size_t replications : {0, 8}) {
+    const auto means_of = [&](const gmis::PixelBounds& rows) {
+      const auto width = static_cast<std::size_t>(size.x);
+      gmis::BatchMeans<float> means({size.x, rows.upper.y - rows.lower.y}, replications);
+      for (const std::vector<float>& frame : frames)
+        means.add_iteration(
+            std::span(frame).subspan(static_cast<std::size_t>(rows.lower.y) * width, means.value_count()));
+      return means;
+    };
+    const auto alone = gmis::estimate_error(means_of(picture));
+    for (const int count : {1, 2, 3, 5, 7, 40}) {
+      std::vector<std::optional<gmis::ErrorEstimate>> estimates(static_cast<std::size_t>(count));
+      gmis_test::on_ranks(count, [&](const gmis::RanksRef& ranks) {
+        gmis::SerialExecutor executor;
+        estimates[static_cast<std::size_t>(ranks.rank())] = gmis::detail::error_over_ranks(
+            ranks, picture, means_of(gmis::detail::stripe_of(picture, ranks.rank(), count)), executor);
+      });
+      for (const auto& estimate : estimates) {
+        CAPTURE(replications, count, &estimate - estimates.data());
+        CHECK(estimate->relative_error == alone->relative_error);
+        CHECK(estimate->relative_error_trimmed == alone->relative_error_trimmed);
+        CHECK(estimate->interval.upper == alone->interval.upper);
+        CHECK(estimate->doubt == alone->doubt);
+        for (std::size_t k = 0; k < gmis::ErrorEstimate::worst_count; ++k) {
+          CHECK(estimate->worst[k].pixel == alone->worst[k].pixel);
+          CHECK(estimate->worst[k].share == alone->worst[k].share);
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("a round grows with the run, within what may be lost and what may be held") {

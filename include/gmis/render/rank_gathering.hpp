@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -12,11 +13,17 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/attributes.hpp"
+#include "gmis/core/executor_ref.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/core/state_archive.hpp"
 #include "gmis/render/ranks.hpp"
 #include "gmis/render/run_identity.hpp"
+#include "gmis/result/batch_means.hpp"
+#include "gmis/result/error_estimate.hpp"
 #include "gmis/result/error_of_rows.hpp"
+#include "gmis/result/rare_samples.hpp"
+#include "gmis/result/row_copy.hpp"
+#include "gmis/result/run_parts.hpp"
 #include "gmis/transport/state/pixel_bounds.hpp"
 
 /// \file
@@ -34,22 +41,18 @@ namespace gmis::detail {
   return {{picture.lower.x, row(rank)}, {picture.upper.x, row(rank + 1)}};
 }
 
-/// The bytes of each rank at rank 0, whatever their sizes; empty elsewhere.
-[[nodiscard]] inline std::vector<std::vector<std::byte>> gathered(const RanksRef& ranks,
-                                                                  std::span<const std::byte> bytes) {
+/// Calls `use(rank, bytes)` at rank 0 with the bytes of each rank in turn, whatever their sizes;
+/// never elsewhere.
+template <class Use>
+GMIS_RARE void for_each_rank(const RanksRef& ranks, std::span<const std::byte> bytes, Use&& use) {
   const std::size_t count = ranks.is_first() ? static_cast<std::size_t>(ranks.count()) : 0, size = bytes.size();
   std::vector<std::size_t> sizes(count), of_sizes(count, sizeof size);
   ranks.gather(std::as_bytes(std::span(&size, 1)), std::as_writable_bytes(std::span(sizes)), of_sizes);
   std::vector<std::byte> all(std::accumulate(sizes.begin(), sizes.end(), std::size_t{0}));
   ranks.gather(bytes, all, sizes);
-  std::vector<std::vector<std::byte>> parts;
-  std::size_t first = 0;
-  for (const std::size_t part : sizes) {
-    const std::byte* const begin = all.data() + first;
-    parts.emplace_back(begin, begin + part);
-    first += part;
-  }
-  return parts;
+  std::span<const std::byte> rest = all;
+  for (std::size_t rank = 0; rank < count; ++rank)
+    use(rank, std::exchange(rest, rest.subspan(sizes[rank])).first(sizes[rank]));
 }
 
 /// An archive that completes the sums of a picture at rank 0, whose own rows are in place already:
@@ -100,20 +103,55 @@ class RowGatherer {
   PixelBounds picture_;
 };
 
-/// Completes the estimate of the error by rows at rank 0. `rows`: those of this rank, with room for
-/// all at rank 0.
+/// The rows of rank `from` that are around those of rank `to`, as far as neighbourhoods reach.
+GMIS_RARE [[nodiscard]] inline RowCopy shared_rows(const PixelBounds& picture, int count, int from, int to) noexcept {
+  const PixelBounds there = stripe_of(picture, from, count), here = stripe_of(picture, to, count);
+  const int first = std::max(there.lower.y, here.lower.y - neighbourhood_reaches.back());
+  const int end = std::min(there.upper.y, here.upper.y + neighbourhood_reaches.back());
+  return from == to || end <= first ? RowCopy{} : RowCopy{first - there.lower.y, 0, end - first};
+}
+
+/// The rows around those of this rank, from the ranks that have them. `own`: the rows of this rank.
 template <Spectrum S>
-GMIS_RARE void gather_rows(const RanksRef& ranks, const PixelBounds& picture, ErrorOfRows<S>& rows) {
-  if (ranks.count() == 1) return;
-  const std::vector<std::vector<std::byte>> rare = gathered(ranks, std::as_bytes(std::span(rows.rare())));
-  RowGatherer gatherer(ranks, picture);
-  rows.exchange_state(gatherer);
-  for (std::size_t rank = 1; rank < rare.size(); ++rank) {
-    const std::size_t first = rows.rare().size();
-    rows.rare().resize(first + rare[rank].size() / sizeof(RareSample));
-    std::copy(rare[rank].begin(), rare[rank].end(),
-              std::as_writable_bytes(std::span(rows.rare()).subspan(first)).begin());
+GMIS_RARE [[nodiscard]] RowsAround rows_around(const RanksRef& ranks, const PixelBounds& picture,
+                                               const BatchMeans<S>& own) {
+  const std::size_t row_length = static_cast<std::size_t>(own.resolution().x) * BatchMeans<S>::channel_count;
+  RowsAround around;
+  std::vector<std::size_t> sent, sizes, received;  // indices of values that are sent; bytes by rank
+  for (int rank = 0; rank < ranks.count(); ++rank) {
+    const RowCopy to = shared_rows(picture, ranks.count(), ranks.rank(), rank);
+    const RowCopy from = shared_rows(picture, ranks.count(), rank, ranks.rank());
+    for (std::size_t k = 0; k < static_cast<std::size_t>(to.count) * row_length; ++k)
+      sent.push_back(static_cast<std::size_t>(to.from) * row_length + k);
+    sizes.push_back(static_cast<std::size_t>(to.count) * row_length * sizeof(double));
+    received.push_back(static_cast<std::size_t>(from.count) * row_length * sizeof(double));
+    (rank < ranks.rank() ? around.above : around.below) += from.count;
   }
+  const RunParts<S> parts(own);
+  std::vector<double> values(sent.size());
+  around.part_values.resize(parts.count());
+  for (std::size_t b = 0; b < parts.count(); ++b) {
+    around.part_values[b].resize(static_cast<std::size_t>(around.above + around.below) * row_length);
+    for (std::size_t k = 0; k < sent.size(); ++k) values[k] = parts.value(b, sent[k]);
+    ranks.exchange(std::as_bytes(std::span(values)), sizes, std::as_writable_bytes(std::span(around.part_values[b])),
+                   received);
+  }
+  return around;
+}
+
+/// The error of a picture from the rows of all ranks (`estimate_error`), on all of them. `own`: the
+/// rows of this rank.
+template <Spectrum S>
+GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> error_over_ranks(const RanksRef& ranks, const PixelBounds& picture,
+                                                                      const BatchMeans<S>& own, ExecutorRef executor) {
+  if (ranks.count() == 1) return estimate_error(own, executor);
+  ErrorOfRows<S> rows(own, executor, rows_around(ranks, picture, own));
+  if (ranks.is_first()) rows.make_room(static_cast<std::size_t>(picture.upper.y - picture.lower.y));
+  RowGatherer gatherer(ranks, picture);
+  gatherer(rows.brightness_by_row());
+  rows.add_rare(ranks.of_first(rows.brightness()), executor);
+  gatherer(rows);
+  return ranks.of_first(ranks.is_first() ? estimate_error(rows) : std::nullopt);
 }
 
 /// The text of rank 0, on all ranks.
@@ -130,16 +168,14 @@ GMIS_RARE inline void require_same_run(const RanksRef& ranks, RunIdentity identi
   StateWriter mine;
   mine(identity);
   std::string difference;
-  int rank = 0;
-  for (const std::vector<std::byte>& bytes : gathered(ranks, mine.bytes())) {
+  for_each_rank(ranks, mine.bytes(), [&](std::size_t rank, std::span<const std::byte> bytes) {
     RunIdentity other;
     StateReader reader(bytes);
     reader(other);
     const std::string differs = reader.is_broken() ? "it has another version" : other.difference_to(identity);
     if (difference.empty() && !differs.empty())
       difference = "rank " + std::to_string(rank) + " has another run than rank 0: " + differs;
-    ++rank;
-  }
+  });
   difference = text_of_first(ranks, std::move(difference));
   if (!difference.empty()) reject_argument(difference.c_str());
 }

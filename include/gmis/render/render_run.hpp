@@ -135,8 +135,8 @@ class RenderRun {
   /// iteration on.
   [[nodiscard]] std::optional<ErrorEstimate> error() const {
     if (!made_.batches || estimated_after_ == made_.state.iterations) return latest_error_;
-    const WholeRecord<S> all = whole();
-    return request_.ranks.of_first(request_.ranks.is_first() ? all->error() : std::nullopt);
+    SerialExecutor executor;
+    return detail::error_over_ranks(request_.ranks, crop_, *made_.batches, executor);
   }
 
   /// The bias of merging in the picture so far; empty after one iteration that merges.
@@ -554,15 +554,7 @@ template <Spectrum S_>
 void RenderRun<S_>::estimate_now(ExecutorRef executor) {
   if (!made_.batches || made_.state.iterations < 2 || estimated_after_ == made_.state.iterations) return;
   const detail::RunTimer timer(made_.state.seconds, made_.cpu_seconds);
-  const RanksRef& ranks = request_.ranks;
-  const int first_row = detail::stripe_of(crop_, ranks.rank(), ranks.count()).lower.y - crop_.lower.y;
-  const int room = ranks.is_first() ? crop_.upper.y - crop_.lower.y : 0;
-  detail::ErrorOfRows<S> rows(*made_.batches, executor, static_cast<std::size_t>(first_row),
-                              static_cast<std::size_t>(room));
-  detail::gather_rows(ranks, crop_, rows);
-  const WholeRecord<S> all = whole();
-  if (ranks.is_first()) latest_error_ = estimate_error(std::move(rows), *all->batches, executor);
-  latest_error_ = ranks.of_first(latest_error_);
+  latest_error_ = detail::error_over_ranks(request_.ranks, crop_, *made_.batches, executor);
   estimated_after_ = made_.state.iterations;
 }
 

@@ -111,20 +111,17 @@ template <Spectrum S>
   return sum / static_cast<double>(variances.size());
 }
 
-/// The error of an image from its rows, which several processes may have looked at. `rows`: all of
-/// `means`, without rare samples.
+/// The error of an image from the sums of all its rows, which several processes may have looked at.
 template <Spectrum S>
-GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(detail::ErrorOfRows<S> rows,
-                                                                    const BatchMeans<S>& means, ExecutorRef executor,
+GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(detail::ErrorOfRows<S>& rows,
                                                                     double confidence = 0.95,
                                                                     const ErrorCalibration& calibration = {}) {
   constexpr std::size_t channels = BatchMeans<S>::channel_count;
-  const detail::RunParts<S> parts(means);
-  const std::size_t count = parts.count(), values = means.value_count();
-  if (count < 2 || values == 0) return {};
-  rows.add_rare(parts, executor);
-  const auto sums = rows.sums();
+  const detail::RunParts<S>& parts = rows.parts();
   std::vector<double> per_pixel = rows.take_per_pixel();
+  const std::size_t count = parts.count(), values = per_pixel.size() * channels;
+  if (count < 2 || values == 0) return {};
+  const auto sums = rows.sums();
   const double near = sums.near, far = sums.far;
 
   ErrorEstimate estimate;
@@ -185,7 +182,7 @@ GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(detail::Erro
 /// for what the variance v of m_-b adds to the mean of that inverse (to second order). Where x_b
 /// lies five standard deviations off what the others let expect, m_-b has most likely missed what
 /// such samples add, and the mean around the pixel, of the other parts again, takes its place
-/// (`detail::RareSamples`).
+/// (`detail::BrightnessSums`).
 ///
 /// The interval is of this image's own squared error. With e_b the true deviations, that error is
 /// Σ_bc w_b w_c e_b e_c and its estimate lacks the products b ≠ c; they have the mean 0 and a
@@ -196,7 +193,9 @@ template <Spectrum S>
 GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(const BatchMeans<S>& means, ExecutorRef executor,
                                                                     double confidence = 0.95,
                                                                     const ErrorCalibration& calibration = {}) {
-  return estimate_error(detail::ErrorOfRows<S>(means, executor), means, executor, confidence, calibration);
+  detail::ErrorOfRows<S> rows(means, executor);
+  rows.add_rare(rows.brightness(), executor);
+  return estimate_error(rows, confidence, calibration);
 }
 /// The same on one thread.
 template <Spectrum S>

@@ -117,121 +117,133 @@ class ErrorAdder {
   std::array<std::array<std::array<double, folded>, Values::most>, Values::most> products_;  // c < b of the parts
 };
 
-/// The part of rows in the estimate of the error of a picture. Values with rare samples are added
-/// last (`add_rare`): they need the pixels around them, which may lie in other rows.
+/// The part of some rows in the estimate of the error of a picture, in three steps: the values
+/// without rare samples (constructor), how bright the places of rare samples are in the whole
+/// picture (`brightness`), and the values with rare samples (`add_rare`).
 template <Spectrum S>
 class ErrorOfRows {
  public:
   using Values = PartsOfValues<S>;
   using Sums = typename ErrorAdder<S>::Sums;
 
-  /// Looks at all values of `means`, which may be some rows of a picture, and adds those without
-  /// rare samples. `first_row`: of these rows in the picture; `room`: number of rows that there is
-  /// room for, those of `means` if 0. The bits do not depend on the executor.
-  GMIS_RARE ErrorOfRows(const BatchMeans<S>& means, ExecutorRef executor, std::size_t first_row = 0,
-                        std::size_t room = 0)
-      : row_length_(static_cast<std::size_t>(means.resolution().x) * channels) {
-    const auto rows = static_cast<std::size_t>(means.resolution().y);
-    sums_.resize(std::max(rows, room));
-    mean_.resize(sums_.size() * row_length_);
-    per_pixel_.resize(mean_.size() / channels);
-    const RunParts<S> parts(means);
-    if (parts.count() < 2) return;
-    std::vector<std::vector<RareSample>> found(rows);
-    executor.parallel_for_all(rows, [&](std::size_t row) { add_row(parts, row, found[row]); });
-    for (const std::vector<RareSample>& of_row : found)
-      for (const RareSample& sample : of_row)
-        rare_.push_back({sample.index + first_row * row_length_, sample.part, sample.around});
+  /// Looks at all values of `means`, which must outlive this, and adds those without rare samples.
+  /// `around`: what is around these rows, if they are not the whole picture, without its mean. The
+  /// bits depend neither on the executor nor on how a picture is cut into rows.
+  GMIS_RARE ErrorOfRows(const BatchMeans<S>& means, ExecutorRef executor, RowsAround around = {})
+      : parts_(means),
+        around_(std::move(around)),
+        row_length_(static_cast<std::size_t>(means.resolution().x) * channels),
+        mean_(means.value_count()),
+        rare_(static_cast<std::size_t>(means.resolution().y)) {
+    make_room(rare_.size());
+    if (parts_.count() < 2) return;
+    for (std::size_t b = 0; b < around_.part_values.size(); ++b) {
+      const std::vector<double>& values = around_.part_values[b];
+      around_.mean.resize(values.size());
+      for (std::size_t i = 0; i < values.size(); ++i) around_.mean[i] += parts_.share(b) * values[i];
+    }
+    executor.parallel_for_all(rare_.size(), [&](std::size_t row) { add_row(row); });
+    executor.parallel_for_all(rare_.size(), [&](std::size_t row) {
+      for (RareSample& sample : rare_[row]) {
+        sample.around = neighbourhood_without(parts_, mean_, around_, sample.index, sample.part);
+        brightness_[row].add(parts_, mean_[sample.index], sample);
+      }
+    });
   }
 
-  /// The rare samples of these rows, by value of the picture and part, to be completed by those of
-  /// rows below before `add_rare`.
-  [[nodiscard]] std::vector<RareSample>& rare() noexcept { return rare_; }
-
-  /// Adds the values with rare samples. `parts`: of the whole picture, as all rows of this must be.
-  GMIS_RARE void add_rare(const RunParts<S>& parts, ExecutorRef executor) {
-    const RareSamples looked_at(parts, mean_, std::move(rare_), executor);
-    const std::span<const RareSample> all = looked_at.samples();
-    const auto first_of = [&](std::size_t block) {
-      return std::lower_bound(all.begin(), all.end(), block * rows_of_block * row_length_,
-                              [](const RareSample& sample, std::size_t index) { return sample.index < index; });
-    };
-    std::vector<Sums> sums((sums_.size() + rows_of_block - 1) / rows_of_block);
-    executor.parallel_for_all(sums.size(), [&](std::size_t block) {
-      sums[block] = added(parts, looked_at, {first_of(block), first_of(block + 1)});
-    });
-    for (const Sums& block : sums) sums_of_rare_ += block;
+  /// Makes room for the sums of all rows of a picture, whose first ones are those here.
+  void make_room(std::size_t rows) {
+    sums_.resize(rows);
+    brightness_.resize(rows);
+    per_pixel_.resize(rows * row_length_ / channels);
+  }
+  /// The sums by row that tell the brightness.
+  [[nodiscard]] std::vector<BrightnessSums>& brightness_by_row() noexcept { return brightness_; }
+  /// `BrightnessSums::brightness` of all rows that there is room for.
+  [[nodiscard]] BrightnessSums::Numbers brightness() const noexcept {
+    BrightnessSums all;
+    for (const BrightnessSums& row : brightness_) all += row;
+    return all.brightness();
+  }
+  /// Adds the values with rare samples. `brightness`: that of the whole picture.
+  GMIS_RARE void add_rare(const BrightnessSums::Numbers& brightness, ExecutorRef executor) {
+    executor.parallel_for_all(rare_.size(), [&](std::size_t row) { sums_[row] += added(rare_[row], brightness); });
   }
 
   /// The sums over all values.
   [[nodiscard]] Sums sums() const noexcept {
-    Sums all = sums_of_rare_;
+    Sums all;
     for (const Sums& row : sums_) all += row;
     return all;
   }
   /// Takes out the squared relative error of each pixel, summed over its channels.
   [[nodiscard]] std::vector<double> take_per_pixel() noexcept { return std::move(per_pixel_); }
+  /// The parts of the run.
+  [[nodiscard]] const RunParts<S>& parts() const noexcept { return parts_; }
 
-  /// Numbers by rows (`RowGatherer`); the rare samples are not among them.
+  /// The sums by row (`RowGatherer`).
   template <class Archive>
   void exchange_state(Archive& archive) {
-    archive(mean_, per_pixel_, sums_);
+    archive(per_pixel_, sums_);
   }
 
  private:
-  static constexpr std::size_t channels = BatchMeans<S>::channel_count, lanes = Values::lanes, rows_of_block = 16;
+  static constexpr std::size_t channels = BatchMeans<S>::channel_count, lanes = Values::lanes;
 
-  void add_row(const RunParts<S>& parts, std::size_t row, std::vector<RareSample>& found) {
-    const std::size_t count = parts.count(), begin = row * row_length_, end = begin + row_length_;
+  void add_row(std::size_t row) {
+    const std::size_t count = parts_.count(), begin = row * row_length_, end = begin + row_length_;
     for (std::size_t b = 0; b < count; ++b)
-      parts.with_values(b, [&](const auto of_part) {
-        for (std::size_t i = begin; i < end; ++i) mean_[i] += parts.share(b) * static_cast<double>(of_part[i]);
+      parts_.with_values(b, [&](const auto of_part) {
+        for (std::size_t i = begin; i < end; ++i) mean_[i] += parts_.share(b) * static_cast<double>(of_part[i]);
       });
     ErrorAdder<S> adder(count);
     for (std::size_t first = begin; first < end; first += lanes) {
       typename Values::Indices indices;
       for (std::size_t l = 0; l < lanes; ++l) indices[l] = std::min(first + l, end - 1);
-      const Values here(parts, mean_, indices);
+      const Values here(parts_, mean_, indices);
       std::array<bool, lanes> counts{};
       for (std::size_t l = 0; l < lanes && first + l < end; ++l) {
         if (!here.varies(l)) continue;
         counts[l] = !here.has_rare(l);
         for (std::size_t b = 0; b < count && !counts[l]; ++b)
-          if (here.is_rare(b, l)) found.push_back({first + l, b});
+          if (here.is_rare(b, l)) rare_[row].push_back({first + l, b});
       }
-      const auto errors = adder.add(parts, here, counts, nullptr);
+      const auto errors = adder.add(parts_, here, counts, nullptr);
       for (std::size_t l = 0; l < lanes; ++l)
         if (counts[l]) per_pixel_[(first + l) / channels] += errors[l];
     }
     sums_[row] = adder.sums(count);
   }
 
-  /// Adds rare samples, by value and part, to their pixels; returns their sums.
-  Sums added(const RunParts<S>& parts, const RareSamples& rare, std::span<const RareSample> here) {
-    ErrorAdder<S> adder(parts.count());
-    for (auto next = here.begin(); next != here.end();) {
+  /// Adds the rare samples of a row, by value and part, to their pixels; returns their sums.
+  Sums added(std::span<const RareSample> rare, const BrightnessSums::Numbers& brightness) {
+    ErrorAdder<S> adder(parts_.count());
+    for (auto next = rare.begin(); next != rare.end();) {
       typename Values::Indices indices{};
       std::array<typename Values::Numbers, Values::most> inverse{};
       std::array<bool, lanes> counts{};
-      for (std::size_t l = 0; l < lanes && next != here.end(); ++l) {
+      for (std::size_t l = 0; l < lanes && next != rare.end(); ++l) {
         counts[l] = true;
         indices[l] = next->index;
-        for (; next != here.end() && next->index == indices[l]; ++next)
-          inverse[next->part][l] = 1.0 / (square(rare.value_at(*next)) + relative_error_floor);
+        for (; next != rare.end() && next->index == indices[l]; ++next)
+          inverse[next->part][l] =
+              1.0 / (square(brightness[next->around.reach] * next->around.mean) + relative_error_floor);
       }
-      const auto errors = adder.add(parts, Values(parts, mean_, indices), counts, &inverse);
+      const auto errors = adder.add(parts_, Values(parts_, mean_, indices), counts, &inverse);
       for (std::size_t l = 0; l < lanes; ++l)
         if (counts[l]) per_pixel_[indices[l] / channels] += errors[l];
     }
-    return adder.sums(parts.count());
+    return adder.sums(parts_.count());
   }
 
-  std::size_t row_length_;         // in values
-  std::vector<double> mean_;       // of all parts, by value
-  std::vector<double> per_pixel_;  // squared relative error
-  std::vector<Sums> sums_;         // by row, without rare samples
-  std::vector<RareSample> rare_;
-  Sums sums_of_rare_;
+  RunParts<S> parts_;
+  RowsAround around_;
+  std::size_t row_length_;                     // in values
+  std::vector<double> mean_;                   // of all parts, by value
+  std::vector<std::vector<RareSample>> rare_;  // by row, value and part
+  std::vector<BrightnessSums> brightness_;     // by row
+  std::vector<double> per_pixel_;              // squared relative error
+  std::vector<Sums> sums_;                     // by row
 };
 
 }  // namespace gmis::detail

@@ -22,10 +22,9 @@ inline constexpr double relative_error_floor = 0.01;
   const std::size_t kept = per_pixel.size() - trimmed_pixels(per_pixel.size());
   if (kept == 0 || channels == 0) return 0.0;
   // NaN has no place in an order: it counts as the worst.
-  const auto is_better = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a < b; };
-  if (kept < per_pixel.size())
-    std::nth_element(per_pixel.begin(), per_pixel.begin() + static_cast<std::ptrdiff_t>(kept - 1), per_pixel.end(),
-                     is_better);
+  double* const begin = per_pixel.data();
+  double* const end = std::partition(begin, begin + per_pixel.size(), [](double value) { return !std::isnan(value); });
+  if (begin + kept < end) std::nth_element(begin, begin + (kept - 1), end);
   double sum = 0.0;
   for (const double value : per_pixel.first(kept)) sum += value;
   return sum / static_cast<double>(kept * channels);

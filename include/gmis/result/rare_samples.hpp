@@ -6,10 +6,8 @@
 #include <cstdlib>
 #include <glm/vec2.hpp>
 #include <span>
-#include <utility>
 #include <vector>
 
-#include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/result/image_error.hpp"
 #include "gmis/result/run_parts.hpp"
@@ -30,13 +28,21 @@ struct Neighbourhood {
   std::size_t reach = 0;  ///< index into `neighbourhood_reaches`
 };
 
+/// The rows above and below some rows of a picture: all that a neighbourhood of those may reach.
+struct RowsAround {
+  int above = 0;                                 ///< number of the rows above
+  int below = 0;                                 ///< number of the rows below
+  std::vector<std::vector<double>> part_values;  ///< by part of the run; first the rows above
+  std::vector<double> mean{};                    ///< of all parts
+};
+
 /// The mean around a pixel without one part of the run, by a tent, cut at the borders of the image:
 /// the smallest one, from 3 to 33 pixels wide, whose square holds `enough_light` times what the
 /// part adds to the pixel. In less light than that it is chance whether samples of the same kind
-/// have been met around; further away the picture is another one.
+/// have been met around; further away the picture is another one. `mean`: of all parts.
 template <Spectrum S>
 [[nodiscard]] Neighbourhood neighbourhood_without(const RunParts<S>& parts, std::span<const double> mean,
-                                                  std::size_t index, std::size_t part) {
+                                                  const RowsAround& rows_around, std::size_t index, std::size_t part) {
   constexpr double enough_light = 2.5;
   constexpr std::size_t channels = BatchMeans<S>::channel_count;
   const glm::ivec2 resolution = parts.resolution();
@@ -45,16 +51,23 @@ template <Spectrum S>
   Neighbourhood around;
   for (;; ++around.reach) {
     const int reach = neighbourhood_reaches[around.reach];
+    const int first = std::max(-rows_around.above, y - reach);
+    const int last = std::min(resolution.y - 1 + rows_around.below, y + reach);
     double light = 0.0, sum = 0.0, weights = 0.0;
-    for (int v = std::max(0, y - reach); v <= std::min(resolution.y - 1, y + reach); ++v)
+    for (int v = first; v <= last; ++v) {
+      const bool is_here = v >= 0 && v < resolution.y;
+      const int row = is_here ? v : rows_around.above + (v < 0 ? v : v - resolution.y);
+      const std::vector<double>* const elsewhere = is_here ? nullptr : &rows_around.part_values[part];
       for (int u = std::max(0, x - reach); u <= std::min(resolution.x - 1, x + reach); ++u) {
-        const auto there = static_cast<std::size_t>(v * resolution.x + u) * channels + index % channels;
+        const auto there = static_cast<std::size_t>(row * resolution.x + u) * channels + index % channels;
         const double weight = (reach + 1 - std::abs(u - x)) * (reach + 1 - std::abs(v - y));
-        const double value = (mean[there] - share * parts.value(part, there)) / (1.0 - share);
+        const double of_part = is_here ? parts.value(part, there) : (*elsewhere)[there];
+        const double value = ((is_here ? mean : rows_around.mean)[there] - share * of_part) / (1.0 - share);
         light += value;
         sum += weight * value;
         weights += weight;
       }
+    }
     around.mean = sum / weights;
     if (light >= enough_light * added || around.reach + 1 == neighbourhood_reaches.size()) return around;
   }
@@ -67,7 +80,8 @@ struct RareSample {
   Neighbourhood around{};  ///< without the part
 };
 
-/// The rare samples of a run, by value and part, each with the mean around it.
+/// Sums over rare samples, by the reach of their neighbourhoods, which tell how much brighter their
+/// places are than the means around.
 ///
 /// Rare samples fall where their light is: in the bright places of a neighbourhood, which are
 /// brighter than its mean. How much brighter, the other parts tell at the very same pixels; by few
@@ -76,49 +90,45 @@ struct RareSample {
 /// the sample in the squared relative error. The excess of this quotient over 1 is multiplied by n
 /// / (n + 20), n = (Σ y)² / Σ y² the effective number of the terms y of the upper sum (20 by
 /// calibration).
-class RareSamples {
- public:
-  /// `samples`: by value and part, without what is around them. `mean`: of every value of the
-  /// picture.
+struct BrightnessSums {
+  using Numbers = std::array<double, neighbourhood_reaches.size()>;
+
+  Numbers there{};    ///< Σ y, y = ω (mean of the others there)
+  Numbers squares{};  ///< Σ y²
+  Numbers around{};   ///< Σ ω (mean around)
+
+  /// Adds a sample. `mean`: of all parts of the run, there.
   template <Spectrum S>
-  RareSamples(const RunParts<S>& parts, std::span<const double> mean, std::vector<RareSample> samples,
-              ExecutorRef executor)
-      : samples_(std::move(samples)) {
-    constexpr std::size_t at_once = 64;
-    executor.parallel_for_all((samples_.size() + at_once - 1) / at_once, [&](std::size_t block) {
-      const std::size_t end = std::min(samples_.size(), (block + 1) * at_once);
-      for (std::size_t k = block * at_once; k < end; ++k)
-        samples_[k].around = neighbourhood_without(parts, mean, samples_[k].index, samples_[k].part);
-    });
-    std::array<double, neighbourhood_reaches.size()> there{}, around{}, squares{};
-    for (const RareSample& sample : samples_) {
-      const double deviation = parts.value(sample.part, sample.index) - mean[sample.index];
-      const double others = parts.mean_of_others(sample.part, mean[sample.index], deviation);
-      const double share =
-          parts.variance_by(sample.part, deviation) / (square(sample.around.mean) + relative_error_floor);
-      there[sample.around.reach] += share * others;
-      squares[sample.around.reach] += square(share * others);
-      around[sample.around.reach] += share * sample.around.mean;
+  void add(const RunParts<S>& parts, double mean, const RareSample& sample) {
+    const double deviation = parts.value(sample.part, sample.index) - mean;
+    const double others = parts.mean_of_others(sample.part, mean, deviation);
+    const double share =
+        parts.variance_by(sample.part, deviation) / (square(sample.around.mean) + relative_error_floor);
+    there[sample.around.reach] += share * others;
+    squares[sample.around.reach] += square(share * others);
+    around[sample.around.reach] += share * sample.around.mean;
+  }
+  BrightnessSums& operator+=(const BrightnessSums& other) noexcept {
+    for (std::size_t r = 0; r < there.size(); ++r) {
+      there[r] += other.there[r];
+      squares[r] += other.squares[r];
+      around[r] += other.around[r];
     }
-    for (std::size_t r = 0; r < brightness_.size(); ++r) {
+    return *this;
+  }
+
+  /// The value that a rare sample is compared with over the mean around it, by reach.
+  [[nodiscard]] Numbers brightness() const noexcept {
+    Numbers brightness;
+    brightness.fill(1.0);
+    for (std::size_t r = 0; r < brightness.size(); ++r) {
       constexpr double trusted_after = 20.0;
       if (!(there[r] > around[r] && around[r] > 0.0)) continue;
       const double effective = square(there[r]) / squares[r];
-      brightness_[r] += (there[r] / around[r] - 1.0) * effective / (effective + trusted_after);
+      brightness[r] += (there[r] / around[r] - 1.0) * effective / (effective + trusted_after);
     }
+    return brightness;
   }
-
-  /// The rare samples, by value and part.
-  [[nodiscard]] std::span<const RareSample> samples() const noexcept { return samples_; }
-  /// The value that the sample is compared with.
-  [[nodiscard]] double value_at(const RareSample& sample) const noexcept {
-    return brightness_[sample.around.reach] * sample.around.mean;
-  }
-
- private:
-  std::vector<RareSample> samples_;
-  std::array<double, neighbourhood_reaches.size()> brightness_{1.0, 1.0, 1.0, 1.0,
-                                                               1.0};  ///< over the mean around, by reach
 };
 
 }  // namespace gmis::detail

@@ -251,9 +251,9 @@ class AnyPilot {
   /// candidate has; they would otherwise dominate all forecasts.
   [[nodiscard]] static double kept_below(std::vector<double> values) {
     if (values.empty()) return 0.0;
-    const std::size_t kept = values.size() - values.size() / 1000;
-    const auto last = values.begin() + static_cast<std::ptrdiff_t>(kept) - 1;
-    std::nth_element(values.begin(), last, values.end());
+    double* const begin = values.data();
+    double* const last = begin + (values.size() - trimmed_pixels(values.size()) - 1);
+    std::nth_element(begin, last, begin + values.size());
     return *last;
   }
 

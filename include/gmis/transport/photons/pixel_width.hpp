@@ -53,8 +53,8 @@ GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
       }
     }
   if (widths.empty()) return fallback;
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
+  double* const middle = widths.data() + widths.size() / 2;
+  std::nth_element(widths.data(), middle, widths.data() + widths.size());
   return *middle;
 }
 
