@@ -129,6 +129,7 @@ void check_same(const gmis::RenderResult& a, const gmis::RenderResult& b) {
   CHECK(a.half_a.values == b.half_a.values);
   CHECK(a.half_b.values == b.half_b.values);
   CHECK(a.estimate.mean == b.estimate.mean);
+  CHECK(a.estimate.variance == b.estimate.variance);
   CHECK(a.error->relative_error == b.error->relative_error);
   CHECK(a.error->interval.upper == b.error->interval.upper);
   REQUIRE(a.merging_bias.has_value() == b.merging_bias.has_value());

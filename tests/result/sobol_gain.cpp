@@ -3,9 +3,12 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/vec2.hpp>
+#include <numeric>
 #include <vector>
 
 #include "gmis/core/random.hpp"
+#include "gmis/render/run_record.hpp"
+#include "gmis/result/error_estimate.hpp"
 #include "gmis/result/error_law.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -48,7 +51,7 @@ TEST_CASE("the evenness of a run is what its replications take away, by the clos
       const double n = iterations / 8.0, remains = (1 + even * even / (n * n)) / (1 + even * even);
       const double expected = (1 - remains) / (1 - std::sqrt(8.0 / iterations));
       const Run run(gmis_test::seed(61), iterations, even);
-      const auto measured = gmis::measured_evenness(run.film, run.means);
+      const auto measured = gmis::measured_evenness(run.film, gmis::variances_of_means(run.means));
       REQUIRE(measured.has_value());
       CAPTURE(iterations, even, remains, *measured);
       // 1600 pixels with seven degrees of freedom: the ratio has a standard error of √(2 / 11200),
@@ -56,7 +59,9 @@ TEST_CASE("the evenness of a run is what its replications take away, by the clos
       const double error = std::sqrt(2.0 / (7 * side * side) + 2.0 / ((iterations - 1.0) * side * side));
       CHECK(std::abs(std::min(expected, 0.95) - *measured) <= 6 * error / (1 - std::sqrt(8.0 / iterations)));
       // The law with it has the error that the replications tell.
-      const double variance = gmis::variance_of_mean(run.means);
+      const std::vector<double> variances = gmis::variances_of_means(run.means);
+      const double variance =
+          std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
       const gmis::ErrorLaw law{(1 + even * even) / 12, 0.0, 1.0, *measured};
       if (expected < 0.9 && *measured > 0)
         CHECK(std::pow(law.error_at(iterations), 2) == Approx(variance).epsilon(0.1));
@@ -65,11 +70,28 @@ TEST_CASE("the evenness of a run is what its replications take away, by the clos
 
 TEST_CASE("a few bright samples do not hide the evenness, and a short run has none") {
   const Run plain(gmis_test::seed(62), 64, 1.0), firefly(gmis_test::seed(62), 64, 1.0, true);
-  CHECK(*gmis::measured_evenness(firefly.film, firefly.means) ==
-        Approx(*gmis::measured_evenness(plain.film, plain.means)).margin(0.01));
+  const auto evenness_of = [](const Run& run) {
+    return gmis::measured_evenness(run.film, gmis::variances_of_means(run.means));
+  };
+  CHECK(*evenness_of(firefly) == Approx(*evenness_of(plain)).margin(0.01));
   const Run brief(gmis_test::seed(62), 15, 1.0);
-  CHECK_FALSE(gmis::measured_evenness(brief.film, brief.means).has_value());
-  gmis::BatchMeans<float> joined = plain.means;
-  joined.join(Run(gmis_test::seed(63), 64, 1.0).means);
-  CHECK_FALSE(gmis::measured_evenness(plain.film, joined).has_value());
+  CHECK_FALSE(evenness_of(brief).has_value());
+}
+
+TEST_CASE("runs that are joined show no evenness: their parts are not replications") {
+  gmis::RenderRequest request;
+  request.intervals = true;
+  request.settings.sampler = gmis::Sampler::sobol;
+  const auto record_of = [&](const Run& run) {
+    gmis::RunRecord<float> record(request, glm::ivec2(side));
+    record.film = run.film;
+    record.batches = run.means;
+    record.expected_law.evenness = 0.5;
+    return record;
+  };
+  gmis::RunRecord<float> record = record_of(Run(gmis_test::seed(63), 64, 1.0));
+  CHECK(record.law_so_far(record.variances(request)).evenness > 0.55);
+  record.join(record_of(Run(gmis_test::seed(64), 64, 1.0)));
+  CHECK(record.variances(request).size() == side * side);
+  CHECK(record.law_so_far(record.variances(request)).evenness == 0.5);
 }

@@ -152,7 +152,7 @@ template <Spectrum S>
   const std::optional<ErrorEstimate> error = all.error();
   const std::vector<ConvergencePoint>& points = all.log.points();
   if (points.empty() || points.back().iteration < all.state.iterations) all.log.add(all.point(request, error));
-  RenderResult result = all.result(request, StopReason::joined, error);
+  RenderResult result = all.result(request, StopReason::joined, error, all.variances(request));
   for (const std::string& seed : seeds) {
     std::uint64_t number = 0;
     std::from_chars(seed.data(), seed.data() + seed.size(), number);

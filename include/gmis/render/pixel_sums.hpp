@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/sobol_numbers.hpp"
@@ -44,16 +45,29 @@ struct PixelSums {
   void copy_rows(const PixelSums& other, const RowCopy& rows) {
     film.copy_rows(other.film, rows);
     for (std::size_t i = 0; i < halves.size(); ++i) halves[i].copy_rows(other.halves[i], rows);
-    if (batches) batches->copy_rows(*other.batches, rows);
+    if (batches && other.batches) batches->copy_rows(*other.batches, rows);
     merging.copy_rows(other.merging, rows);
   }
 
-  /// The state for another process (`core/state_archive.hpp`).
+  /// Swaps the pixels with `other`; batches only where both have them.
+  void swap_with(PixelSums& other) noexcept {
+    std::swap(film, other.film);
+    std::swap(halves, other.halves);
+    std::swap(merging, other.merging);
+    if (batches && other.batches) std::swap(*batches, *other.batches);
+  }
+
+  /// The state for another process (`core/state_archive.hpp`) but for the batches.
+  template <class Archive>
+  void exchange_pictures(Archive& archive) {
+    archive(film, merging);
+    for (Film<S>& half : halves) archive(half);
+  }
+  /// The state for another process.
   template <class Archive>
   void exchange_state(Archive& archive) {
-    archive(film, merging);
+    exchange_pictures(archive);
     if (batches) archive(*batches);
-    for (Film<S>& half : halves) archive(half);
   }
 };
 

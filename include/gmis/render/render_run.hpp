@@ -148,8 +148,9 @@ class RenderRun {
   /// The prices of the usual errors, and of half the present one.
   [[nodiscard]] std::optional<PriceTable> prices() const {
     const std::optional<ErrorEstimate> present = error();
+    const std::vector<double> variances_of_all = variances();
     const WholeRecord<S> all = whole();
-    return request_.ranks.is_first() ? all->prices(present) : std::nullopt;
+    return request_.ranks.is_first() ? all->prices(present, variances_of_all) : std::nullopt;
   }
   /// The prices of the usual errors as the pilot's choice has them; empty before two iterations
   /// with the chosen counts.
@@ -177,9 +178,13 @@ class RenderRun {
     archive(*engine_);
   }
 
+  /// The sums whose rows `whole` gathers. Batches are many, and checkpoints alone need them.
+  enum class Gathered { pictures, all };
   /// The record with the rows of all ranks, at rank 0; elsewhere that of its own rows. All ranks
   /// call it together.
-  GMIS_RARE WholeRecord<S> whole() const;
+  GMIS_RARE WholeRecord<S> whole(Gathered sums = Gathered::pictures) const;
+  /// `RunRecord::variances` of the whole picture, at rank 0.
+  GMIS_RARE [[nodiscard]] std::vector<double> variances() const;
   /// The part of a whole record that this rank keeps.
   GMIS_RARE void keep_rows_of(RunRecord<S>&& all);
 
@@ -290,20 +295,38 @@ void RenderRun<S_>::prepare_part() {
 }
 
 template <Spectrum S_>
-WholeRecord<S_> RenderRun<S_>::whole() const {
+WholeRecord<S_> RenderRun<S_>::whole(Gathered sums) const {
   const RanksRef& ranks = request_.ranks;
   auto& own = const_cast<RunRecord<S>&>(made_);  // an archive names what it writes as it does what it reads
   if (ranks.count() == 1) return {own, {}};
   detail::RowGatherer gatherer(ranks, crop_);
   if (!ranks.is_first()) {
-    static_cast<PixelSums<S>&>(own).exchange_state(gatherer);
+    PixelSums<S>& rows = own;
+    if (sums == Gathered::all)
+      rows.exchange_state(gatherer);
+    else
+      rows.exchange_pictures(gatherer);
     return {own, {}};
   }
   PixelSums<S> all(request_, crop_.upper - crop_.lower);
+  if (sums == Gathered::pictures) all.batches.reset();
   const PixelBounds stripe = detail::stripe_of(crop_, 0, ranks.count());
   all.copy_rows(own, {0, 0, stripe.upper.y - stripe.lower.y});
   all.exchange_state(gatherer);
   return {own, std::move(all)};
+}
+
+template <Spectrum S_>
+std::vector<double> RenderRun<S_>::variances() const {
+  std::vector<double> all = made_.variances(request_);
+  const RanksRef& ranks = request_.ranks;
+  if (ranks.count() == 1 || !ranks.of_first(!all.empty())) return all;
+  const glm::ivec2 size = crop_.upper - crop_.lower;
+  if (ranks.is_first())
+    all.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * Film<S>::channel_count);
+  detail::RowGatherer gatherer(ranks, crop_);
+  gatherer(all);
+  return all;
 }
 
 template <Spectrum S_>
@@ -428,7 +451,7 @@ void RenderRun<S_>::take(const IterationResult<S>& iteration, double wall_second
 template <Spectrum S_>
 std::vector<std::byte> RenderRun<S_>::checkpoint() {
   StateWriter state;
-  exchange_state(state, *whole());
+  exchange_state(state, *whole(Gathered::all));
   if (!request_.ranks.is_first()) return {};
   return detail::checkpoint_bytes(identity(), state.bytes());
 }
@@ -453,8 +476,9 @@ void RenderRun<S_>::finish_log(ExecutorRef executor) {
 template <Spectrum S_>
 RenderResult RenderRun<S_>::result(StopReason reason) const {
   const std::optional<ErrorEstimate> estimate = error();
+  const std::vector<double> variances_of_all = variances();
   const WholeRecord<S> all = whole();
-  if (request_.ranks.is_first()) return all->result(request_, reason, estimate);
+  if (request_.ranks.is_first()) return all->result(request_, reason, estimate, variances_of_all);
   RenderResult elsewhere;
   elsewhere.stopped_by = reason;
   elsewhere.iterations = made_.state.iterations;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -161,10 +162,18 @@ struct RunRecord : PixelSums<S> {
     photon_bytes = std::max(photon_bytes, other.photon_bytes);
   }
 
-  /// The result of a run that ended for this reason. `estimate`: `error()`, which takes long to
-  /// compute.
+  /// `variances_of_means` of these pixels where iterations depend on each other (`Sampler::sobol`):
+  /// the film takes them for independent. Else empty.
+  [[nodiscard]] std::vector<double> variances(const RenderRequest& request) const {
+    if (request.settings.sampler != Sampler::sobol || !batches) return {};
+    return variances_of_means(*batches);
+  }
+
+  /// The result of a run that ended for this reason. `estimate`, `variances`: `error()` and
+  /// `variances()` of the whole picture, which take long to compute.
   GMIS_RARE [[nodiscard]] RenderResult result(const RenderRequest& request, StopReason reason,
-                                              const std::optional<ErrorEstimate>& estimate) const {
+                                              const std::optional<ErrorEstimate>& estimate,
+                                              std::span<const double> variances) const {
     RenderResult result;
     result.stopped_by = reason;
     result.iterations = state.iterations;
@@ -181,11 +190,11 @@ struct RunRecord : PixelSums<S> {
     if (request.class_pictures) result.classes = classes.means(state.iterations, counters, light_work);
     if (request.light_pictures) result.by_light = by_light.means(state.iterations);
     if (film.pixel_count() > 0) result.estimate = estimate_of(film);
-    // The film takes iterations for independent.
     if (request.settings.sampler == Sampler::sobol) {
-      const std::vector<double> variances = batches ? variances_of_means(*batches) : std::vector<double>();
-      result.estimate.variance = batches ? variance_of_mean(*batches) : std::numeric_limits<double>::quiet_NaN();
+      result.estimate.variance = std::numeric_limits<double>::quiet_NaN();
       if (!variances.empty()) {
+        result.estimate.variance =
+            std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
         result.variance = Picture(film.resolution(), Film<S>::channel_count);
         std::transform(variances.begin(), variances.end(), result.variance.values.begin(),
                        [](double variance) { return static_cast<float>(variance); });
@@ -194,7 +203,7 @@ struct RunRecord : PixelSums<S> {
       result.variance = variance_picture_of(film);
     }
     result.error = estimate;
-    result.prices = prices(estimate);
+    result.prices = prices(estimate, variances);
     result.forecast = forecast;
     result.merging_bias = merging_bias();
     result.log = log.points();
@@ -222,10 +231,11 @@ struct RunRecord : PixelSums<S> {
 
   /// `expected_law` with the evenness that the iterations have shown; the usual one counts as much
   /// as 16 of them.
-  GMIS_RARE [[nodiscard]] ErrorLaw law_so_far() const {
+  GMIS_RARE [[nodiscard]] ErrorLaw law_so_far(std::span<const double> variances) const {
     ErrorLaw law = expected_law;
-    if (!batches || !(law.evenness > 0.0)) return law;
-    if (const std::optional<double> measured = measured_evenness(film, *batches)) {
+    // Runs that are joined show nothing: their parts are not replications.
+    if (!batches || !batches->has_equal_batches() || !(law.evenness > 0.0)) return law;
+    if (const std::optional<double> measured = measured_evenness(film, variances)) {
       const double trust = static_cast<double>(film.iterations()) / (static_cast<double>(film.iterations()) + 16.0);
       law.evenness += trust * (*measured - law.evenness);
     }
@@ -233,11 +243,12 @@ struct RunRecord : PixelSums<S> {
   }
 
   /// The prices of the usual errors, and of half the present one.
-  GMIS_RARE [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present) const {
+  GMIS_RARE [[nodiscard]] std::optional<PriceTable> prices(const std::optional<ErrorEstimate>& present,
+                                                           std::span<const double> variances) const {
     if (!present) return {};
     std::vector<double> errors(PriceTable::usual_errors.begin(), PriceTable::usual_errors.end());
     errors.push_back(present->relative_error / 2.0);
-    return price_table(log.points(), errors, law_so_far());
+    return price_table(log.points(), errors, law_so_far(variances));
   }
 };
 

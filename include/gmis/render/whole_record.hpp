@@ -9,6 +9,7 @@
 namespace gmis {
 
 /// The record of a rank while it has other pixels, those of all ranks, in place of its own rows.
+/// Batches are other ones only where `pixels` have any.
 /// The record gets its own rows back at the end, so that nothing else of it is copied; there is one
 /// such loan at a time. Without other pixels it keeps its own.
 template <Spectrum S>
@@ -27,7 +28,7 @@ class WholeRecord {
 
  private:
   GMIS_RARE void exchange_pixels() {
-    if (pixels_) std::swap(*pixels_, static_cast<PixelSums<S>&>(record_));
+    if (pixels_) record_.swap_with(*pixels_);
   }
 
   RunRecord<S>& record_;

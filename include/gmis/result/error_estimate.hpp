@@ -101,16 +101,6 @@ GMIS_RARE [[nodiscard]] std::vector<double> variances_of_means(const BatchMeans<
   return variances;
 }
 
-/// The mean of `variances_of_means` over pixels and channels. Not a number before two parts.
-template <Spectrum S>
-[[nodiscard]] double variance_of_mean(const BatchMeans<S>& means) {
-  const std::vector<double> variances = variances_of_means(means);
-  if (variances.empty()) return std::numeric_limits<double>::quiet_NaN();
-  double sum = 0.0;
-  for (const double variance : variances) sum += variance;
-  return sum / static_cast<double>(variances.size());
-}
-
 /// The error of an image from the sums of all its rows, which several processes may have looked at.
 template <Spectrum S>
 GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(detail::ErrorOfRows<S>& rows,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -11,8 +12,6 @@
 #include "gmis/core/math.hpp"
 #include "gmis/core/sobol_numbers.hpp"
 #include "gmis/core/spectrum.hpp"
-#include "gmis/result/batch_means.hpp"
-#include "gmis/result/error_estimate.hpp"
 #include "gmis/result/film.hpp"
 #include "gmis/result/image_error.hpp"
 
@@ -22,14 +21,12 @@ namespace gmis {
 /// the variance between its replications over the variance that its iterations would give if they
 /// were independent of each other, both relative to the squared picture, without the pixels that
 /// have the worst of the latter. Between 0 and 0.95. Nothing before each replication has two
-/// iterations, and for joined runs. `film` and `replications` hold the same iterations.
+/// iterations. `between`: `variances_of_means` of replications with the iterations of `film`.
 template <Spectrum S>
-GMIS_RARE [[nodiscard]] std::optional<double> measured_evenness(const Film<S>& film,
-                                                                const BatchMeans<S>& replications) {
+GMIS_RARE [[nodiscard]] std::optional<double> measured_evenness(const Film<S>& film, std::span<const double> between) {
   constexpr std::size_t channels = Film<S>::channel_count;
   const auto iterations = static_cast<double>(film.iterations());
-  if (!replications.has_equal_batches() || iterations < 2.0 * sobol_replications) return {};
-  const std::vector<double> between = variances_of_means(replications);
+  if (between.empty() || iterations < 2.0 * sobol_replications) return {};
   std::vector<std::pair<double, double>> pixels(film.pixel_count());  // if independent, and between replications
   for (std::size_t p = 0; p < pixels.size(); ++p)
     for (std::size_t c = 0; c < channels; ++c) {
