@@ -175,7 +175,7 @@ class Project:
         if measured:
             digest, commit, date, ratios = measured
             before = f" measured {digest};"
-            still = f"; commit {now} makes the same pictures with {ratios} of the instructions"
+            still = f"; commit {now} makes the same pictures with {ratios} times the instructions"
         return (
             f"<!-- stamp of {name}: digest {self.digest(name)};{before} commit {commit}; {date} -->\n"
             f"<sub>Measured at commit {commit} on {date} by `{command}`{still}.</sub>\n"

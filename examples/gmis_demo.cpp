@@ -34,7 +34,7 @@ std::vector<fs::path> write_pictures(const ContenderRecord& contender, const fs:
 }
 
 void print_table(const SceneRecord& scene, const fs::path& folder) {
-  std::printf("%-6s %9s %11s %15s %8s  %s\n", "", "seconds", "iterations", "relative error", "to vcm", "files");
+  std::printf("%-6s %9s %11s %15s %8s  %s\n", "", "wall s", "iterations", "relative error", "to vcm", "files");
   const ContenderRecord* vcm = baseline_of(scene);
   for (const ContenderRecord& contender : scene.contenders) {
     if (contender.runs.empty()) continue;

@@ -1,5 +1,5 @@
-"""The cost of compiling: processor seconds at -O2, their ratio to those of README's first program,
-text in kB, and peak memory in MB.
+"""The cost of compiling: processor seconds at -O2, their ratio to those of
+examples/one_dimension.cpp, text in kB, and peak memory in MB.
 
 With g++ and, where it is installed, clang++, without a compiler cache. A time is the least of
 --runs compilations; a whole program is the sum of its files, and the memory is that of the largest.
@@ -39,7 +39,7 @@ class Program:
     is_checked: bool = True
 
 
-FIRST = Program("README's first program", "examples/one_dimension.cpp")
+FIRST = Program("`examples/one_dimension.cpp`", "examples/one_dimension.cpp")
 PROGRAMS = [
     FIRST,
     Program("one engine over an adapter", "bench/compile/one_engine.cpp"),

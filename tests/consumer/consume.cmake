@@ -29,6 +29,10 @@ elseif(WAY STREQUAL "your_renderer")
   set(CONSUMER_DIR ${WORK_DIR}/project)
   set(location -DCMAKE_BUILD_TYPE=Release)
 elseif(WAY STREQUAL "fetch_content")
+  # As the README shows it, with the program beside it.
+  file(MAKE_DIRECTORY ${WORK_DIR}/project)
+  run(${CMAKE_COMMAND} -E copy ${CONSUMER_DIR}/CMakeLists.txt ${CONSUMER_DIR}/../main.cpp ${WORK_DIR}/project)
+  set(CONSUMER_DIR ${WORK_DIR}/project)
   # The sources at hand stand in for a clone of GMIS_URL.
   set(location -DGMIS_URL=${GMIS_DIR} -DFETCHCONTENT_SOURCE_DIR_GMIS=${GMIS_DIR}
                -DGMIS_FETCH_DEPENDENCIES=${GMIS_FETCH_DEPENDENCIES})

@@ -124,13 +124,13 @@ class Figures(unittest.TestCase):
             self.assertEqual(self.project().confirm(before, "0.99 to 1.01"), ["speed"])
             self.assertIsNone(self.state())
             self.assertEqual((self.figure().commit, self.figure().date), (old.commit, old.date))
-            self.assertIn("makes the same pictures with 0.99 to 1.01 of the instructions.</sub>", self.page.read_text())
+            self.assertIn("makes the same pictures with 0.99 to 1.01 times the instructions.</sub>", self.page.read_text())
             self.assertEqual(self.project().confirm(before, "0.99 to 1.01"), [])
             # Again: it is compared with what it was measured with.
             self.write("include/a.hpp", "int d;\n")
             self.assertIn("have changed", self.state())
             self.assertEqual(self.project().confirm(before, "0.97 to 1.00"), ["speed"])
-            self.assertIn("with 0.97 to 1.00 of the instructions.</sub>", self.page.read_text())
+            self.assertIn("with 0.97 to 1.00 times the instructions.</sub>", self.page.read_text())
             self.assertEqual((self.figure().measured, self.figure().commit), (old.digest, old.commit))
             # It was measured with other sources.
             self.write("include/a.hpp", "int e;\n")

@@ -34,7 +34,7 @@ struct MyEstimator {
   std::array<double, 2> counts_in_division = counts;  // planted bug: {1, 1}
   double lost = 1e9;                                  // planted bug: samples beyond it count as zero
 
-  double round(gmis::Philox& source) const {
+  double round(gmis::UniformSource auto& source) const {
     double sum = 0.0;
     for (std::size_t k = 0; k < 2; ++k)
       for (int i = 0; i < static_cast<int>(counts[k]); ++i) {

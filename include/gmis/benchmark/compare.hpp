@@ -49,6 +49,12 @@ struct ComparisonRow {
   double efficiency = 0.0;           ///< 1/(variance × seconds)
   double seconds_to_1_percent =
       0.0;  ///< to a relative standard error of 1 %: 100 times less to 10 %, 100 times more to 0.1 %
+
+  /// True when the measured mean is off by more than five standard errors, and by more than
+  /// rounding.
+  [[nodiscard]] bool has_wrong_mean(double integral) const noexcept {
+    return !(std::abs(measured_mean - integral) <= 5.0 * mean_error + 1e-9 * std::abs(integral));
+  }
 };
 
 /// The result of `compare`, and its texts.
@@ -57,7 +63,8 @@ struct Comparison {
   double integral = 0.0;            ///< by quadrature
   std::vector<ComparisonRow> rows;  ///< in the order of the contenders
 
-  /// A table with one line for each contender. Measured variances are marked with ~.
+  /// A table with one line for each contender, and one below for each whose measured mean is off.
+  /// Measured variances are marked with ~.
   [[nodiscard]] std::string text() const {
     int width = 10;
     for (const ComparisonRow& row : rows) width = std::max(width, static_cast<int>(row.name.size()));
@@ -77,6 +84,11 @@ struct Comparison {
                     time(row.seconds_to_1_percent).c_str(), time(row.seconds_to_1_percent * 100.0).c_str());
       result += line;
     }
+    for (const ComparisonRow& row : rows)
+      if (const double off = row.measured_mean - integral; row.has_wrong_mean(integral))
+        result += joined({row.name, ": mean ", number(row.measured_mean, "%.6g"), ", off by ",
+                          number(std::abs(off) / row.mean_error, "%.3g"),
+                          " standard errors: its variance and times are those of another estimator\n"});
     return result;
   }
   /// The rows as comma-separated values, with the names of the columns first.
