@@ -15,6 +15,7 @@ namespace gmis {
 template <Spectrum S>
 class WholeRecord {
  public:
+  /// Lends `pixels` to `record`, which must outlive this.
   WholeRecord(RunRecord<S>& record, std::optional<PixelSums<S>> pixels) : record_(record), pixels_(std::move(pixels)) {
     exchange_pixels();
   }
@@ -24,6 +25,7 @@ class WholeRecord {
 
   /// The record, with the pixels.
   [[nodiscard]] RunRecord<S>* operator->() const noexcept { return &record_; }
+  /// The record likewise.
   [[nodiscard]] RunRecord<S>& operator*() const noexcept { return record_; }
 
  private:

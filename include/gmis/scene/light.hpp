@@ -197,6 +197,7 @@ class Light {
 
   /// The group that this light belongs to, for pictures by light; the scene sets it.
   [[nodiscard]] std::uint16_t group() const noexcept { return group_; }
+  /// Sets that group.
   void set_group(std::uint16_t group) noexcept { group_ = group; }
 
   /// A sample of the light that arrives at `from`. Nothing when the sampled point sends no light
