@@ -3,98 +3,21 @@
 #include <cmath>
 #include <vector>
 
-#include "gmis/check/check_scene.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/scene/scene_builder.hpp"
 #include "gmis/transport/engine/engine.hpp"
 #include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
-
-// A camera with a reconstruction filter wider than a pixel, by the rule of docs/your-renderer.md:
-// `sample_ray` draws the point of the film with the density h(x − c_p) of its pixel, `project`
-// chooses pixel p with the probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p), and both state the
-// density of all pixels' rays together, H(x) / (A cos³). All techniques then have one factor h / H
-// in common, which cancels in the weights. Here h is a tent, with H = 1, or a truncated Gaussian,
-// whose H varies.
+#include "transport/filtered_pinhole.hpp"
 
 namespace {
 
-using glm::dvec2;
 using glm::dvec3;
 using glm::ivec2;
-
-/// A filter in one dimension, 0 beyond a pixel's width from the centre; the filter of the film is a
-/// product of two.
-struct Tent {
-  static double h(double x) { return std::max(0.0, 1.0 - std::abs(x)); }
-  /// The inverse of its distribution function.
-  static double sample(double u) { return u < 0.5 ? std::sqrt(2.0 * u) - 1.0 : 1.0 - std::sqrt(2.0 * (1.0 - u)); }
-};
-struct Gaussian {
-  static constexpr double sd = 0.4;
-  static double distribution(double x) { return 0.5 * std::erfc(-x / (sd * std::sqrt(2.0))); }
-  static double h(double x) {
-    constexpr double pi = 3.14159265358979323846;
-    if (std::abs(x) >= 1.0) return 0.0;
-    return std::exp(-0.5 * x * x / (sd * sd)) / (sd * std::sqrt(2.0 * pi)) / (distribution(1.0) - distribution(-1.0));
-  }
-  static double sample(double u) {
-    const double wanted = distribution(-1.0) + u * (distribution(1.0) - distribution(-1.0));
-    double low = -1.0, high = 1.0;
-    for (int i = 0; i < 50; ++i) (distribution((low + high) / 2.0) < wanted ? low : high) = (low + high) / 2.0;
-    return (low + high) / 2.0;
-  }
-};
-
-/// A pinhole at `eye` that looks along +z, x to the right and y down.
-template <class Filter>
-struct FilteredPinhole {
-  using Spectrum = dvec3;
-  ivec2 size{10, 8};
-  dvec3 eye{0, 0, 0};  // where the built-in scene puts its camera
-  double step = 0.1;   // side of a pixel on the plane at distance 1
-  double fault = 1.0;
-
-  [[nodiscard]] ivec2 resolution() const { return size; }
-  [[nodiscard]] bool has_parallel_rays() const { return false; }
-  [[nodiscard]] double filter_radius() const { return 1.0; }
-  /// Σ_p h(x − c_p) in one dimension: the pixels around, inside the picture or not.
-  static double sum(double x) {
-    double total = 0.0;
-    for (int p = static_cast<int>(std::floor(x)) - 2; p <= static_cast<int>(std::floor(x)) + 2; ++p)
-      total += Filter::h(x - (p + 0.5));
-    return total;
-  }
-  /// One of the pixels around, with the probability h / H.
-  static int choose(double x, double u) {
-    const int first = static_cast<int>(std::floor(x)) - 2;
-    double left = u * sum(x);
-    for (int p = first; p <= first + 4; ++p) {
-      left -= Filter::h(x - (p + 0.5));
-      if (left < 0.0) return p;
-    }
-    return static_cast<int>(std::floor(x));
-  }
-  [[nodiscard]] double density(const dvec2& film, double cosine) const {
-    return sum(film.x) * sum(film.y) / (step * step * cosine * cosine * cosine);
-  }
-  [[nodiscard]] std::optional<gmis::CameraSample<Spectrum>> sample_ray(ivec2 pixel, dvec2 uv, dvec2) const {
-    const dvec2 film = dvec2(pixel) + 0.5 + dvec2(Filter::sample(uv.x), Filter::sample(uv.y));
-    const dvec3 direction = glm::normalize(dvec3((film - 0.5 * dvec2(size)) * step, 1.0));
-    return gmis::CameraSample<Spectrum>{{eye, {}, {}, 0}, direction, Spectrum(1), density(film, direction.z) * fault};
-  }
-  [[nodiscard]] std::optional<gmis::CameraProjection<Spectrum>> project(const dvec3& point, dvec2 uv) const {
-    const dvec3 offset = point - eye;
-    if (!(offset.z > 0)) return std::nullopt;
-    const dvec2 film = dvec2(offset) / (offset.z * step) + 0.5 * dvec2(size);
-    const ivec2 pixel(choose(film.x, uv.x), choose(film.y, uv.y));
-    if (pixel.x < 0 || pixel.y < 0 || pixel.x >= size.x || pixel.y >= size.y) return std::nullopt;
-    const dvec3 direction = glm::normalize(offset);
-    return gmis::CameraProjection<Spectrum>{
-        pixel, {eye, {}, {}, 0}, -direction, Spectrum(1), density(film, direction.z)};
-  }
-};
+using gmis_test::FilteredPinhole;
+using gmis_test::Gaussian;
+using gmis_test::Tent;
 
 /// A wall, half white and half black, a lamp in front of it, and a strip that covers a part of the
 /// wall: sharp edges within pixels and at the border of the picture.
@@ -226,13 +149,4 @@ TEST_CASE("with a filter, light tracing and path tracing agree pixel by pixel: a
 
 TEST_CASE("with a filter, light tracing and path tracing agree pixel by pixel: a Gaussian", "[transport]") {
   check_agreement<Gaussian>();
-}
-
-TEST_CASE("the check of a camera knows of filters", "[transport]") {
-  gmis::Philox source(gmis_test::seed(7));
-  CHECK(check_camera(FilteredPinhole<Tent>(), source).text() == "");
-  CHECK(check_camera(FilteredPinhole<Gaussian>(), source).text() == "");
-  FilteredPinhole<Tent> wrong;
-  wrong.fault = 0.5;
-  CHECK(check_camera(wrong, source).is_broken(gmis::Convention::camera_two_densities));
 }

@@ -21,6 +21,7 @@ enum class Convention : std::uint8_t {
   camera_two_densities,
   camera_two_weights,
   camera_density,
+  camera_filter,
   hit_normal_unit,
   hit_normal_hemisphere,
   hit_on_ray,
@@ -91,7 +92,10 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "Camera: project and sample_ray must state the same density for the same ray",
       "Camera: project and sample_ray must state the same weight for the same ray",
       "Camera: the density must be that of the rays of one pixel (not of the whole picture), per steradian: 1 / "
-      "(area of the pixel on the plane at distance 1 · cos³); per area for parallel rays",
+      "(area of the pixel on the plane at distance 1 · cos³); per area for parallel rays; with a filter times the sum "
+      "of the filters of all pixels there",
+      "Camera with a filter wider than a pixel: project must return a pixel with the probability of its filter at the "
+      "point over the sum of those of all pixels (it shifts pixels, or leaves the filter out)",
       "SurfacePoint: both normals of a hit must have unit length",
       "SurfacePoint: the shading normal must lie in the hemisphere of the geometric normal",
       "Scene::intersect: the position of a hit must lie on the ray, in front of its origin",
