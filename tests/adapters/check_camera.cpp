@@ -15,7 +15,7 @@ using gmis_test::Tent;
 
 namespace {
 
-/// What the check names first when a mistake is planted in a larger picture.
+/// The first finding when a mistake is planted in a larger picture.
 template <class Filter>
 std::optional<Convention> named(bool FilteredPinhole<Filter>::*mistake) {
   FilteredPinhole<Filter> wrong{{64, 48}, {0, 0, 0}, 0.014};

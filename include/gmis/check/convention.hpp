@@ -95,7 +95,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "(area of the pixel on the plane at distance 1 · cos³); per area for parallel rays; with a filter times the sum "
       "of the filters of all pixels there",
       "Camera with a filter wider than a pixel: project must return a pixel with the probability of its filter at the "
-      "point over the sum of those of all pixels (it shifts pixels, or leaves the filter out)",
+      "point over the sum of the filters of all pixels (it shifts pixels, or leaves the filter out)",
       "SurfacePoint: both normals of a hit must have unit length",
       "SurfacePoint: the shading normal must lie in the hemisphere of the geometric normal",
       "Scene::intersect: the position of a hit must lie on the ray, in front of its origin",
