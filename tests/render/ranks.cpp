@@ -425,7 +425,7 @@ TEST_CASE("a firefly is compared with the same pixels, whichever ranks have them
   std::vector<std::vector<float>> frames(21, std::vector<float>(static_cast<std::size_t>(size.x * size.y)));
   for (std::vector<float>& frame : frames)
     for (float& value : frame) value = uniform(source) + (uniform(source) < 0.002F ? 90.0F : 0.0F);
-  for (const std::size_t replications : {0, 8}) {
+  for (const std::size_t replications : {std::size_t{0}, std::size_t{8}}) {
     const auto means_of = [&](const gmis::PixelBounds& rows) {
       const auto width = static_cast<std::size_t>(size.x);
       gmis::BatchMeans<float> means({size.x, rows.upper.y - rows.lower.y}, replications);
