@@ -12,6 +12,7 @@ from measuring import ALL, in_parallel, instructions_of
 INTEGRATORS = ("pt", "bpt", "vcm", "auto")
 COUNTED = ("cornell", "paper1", "light_behind_glass", "many_lights")
 LIMIT = 0.01  # as that of instructions.py
+ITERATIONS = 32  # half of those of most tables: a statistic at the end of a run must not weigh more than it does there
 
 
 def program_of(root):
@@ -54,7 +55,7 @@ def differences(before, now, out):
 
     def ratio(case):
         place = [(root, program, out / f"{root.name}_{'_'.join(case)}") for root, program in programs.items()]
-        old, new = (instructions_of(command_of(root, program, *case, 8, "--stats", f"{file}.json", "--out", f"{file}.pfm"))
+        old, new = (instructions_of(command_of(root, program, *case, ITERATIONS, "--stats", f"{file}.json", "--out", f"{file}.pfm"))
                     for root, program, file in place)
         return new / old
 
