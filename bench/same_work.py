@@ -12,7 +12,8 @@ from measuring import ALL, in_parallel, instructions_of
 INTEGRATORS = ("pt", "bpt", "vcm", "auto")
 COUNTED = ("cornell", "paper1", "light_behind_glass", "many_lights")
 LIMIT = 0.01  # as that of instructions.py
-ITERATIONS = 32  # half as long as runs of most tables: a statistic at the end of a run must not weigh more than it does there
+# Half as long as runs of most tables: a statistic at the end of a run must not weigh much more.
+ITERATIONS = 32
 
 
 def program_of(root):
