@@ -96,11 +96,13 @@ int run(ComparisonRequest request, const std::string& figure) {
     std::printf("\n%s\n", text_of(table_of(comparison.scenes.back())).c_str());
     std::fflush(stdout);
   };
+  if (!figure.empty() && !has_gnuplot())
+    throw InputError("--figure " + figure + " is drawn by gnuplot, which is missing");
   const Comparison comparison = compare(request, executor);
   write_report(comparison, request.folder);
   if (!figure.empty()) {
     const std::string svg = error_figure_svg(comparison.scenes, request.folder);
-    if (svg.empty()) throw InputError("--figure " + figure + ": there are no curves to draw, or gnuplot is missing");
+    if (svg.empty()) throw InputError("--figure " + figure + ": there are no curves to draw");
     write_whole(svg, figure);
   }
   std::printf("%swrote %s\n", comparison.is_whole ? "" : "interrupted; ", (request.folder / "report.html").c_str());
