@@ -3,137 +3,157 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "gmis/check/compare.hpp"
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/random.hpp"
+#include "gmis/core/statistics.hpp"
+#include "gmis/mis/moments.hpp"
 
 namespace gmis {
 
 namespace detail {
-/// The density of a camera ray is 1 / |∂x/∂u × ∂x/∂v|, with x the direction or, for parallel rays,
-/// the origin.
+/// The place of a ray among those of other pixels: its direction or, for parallel rays, its origin.
+/// NaN for a sample that failed.
+template <Camera C>
+[[nodiscard]] Vec3<double> place_of(const C& camera, const std::optional<CameraSample<typename C::Spectrum>>& ray) {
+  if (!ray) return Vec3<double>(std::numeric_limits<double>::quiet_NaN());
+  return Vec3<double>(camera.has_parallel_rays() ? ray->origin.position : ray->direction);
+}
+
+/// Bound on the relative error by rounding of the differences between places that lie `width`
+/// apart.
+template <std::floating_point T>
+[[nodiscard]] double rounding_of(const Vec3<double>& place, double width) noexcept {
+  return 8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * glm::length(place) / std::max(width, 1e-15);
+}
+/// Above it differences say nothing: the pixel is too small.
+inline constexpr double most_rounding = 0.05;
+
+/// The density of a camera ray is 1 / |∂x/∂u × ∂x/∂v|, with x its place.
 template <Camera C, class T>
 void check_camera_density(const C& camera, glm::ivec2 pixel, const Vec2<T>& uv, const Vec2<T>& lens,
                           const CameraSample<typename C::Spectrum>& ray, Findings& findings) {
   using V = Vec3<double>;
-  const bool is_parallel = camera.has_parallel_rays();
-  const auto place = [&](T u, T v) -> V {
-    const auto sample = camera.sample_ray(pixel, {u, v}, lens);
-    if (!sample) return V(std::numeric_limits<double>::quiet_NaN());
-    return is_parallel ? V(sample->origin.position) : V(sample->direction);
-  };
+  const auto place = [&](T u, T v) { return place_of(camera, camera.sample_ray(pixel, {u, v}, lens)); };
   const T step = T(0.15);
   const V along_u = (place(uv.x + step, uv.y) - place(uv.x - step, uv.y)) / (2.0 * static_cast<double>(step));
   const V along_v = (place(uv.x, uv.y + step) - place(uv.x, uv.y - step)) / (2.0 * static_cast<double>(step));
   const double area = glm::length(glm::cross(along_u, along_v));
   if (!std::isfinite(area)) return;
-  const double magnitude = is_parallel ? glm::length(V(ray.origin.position)) : 1.0;
-  const double rounding =
-      8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * magnitude / std::sqrt(std::max(area, 1e-30));
-  if (rounding > 0.05) return;  // a pixel too small for these differences to say anything
+  const double rounding = rounding_of<T>(place_of(camera, std::optional(ray)), std::sqrt(area));
+  if (rounding > most_rounding) return;
   compare(findings, Convention::camera_density, static_cast<double>(ray.density), 1.0 / area, 0.05 + 2.0 * rounding);
 }
 
-/// The mean of numbers that should be 0 on the mean, in standard errors.
-struct Deviation {
-  double count = 0.0, sum = 0.0, squares = 0.0;
+/// Rays of one pixel, and its size as the pixels beside it tell.
+template <Camera C>
+struct PixelRays {
+  using V = Vec3<double>;
 
-  void add(double value) noexcept {
-    count += 1.0;
-    sum += value;
-    squares += value * value;
+  std::vector<CameraSample<typename C::Spectrum>> rays;
+  std::vector<V> places;
+  V middle{0}, column{0}, row{0};  ///< mean place, and the steps to the next pixel in x and in y
+  double box = 0.0;                ///< mean density of the rays of a box filter
+  Moments<double> quotient;        ///< of that density and the one stated
+
+  /// Draws rays, stratified. There are none when the camera cannot make one of them.
+  template <class T>
+  PixelRays(const C& camera, glm::ivec2 pixel, const Vec2<T>& lens, UniformSource auto& source) {
+    constexpr int side = 8, count = side * side;
+    for (int i = 0; i < count; ++i) {
+      const T u = (static_cast<T>(i % side) + uniform<T>(source)) / T(side);
+      const T v = (static_cast<T>(i / side) + uniform<T>(source)) / T(side);
+      const auto ray_beside = [&](int x, int y) { return camera.sample_ray(pixel + glm::ivec2(x, y), {u, v}, lens); };
+      const auto step = [&](int x, int y) {
+        return 0.5 * (place_of(camera, ray_beside(x, y)) - place_of(camera, ray_beside(-x, -y)));
+      };
+      const auto ray = ray_beside(0, 0);
+      const V along_x = step(1, 0), along_y = step(0, 1);
+      const double density = 1.0 / glm::length(glm::cross(along_x, along_y));
+      if (!ray || !std::isfinite(density) || !(ray->density > T(0))) {
+        rays.clear();
+        return;
+      }
+      rays.push_back(*ray);
+      places.push_back(place_of(camera, ray));
+      middle += places.back() / double{count};
+      column += along_x / double{count};
+      row += along_y / double{count};
+      box += density / count;
+      quotient.add(density / static_cast<double>(ray->density));
+    }
   }
-  [[nodiscard]] bool is_large() const noexcept {
-    constexpr double standard_errors = 6.0;
-    return std::abs(sum) > standard_errors * std::sqrt(squares) + 1e-9 * count;
+
+  /// From the middle to a place, in pixels.
+  [[nodiscard]] Vec2<double> offset(const V& place) const {
+    const double xx = glm::dot(column, column), xy = glm::dot(column, row), yy = glm::dot(row, row);
+    const double x = glm::dot(place - middle, column), y = glm::dot(place - middle, row);
+    return Vec2<double>(yy * x - xy * y, xx * y - xy * x) / (xx * yy - xy * xy);
   }
 };
 
 /// Checks a camera whose filter h is wider than a pixel. The points x of the film that the rays of
-/// a pixel p pass have the density h(x − c_p), and H(x) is the sum of this over all pixels.
+/// a pixel p pass have the density h(x − c_p); H(x) is the sum of that over all pixels.
 ///
-/// Both members state the density of a box times H. The box is known from rays of the pixels
-/// around, and ∫ h/H = 1 for each pixel, so the mean of the quotient of both densities over rays of
-/// a pixel is 1.
+/// Both members state the density of a box filter times H. As ∫ h/H = 1 for each pixel, the
+/// quotient of the two densities has the mean 1 over the rays of a pixel.
 ///
 /// The pixel q that `project` returns for x has the probability h(x − c_q) / H(x), and so has p
-/// once x is known. They are exchangeable: q − p and |x − c_q|² − |x − c_p|² are 0 on the mean.
+/// once x is known. The two are exchangeable: q − p and |x − c_q|² − |x − c_p|² have the mean 0.
 template <Camera C, UniformSource Source>
 void check_wide_filter(const C& camera, double distance, Source& source, Findings& findings) {
   using T = ScalarOf<typename C::Spectrum>;
   using V = Vec3<double>;
-  constexpr int pixels = 64, side = 8;
+  constexpr int pixels = 64;
+  constexpr double level = 1e-9;  // of a false alarm, for each of three means
+  // Away from the border all pixels that see a point are inside.
   const int margin = static_cast<int>(std::ceil(2.0 * filter_radius_of(camera)));
   const glm::ivec2 inner = glm::ivec2(camera.resolution()) - 2 * margin;
   if (inner.x < 1 || inner.y < 1) return;
-  const auto number = [&source] { return uniform<T>(source); };
-  Deviation shift_x, shift_y, farther;
-  double to_p = 0.0, to_q = 0.0;
+  const auto below = [&source](int count) {
+    return static_cast<int>(uniform_index(source, static_cast<std::uint32_t>(count)));
+  };
+  Moments<double> shift_x, shift_y, farther, to_p, to_q;
   for (int k = 0; k < pixels; ++k) {
-    const glm::ivec2 pixel = margin + glm::ivec2(Vec2<double>(number(), number()) * 0.999999 * Vec2<double>(inner));
-    const Vec2<T> lens{number(), number()};
-    std::vector<CameraSample<typename C::Spectrum>> rays;
-    std::vector<V> places;
-    V middle(0), column(0), row(0);
-    Deviation quotient;  // of the density of a box and the one stated, less 1
-    double box = 0.0;
-    for (int i = 0; i < side * side; ++i) {
-      const Vec2<T> uv{(static_cast<T>(i % side) + number()) / T(side),
-                       (static_cast<T>(i / side) + number()) / T(side)};
-      const auto place = [&](int x, int y) {
-        const auto ray = camera.sample_ray(pixel + glm::ivec2(x, y), uv, lens);
-        if (!ray) return V(std::numeric_limits<double>::quiet_NaN());
-        return camera.has_parallel_rays() ? V(ray->origin.position) : V(ray->direction);
-      };
-      const auto ray = camera.sample_ray(pixel, uv, lens);
-      const V here = place(0, 0), along_x = 0.5 * (place(1, 0) - place(-1, 0)),
-              along_y = 0.5 * (place(0, 1) - place(0, -1));
-      const double area = glm::length(glm::cross(along_x, along_y));
-      if (!ray || !std::isfinite(area) || !(ray->density > T(0))) break;
-      rays.push_back(*ray);
-      places.push_back(here);
-      middle += here;
-      column += along_x;
-      row += along_y;
-      box += 1.0 / area;
-      quotient.add(1.0 / (area * static_cast<double>(ray->density)) - 1.0);
-    }
-    const double count = quotient.count, mean = quotient.sum / std::max(1.0, count);
-    if (count < side * side) continue;
-    middle /= count, column /= count, row /= count, box /= count;
-    const double magnitude = camera.has_parallel_rays() ? glm::length(middle) : 1.0, width = 1.0 / std::sqrt(box);
-    const double rounding = 8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * magnitude / width;
-    if (rounding > 0.05) continue;
-    findings.look_at(0, {V(rays[0].origin.position), V(0), V(rays[0].direction)});
+    const glm::ivec2 pixel(margin + below(inner.x), margin + below(inner.y));
+    const auto [u, v, share] = uniforms<T, 3>(source);
+    const PixelRays<C> here(camera, pixel, Vec2<T>{u, v}, source);
+    const double width = 1.0 / std::sqrt(here.box), rounding = rounding_of<T>(here.middle, width);
+    if (here.rays.empty() || rounding > most_rounding) continue;
+    findings.look_at(0, {V(here.rays[0].origin.position), V(0), V(here.rays[0].direction)});
     // A pixel is not flat: differences over two of them are off by a part of their squared angle.
     const double flatness = camera.has_parallel_rays() ? 0.0 : width * width;
-    const double error = std::sqrt(std::max(0.0, quotient.squares / count - mean * mean) / count) / (1.0 + mean);
-    compare(findings, Convention::camera_density, box / (1.0 + mean), box,
-            0.02 + 2.0 * rounding + flatness + 4.0 * error);
+    const double mean = here.quotient.mean();
+    const double noise = std::sqrt(here.quotient.variance() / static_cast<double>(here.rays.size())) / mean;
+    compare(findings, Convention::camera_density, here.box / mean, here.box,
+            0.02 + 2.0 * rounding + flatness + 4.0 * noise);
 
-    const double xx = glm::dot(column, column), xy = glm::dot(column, row), yy = glm::dot(row, row);
-    const double t = distance * (0.2 + 2.0 * static_cast<double>(number()));
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const V origin(rays[i].origin.position), offset = places[i] - middle;
-      const auto seen = camera.project(Vec3<T>(origin + t * V(rays[i].direction)), {number(), number()});
+    const double t = distance * (0.2 + 2.0 * static_cast<double>(share));
+    for (std::size_t i = 0; i < here.rays.size(); ++i) {
+      const V origin(here.rays[i].origin.position);
+      const auto [u_lens, v_lens] = uniforms<T, 2>(source);
+      const auto seen = camera.project(Vec3<T>(origin + t * V(here.rays[i].direction)), {u_lens, v_lens});
       if (!seen || glm::length(V(seen->origin.position) - origin) > 1e-3 * t) continue;
-      const Vec2<double> d(pixel - seen->pixel);
-      const double x = glm::dot(offset, column), y = glm::dot(offset, row);
-      const Vec2<double> a = Vec2<double>(yy * x - xy * y, xx * y - xy * x) / (xx * yy - xy * xy);
-      shift_x.add(d.x);
-      shift_y.add(d.y);
-      farther.add(glm::dot(2.0 * a + d, d));
-      to_p += glm::dot(a, a);
-      to_q += glm::dot(a + d, a + d);
+      const Vec2<double> from_p = here.offset(here.places[i]), step(pixel - seen->pixel), from_q = from_p + step;
+      shift_x.add(step.x);
+      shift_y.add(step.y);
+      to_p.add(glm::dot(from_p, from_p));
+      to_q.add(glm::dot(from_q, from_q));
+      farther.add(glm::dot(from_p + from_q, step));
     }
   }
-  const double count = std::max(1.0, farther.count);
-  findings.judge(Convention::camera_filter, !(shift_x.is_large() || shift_y.is_large() || farther.is_large()),
-                 to_q / count, to_p / count);
+  if (farther.count() < 2) return;
+  const auto is_zero = [](const Moments<double>& m) {
+    return z_test(m.mean(), std::sqrt(m.variance() / static_cast<double>(m.count())), 0.0).passes(level);
+  };
+  findings.judge(Convention::camera_filter, is_zero(shift_x) && is_zero(shift_y) && is_zero(farther), to_q.mean(),
+                 to_p.mean());
 }
 }  // namespace detail
 
