@@ -232,9 +232,10 @@ int print_check(const std::filesystem::path& file, const LoadOptions& load, bool
     for (const Diagnostic& diagnostic : diagnostics.all()) std::printf("%s\n", diagnostic.to_string().c_str());
   const std::size_t errors = diagnostics.error_count();
   if (errors == 0) {
-    if (!is_quiet)
-      std::printf("%s: all of it is understood%s\n", file.c_str(),
-                  diagnostics.all().empty() ? "" : ", but for what is said above");
+    const std::size_t said = diagnostics.all().size();
+    if (!is_quiet && said == 0) std::printf("%s: all of it is understood\n", file.c_str());
+    if (!is_quiet && said > 0)
+      std::printf("%s: can be rendered, but for what is said above (%zu)\n", file.c_str(), said);
     return done;
   }
   std::fprintf(stderr, "gmis-render: %s: %zu %s not understood\n", file.c_str(), errors,

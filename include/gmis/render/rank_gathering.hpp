@@ -130,13 +130,11 @@ GMIS_RARE [[nodiscard]] RowsAround rows_around(const RanksRef& ranks, const Pixe
   const RunParts<S> parts(own);
   std::vector<double> values(sent.size());
   around.part_values.resize(parts.count());
-  around.mean.resize(static_cast<std::size_t>(around.above + around.below) * row_length);
   for (std::size_t b = 0; b < parts.count(); ++b) {
-    std::vector<double>& here = around.part_values[b];
-    here.resize(around.mean.size());
+    around.part_values[b].resize(static_cast<std::size_t>(around.above + around.below) * row_length);
     for (std::size_t k = 0; k < sent.size(); ++k) values[k] = parts.value(b, sent[k]);
-    ranks.exchange(std::as_bytes(std::span(values)), sizes, std::as_writable_bytes(std::span(here)), received);
-    for (std::size_t i = 0; i < here.size(); ++i) around.mean[i] += parts.share(b) * here[i];
+    ranks.exchange(std::as_bytes(std::span(values)), sizes, std::as_writable_bytes(std::span(around.part_values[b])),
+                   received);
   }
   return around;
 }

@@ -127,8 +127,8 @@ class ErrorOfRows {
   using Sums = typename ErrorAdder<S>::Sums;
 
   /// Looks at all values of `means`, which must outlive this, and adds those without rare samples.
-  /// `around`: what is around these rows, if they are not the whole picture. The bits depend
-  /// neither on the executor nor on how a picture is cut into rows.
+  /// `around`: what is around these rows, if they are not the whole picture, without its mean. The
+  /// bits depend neither on the executor nor on how a picture is cut into rows.
   GMIS_RARE ErrorOfRows(const BatchMeans<S>& means, ExecutorRef executor, RowsAround around = {})
       : parts_(means),
         around_(std::move(around)),
@@ -137,6 +137,11 @@ class ErrorOfRows {
         rare_(static_cast<std::size_t>(means.resolution().y)) {
     make_room(rare_.size());
     if (parts_.count() < 2) return;
+    for (std::size_t b = 0; b < around_.part_values.size(); ++b) {
+      const std::vector<double>& values = around_.part_values[b];
+      around_.mean.resize(values.size());
+      for (std::size_t i = 0; i < values.size(); ++i) around_.mean[i] += parts_.share(b) * values[i];
+    }
     executor.parallel_for_all(rare_.size(), [&](std::size_t row) { add_row(row); });
     executor.parallel_for_all(rare_.size(), [&](std::size_t row) {
       for (RareSample& sample : rare_[row]) {
