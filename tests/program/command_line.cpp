@@ -583,7 +583,7 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   std::ofstream(folder / "note.pbrt") << "Sampler \"halton\"\nWorldBegin\nShape \"sphere\"\n";
   const Outcome with_a_note = run(folder, "note.pbrt --check");
   CHECK(with_a_note.exit_code == 0);
-  CHECK(with_a_note.out.find("can be rendered, but for what is said above (1)") != std::string::npos);
+  CHECK(with_a_note.out.find("note.pbrt: can be rendered, but for what is said above") != std::string::npos);
   const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --lenient");
   CHECK(warned.exit_code == 0);
   CHECK(warned.err.find("odd.pbrt:1: note: ") != std::string::npos);
