@@ -78,10 +78,10 @@ target_compile_definitions(gmis_render_main PRIVATE GMIS_VERSION="${PROJECT_VERS
 add_executable(gmis-render gmis_render_main.cpp)
 add_executable(gmis-compare gmis_compare.cpp)
 add_executable(gmis-demo gmis_demo.cpp)
-foreach(program render compare demo)
+target_link_libraries(gmis-render PRIVATE gmis_render_engines gmis_render_main gmis_warnings)
+foreach(program compare demo)
   target_link_libraries(gmis-${program} PRIVATE gmis_render_engines gmis_report gmis_warnings)
 endforeach()
-target_link_libraries(gmis-render PRIVATE gmis_render_main)
 
 # The same over MPI.
 find_package(MPI QUIET COMPONENTS CXX)
