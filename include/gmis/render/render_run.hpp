@@ -78,6 +78,7 @@ class RenderRun {
   GMIS_RARE RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequest request);
   RenderRun(const RenderRun&) = delete;
   RenderRun& operator=(const RenderRun&) = delete;
+  GMIS_RARE ~RenderRun();
 
   /// Renders until a limit is met, and calls the callbacks of the request. With a
   /// `StoppableExecutor`, an interrupt after the first iteration leaves out the iteration under
@@ -276,6 +277,9 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
   make_engine();
   note_engine();
 }
+
+template <Spectrum S_>
+RenderRun<S_>::~RenderRun() = default;
 
 template <Spectrum S_>
 void RenderRun<S_>::prepare_part() {

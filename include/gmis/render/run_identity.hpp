@@ -4,9 +4,11 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/attributes.hpp"
@@ -14,6 +16,31 @@
 #include "gmis/render/render_request.hpp"
 
 namespace gmis {
+
+namespace detail {
+
+/// Numbers with all their digits, separated.
+GMIS_RARE [[nodiscard]] inline std::string text_of(std::initializer_list<double> numbers, char separator) {
+  std::string text;
+  for (const double number : numbers) {
+    char digits[32];
+    if (!text.empty()) text.push_back(separator);
+    text.append(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
+  }
+  return text;
+}
+
+/// The numbers of `SampleCounts`, as text.
+GMIS_RARE [[nodiscard]] inline std::string text_of(const SampleCounts& counts) {
+  const auto number = [](bool is_on) { return is_on ? 1.0 : 0.0; };
+  return text_of(
+      {counts.light_paths, counts.radius_factor, static_cast<double>(counts.connections), number(counts.splats),
+       number(counts.merges), number(counts.extends_camera), number(counts.connects_paired_tree),
+       number(counts.next_events), number(counts.emitter_hits), number(counts.local_merges)},
+      ' ');
+}
+
+}  // namespace detail
 
 /// The properties that a checkpoint must have in common with the run that goes on from it, each
 /// with its value in words. Settings that change no sample are left out: limits, threads,
@@ -43,11 +70,7 @@ struct RunIdentity {
     properties.push_back({std::string(name), std::move(value)});
   }
   /// Adds a number with all its digits.
-  GMIS_RARE void add(std::string_view name, double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-    add(name, std::string(text, end));
-  }
+  GMIS_RARE void add(std::string_view name, double value) { add(name, detail::text_of({value}, ' ')); }
 
   /// The value of a property; empty when there is none of this name.
   [[nodiscard]] std::string value_of(std::string_view name) const {
@@ -84,50 +107,43 @@ GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& requ
                                                        int channels, std::size_t scalar_bytes) {
   RunIdentity identity;
   const RenderSettings& settings = request.settings;
-  const auto counts_text = [](const SampleCounts& counts) {
-    RunIdentity parts;
-    parts.add("", counts.light_paths);
-    parts.add("", counts.radius_factor);
-    for (const int count : {counts.connections, int{counts.splats}, int{counts.merges}, int{counts.extends_camera},
-                            int{counts.connects_paired_tree}, int{counts.next_events}, int{counts.emitter_hits},
-                            int{counts.local_merges}})
-      parts.add("", count);
-    std::string text;
-    for (const RunIdentity::Property& part : parts.properties) text.append(part.value).append(1, ' ');
-    return text;
-  };
   identity.add("the scene", request.scene_name);
   for (const auto& [name, value] : request.scene_properties) identity.add(name, value);
   identity.add(RunIdentity::instruction_set, std::string(instruction_set));
-  identity.add("the size of the picture", std::to_string(resolution.x) + "x" + std::to_string(resolution.y));
+  const glm::dvec2 size(resolution);
+  identity.add("the size of the picture", detail::text_of({size.x, size.y}, 'x'));
   identity.add("the number of channels", channels);
   identity.add("the precision", static_cast<double>(scalar_bytes));
   const PixelBounds crop = request.crop.value_or(PixelBounds{{0, 0}, resolution});
-  identity.add("the crop", std::to_string(crop.lower.x) + "," + std::to_string(crop.lower.y) + "," +
-                               std::to_string(crop.upper.x) + "," + std::to_string(crop.upper.y));
+  const glm::dvec2 lower(crop.lower), upper(crop.upper);
+  identity.add("the crop", detail::text_of({lower.x, lower.y, upper.x, upper.y}, ','));
   identity.add(RunIdentity::seed, std::to_string(settings.seed));
   identity.add("the sampler", static_cast<int>(settings.sampler));
   identity.add("the emission", static_cast<int>(settings.emission));
   identity.add("the greatest depth", settings.max_depth);
-  identity.add("the merging radius", settings.radius ? *settings.radius : 0.0);
+  identity.add("the merging radius", settings.radius.value_or(0.0));
   identity.add("alpha", settings.alpha);
   std::string classes = "all, unclassified";
   if (settings.path_classes) {
     classes.clear();
-    settings.path_classes->for_each([&](PathClass path_class) { classes += std::string(name_of(path_class)) + " "; });
+    settings.path_classes->for_each([&](PathClass path_class) { classes.append(name_of(path_class)).push_back(' '); });
   }
-  identity.add("the set of path classes", classes);
-  identity.add("the number of samples of the techniques", counts_text(settings.counts));
+  identity.add("the set of path classes", std::move(classes));
+  identity.add("the number of samples of the techniques", detail::text_of(settings.counts));
   std::string candidates;
-  for (const SampleCounts& one : request.candidates) candidates += counts_text(one) + ";";
-  identity.add("the set of candidates", candidates);
-  identity.add("what is kept", std::to_string(request.intervals || request.budget.relative_error) +
-                                   std::to_string(request.halves) + std::to_string(request.techniques) +
-                                   std::to_string(request.class_pictures) + std::to_string(request.light_pictures));
-  identity.add(RunIdentity::part, request.part ? std::to_string(request.part->first) + " to " +
-                                                     std::to_string(request.part->last) + " of " +
-                                                     std::to_string(request.part->of)
-                                               : std::string("all of it"));
+  for (const SampleCounts& one : request.candidates) candidates.append(detail::text_of(one)).push_back(';');
+  identity.add("the set of candidates", std::move(candidates));
+  std::string kept;
+  for (const bool is_kept : {request.intervals || request.budget.relative_error, request.halves, request.techniques,
+                             request.class_pictures, request.light_pictures})
+    kept.push_back(is_kept ? '1' : '0');
+  identity.add("what is kept", std::move(kept));
+  std::string part = "all of it";
+  if (request.part) {
+    const glm::dvec3 numbers(request.part->first, request.part->last, request.part->of);
+    part = detail::text_of({numbers.x, numbers.y}, '-').append(" of ").append(detail::text_of({numbers.z}, ' '));
+  }
+  identity.add(RunIdentity::part, std::move(part));
   return identity;
 }
 
