@@ -146,7 +146,9 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     return this->counts().has(Technique::merge) ? cache_.photons().size() : 0;
   }
   GMIS_RARE [[nodiscard]] std::size_t photon_bytes() const noexcept override {
-    return this->counts().stores_light_vertices() ? grid_.byte_count() + cache_.byte_count() : 0;
+    if constexpr (has_light_side)
+      if (this->counts().stores_light_vertices()) return grid_.byte_count() + cache_.byte_count();
+    return 0;
   }
 
   /// The data that all techniques read in the latest iteration. It holds references into this
@@ -221,7 +223,7 @@ Engine<Sc, Method_, Source>::Engine(const Sc& scene, const RenderSettings& setti
            crop),
       scene_(scene),
       split_(split) {
-  if (light_tree_count_ > 0) {
+  if constexpr (has_light_side) {
     const std::size_t chunk_count = (light_tree_count_ + chunk_size - 1) / chunk_size;
     light_outputs_.resize(chunk_count);
     cache_.resize(chunk_count, chunk_size);
@@ -302,7 +304,8 @@ void Engine<Sc, Method_, Source>::iterate(ExecutorRef executor) {
     trace_camera(executor, context());
   else
     std::fill(frame_.begin(), frame_.end(), S(T(0)));
-  if (this->counts().has(Technique::splat)) add_splats();
+  if constexpr (has_light_side)
+    if (this->counts().has(Technique::splat)) add_splats();
   for_each_output([this](Output& output) { this->rejections_.append(output.rejections(), iteration_); });
 }
 
