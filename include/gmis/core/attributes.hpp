@@ -11,6 +11,8 @@
 /// Runs seldom: compiled for size, apart from the code around it. It takes less time to compile,
 /// too.
 #define GMIS_RARE [[gnu::cold, gnu::noinline]]
+/// Kept in the object file although nothing uses it.
+#define GMIS_KEPT [[gnu::used]]
 /// Inlines all that the function calls: the walks where nearly all time is spent.
 #define GMIS_FLATTEN [[gnu::flatten]]
 /// `GMIS_ALWAYS_INLINE` and `GMIS_RARE` for lambdas, after their parameters.
@@ -28,6 +30,7 @@
 #define GMIS_ALWAYS_INLINE
 #define GMIS_NEVER_INLINE
 #define GMIS_RARE
+#define GMIS_KEPT
 #define GMIS_FLATTEN
 #define GMIS_ALWAYS_INLINE_LAMBDA
 #define GMIS_RARE_LAMBDA

@@ -10,6 +10,7 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/executor_ref.hpp"
+#include "gmis/core/instruction_set.hpp"
 #include "gmis/scene/box.hpp"
 #include "gmis/scene/bvh_build.hpp"
 #include "gmis/scene/bvh_scene.hpp"

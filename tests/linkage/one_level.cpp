@@ -1,0 +1,3 @@
+#include "gmis/core/instruction_set.hpp"
+
+int main() {}
