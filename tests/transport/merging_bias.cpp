@@ -233,6 +233,55 @@ TEST_CASE("A disk gathers no photons around the edge of a box") {
   CHECK(noise < rho / 6);  // so that a quarter of the light of the sides shows
 }
 
+TEST_CASE("A disk gathers no photons of a surface beside its own") {
+  // A floor close beneath a roof in the sun: it is black, and stays so although the disk reaches
+  // the roof.
+  using namespace gmis_test::sun_on_square;
+  const double radius = 2 * rho;
+  const double height = GENERATE_COPY(0.2 * radius, 0.9 * radius);
+  gmis::scene::SceneBuilder<float> builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse<float>({0.5, 0.5, 0.5}));
+  gmis_test::add_quad(builder, grey, {0, 0, 0}, {0.3, 0, 0}, {0, 0.3, 0});
+  gmis_test::add_quad(builder, grey, {0, 0, height}, {0.5, 0, 0}, {0, 0.5, 0});
+  builder.add_directional_light({0, 0, 1}, {1, 1, 1});
+  gmis::scene::CameraDescription camera = gmis::scene::look_at({0, 0, height / 2}, {0, 0, 0}, {0, 1, 0}, 90, {24, 24});
+  builder.set_camera(camera);
+  const Scene scene = builder.build();
+  gmis::RenderRequest request = merging_alone(1.0, gmis_test::seed(45));
+  request.budget.iterations = 20;
+  gmis::SerialExecutor executor;
+  const gmis::RenderResult result = gmis::Render(scene, request).run(executor);
+  REQUIRE(result.counters.photons_stored > 0);
+  CHECK(result.estimate.mean == 0);
+}
+
+TEST_CASE("Points of one surface that bends one way are not beside each other, points of parallel planes are") {
+  // On a circle the chord is normal to the mean normal; of an ellipse, and of two planes that meet,
+  // its angle to the mean is at most half that of the normals.
+  using Point = glm::dvec3;
+  const auto beside = [](const Point& a, const Point& na, const Point& b, const Point& nb) {
+    return gmis::Merge::is_beside(a, na, b, nb, std::abs(glm::dot(na, nb)), 1e-12);
+  };
+  const auto on_ellipse = [](double t, double flat) { return Point(std::cos(t), flat * std::sin(t), 0); };
+  const auto normal = [](double t, double flat) { return glm::normalize(Point(flat * std::cos(t), std::sin(t), 0)); };
+  for (const double flat : {1.0, 0.5, 0.1})
+    for (double t = 0.0; t < 6.2; t += 0.13)
+      for (double step = 0.01; step < 0.6; step += 0.05) {
+        const Point a = on_ellipse(t, flat), b = on_ellipse(t + step, flat);
+        const Point na = normal(t, flat), nb = normal(t + step, flat);
+        if (std::abs(glm::dot(na, nb)) < gmis::Merge::least_normal_cosine) continue;
+        CAPTURE(flat, t, step);
+        CHECK_FALSE(beside(a, na, b, nb));
+        CHECK_FALSE(beside(a, na, b, -nb));  // meshes may be wound either way
+        CHECK(beside(a, na, b + na + nb, nb));
+      }
+  const Point up(0, 0, 1);
+  CHECK_FALSE(beside({0, 0, 0}, up, {1, 2, 0}, up));
+  CHECK(beside({0, 0, 0}, up, {1, 2, 1e-3}, up));
+  CHECK_FALSE(gmis::Merge::is_beside(Point(0), up, Point(1, 2, 1e-3), up, 1.0, 1.1e-6));
+  CHECK(gmis::Merge::is_beside(Point(0), up, Point(1, 2, 1e-3), up, 1.0, 0.9e-6));
+}
+
 TEST_CASE("What merging takes from the mean of a picture is what a run says, at the edges of a surface") {
   // The run says 2 (L(ρ) − L(ρ/2)), relative to the light that merging leaves.
   using namespace gmis_test::sun_on_square;

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
+#include "gmis/core/math.hpp"
 #include "gmis/transport/context/iteration_context.hpp"
 #include "gmis/transport/state/path_output.hpp"
 
@@ -9,7 +13,8 @@ namespace gmis {
 /// (photons) within the merging radius. It is a density estimate with the constant kernel 1/(n_L π
 /// r²), times a gain near 1 (`AnyEngine::scale_merging`); it is biased when the light or the
 /// surface varies over the disk. Photons on a surface of another orientation are left out: they
-/// measure another irradiance (`least_normal_cosine`).
+/// measure another irradiance (`least_normal_cosine`). So are photons on a surface beside that of
+/// the camera vertex (`least_height`).
 struct Merge {
   /// Least |cos| between the geometric normals of a camera vertex and of a photon that it gathers.
   /// Around an edge a disk would gather the light of the bright side on the dark one; no shadow ray
@@ -18,6 +23,28 @@ struct Merge {
   /// disk. The sign does not count: meshes may be wound either way, and a BSDF is black for light
   /// from behind.
   static constexpr double least_normal_cosine = 0.8;
+
+  /// Least height of a photon above the surface of the camera vertex, in merging radii, that tells
+  /// it to be on another surface, as on a step or on a bar in front of a wall. Its light does not
+  /// fade as the disk becomes narrower until the radius is as small as the step, so that half the
+  /// radius would show no bias. Less than this height is left to waves and to rounding.
+  static constexpr double least_height = 0.1;
+
+  /// True when the points `from` and `to` with these geometric normals cannot lie on one surface
+  /// that bends one way between them. Along such a surface the direction turns by the angle θ
+  /// between the normals, and the chord is a mean of the directions: its sine over the plane normal
+  /// to the mean normal is at most sin(θ/2). `normal_cosine`: |cos θ|. `height_squared`: square of
+  /// the height over that plane which is not told apart from 0.
+  template <class T>
+  [[nodiscard]] static bool is_beside(const Vec3<T>& from, const Vec3<T>& from_normal, const Vec3<T>& to,
+                                      const Vec3<T>& to_normal, T normal_cosine, T height_squared) noexcept {
+    const Vec3<T> chord = to - from;
+    const T sign = glm::dot(from_normal, to_normal) < T(0) ? T(-1) : T(1);
+    // The sum of the normals has the squared length 2 (1 + cos θ), and sin²(θ/2) is (1 − cos θ)/2.
+    const T height = glm::dot(chord, from_normal + sign * to_normal);
+    const T most = std::max(glm::dot(chord, chord) * (T(1) - normal_cosine) / T(2), height_squared);
+    return square(height) > T(2) * (T(1) + normal_cosine) * most;
+  }
 
   /// Merges one non-specular camera vertex with the stored light vertices within the merging radius
   /// and adds the contributions to `output`. Pairs that would exceed `max_depth` or have f = 0 add
@@ -28,11 +55,15 @@ struct Merge {
     using T = typename Vertex::T;
     ++output.counters().merge_queries;
     const auto& point = vertex.hit.point;
+    const T height_squared = static_cast<T>(square(least_height)) / context.photons.inverse_radius_squared;
     context.photons.grid.query(point.position, [&](std::uint32_t index) {
       const auto& light = context.light.cache[index];
       if (light.depth() + vertex.depth > context.max_depth) return;
       const T normal_cosine = std::abs(glm::dot(point.geometric_normal, light.point.geometric_normal));
       if (normal_cosine < static_cast<T>(least_normal_cosine)) return;
+      if (is_beside(point.position, point.geometric_normal, light.point.position, light.point.geometric_normal,
+                    normal_cosine, height_squared))
+        return;
       const auto [path_class, is_kept] = context.filter.join(
           [&] { return light.path(); }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
       if (!is_kept) return;
