@@ -25,6 +25,11 @@ column; the first cells of a row, joined by " / ", name it:
     it falls to <!-- value samplers: geometric mean: squared error -->0.73<!-- /value --> of that
 
 Programs that measure call `put(name, command, text)`, which writes table and stamp.
+
+A table of numbers outside of such marks is a fault, unless the line before it says why it has none:
+
+    <!-- no measurement: worked out from the layout -->
+    <!-- measured once: commit 0123456, 2026-11-24 -->
 """
 
 import argparse
@@ -50,6 +55,8 @@ STAMP = (
     r"(?:<!-- stamp of {name}: digest (?P<digest>\w+);(?: measured (?P<measured>\w+);)? commit (?P<commit>[\w+]+); (?P<date>[\d-]+) -->\n<sub>[^\n]*</sub>\n?)?"
 )
 VALUE = re.compile(r"<!-- value (?P<figure>[^:>]+): (?P<row>[^>]+?): (?P<column>[^:>]+?) -->(?P<text>.*?)<!-- /value -->")
+NUMBER = re.compile(r"[-+−~<±]?\d*\.?\d[\d.,]*(?:e[-+−]?\d+)?(?: ?(?:[%×]|[nµm]?s|[kMG]?B|± ?[\d.e-]+))*")
+EXEMPT = re.compile(r"<!-- (?:no measurement|measured once): [^>]*\w[^>]* -->")
 CPP_NOISE = re.compile(r'(R"(?P<d>[^()\s]*)\(.*?\)(?P=d)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\')|//[^\n]*|/\*.*?\*/', re.DOTALL)
 
 
@@ -108,6 +115,28 @@ def value_in(body, row, column):
         elif column in head and any(" / ".join(cells[:k]) == row for k in range(1, len(cells))):
             return cells[head.index(column)]
     return None
+
+
+def is_of_numbers(rows):
+    """Whether at least half of the rows of a table have a number in a cell beyond the first."""
+    return 2 * sum(any(NUMBER.fullmatch(cell) for cell in cells_of(row)[1:]) for row in rows) >= len(rows) > 0
+
+
+def unmarked_tables(text):
+    """The lines, from 1 on, of a page at which tables of numbers begin that have neither marks nor
+    a reason why not."""
+    is_marked, start, lines = False, None, [*text.split("\n"), ""]
+    for k, line in enumerate(lines):
+        if BEGIN.match(line + "\n"):
+            is_marked = True
+        elif line.startswith("<!-- end of "):
+            is_marked = False
+        if line.startswith("|") and not is_marked:
+            start = k if start is None else start
+        elif start is not None:
+            if is_of_numbers(lines[start + 2 : k]) and not EXEMPT.fullmatch(lines[start - 1]):
+                yield start + 1
+            start = None
 
 
 class Project:
@@ -249,8 +278,12 @@ class Project:
         return faults
 
     def check(self):
-        """Faults of marks, registry and values."""
-        faults = []
+        """Faults of marks, registry and values, and tables without marks."""
+        faults = [
+            f"{page.relative_to(self.root)}:{line}: a table of numbers without marks: which command writes it?"
+            for page in self.pages()
+            for line in unmarked_tables(page.read_text(encoding="utf-8"))
+        ]
         figures = self.figures()
         for figure in figures:
             where = figure.page.relative_to(self.root)

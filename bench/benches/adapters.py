@@ -7,14 +7,17 @@ share    The library's share and the renderer's share of the instructions of an 
          renderer (examples, or gmis/scene for the built-in one). Functions that both use (GLM, the
          standard library, the C library, Embree) count for whoever calls them. The difference of
          two runs leaves out the construction of the scene.
+
+Writes two tables in docs/your-renderer.md, where Embree is installed.
 """
 import pathlib
 import subprocess
 import tempfile
 
 import callgrind
-from measuring import Table
+from measuring import Table, publish
 
+DOCUMENT = "docs/your-renderer.md"
 root = pathlib.Path(__file__).resolve().parents[2]
 compile_options = ["-std=c++20", "-O2", "-I", str(root / "include"), "-I", str(root / "examples"), "-ffp-contract=off"]
 
@@ -39,10 +42,15 @@ def count_lines(name):
     return len((root / "examples" / name).read_text(encoding="utf-8").splitlines()) if name else "–"
 
 
-def lines():
+def keep(options, table, name):
+    publish(options, table, DOCUMENT if all(adapter.is_here() for adapter in adapters) else None, name)
+
+
+def lines(options):
     table = Table("over", "lines of the adapter", "lines of the program", numbers_from=1)
     for a in adapters:
         table.add(a.name, count_lines(a.lines), count_lines(a.program))
+    keep(options, table, "adapter lines")
 
 
 # --- Shares ---------------------------------------------------------------------------------------
@@ -62,7 +70,7 @@ def owner(file):
     return None
 
 
-def share():
+def share(options):
     table = Table("over", "counts", "M instructions an iteration", "library", "renderer", "library's share", numbers_from=2)
     with tempfile.TemporaryDirectory() as folder:
         for adapter in filter(Adapter.is_here, adapters):
@@ -74,16 +82,10 @@ def share():
                 total = sum(sums.values())
                 table.add(adapter.name, counts, f"{total / 2e6:.2f}", f"{sums[library] / 2e6:.2f}", f"{sums[renderer] / 2e6:.2f}",
                           f"{100 * sums[library] / total:.0f} %")
-
-
-TASKS = {"lines": lines, "share": share}
-
-
-def add_options(parser):
-    parser.add_argument("what", nargs="*", choices=list(TASKS), help="both if none is named")
+    table.note("48x36 pixels, callgrind, g++ -O2 -march=x86-64-v3.")
+    keep(options, table, "adapter shares")
 
 
 def run(options):
-    for name in options.what or TASKS:
-        TASKS[name]()
-        print()
+    lines(options)
+    share(options)

@@ -10,9 +10,9 @@
 #include "gmis/core/random.hpp"
 #include "gmis/mis/diagnostics/quadrature.hpp"
 
-/// The integrals of the benchmark. What the library and the loops by hand have in common is always
-/// inlined, so that their difference is the library and not what the compiler's inliner thought of
-/// the one or the other.
+/// The integrals of the benchmarks. What the library and a loop by hand (own_loop/) have in common
+/// is always inlined, so that their difference is the library and not what the compiler's inliner
+/// thought of the one or the other.
 namespace bench {
 
 using Words = gmis::ComparisonSource;

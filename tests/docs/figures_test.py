@@ -147,6 +147,22 @@ class Figures(unittest.TestCase):
     def test_sound_pages_have_no_faults(self):
         self.assertEqual(self.project().check(), [])
 
+    def test_a_table_of_numbers_has_marks_or_a_reason(self):
+        table = "| scene | time |\n| --- | ---: |\n| a | {} |\n| b | {} |\n"
+        fault = "docs/page.md:16: a table of numbers without marks: which command writes it?"
+        for cells in (("1", "2.5 %"), ("0.41 µs", "−3e-5"), ("12 ± .4", "4,590"), ("1", "none")):
+            with self.subTest(cells):
+                self.page.write_text(PAGE + "\n" + table.format(*cells))
+                self.assertEqual(self.project().check(), [fault])
+        for reason in ("no measurement: by arithmetic", "measured once: commit 0123456"):
+            self.page.write_text(PAGE + f"\n<!-- {reason} -->\n" + table.format("1", "2"))
+            self.assertEqual(self.project().check(), [])
+        self.page.write_text(PAGE + "\n<!-- no measurement: -->\n" + table.format("1", "2"))
+        self.assertEqual(len(self.project().check()), 1)
+        for text in (table.format("fast", "slow"), "| exit code | |\n| --- | --- |\n| 0 | all is well |\n"):
+            self.page.write_text(PAGE + "\n" + text)
+            self.assertEqual(self.project().check(), [])
+
     def test_faults_are_named(self):
         for before, after, fault in (
             ("error -->0.5<", "error -->0.6<", "docs/page.md:3: the text says 0.6, the table 0.5"),
