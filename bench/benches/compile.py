@@ -1,8 +1,9 @@
 """The cost of compiling: processor seconds at -O2, their ratio to those of
 examples/one_dimension.cpp, text in kB, and peak memory in MB.
 
-With g++ and, where it is installed, clang++, without a compiler cache. A time is the least of
---runs compilations; a whole program is the sum of its files, and the memory is that of the largest.
+With g++ and, where it is installed, clang++ (but for the whole program), without a compiler cache.
+A time is the least of --runs compilations; a whole program is the sum of its files, and the memory
+is that of the largest.
 Writes the table in docs/your-renderer.md.
 
   --check        compiles with the default compiler, several at a time, and compares text with that
@@ -151,7 +152,10 @@ def run(options):
     def add(name, costs_of):
         cells = []
         for compiler in compilers:
-            seconds, megabytes, text = costs_of(compiler)
+            if not (costs := costs_of(compiler)):
+                cells += [""] * 4
+                continue
+            seconds, megabytes, text = costs
             cells += [f"{seconds:.1f}", f"{seconds / first[compiler][0]:.1f}", f"{text / 1000:.0f}", f"{megabytes:.0f}"]
         table.add(name, *cells)
 
@@ -159,7 +163,7 @@ def run(options):
         if wanted(program.name) and is_there(program):
             add(program.name, first.get if program is FIRST else lambda compiler, p=program: measure(options, compiler, p, options.runs))
     if wanted("whole gmis-render"):
-        add("all of `gmis-render`", lambda compiler: measure_whole(options, compiler))
+        add("all of `gmis-render`", lambda compiler: measure_whole(options, compiler) if compiler == compilers[0] else None)
     versions = ", ".join(subprocess.run([c, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0] for c in compilers)
     table.note(f"At -O2, without a compiler cache. {versions}.")
     publish(options, table, DOCUMENT)

@@ -40,7 +40,7 @@ SCENES = {
     "caustic": (None, "a caustic"),
 }
 WIDTH, MAX_DEPTH = 64, 10
-SEEDS, SAMPLES, REFERENCE_ITERATIONS = 6, 256, 192  # of each run; all six runs of bpt are the reference
+SEEDS, SAMPLES, REFERENCE_ITERATIONS = 4, 256, 192  # of each run; all four runs of bpt are the reference
 LESS, MORE = 1, 3  # samples a pixel whose instructions are counted
 
 
