@@ -41,12 +41,8 @@ def add_options(parser):
 
 
 def render(options, scene, size, extra, stem):
-    """The statistics of a run, which is made once. Statements of the file that are not understood
-    are left out."""
-    stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
-    if not stats.exists():
-        measuring.render(options, scene, "--lenient", f"--size {size} --max-depth 12", " ".join(extra), stats=stats, picture=picture)
-    return json.loads(stats.read_text())
+    """The statistics of a run. Statements of the file that are not understood are left out."""
+    return measuring.render_once(options, scene, "--lenient", f"--size {size} --max-depth 12", " ".join(extra), stem=stem)
 
 
 def iterations_for(options, scene, size, extra, seconds, stem):

@@ -15,7 +15,7 @@ import json
 import os
 import statistics
 
-from measuring import FOURTEEN, Table, own_errors, publish, read_pfm, render
+from measuring import FOURTEEN, Table, own_errors, publish, read_pfm, render_once
 
 # Name: scene, options of the run.
 BPT = ["--integrator", "bpt", "--connections", "1"]
@@ -45,11 +45,9 @@ DOCUMENT = "docs/accuracy-and-time.md"
 
 
 def made_once(options, scene, extra, stem):
-    """The picture and the statistics of a run; taken from the folder when it was made before."""
-    image, stats = stem.with_suffix(".pfm"), stem.with_suffix(".json")
-    if not (image.exists() and stats.exists()):
-        render(options, scene, f"--size {options.size} --max-depth 8", extra, stats=stats, picture=image)
-    return read_pfm(image), json.loads(stats.read_text())
+    """The picture and the statistics of a run."""
+    stats = render_once(options, scene, f"--size {options.size} --max-depth 8", extra, stem=stem)
+    return read_pfm(stem.with_suffix(".pfm")), stats
 
 
 def percentile(values, share):
