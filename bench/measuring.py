@@ -59,7 +59,7 @@ def render(options, scene, *arguments, threads=1, stats=None, picture=None):
 
 
 def render_once(options, scene, *arguments, stem):
-    """As `render` with picture and statistics in STEM.pfm and STEM.json; a run is taken from there
+    """Like `render`, with picture and statistics in STEM.pfm and STEM.json; a run is taken from there
     that was made since the program was built."""
     stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
     built = pathlib.Path(options.program).stat().st_mtime
