@@ -59,8 +59,8 @@ def render(options, scene, *arguments, threads=1, stats=None, picture=None):
 
 
 def render_once(options, scene, *arguments, stem):
-    """Like `render`, with picture and statistics in STEM.pfm and STEM.json; a run is taken from there
-    that was made since the program was built."""
+    """Like `render`, with picture and statistics in STEM.pfm and STEM.json; a run is taken from
+    there that was made since the program was built."""
     stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
     built = pathlib.Path(options.program).stat().st_mtime
     if all(file.exists() and file.stat().st_mtime > built for file in (stats, picture)):
