@@ -9,10 +9,10 @@
 
 // A camera with a reconstruction filter wider than a pixel, by the rule of docs/your-renderer.md:
 // `sample_ray` draws the point of the film with the density h(x − c_p) of its pixel, `project`
-// chooses pixel p with the probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p). Both state the
-// density of all pixels' rays together, H(x) / (A cos³). All techniques then have one factor h / H
-// in common, which cancels in the weights. Here h is a tent, with H = 1, or a truncated Gaussian,
-// whose H varies.
+// chooses pixel p with the probability h(x − c_p) / H(x), H(x) = Σ_p h(x − c_p). Both state
+// the density of all pixels' rays together, H(x) / (A cos³). All techniques then have one factor
+// h / H in common, which cancels in the weights. Here h is a tent, with H = 1, or a truncated
+// Gaussian, whose H varies.
 
 namespace gmis_test {
 

@@ -260,7 +260,7 @@ TEST_CASE("Points of one surface that bends one way are not beside each other, p
   // its angle to the mean is at most half that of the normals.
   using Point = glm::dvec3;
   const auto beside = [](const Point& a, const Point& na, const Point& b, const Point& nb) {
-    return gmis::Merge::is_beside(a, na, b, nb, std::abs(glm::dot(na, nb)), 1e-12);
+    return gmis::Merge::is_beside(b - a, na, nb, 1e-12);
   };
   const auto on_ellipse = [](double t, double flat) { return Point(std::cos(t), flat * std::sin(t), 0); };
   const auto normal = [](double t, double flat) { return glm::normalize(Point(flat * std::cos(t), std::sin(t), 0)); };
@@ -278,8 +278,8 @@ TEST_CASE("Points of one surface that bends one way are not beside each other, p
   const Point up(0, 0, 1);
   CHECK_FALSE(beside({0, 0, 0}, up, {1, 2, 0}, up));
   CHECK(beside({0, 0, 0}, up, {1, 2, 1e-3}, up));
-  CHECK_FALSE(gmis::Merge::is_beside(Point(0), up, Point(1, 2, 1e-3), up, 1.0, 1.1e-6));
-  CHECK(gmis::Merge::is_beside(Point(0), up, Point(1, 2, 1e-3), up, 1.0, 0.9e-6));
+  CHECK_FALSE(gmis::Merge::is_beside(Point(1, 2, 1e-3), up, up, 1.1e-6));
+  CHECK(gmis::Merge::is_beside(Point(1, 2, 1e-3), up, up, 0.9e-6));
 }
 
 TEST_CASE("What merging takes from the mean of a picture is what a run says, at the edges of a surface") {

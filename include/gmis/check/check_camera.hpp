@@ -105,7 +105,8 @@ struct PixelRays {
 /// quotient of the two densities has the mean 1 over the rays of a pixel.
 ///
 /// The pixel q that `project` returns for x has the probability h(x − c_q) / H(x), and so has p
-/// once x is known. The two are exchangeable: q − p and |x − c_q|² − |x − c_p|² have the mean 0.
+/// once x is known. The two are exchangeable, so these have the mean 0: q − p and
+/// |x − c_q|² − |x − c_p|².
 template <Camera C, UniformSource Source>
 void check_wide_filter(const C& camera, double distance, Source& source, Findings& findings) {
   using T = ScalarOf<typename C::Spectrum>;

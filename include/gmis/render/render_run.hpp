@@ -1,11 +1,9 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <ctime>
 #include <optional>
 #include <span>
 #include <utility>
@@ -25,32 +23,11 @@
 #include "gmis/render/render_result.hpp"
 #include "gmis/render/run_identity.hpp"
 #include "gmis/render/run_record.hpp"
+#include "gmis/render/run_timer.hpp"
 #include "gmis/render/whole_record.hpp"
 #include "gmis/transport/allocation/render_engine.hpp"
 
 namespace gmis {
-
-namespace detail {
-
-/// Adds the wall time and the processor time of its lifetime to two sums.
-class RunTimer {
- public:
-  RunTimer(double& wall, double& cpu) : wall_(wall), cpu_(cpu) {}
-  ~RunTimer() {
-    wall_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start_).count();
-    cpu_ += static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC;
-  }
-  RunTimer(const RunTimer&) = delete;
-  RunTimer& operator=(const RunTimer&) = delete;
-
- private:
-  double& wall_;
-  double& cpu_;
-  std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
-  std::clock_t cpu_start_ = std::clock();
-};
-
-}  // namespace detail
 
 /// A rendering that improves iteration by iteration, over engines of any scene with the spectrum
 /// `S`: engine, film, error, convergence log and limits. Nothing here depends on the scene, so that

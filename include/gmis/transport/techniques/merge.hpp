@@ -24,26 +24,26 @@ struct Merge {
   /// from behind.
   static constexpr double least_normal_cosine = 0.8;
 
-  /// Least height of a photon above the surface of the camera vertex, in merging radii, that tells
-  /// it to be on another surface, as on a step or on a bar in front of a wall. Its light does not
-  /// fade as the disk becomes narrower until the radius is as small as the step, so that half the
-  /// radius would show no bias. Less than this height is left to waves and to rounding.
+  /// From this height above the surface of the camera vertex on, in merging radii, a photon counts
+  /// as one of another surface: of a step, or of a bar in front of a wall. The light of such a
+  /// surface does not fade with the radius until the radius is as small as the step, so half the
+  /// radius would show no bias. Lower heights are left to waves and to rounding.
   static constexpr double least_height = 0.1;
 
-  /// True when the points `from` and `to` with these geometric normals cannot lie on one surface
-  /// that bends one way between them. Along such a surface the direction turns by the angle θ
-  /// between the normals, and the chord is a mean of the directions: its sine over the plane normal
-  /// to the mean normal is at most sin(θ/2). `normal_cosine`: |cos θ|. `height_squared`: square of
-  /// the height over that plane which is not told apart from 0.
+  /// True when two points with these geometric normals cannot lie on one surface that bends one way
+  /// between them. `chord` leads from one to the other. Between them the direction of such a
+  /// surface turns by the angle θ of the normals, and the chord is a mean of these directions: it
+  /// rises above the plane normal to the mean of the normals by at most the angle θ/2. Normals may
+  /// point to either side. Heights above that plane with a square up to `height_squared` count as
+  /// 0.
   template <class T>
-  [[nodiscard]] static bool is_beside(const Vec3<T>& from, const Vec3<T>& from_normal, const Vec3<T>& to,
-                                      const Vec3<T>& to_normal, T normal_cosine, T height_squared) noexcept {
-    const Vec3<T> chord = to - from;
-    const T sign = glm::dot(from_normal, to_normal) < T(0) ? T(-1) : T(1);
-    // The sum of the normals has the squared length 2 (1 + cos θ), and sin²(θ/2) is (1 − cos θ)/2.
-    const T height = glm::dot(chord, from_normal + sign * to_normal);
-    const T most = std::max(glm::dot(chord, chord) * (T(1) - normal_cosine) / T(2), height_squared);
-    return square(height) > T(2) * (T(1) + normal_cosine) * most;
+  [[nodiscard]] static bool is_beside(const Vec3<T>& chord, const Vec3<T>& normal, const Vec3<T>& other_normal,
+                                      T height_squared) noexcept {
+    const T cosine = glm::dot(normal, other_normal), size = std::abs(cosine);
+    const T height = glm::dot(chord, cosine < T(0) ? normal - other_normal : normal + other_normal);
+    // |n + n'|² is 2 (1 + cos θ), and sin²(θ/2) is (1 − cos θ)/2.
+    const T most = std::max(glm::dot(chord, chord) * (T(1) - size) / T(2), height_squared);
+    return square(height) > T(2) * (T(1) + size) * most;
   }
 
   /// Merges one non-specular camera vertex with the stored light vertices within the merging radius
@@ -61,8 +61,8 @@ struct Merge {
       if (light.depth() + vertex.depth > context.max_depth) return;
       const T normal_cosine = std::abs(glm::dot(point.geometric_normal, light.point.geometric_normal));
       if (normal_cosine < static_cast<T>(least_normal_cosine)) return;
-      if (is_beside(point.position, point.geometric_normal, light.point.position, light.point.geometric_normal,
-                    normal_cosine, height_squared))
+      if (is_beside(light.point.position - point.position, point.geometric_normal, light.point.geometric_normal,
+                    height_squared))
         return;
       const auto [path_class, is_kept] = context.filter.join(
           [&] { return light.path(); }, [&] { return context.filter.after_scattering(vertex.path, vertex.hit.bsdf); });
