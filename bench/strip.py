@@ -1,9 +1,9 @@
 """A strip of pictures at equal time, with their errors under them, as a table for the README.
 
 Renders one scene with pt, vcm and auto, each for the same processor seconds on one thread, and
-measures their error against a reference: the mean of two long runs of vcm with other seeds and a
-quarter of its merging radius, so a sixteenth of its bias. The pictures go to docs/strip/, the table
-between its marks in the document.
+measures their error against a reference: the mean of two long runs of vcm, on all processors, with
+other seeds and a quarter of its merging radius, so a sixteenth of its bias. The pictures go to
+docs/strip/, the table between its marks in the document.
 
 Usage: strip.py PROGRAM [options]   (--help lists them)
 """
@@ -79,19 +79,19 @@ def main():
         result = subprocess.run([options.first_render], check=True, capture_output=True, text=True)
         write_png(result.stdout, pictures / "first_render.png")
 
-    def run(integrator, seed, iterations, more):
+    def run(integrator, seed, iterations, threads, more):
         statistics = folder / "statistics.json"
-        arguments = [options.scene, "--size", size, "--integrator", integrator, "--seed", seed, "--threads", 1]
+        arguments = [options.scene, "--size", size, "--integrator", integrator, "--seed", seed, "--threads", threads]
         arguments += ["--iterations", iterations, "--quiet", "--stats", statistics, *more]
         subprocess.run([options.program, *map(str, arguments)], check=True)
         return json.loads(statistics.read_text())
 
-    def render(integrator, seed, seconds, *more):
+    def render(integrator, seed, seconds, threads, *more):
         """A run of the given processor seconds, within a tenth: the number of iterations is found
         by trying."""
         iterations = 4
         for _ in range(8):
-            facts = run(integrator, seed, iterations, more)
+            facts = run(integrator, seed, iterations, threads, more)
             ratio = seconds / facts["seconds"]["cpu"]
             if abs(ratio - 1) < 0.1 or (iterations == 1 and ratio < 1):
                 break
@@ -103,13 +103,13 @@ def main():
     if not reference.exists():
         halves = [folder / f"{name}_{half}.pfm" for half in "ab"]
         for seed, half in zip((1000001, 2000002), halves):
-            render("vcm", seed, options.reference_time / 2, "--radius", 0.1, "--out", half)
+            render("vcm", seed, options.reference_time / 2, os.cpu_count(), "--radius", 0.1, "--out", half)
         write_mean(*halves, reference)
 
     cells = []
     for integrator, _ in CONTENDERS:
         picture = folder / f"strip_{integrator}.png"
-        facts = render(integrator, 1, options.time, "--reference", reference, "--out", picture)
+        facts = render(integrator, 1, options.time, 1, "--reference", reference, "--out", picture)
         shutil.copy(picture, pictures)
         cells.append(f"relMSE {facts['error']['relmse']:.2g} in {facts['seconds']['cpu']:.1f} s")
     table = [
