@@ -15,7 +15,7 @@
 
 namespace gmis {
 
-/// Three coordinates and a fourth number that nobody reads, as processors have room for.
+/// Three coordinates and an unused fourth number, which fills a register.
 template <class T>
 using AxisArray = std::array<T, 4>;
 
@@ -41,8 +41,8 @@ struct AxisLanes {
   [[nodiscard]] friend AxisLanes operator*(const AxisLanes& a, const AxisLanes& b) noexcept {
     return {a.value * b.value};
   }
-  /// True when both differences are at most `bound` in every coordinate; false where one is not a
-  /// number.
+  /// True when every coordinate of `a` and of `b` is at most `bound`; false where a coordinate of
+  /// both is not a number.
   [[nodiscard]] friend bool are_at_most(const AxisLanes& a, const AxisLanes& b, T bound) noexcept {
     const auto is_below = [&](const Vec3<T>& v) { return v.x <= bound && v.y <= bound && v.z <= bound; };
     return is_below(a.value) && is_below(b.value);

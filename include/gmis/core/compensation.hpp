@@ -18,9 +18,9 @@ namespace gmis {
 /// f²/ψ.
 ///
 /// Only a zero of ψ = c p + (1 − c) o would bias; where the others are zero, p is positive wherever
-/// the target is. Where `others` is an approximation, keep a defence of your own. Throws
+/// the target is. Where `others` is an approximation, add a defensive share of your own. Throws
 /// std::invalid_argument for lists of different or no length, values that are negative or not
-/// finite, a target without mass, others beyond probabilities, or a fraction outside (0, 1].
+/// finite, a target without mass, others that sum to more than 1.5, or a fraction outside (0, 1].
 [[nodiscard]] inline std::vector<double> compensated_density(std::span<const double> target,
                                                              std::span<const double> others, double fraction) {
   if (target.empty() || target.size() != others.size())

@@ -10,7 +10,8 @@
 /// \file
 /// The interface that a renderer supplies. Put `static_assert(gmis::IsBsdf<MyBsdf>())` (and so on,
 /// core/concept_diagnostics.hpp) beside your type: the compiler's first line then names the member
-/// that it lacks.
+/// that it lacks. Directions, units and the values that members return are described in
+/// core/interaction.hpp; the arguments `u` and `uv` are uniform on [0, 1).
 
 namespace gmis {
 
@@ -88,8 +89,8 @@ template <Bsdf B>
 
 /// A BSDF with the optional type `Compact`: what it holds beside the normals of its `SurfacePoint`,
 /// so that a light vertex need not keep them twice. `bsdf.compact()` gives it, `B(compact, point)`
-/// is the BSDF again; the tag of this `point` means nothing. `Compact::Whole` is `B` itself, so
-/// that a class derived from `B` is not mistaken for it.
+/// is the BSDF again; it must not read `point.tag`. `Compact::Whole` is `B` itself, so that a class
+/// derived from `B` is not mistaken for it.
 template <class B>
 concept BsdfWithCompactForm = Bsdf<B> && std::same_as<typename B::Compact::Whole, B> &&
     requires(const B& bsdf, const SurfacePoint<ScalarOf<typename B::Spectrum>>& point) {
@@ -108,7 +109,7 @@ template <bool needs_reverse, Bsdf B, class V>
   else
     return bsdf.evaluate(to_prev, to_next, mode);
 }
-/// A direction by `bsdf.sample`, or by `sample_forward` as said at `evaluate_bsdf`.
+/// `bsdf.sample(…)`, or with `needs_reverse` false `sample_forward`: see `evaluate_bsdf`.
 template <bool needs_reverse, Bsdf B, class V, std::floating_point T>
 [[nodiscard]] constexpr auto sample_bsdf(const B& bsdf, const V& to_prev, T u, const Vec2<T>& uv, TransportMode mode) {
   if constexpr (!needs_reverse && requires { bsdf.sample_forward(to_prev, u, uv, mode); })
@@ -139,8 +140,9 @@ template <Bsdf B>
 /// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath; nothing when the
 ///   sample fails.
 /// - `emitted(origin, direction)`: the radiance that leaves `origin` along `direction`, and the
-///   densities with which `sample_emission` makes this start. An infinite light ignores `origin`;
-///   `direction` is the one in which its light propagates, into the scene.
+///   densities with which `sample_emission` makes this start; all 0 for a delta light, which no ray
+///   hits. An infinite light ignores `origin`; `direction` is the one in which its light
+///   propagates, into the scene.
 /// - `next_event_density(origin, direction, from)`: the density with which
 ///   `sample_next_event(from, …)` makes `origin` (for an infinite light: the direction), in the
 ///   measure of `EmissionDensity::origin`; 1 for a delta light.

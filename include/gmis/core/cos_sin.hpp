@@ -10,8 +10,8 @@
 #include "gmis/core/attributes.hpp"
 
 /// \file
-/// Cosine and sine of the angles that sampling draws: without a call and without a choice for
-/// `float`, whose digits a short polynomial has.
+/// Cosine and sine of the angles that sampling draws; for `float`, short polynomials without a call
+/// and without a branch.
 
 namespace gmis {
 

@@ -47,8 +47,8 @@ class ExecutorRef {
     run_(executor_, count, const_cast<std::remove_const_t<W>*>(std::addressof(work)),
          [](void* of, std::size_t i) { (*static_cast<W*>(of))(i); });
   }
-  /// Calls `work(i)` for each of them even when the executor is stopped meanwhile: what it leaves
-  /// out runs on this thread.
+  /// Calls `work(i)` for each i even when the executor is stopped meanwhile: calls that it leaves
+  /// out run on the calling thread.
   template <class Work>
   void parallel_for_all(std::size_t count, Work&& work) const {
     using W = std::remove_reference_t<Work>;

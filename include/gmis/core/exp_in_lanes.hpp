@@ -8,7 +8,7 @@
 
 namespace gmis {
 
-/// e^x without a call and without a choice, so that compilers turn a loop over it into vector
+/// e^x without a call and without a branch, so that compilers turn a loop over it into vector
 /// instructions, those of plain x86-64 too. Within 1.5 units in the last place for x from −708 to
 /// 709.78; 0 below −708, where e^x nears the denormal numbers; 0 or NaN for NaN. Without meaning
 /// above 709.78.

@@ -27,7 +27,7 @@ class Extended {
   static constexpr bool is_single = std::numeric_limits<T>::max_exponent <= 128;
 
  public:
-  /// Greatest mantissa but for the last product.
+  /// Bound that mantissas stay below.
   static constexpr T upper = is_single ? T(0x1p32) : T(0x1p256);
   /// Least mantissa that is not 0.
   static constexpr T lower = is_single ? T(0x1p-32) : T(0x1p-256);
@@ -73,7 +73,7 @@ class Extended {
 
   /// How many steps the mantissa is multiplied by.
   [[nodiscard]] constexpr std::int32_t exponent() const noexcept { return exponent_; }
-  /// The number that has these two, which must be those of a number.
+  /// The number with this mantissa and exponent, which must come from an `Extended` number.
   [[nodiscard]] static constexpr Extended of(T mantissa, std::int32_t exponent) noexcept {
     return Extended(mantissa, exponent);
   }

@@ -88,7 +88,7 @@ template <std::floating_point T>
 /// including the probability of choosing a lobe.
 template <class S>
 struct BsdfValue {
-  /// F [1/sr] without the cosine; delta lobes count as 0.
+  /// The BSDF f [1/sr] without the cosine; delta lobes count as 0.
   S value{ScalarOf<S>(0)};
   DirectionPdfs<ScalarOf<S>> pdf{};  ///< densities of `to_next` and of `to_prev`, per steradian
 };
@@ -100,7 +100,7 @@ struct BsdfValue {
 template <class S>
 struct ScatterSample {
   Vec3<ScalarOf<S>> to_next;  ///< unit, away from the surface
-  S weight;                   ///< f |cos| / pdf, or what is left of it at a delta lobe
+  S weight;                   ///< f |cos| / pdf; for a delta lobe see above
   /// Per steradian, with the choice of the lobe; selection probabilities of a delta lobe.
   DirectionPdfs<ScalarOf<S>> pdf;
   bool is_delta = false;  ///< the direction is that of a delta lobe
@@ -116,7 +116,7 @@ struct Hit {
   using Light = Light_;
   SurfacePoint<T> point;         ///< where the ray met the surface
   Bsdf bsdf;                     ///< how the surface scatters there
-  const Light* light = nullptr;  ///< what the surface is part of, if it emits
+  const Light* light = nullptr;  ///< the light that the surface is part of, or null
 };
 
 /// The densities of the start of a light subpath, without the probability of choosing the light.
@@ -129,13 +129,14 @@ struct Hit {
 /// | environment | of the direction, per steradian | of the point on the disk perpendicular to it, per area |
 template <std::floating_point T>
 struct EmissionDensity {
-  T origin{};  ///< of the point, or of the direction of an infinite light: first column of the table
-  T first{};   ///< of the direction, or of the point on the disk: second column of the table
+  T origin{};  ///< of the point, or of the direction of an infinite light: see the table
+  T first{};   ///< of the direction, or of the point on the disk: see the table
 };
 
 /// The start of a light subpath. `weight` is the flux divided by the densities: emitted radiance
 /// · |cos| / (origin · first) for an area light, intensity / first for a point light, irradiance /
-/// first for a directional light, radiance / (origin · first) for an environment.
+/// first for a directional light, radiance / (origin · first) for an environment. The cosine is
+/// that of the geometric normal.
 template <class S>
 struct EmissionSample {
   SurfacePoint<ScalarOf<S>> origin;      ///< where the subpath starts
@@ -157,7 +158,7 @@ struct NextEventSample {
 };
 
 /// The radiance that a light emits at one of its points along one direction, and the density of
-/// that emission; both 0 where it emits nothing.
+/// that emission; both 0 where it emits nothing, and for a delta light.
 template <class S>
 struct Emitted {
   /// Per steradian and area perpendicular to the direction.

@@ -38,8 +38,8 @@ enum class ReceiverChoice : std::uint8_t {
   where_it_pays,  ///< those whose first samples say that it gains (transport/emission/learn_lights.hpp)
 };
 
-/// A scene that says which runs use its choice for the receiver; all runs use that of a scene
-/// without this member.
+/// A scene with the optional member `receiver_choice()`: the runs that use its choice for the
+/// receiver. Without this member all runs do.
 template <class S>
 concept SceneWithOptionalReceiverChoice = SceneWithReceiverChoice<S> && requires(const S& scene) {
   { scene.receiver_choice() } -> std::same_as<ReceiverChoice>;
@@ -74,8 +74,9 @@ template <Scene Sc>
   return SceneWithReceiverChoice<Sc>;
 }
 
-/// The light for a next event at `from`, with the probability of this choice. `for_receiver`: this
-/// run uses the choice for the receiver of a scene where it is optional.
+/// The light for a next event at `from`, with the probability of this choice. `for_receiver`:
+/// whether this run uses the choice for the receiver; read only with
+/// `SceneWithOptionalReceiverChoice`.
 template <Scene Sc, std::floating_point T>
 [[nodiscard]] inline LightChoice<T, typename Sc::Light> sample_light_for(const Sc& scene, const SurfacePoint<T>& from,
                                                                          T u, [[maybe_unused]] bool for_receiver) {

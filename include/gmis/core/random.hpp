@@ -168,9 +168,9 @@ class PhiloxBlocks {
 /// `at_vertex(v)` starts the numbers of vertex `v`, whatever its siblings used. A
 /// `std::uniform_random_bit_generator` of 32-bit words, made in blocks of four (`PhiloxBlocks`).
 ///
-/// Outside a renderer (seed, iteration, path) number streams: sources that differ in any of the
-/// three draw from disjoint parts of one sequence, 2^34 words each (then they repeat), so
-/// `Philox(seed, 0, i)` is the source of the i-th of several threads or blocks.
+/// Outside a renderer, (iteration, path) number the streams of a seed: disjoint parts of its
+/// sequence, 2^34 words each (then they repeat). `Philox(seed, 0, i)` is the source of the i-th of
+/// several threads or blocks.
 class Philox {
  public:
   using result_type = std::uint32_t;

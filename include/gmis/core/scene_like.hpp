@@ -7,8 +7,7 @@
 
 namespace gmis {
 
-/// A scene that is another one, member by member: a base for scenes that change one thing about a
-/// scene. The scene must outlive it.
+/// Base of scene decorators: forwards every member to a scene, which must outlive it.
 template <Scene Sc>
 class SceneLike {
  public:
@@ -21,10 +20,10 @@ class SceneLike {
   /// `scene` must outlive this.
   explicit SceneLike(const Sc& scene) : scene_(scene) {}
 
-  /// The scene as it is.
+  /// The scene that members are forwarded to.
   [[nodiscard]] const Sc& own() const noexcept { return scene_; }
 
-  // All that follows is the scene's.
+  // The members of the scene.
   /// The first hit of `ray` with the scene.
   [[nodiscard]] auto intersect(const Ray<T>& ray) const { return scene_.intersect(ray); }
   [[nodiscard]] bool visible(const Ray<T>& ray) const { return scene_.visible(ray); }
@@ -57,7 +56,7 @@ class SceneLike {
       requires(SceneWithAbsorption<Sc> && !SceneWithAbsorptionBetween<Sc>) {
     return scene_.transmittance(ray);
   }
-  /// The same between two points, where the scene asks for them.
+  /// Transmittance along `ray` from one point to another, per channel.
   [[nodiscard]] Spectrum transmittance(const Ray<T>& ray, const SurfacePoint<T>& from,
                                        const SurfacePoint<T>& to) const requires SceneWithAbsorptionBetween<Sc> {
     return scene_.transmittance(ray, from, to);

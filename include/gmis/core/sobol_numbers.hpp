@@ -21,7 +21,7 @@ namespace gmis {
 
 /// How the numbers of a run are drawn.
 enum class Sampler : std::uint8_t {
-  independent,  ///< `Philox`: iterations are independent of each other
+  independent,  ///< `WyrandBlocks`: iterations are independent of each other
   sobol         ///< scrambled Sobol' points in `sobol_replications` independent replications
 };
 
@@ -132,9 +132,9 @@ inline constexpr SobolSums sobol_sums = [] {
 
 }  // namespace detail
 
-/// The uniform source of the engine: words of `WyrandBlocks` as they are, or with `sobol` a
-/// low-discrepancy one: the numbers of many subpaths at one place of one vertex are then spread
-/// evenly over [0, 1), four by four together. A single subpath has uniform numbers either way.
+/// The uniform source of the engine: the words of `WyrandBlocks`, or with `sobol` low-discrepancy
+/// numbers: those of many subpaths at one place of one vertex are spread evenly over [0, 1), four
+/// by four together. A single subpath has uniform numbers either way.
 class SampleNumbers {
  public:
   using result_type = std::uint32_t;

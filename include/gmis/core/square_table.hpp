@@ -31,8 +31,8 @@ class SquareTable {
   /// all 0 give the uniform density.
   SquareTable(std::span<const double, size> masses, double uniform_share) noexcept { set(masses, uniform_share); }
 
-  /// Masses in bins, spread by (1 2 1)/4 along either axis; what would leave the square stays at
-  /// its border. 16 times as much mass in all.
+  /// Masses in bins, spread by (1 2 1) along both axes: their sum is 16 times that of `masses`.
+  /// Mass that would leave the square stays in the bin at the border.
   [[nodiscard]] static std::array<double, size> smoothed(std::span<const double, size> masses) noexcept {
     constexpr int bins = static_cast<int>(side);
     std::array<double, size> spread{};

@@ -22,7 +22,7 @@
 
 namespace gmis {
 
-/// Takes the state of objects in as bytes.
+/// Writes the state of objects as bytes.
 class StateWriter {
  public:
   /// It writes.
@@ -86,7 +86,7 @@ class StateWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Gives the state back. Bytes that end too early leave the rest as it was and set `is_broken`.
+/// Reads the state of objects from bytes. Bytes that end too early set `is_broken`.
 class StateReader {
  public:
   /// It reads.

@@ -126,7 +126,7 @@ struct RegularisedGamma {
 }
 
 /// The t below which Student's distribution with `degrees` of freedom has the share `p`; NaN
-/// outside ]0, 1[.
+/// outside (0, 1).
 [[nodiscard]] inline double student_t_quantile(double p, double degrees) noexcept {
   if (!(p > 0 && p < 1)) return std::numeric_limits<double>::quiet_NaN();
   if (p < 0.5) return -student_t_quantile(1 - p, degrees);

@@ -8,7 +8,7 @@
 /// \file
 /// Light that is absorbed between two surfaces, as in coloured glass. Nothing scatters there, so
 /// absorption changes no density and no path weight: it is a factor on the throughput of both kinds
-/// of subpath and on what joins two vertices.
+/// of subpath and on connections between vertices.
 
 namespace gmis {
 
@@ -35,10 +35,10 @@ concept SceneWithAbsorptionBetween = Scene<S> &&
 ///   once a segment.
 /// - `transmittance(ray)`: the share of the light, per channel, that passes from one end of `ray`
 ///   to the other: exp(−∫σ) over 0 < t < `t_max`, which is finite, and where nothing blocks the
-///   ray. It is the same for light that goes the other way. In its place
-///   `transmittance(ray, from, to)` of `SceneWithAbsorptionBetween`, which goes first.
+///   ray. It is the same for light that goes the other way. A scene may have
+///   `transmittance(ray, from, to)` instead (`SceneWithAbsorptionBetween`), which takes precedence.
 ///
-/// The engine takes light to and from infinite lights as not absorbed.
+/// Light to and from infinite lights is not attenuated.
 template <class S>
 concept SceneWithAbsorption = SceneWithAbsorptionBetween<S> ||
     (Scene<S>&& requires(const S& scene, const Ray<ScalarOf<typename S::Spectrum>>& ray) {
