@@ -32,7 +32,7 @@ template <std::floating_point T>
 [[nodiscard]] double rounding_of(const Vec3<double>& place, double width) noexcept {
   return 8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * glm::length(place) / std::max(width, 1e-15);
 }
-/// Above it differences say nothing: the pixel is too small.
+/// Relative rounding error above which differences say nothing: the pixel is too small.
 inline constexpr double most_rounding = 0.05;
 
 /// The density of a camera ray is 1 / |∂x/∂u × ∂x/∂v|, with x its place.

@@ -222,7 +222,7 @@ class LightCheck {
       squares += glm::dot(across, across);
     }
     // r² is uniform on [0, R²]: its standard deviation is R²/√12, so that of 2π mean(r²) / area is
-    // 0.58/√n; below 7 standard deviations chance alone exceeds 1e-11 only.
+    // 0.58/√n; chance alone exceeds 7 standard deviations with a probability below 1e-11.
     const double ratio = 2.0 * pi<double> * squares / count / least->area;
     findings_.judge(Convention::emission_disk, std::abs(ratio - 1.0) < 0.02 + 7.0 * 0.58 / std::sqrt(count),
                     1.0 / least->area, 1.0 / (ratio * least->area));

@@ -32,8 +32,8 @@ class LightChoiceCheck {
   /// The most likely lights first.
   [[nodiscard]] const std::vector<const Light*>& lights() const noexcept { return lights_; }
 
-  /// Chooses lights as the engine does for emission, and counts how often each is chosen. `hit`:
-  /// lights that rays met.
+  /// Chooses lights as the engine does for emission, and counts how often each is chosen. `hits`:
+  /// hits of rays, whose lights are added.
   void choose(std::size_t count, std::span<const CheckedHit<Sc>> hits, Philox& source) {
     std::map<const Light*, std::size_t> chosen, first_draw;
     for (std::size_t i = 0; i < count; ++i) {

@@ -40,7 +40,7 @@ class SurfaceCheck {
         source_(source),
         findings_(findings) {}
 
-  /// Tries `pairs` samples in either mode.
+  /// Tries `pairs` samples in each mode.
   void run(int pairs) {
     const std::optional<B> found = bsdf_for_(to_prev_);
     if (!found || std::abs(glm::dot(normal_, prev_)) < least_cosine) return;

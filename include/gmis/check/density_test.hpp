@@ -20,9 +20,10 @@
 
 namespace gmis::detail {
 
-/// The distance from the mean of values in an interval of length 1 that their expectation exceeds
-/// with a probability of at most `level`, for every distribution: the empirical Bernstein bound √(2
-/// V ln(3/level) / n) + 3 ln(3/level) / n [Audibert, Munos, Szepesvári 2009, theorem 1].
+/// Bound on the distance between the mean of values in an interval of length 1 and their
+/// expectation, exceeded with a probability of at most `level` for every distribution: the
+/// empirical Bernstein bound √(2 V ln(3/level) / n) + 3 ln(3/level) / n [Audibert, Munos,
+/// Szepesvári 2009, theorem 1].
 [[nodiscard]] inline double bernstein_reach(const Moments<double>& values, double level) noexcept {
   if (values.count() < 2) return 1.0;
   const double n = static_cast<double>(values.count()), logarithm = std::log(3.0 / level);
@@ -141,8 +142,8 @@ class DensityTest {
   }
   /// Share of the draws that count.
   [[nodiscard]] double share() const noexcept { return means_[0].inside.mean(); }
-  /// Estimate of the integral of the stated density; nearer to `share()` than it is where the two
-  /// differ much.
+  /// Estimate of the integral of the stated density; biased towards `share()` where the two differ
+  /// much.
   [[nodiscard]] double integral() const noexcept { return share() + means_[0].samples.mean() + means_[0].known.mean(); }
 
  private:

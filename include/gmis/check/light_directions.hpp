@@ -16,7 +16,8 @@
 
 namespace gmis::detail {
 
-/// Do the samples of one light follow the densities that it states? All as densities of directions.
+/// Tests whether the samples of one light follow the densities that it states, each converted to a
+/// density of directions.
 template <Scene Sc, UniformSource Source>
 class LightDirections {
  public:
@@ -192,8 +193,8 @@ class LightDirections {
       }
     return 0.55 * glm::length(high - low);
   }
-  /// Every density is that of the first point of this light that the direction meets; nothing when
-  /// it meets something else, or a point that does not shine this way.
+  /// The first point that the direction meets, where densities are read; nothing when it is not on
+  /// this light or emits nothing this way.
   [[nodiscard]] std::optional<Point> first_point(const Point& from, const V& direction) const {
     const auto hit = scene_.intersect(leave(from, Vec3<T>(direction)));
     if (!hit || hit->light != &light_) return std::nullopt;

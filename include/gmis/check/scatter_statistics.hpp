@@ -52,7 +52,7 @@ class ScatterStatistics {
   }
 
   /// Verdicts on the draws. `level`: bound on the probability of a false alarm of the test of the
-  /// density. Weights have no bound: ten standard errors stand for skewed distributions.
+  /// density. Weights have no bound: ten standard errors allow for skewed distributions.
   void judge(Findings& findings, double level) const {
     if (weight_[0].count() < 2) return;
     if (scattered_ > 0)

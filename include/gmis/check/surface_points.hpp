@@ -20,8 +20,8 @@ namespace gmis {
 
 /// A BSDF with the optional member `check_group()`: a number that surfaces share whose BSDF runs
 /// through the same code, such as the number of a material. Adapter checks then test these surfaces
-/// by themselves. Without it surfaces are grouped by what shows: delta and narrow lobes, the
-/// albedo, whether they emit.
+/// by themselves. Without it surfaces are grouped by observed properties: delta and narrow lobes,
+/// the albedo, whether they emit.
 template <class B>
 concept BsdfWithCheckGroup = Bsdf<B> && requires(const B& bsdf) {
   { bsdf.check_group() } -> std::convertible_to<std::uint64_t>;
@@ -121,9 +121,9 @@ class SurfacePoints {
       if (glm::dot(offset, normal) < 0.0) shoot(from, Vec3<T>(glm::normalize(offset)), always);
     }
   }
-  /// Looks for what is rare by rays from any surface: in any direction, of which those are kept
-  /// that end where few hits are; to places with few hits, which may be small objects; to groups
-  /// that have too few points. About `rays` of the first two kinds each.
+  /// Looks for rare surfaces by rays from any surface: in random directions, kept where few hits
+  /// are known; to places with few hits, which may be small objects; and to groups with too few
+  /// points. About `rays` rays of each of the first two kinds.
   void seek_rare(std::size_t rays) {
     measure();
     if (hits_.empty()) return;
@@ -146,7 +146,7 @@ class SurfacePoints {
   }
 
   [[nodiscard]] std::span<const CheckedHit<Sc>> hits() const noexcept { return hits_; }
-  /// Numbers of hits of this group, at most `most`, evenly from all of them.
+  /// Indices in `hits()` of at most `most` hits of this group, evenly spaced among them.
   [[nodiscard]] std::vector<std::size_t> of_group(std::size_t group, std::size_t most) const {
     std::vector<std::size_t> all, chosen;
     for (std::size_t i = 0; i < hits_.size(); ++i)
@@ -277,7 +277,7 @@ class SurfacePoints {
   Philox& source_;
   std::vector<CheckedHit<Sc>> hits_;
   std::map<std::uint64_t, std::size_t> groups_;
-  std::map<Cell, std::vector<std::size_t>> cells_;  ///< numbers of the hits in each
+  std::map<Cell, std::vector<std::size_t>> cells_;  ///< indices of the hits in each
   std::array<std::size_t, most_groups> counts_{};
   double distance_ = 1.0;
 };
