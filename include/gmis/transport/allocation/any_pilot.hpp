@@ -299,7 +299,7 @@ class AnyPilot {
     return values;
   }
 
-  /// Counted work of the light trees, were splats made for all pixels.
+  /// Counted work of the light trees, as if splats were made for all pixels.
   [[nodiscard]] Counters light_work() const {
     Counters work = engine().light_work();
     work.shadow_rays =

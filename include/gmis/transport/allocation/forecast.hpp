@@ -19,13 +19,13 @@ struct CountChoices {
   std::vector<double> light_paths{0.0, 0.125, 0.25, 0.5, 1.0};  ///< light trees per pixel
   std::vector<int> connections{0, 1, 2};                        ///< per camera vertex
   std::vector<bool> merges{false, true};                        ///< without and with merging
-  std::vector<double> radius_factors{};  ///< empty: the factor of the counts that all candidates are made from
+  std::vector<double> radius_factors{};  ///< empty: the factor in the first argument of `all_candidates`
 };
 
 /// Factors on the merging radius to choose from with a local count of merging
 /// (`SampleCounts::local_merges`): few photons are merged, and the best disk is many times that of
 /// plain merging, which stays a candidate. The work is flat around its least value, so that few
-/// factors do. A run that needs a smaller one than it began with finds it later
+/// factors do. A run that needs a smaller disk than its first one finds it later
 /// (render/merging_disk.hpp).
 inline const std::vector<double> local_radius_factors{1.0, 6.0, 12.0};
 
@@ -97,7 +97,7 @@ template <std::floating_point T>
 }
 
 /// Predicted cost of the light trees under `candidate`, from their counted `work` under `made`;
-/// `photons` of the stored vertices are for merging, too. Unit: `OperationCosts`.
+/// `photons`: number of the stored vertices that merging gathers. Unit: `OperationCosts`.
 [[nodiscard]] inline double predicted_light_cost(const SampleCounts& candidate, const SampleCounts& made,
                                                  const Counters& work, std::uint64_t photons,
                                                  const OperationCosts& costs = {}) noexcept {
@@ -147,9 +147,9 @@ struct Forecast {
 inline constexpr double least_gain_of_not_merging = 0.13;
 
 /// Smallest further gain for which a candidate is chosen that traces light trees for splats alone,
-/// without connections and without merging. What only next events are left to make is rare and
-/// bright where lights are near or hidden; the forecasts of such candidates have been too good by a
-/// third where all others were within a tenth.
+/// without connections and without merging. Some paths are then left to next events alone, and are
+/// rare and bright where lights are near or hidden; the forecasts of such candidates were too
+/// optimistic by a third where all others were within a tenth.
 inline constexpr double least_gain_of_splats_alone = 0.25;
 
 /// Share of the light that a candidate may miss and still count as complete; it covers rounding

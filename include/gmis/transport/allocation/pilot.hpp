@@ -57,8 +57,8 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
 
  private:
   /// The counts of the pilot. Two connections per vertex, because their pairs enter the variance.
-  /// Few light trees, an eighth of the largest number among the candidates, because they are enough
-  /// to tell the candidates apart.
+  /// Few light trees, an eighth of the largest number among the candidates (of one per pixel at
+  /// least), because they are enough to tell the candidates apart.
   [[nodiscard]] static SampleCounts counts_of_pilot(SampleCounts counts, const std::vector<SampleCounts>& candidates) {
     double most = 1.0;
     for (const SampleCounts& candidate : candidates) {

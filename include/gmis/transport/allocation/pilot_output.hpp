@@ -23,8 +23,8 @@ namespace gmis {
 
 /// Selects the pixels that a pilot renders, and groups them in tiles. The longer the run, the more
 /// pixels: an eighth to a half of them, but at least about `fewest_pixels` and at most about
-/// `most_pixels`. It takes one of every `step()` pixels that follow each other, not always the same
-/// one: a picture may have rows or columns that alternate.
+/// `most_pixels`. It takes the pixel at a hashed position in each group of `step()` consecutive
+/// pixels, since a picture may have rows or columns that alternate.
 class PilotGrid {
  public:
   static constexpr std::int64_t fewest_pixels = 1 << 11, most_pixels = 1 << 16;
@@ -84,7 +84,7 @@ class PilotGrid {
 };
 
 /// The candidates of a pilot, in lanes that are worked on at once: no compiler turned loops over
-/// arrays of them into vector instructions, because of the choices in them.
+/// arrays of them into vector instructions, because of the branches in them.
 struct PilotCandidates {
   static constexpr std::size_t lanes = 8;
   using Lanes GMIS_VECTOR_OF_BYTES(4 * lanes) = float;
@@ -148,7 +148,7 @@ class PilotOutput : public PathObserver {
   void begin_trees(std::uint32_t first) noexcept { film_.begin_trees(first); }
   void reject(RejectionCause cause, const std::optional<TechniqueId>& technique) { film_.reject(cause, technique); }
 
-  /// See `PathObserver`; every pixel without candidates.
+  /// See `PathObserver`; true for every pixel before `analyse`.
   [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept {
     return candidates_ == nullptr || candidates_->grid.takes(pixel);
   }

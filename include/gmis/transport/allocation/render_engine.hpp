@@ -22,9 +22,9 @@ namespace gmis {
 }
 
 /// The engine of a run, chosen at run time. With several candidates for the counts, the first
-/// iteration is preceded by a pilot, which renders some of the pixels for itself; the run has the
-/// best candidate. The choice is made once, from the pilot alone: counts do not depend on samples
-/// of the picture.
+/// iteration is preceded by a pilot, which renders some of the pixels for itself; the run then uses
+/// the best candidate. The choice is made once, from the pilot alone: counts do not depend on
+/// samples of the picture.
 template <Spectrum S>
 class RenderEngine {
  public:

@@ -84,7 +84,7 @@ struct IterationContext {
   LightVertices<StoredVertex, T> light;  ///< light vertices for connections
   Photons<T> photons;                    ///< light vertices for merging
   const EmissionGuide<Sc>* guide;        ///< of light subpaths; null where they start as the lights emit
-  bool chooses_for_receiver;  ///< next events choose lights for the receiver, in a scene where this is optional
+  bool chooses_for_receiver;             ///< next events choose lights for the receiver
 
   /// Number of the light tree that the camera subpath of this pixel is paired with.
   [[nodiscard]] constexpr std::size_t tree_of_pixel(std::size_t pixel) const noexcept {

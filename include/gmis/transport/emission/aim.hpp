@@ -56,8 +56,8 @@ class Aim {
     return T(rings - static_cast<std::size_t>(reached)) / T(rings);
   }
   /// Density per steradian of `sample_direction(point, ·)` for the unit `direction` of the line
-  /// through `on_line`. That the line passes `point`, too, is known; `on_line` is nearer to the
-  /// centre and gives its distance more exactly.
+  /// through `on_line`. The line must also pass through `point`; `on_line`, which is nearer to the
+  /// centre, gives the distance of the line more exactly.
   [[nodiscard]] T direction_density(const Vec3<T>& point, const Vec3<T>& direction,
                                     const Vec3<T>& on_line) const noexcept {
     const Vec3<T> offset = centre_ - point;

@@ -30,7 +30,7 @@ struct Arrival {
   Vec3<T> direction;               ///< unit, from x_0 to x_1
   Vec3<T> receiver;                ///< x_1
   T first;                         ///< the light's `EmissionDensity::first`
-  double mass;                     ///< what it adds to the picture, about
+  double mass;                     ///< estimated contribution to the picture
   double chosen = 1;               ///< probability with which the light was chosen
   double by_power = 1;             ///< probability with which light subpaths choose it
   bool has_narrow_lobe = false;    ///< x_1
@@ -259,17 +259,16 @@ struct LearnedLights final : AnyLearnedLights {
   [[nodiscard]] bool choose_for_receiver() const noexcept { return receiver_gain > 1.25; }
 };
 
-/// Largest `relative_moment` for which a guide is kept. Above, the work of its densities was
-/// measured not to pay.
+/// Largest `relative_moment` for which a guide is kept. Above it, the work of the guide's densities
+/// was measured not to pay.
 inline constexpr double most_relative_moment = 0.4;
 
-/// Learns about the lights from camera subpaths of their own, one for four pixels and at most 8192,
-/// before the first iteration: they add nothing to the picture, and what is learned depends on no
-/// sample that it serves. Camera subpaths find where light is needed even when no light subpath
-/// would: a far sun misses the scene with all of its subpaths. The guide is empty when it would
-/// gain little, `relative_moment` above `most_moment`: when most of the emitted light is of use.
-/// With `most_moment` 0 no guide is learned.
-/// Same bits for any number of threads.
+/// Learns about the lights from camera subpaths of their own, one for four pixels, from 1024 to
+/// 8192 in all, before the first iteration: they add nothing to the picture, and what is learned
+/// depends on no sample that it serves. Camera subpaths find where light is needed even when no
+/// light subpath would: a far sun misses the scene with all of its subpaths. The guide is empty
+/// when it would gain little, `relative_moment` above `most_moment`: when most of the emitted light
+/// is of use. With `most_moment` 0 no guide is learned. Same bits for any number of threads.
 template <Scene Sc, Executor E>
 [[nodiscard]] std::shared_ptr<LearnedLights<Sc>> learn_lights(const Sc& scene, std::uint64_t seed, int max_depth,
                                                               E& executor, double most_moment = most_relative_moment) {

@@ -56,8 +56,8 @@ struct EngineWork {
 };
 
 /// An engine for any scene with the spectrum `S`: the settings of a run, the latest iteration and
-/// the work so far. What renders an iteration depends on the scene (`Engine`); one virtual call an
-/// iteration reaches it, so that code which only uses engines is compiled once a spectrum.
+/// the work so far. The rendering of an iteration depends on the scene (`Engine`) and is one
+/// virtual call, so that code which only uses engines is compiled once per spectrum.
 template <Spectrum S>
 class AnyEngine {
  public:

@@ -77,9 +77,9 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
 
   GMIS_RARE void iterate(ExecutorRef executor) override;
 
-  /// Guides emission by `guide` from the next iteration on, which learns nothing then. The guide
-  /// must not depend on samples of the iterations that it serves. Call it before the first
-  /// iteration with `RenderSettings::emission` learned.
+  /// Guides emission by `guide` from the next iteration on; the engine then learns no guide of its
+  /// own. The guide must not depend on samples of the iterations that it serves. With
+  /// `Emission::learned`, call it before the first iteration.
   void use_emission_guide(EmissionGuide<Sc> guide) {
     auto lights = std::make_shared<LearnedLights<Sc>>();
     lights->guide = std::move(guide);
@@ -110,7 +110,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
     use.emission_gain = lights_->emission_gain;
     return use;
   }
-  /// True when next events choose lights for the receiver in a scene where this is optional.
+  /// True when next events choose lights for the receiver.
   [[nodiscard]] bool chooses_for_receiver() const noexcept {
     const ReceiverChoice choice = receiver_choice_of(scene_);
     return choice == ReceiverChoice::always ||
@@ -179,7 +179,7 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
   /// Trees that V̄ is measured with: fewer for a pilot, whose forecasts are less exact than that.
   static constexpr std::size_t census_tree_count =
       detail::is_hot_walk<Context, Output> || Split::is_measured ? 4096 : 1024;
-  enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_lights, 7 and 8: for programs
+  enum Stream : std::uint32_t {  // 3: median_pixel_width, 6: learn_lights, 7: check_scene and programs, 8: programs
     light_stream = 0,
     camera_stream = 1,
     census_stream = 2,

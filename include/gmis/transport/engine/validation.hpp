@@ -15,9 +15,9 @@
 
 namespace gmis {
 
-/// `settings`, unless an engine for scenes of type `Sc`, with this method and this source of
-/// numbers, cannot render a picture of this resolution with them. `split` holds the settings of a
-/// method whose light trees split.
+/// Returns `settings`. Throws when an engine for scenes of type `Sc`, with this method and this
+/// source of numbers, cannot render a picture of this resolution with them. `split` holds the
+/// settings of a method whose light trees split.
 template <Scene Sc, class Method_, class Source, class SplitSettings>
 GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::ivec2 resolution,
                                           const SplitSettings& split) {

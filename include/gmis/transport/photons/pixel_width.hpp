@@ -21,7 +21,7 @@ template <Scene Sc>
 GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   using T = ScalarOf<typename Sc::Spectrum>;
   constexpr int most_across = 48, deepest = 16;
-  constexpr std::uint32_t stream = 3;  // streams 0, 1 and 2: light trees, camera subpaths, census of light trees
+  constexpr std::uint32_t stream = 3;  // the others: `Engine::Stream`
   const auto& camera = scene.camera();
   const glm::ivec2 size = camera.resolution();
   const int step = std::max(1, std::max(size.x, size.y) / most_across);

@@ -5,8 +5,8 @@
 
 namespace gmis::detail {
 
-/// Makes `vector` hold `count` elements of any value, those that it had before or others. What it
-/// reserves is the largest count that it was asked for, no more.
+/// Makes `vector` hold `count` elements of unspecified values. Its capacity is the largest count
+/// that was asked for, no more.
 template <class X>
 void resize_for_overwrite(std::vector<X>& vector, std::size_t count) {
   if (vector.capacity() < count) {

@@ -12,7 +12,7 @@
 
 namespace gmis {
 
-/// Partial sums as they are kept in memory. In general as they are.
+/// Partial sums as they are kept in memory: unchanged, except in the specialisation below.
 template <class Partial>
 class KeptSums {
  public:

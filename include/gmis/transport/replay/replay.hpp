@@ -30,7 +30,7 @@ struct ReplayedVertex {
   bool is_at_infinity = false;               ///< the ray left the scene
   SurfacePoint<T> point;                     ///< all zero at infinity
   Vec3<T> to_prev{};                         ///< unit, towards the parent
-  S throughput{T(0)};                        ///< without MIS weights; divided by the number of subpaths of the pixel
+  S throughput{T(0)};                        ///< without MIS weights
   bool is_delta = false;                     ///< whether the event at the parent is a delta event
   T forward{};                               ///< nominal density at the parent of coming here, as in `Step`
   T reverse{};                               ///< nominal density at the parent of going back

@@ -6,7 +6,7 @@
 
 /// \file
 /// The GMIS path sampler [Liu, Algorithm 1]: `Engine<Scene, SplitTrees>`, with the settings
-/// `GmisSampler`. No other header includes this one.
+/// `GmisSampler`. Only gmis_engines.hpp includes this header.
 
 namespace gmis {
 

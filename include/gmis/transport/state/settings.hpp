@@ -23,7 +23,7 @@ struct RenderSettings {
   /// independent numbers.
   Sampler sampler = Sampler::independent;
   int max_depth = 16;            ///< greatest number of edges of a path; 1: light seen directly; at most 256
-  std::optional<double> radius;  ///< r_1, times `SampleCounts::radius_factor`, in scene units; unset: 0.4 pixel widths
+  std::optional<double> radius;  ///< r_1 / `SampleCounts::radius_factor`, in scene units; unset: 0.4 pixel widths
   double alpha = 2.0 / 3.0;      ///< r_i = r_1 i^((α−1)/2)
   Emission emission = Emission::power;  ///< `learned` needs lights that model `GuidableLight`
   /// When set, every path is classified and only paths of these classes are made.

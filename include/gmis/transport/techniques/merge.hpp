@@ -18,16 +18,16 @@ namespace gmis {
 struct Merge {
   /// Least |cos| between the geometric normals of a camera vertex and of a photon that it gathers.
   /// Around an edge a disk would gather the light of the bright side on the dark one; no shadow ray
-  /// is traced between the two. Left without them, a disk loses what lies beyond the edge, as it
-  /// does at the border of a surface, in proportion to the radius. Weights are those of the whole
-  /// disk. The sign does not count: meshes may be wound either way, and a BSDF is black for light
-  /// from behind.
+  /// is traced between the two. Without these photons, a disk loses the light beyond the edge, as
+  /// it does at the border of a surface, in proportion to the radius. Weights are those of the
+  /// whole disk. The sign does not count: meshes may be wound either way, and a BSDF is black for
+  /// light from behind.
   static constexpr double least_normal_cosine = 0.8;
 
-  /// From this height above the surface of the camera vertex on, in merging radii, a photon counts
-  /// as one of another surface: of a step, or of a bar in front of a wall. The light of such a
-  /// surface does not fade with the radius until the radius is as small as the step, so half the
-  /// radius would show no bias. Lower heights are left to waves and to rounding.
+  /// Height above the surface of the camera vertex, in merging radii, from which a photon counts as
+  /// one of another surface: of a step, or of a bar in front of a wall. The light of such a surface
+  /// does not fade with the radius until the radius is as small as the step, so half the radius
+  /// would show no bias. Waves and rounding also make lower heights.
   static constexpr double least_height = 0.1;
 
   /// True when two points with these geometric normals cannot lie on one surface that bends one way
