@@ -25,8 +25,8 @@ struct ComparisonSettings {
   double slice_seconds = 0.002;   ///< length of one
   double measure_seconds = 0.04;  ///< for the variance of each, at least 400 rounds and at most 1,000,000
   std::uint64_t seed = 1;         ///< of all samples
-  /// Seconds of processor time so far. Another one makes a comparison a function of the seed, for
-  /// tests.
+  /// Returns the processor time so far, in seconds. Tests replace it to make a comparison a
+  /// function of the seed.
   std::function<double()> clock = [] {
     return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
   };
@@ -37,7 +37,7 @@ struct ComparisonRow {
   std::string name;                  ///< of the contender
   bool is_exact = false;             ///< `variance` is by quadrature, not measured
   double variance = 0.0;             ///< of one round
-  double half_width = 0.0;           ///< of the interval of `variance`: 0 where it is exact; 95 % where it is measured
+  double half_width = 0.0;           ///< of the interval of `variance`: 95 % if measured, 99 % if averaged, else 0
   double measured_mean = 0.0;        ///< over the rounds below
   double mean_error = 0.0;           ///< standard error of `measured_mean`
   double measured_variance = 0.0;    ///< over the rounds below, also where the variance is exact

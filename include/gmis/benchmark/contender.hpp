@@ -24,8 +24,7 @@
 
 namespace gmis {
 
-/// SplitMix64: the cheapest source of random words there is, so that the time of a round is that of
-/// the round.
+/// SplitMix64: a cheap source of random words, which adds little to the time of a round.
 class ComparisonSource {
  public:
   using result_type = std::uint64_t;
@@ -104,8 +103,8 @@ struct Contender {
 };
 
 /// An integral, its proposals and a quadrature rule: the problem on which `compare` compares
-/// contenders. Makes contenders from the methods of the library, each with its exact variance. f
-/// has one channel. Copies share what they hold.
+/// contenders. Makes contenders from the methods of the library, with their exact variances where
+/// there are any. f has one channel. Copies share what they hold.
 template <class Integrand, class P>
 class ComparedProblem {
  public:

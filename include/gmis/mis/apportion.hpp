@@ -17,8 +17,8 @@ namespace gmis {
 /// `total`, and each differs from its exact quota by less than one. A pure function, so that every
 /// path vertex of one kind gets the same counts.
 ///
-/// Throws std::invalid_argument for other weights, for a number of `counts` that is not that of the
-/// weights, and for 2^32 samples or more.
+/// Throws std::invalid_argument for other weights, when `counts` and `weights` differ in size, and
+/// for 2^32 samples or more.
 template <std::floating_point T>
 constexpr void apportion(std::span<const T> weights, std::size_t total, std::span<std::uint32_t> counts) {
   using Q =

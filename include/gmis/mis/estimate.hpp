@@ -249,8 +249,8 @@ using EstimateOf = typename detail::EstimateFrom<detail::fault_of_arguments<Inte
 /// proposals, equally: never).
 ///
 /// Throws std::invalid_argument, before the first round, for an empty set, no rounds, an allocation
-/// for another number of proposals, and one that leaves a proposal of positive weight without a
-/// sample where the selection is not random.
+/// for another number of proposals, and, with S2 or S3, one that leaves a proposal of positive
+/// weight without a sample.
 template <Selection selection, Weighting weighting, class Integrand, class P, class Source,
           class AllocationType = EqualAllocation>
 [[nodiscard]] EstimateOf<Integrand, P, Source> estimate(Integrand&& f, const P& proposals, std::uint64_t rounds,

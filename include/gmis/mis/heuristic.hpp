@@ -69,7 +69,7 @@ concept Heuristic = requires(const H& heuristic, double r) {
 
 /// Throws std::invalid_argument for a heuristic that gives the largest density no weight, a smaller
 /// one more weight than the largest, or any a negative weight or NaN (a cutoff above 1, a power
-/// that is negative or not a number).
+/// that is negative or not a number). Only d_i = max d and half of that are tested.
 template <Heuristic H>
 void require_heuristic(const H& heuristic) {
   const double whole = heuristic.unnormalised(1.0), half = heuristic.unnormalised(0.5);

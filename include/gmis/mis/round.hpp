@@ -37,8 +37,7 @@ GMIS_RARE void count_unusable(D own, D denominator, RoundCounts& counts) noexcep
 
 /// Draws one sample of proposal `index` and hands it to `visit(x, denominator, index)` if it can be
 /// used, else counts why not. `weigh(densities)` returns its own density and the denominator;
-/// `discard()` is called when both are known, or when no sample was made. The one place where a
-/// sample is judged.
+/// `discard()` is called when both are known, or when no sample was made.
 template <bool divided_by_own, class Set, class Source, class WorkspaceType, class Weigh, class Discard, class Visit>
 GMIS_ALWAYS_INLINE inline void visit_sample(const Set& set, std::size_t index, Source& source, WorkspaceType& workspace,
                                             RoundCounts& counts, Weigh&& weigh, Discard&& discard, Visit& visit) {
@@ -67,7 +66,7 @@ GMIS_ALWAYS_INLINE inline void visit_sample(const Set& set, std::size_t index, S
   }
 }
 
-/// `sample_round` without the checks of its arguments, which one that runs many rounds makes once:
+/// `sample_round` without the checks of its arguments, which a caller of many rounds makes once:
 /// the allocation fits the set, and `workspace.prepare(set.size(), n)` was called. Adds what
 /// happened to `counts`.
 template <Selection selection, Weighting weighting, class Set, class AllocationType, class Source, std::size_t Capacity,
@@ -100,7 +99,7 @@ GMIS_ALWAYS_INLINE inline void sample_checked_round(const Set& set, const Alloca
 /// `denominator` is a `Set::Density`, or a `LogDensity` of it for a set with logarithms. No
 /// allocation beyond `workspace.prepare`, and none at all for a workspace with fixed capacity.
 /// Throws std::invalid_argument when the allocation does not fit the set, or a fixed workspace is
-/// too small. Every estimator of the library is made of this function.
+/// too small.
 template <Selection selection, Weighting weighting, class Set, class AllocationType, UniformSource Source,
           std::size_t Capacity, class Visit>
 requires ProposalSet<Set, Source> GMIS_ALWAYS_INLINE inline RoundCounts sample_round(

@@ -10,10 +10,10 @@
 
 namespace gmis {
 
-/// Chooses the proposal of each sample of one round. `workspace.order` holds what a weighting wants
-/// to know of it: for S2 a permutation whose entries from n on are still undrawn, for R2 all
-/// indices of the round. For R2 `workspace.multiplicity[i]` counts how often i was drawn; for N2
-/// with unequal allocation, how often it can still be.
+/// Chooses the proposal of each sample of one round. `workspace.order` is for the weighting: for S2
+/// a permutation whose entries from n on are still undrawn, for R2 all indices of the round. For R2
+/// `workspace.multiplicity[i]` counts how often i was drawn; for N2 with unequal allocation, how
+/// often it can still be.
 template <Selection selection, Scheme scheme, class AllocationType, UniformSource Source, class WorkspaceType>
 class IndexSelector {
   static constexpr bool draws_all_first = scheme == Scheme::R2;

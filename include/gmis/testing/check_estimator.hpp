@@ -34,7 +34,7 @@ struct EstimatorCheck {
     const double each = sidak_level(level, 2);
     return not_finite == 0 && mean_test.passes(each) && variance_test.passes(each);
   }
-  /// Figures and power, in four lines.
+  /// Figures and power, in three lines.
   [[nodiscard]] std::string text() const {
     std::string result;
     const auto line = [&](const char* name, double measured, double expected, const char* letter,

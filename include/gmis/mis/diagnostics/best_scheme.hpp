@@ -156,7 +156,7 @@ struct SchemeChoice {
 /// sums over all of them for R2 and N2 where N > 6. One whose variance is not finite is never
 /// better than one whose variance is.
 ///
-/// Throws std::invalid_argument for negative costs, two draws not reached, and when no unbiased
+/// Throws std::invalid_argument for negative costs, fewer than two draws, and when no unbiased
 /// scheme has a finite variance.
 template <UniformSource Source>
 [[nodiscard]] SchemeChoice best_scheme(const TabulatedProblem& problem, const CostModel& costs, Source& source,
@@ -175,7 +175,7 @@ template <UniformSource Source>
     absolute += std::abs(problem.weights()[i] * problem.values()[i]);
   const double rounding = 1e-12 * absolute * absolute;
   const auto add = [&](Scheme scheme, std::size_t group_size, bool is_unbiased, double variance, double evaluations) {
-    // What rounding leaves of a variance of 0, on either side of it, must not decide; NaN stays.
+    // Rounding errors around a variance of 0 must not decide; NaN stays.
     choice.candidates.push_back({scheme, group_size, is_unbiased, variance <= rounding ? 0.0 : variance, evaluations,
                                  evaluations * costs.per_density + count * costs.per_sample});
   };
@@ -198,8 +198,8 @@ template <UniformSource Source>
         static_cast<double>(groups.density_evaluations_per_round()));
   }
 
-  // Of two that are level, to rounding, the cheaper one, then the one met first: those without
-  // random indices come first.
+  // Ties within rounding go to the cheaper candidate, then to the first: those without random
+  // indices come first.
   const auto is_better = [](const SchemeCandidate& a, const SchemeCandidate& b) {
     const bool a_can_serve = a.is_unbiased && a.has_finite_variance(),
                b_can_serve = b.is_unbiased && b.has_finite_variance();

@@ -17,15 +17,15 @@ struct ProblemCheck {
   std::vector<double> density_integrals;  ///< ∫ q_i over the finer rule: one, or the probability that a sample is made
   double integral = 0.0;                  ///< ∫ f by the finer rule
   double integral_change = 0.0;           ///< |difference between the rules| over ∫ |f|
-  double variance_change = 0.0;           ///< |difference between the variances of N3 under both rules| over ∫ f²/ψ
+  double variance_change = 0.0;           ///< |difference between the rules' variances of N3| over ∫ f²/(N ψ)
   double end_share = 0.0;                 ///< share of ∫ |f| in the first and last 1 % of the nodes of the finer rule
   double end_share_of_mixture = 0.0;      ///< share of ψ there
   bool can_fail = false;                  ///< a `sample` may return nothing, so that ∫ q_i may be below one
 
-  /// The first finding as a sentence; empty when nothing is wrong. `tolerance`: of ∫ q_i from one,
-  /// and of both changes. A share of f at the ends is a finding above `tolerance` where the mixture
-  /// has less than a hundredth of that share there: the range ends where f does not, and the
-  /// proposals know nothing of it.
+  /// The first finding as a sentence; empty when nothing is wrong. `tolerance`: greatest deviation
+  /// of ∫ q_i from one, and greatest value of both changes. A share of f at the ends is a finding
+  /// above `tolerance` where the mixture has less than a hundredth of that share there: the range
+  /// ends where f does not, and the proposals know nothing of it.
   [[nodiscard]] std::string_view finding(double tolerance = 1e-6) const noexcept {
     for (const double mass : density_integrals) {
       if (mass > 1.0 + tolerance) return "a density integrates to more than one: too few nodes, or no density";

@@ -30,15 +30,14 @@ struct ExactMoments {
   double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
   double variance;  ///< about that mean; +infinity where it leaves the range of double, never NaN
 
-  /// False when the proposals leave a part of f without samples, or nearly so.
+  /// False when ∫ f²/φ leaves the range of double: φ nearly vanishes where f does not.
   [[nodiscard]] bool has_finite_variance() const noexcept { return std::isfinite(variance); }
 };
 
 namespace detail {
 
-/// `first` − `second`, a second moment less what is no noise. Where ∫ f²/φ leaves the range of
-/// double (φ so small that it underflows, f not zero) the first is infinite, or the second the NaN
-/// that comes of it, and the variance is infinite.
+/// `first` − `second`: a second moment minus the squared means. Infinite where the difference is
+/// not finite: ∫ f²/φ leaves the range of double where φ underflows and f is not zero.
 [[nodiscard]] inline double variance_from(double first, double second) noexcept {
   const double difference = first - second;
   return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
@@ -180,7 +179,7 @@ class SubsetSum {
 }  // namespace detail
 
 /// Mean and variance of one round of N samples under `scheme` (R rounds divide the variance by R),
-/// one sample of each; for counts n_i with S2 or S3, repeat proposal i in the problem n_i times.
+/// with one sample of each; the overload with a `SampleAllocation` is for other counts.
 /// Holds for partial support too, except that the variance of N2 needs full support (its draws are
 /// correlated otherwise).
 ///
@@ -193,8 +192,8 @@ class SubsetSum {
   switch (scheme) {
     case Scheme::R1:
     case Scheme::N1: {
-      // (1/N²) Σ_i ∫ f²/q_i, less what the indices make no noise in: I²/N at random, (1/N²) Σ_i
-      // I_i² one by one.
+      // (1/N²) Σ_i ∫ f²/q_i minus the squared means: I²/N for random indices, (1/N²) Σ_i I_i² for
+      // one sample of each.
       double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
       for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
         problem.divide(1.0, problem.densities(i), divided.data());

@@ -108,7 +108,7 @@ class TabulatedProblem {
     return true;
   }
 
-  /// Adds `times` q_i at all nodes: `sum[node] = base[node] + times · q_i(x_i)`. `sum` may be
+  /// Adds `times` q_i at all nodes: `sum[node] = base[node] + times · q_i(x_node)`. `sum` may be
   /// `base`.
   void add_density(std::size_t i, double times, const double* base, double* sum) const noexcept {
     const double* const q = densities(i);
@@ -173,8 +173,7 @@ class TabulatedProblem {
     return density;
   }
 
-  // In eight partial sums: that much faster than one, and rounding errors grow that much more
-  // slowly.
+  // Eight partial sums are faster than one, and their rounding errors grow more slowly.
   [[nodiscard]] double dot(const double* a, const double* b) const noexcept {
     double lanes[8] = {};
     std::size_t node = 0;
@@ -225,8 +224,8 @@ template <class Integrand, class P, NodeRange Nodes>
 }
 
 /// ψ = Σ α_k q_k at all nodes, positive wherever some α_k q_k is: a product below the range of
-/// double counts as the smallest number. Throws std::invalid_argument unless there is one fraction
-/// α_k ≥ 0 for each proposal and they sum to one within 1e-6.
+/// double counts as the smallest positive number. Throws std::invalid_argument unless there is one
+/// fraction α_k ≥ 0 for each proposal and they sum to one within 1e-6.
 [[nodiscard]] inline std::vector<double> mixture_of(std::span<const double> fractions,
                                                     const TabulatedProblem& problem) {
   require_argument(fractions.size() == problem.proposal_count(), "give one fraction for each proposal");

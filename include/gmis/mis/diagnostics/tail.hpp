@@ -14,15 +14,16 @@
 #include "gmis/mis/estimate.hpp"
 
 /// \file
-/// Whether an estimate can be trusted that knows its own samples alone: how much of it is a few of
-/// them. Opt-in, with `estimate_with_tails`; `estimate` pays nothing for it.
+/// Whether a standard error can be trusted, judged from the samples of the estimate alone: how much
+/// of the estimate comes from a few of them. Opt-in, with `estimate_with_tail`; `estimate` pays
+/// nothing for it.
 
 namespace gmis {
 
 /// The contributions |f/φ| of an estimate, by size. Keeps the 1,024 largest.
 class ContributionTail {
  public:
-  /// One sample's contribution; its size counts. A sample that contributes zero is one, too.
+  /// Adds |contribution| of one sample; samples that contribute zero count, too.
   void add(double contribution) {
     const double size = std::abs(contribution);
     ++samples_;
@@ -40,8 +41,8 @@ class ContributionTail {
 
   /// Contributions that were added.
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
-  /// (Σ |c|)²/Σ c²: N equal contributions, N this number, would have the same second moment. 0
-  /// without any.
+  /// (Σ |c|)²/Σ c²: the number of equal contributions with the same Σ |c| and Σ c². 0 without
+  /// contributions.
   [[nodiscard]] double effective_sample_size() const noexcept { return squares_ > 0.0 ? sum_ * sum_ / squares_ : 0.0; }
   /// Largest |c| over Σ |c|.
   [[nodiscard]] double share_of_largest() const {
@@ -50,8 +51,8 @@ class ContributionTail {
 
   /// Shape k̂ of a generalised Pareto distribution fitted to the M largest contributions, M =
   /// min(S/5, 3 √S, 1023) of S samples [Vehtari, Simpson, Gelman, Yao, Gabry: Pareto smoothed
-  /// importance sampling, 2024; the fit: Zhang, Stephens 2009], drawn towards 1/2 as if ten more
-  /// samples said so. Moments of order 1/k and above are infinite: above 1/2 the variance, above 1
+  /// importance sampling, 2024; the fit: Zhang, Stephens 2009], shrunk towards 1/2 with the weight
+  /// of ten samples. Moments of order 1/k and above are infinite: above 1/2 the variance, above 1
   /// the mean. −infinity where fewer than 5 of the M are larger than the next one, NaN for fewer
   /// than 25 samples.
   [[nodiscard]] double pareto_shape() const {

@@ -19,8 +19,8 @@ namespace gmis {
 /// quadrature rule or a `PilotSamples`, so that estimates stay unbiased; a partition chosen by the
 /// samples themselves would bias.
 ///
-/// Groups that do not cover f are left out. Throws std::invalid_argument when none of the two
-/// starts covers f.
+/// Partitions that do not cover f are not considered. Throws std::invalid_argument for a size
+/// outside 1 to N, and when the search meets no partition that covers f.
 [[nodiscard]] inline Groups<> best_groups(const TabulatedProblem& problem, std::size_t group_size) {
   const std::size_t n = problem.proposal_count();
   if (group_size == 0 || group_size > n) reject_argument("the group size must lie between 1 and N");

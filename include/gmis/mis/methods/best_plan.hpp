@@ -30,7 +30,7 @@ struct PlanChoice {
 
 /// Scheme, group size P and sample allocation from one pilot (or one quadrature rule), by variance
 /// × cost. The allocations have `samples` samples a round; a proposal without samples costs no
-/// density evaluations.
+/// density evaluations. Throws as `best_scheme` and `optimal_counts` do.
 template <UniformSource Source>
 [[nodiscard]] PlanChoice best_plan(const TabulatedProblem& problem, const CostModel& costs, std::size_t samples,
                                    Source& source, std::uint64_t averaged_draws = 32) {

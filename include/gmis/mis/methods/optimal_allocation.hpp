@@ -106,7 +106,7 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
 /// A rule without iterations: α_k in proportion to 1/(c_k V_k), V_k = ∫ f²/q_k − I² being the
 /// variance of proposal k alone [Sbert, Havran, Szirmay-Kalos 2016, 2018]. Proposals that do not
 /// cover f alone get nothing (a tail that no node shows counts as covered), so that a defensive
-/// part should be mixed in.
+/// part should be mixed in; where none covers f, all fractions are equal.
 [[nodiscard]] inline std::vector<double> inverse_variance_fractions(const TabulatedProblem& problem,
                                                                     std::span<const double> costs = {}) {
   const std::size_t n = problem.proposal_count();

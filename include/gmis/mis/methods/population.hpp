@@ -11,6 +11,9 @@
 
 namespace gmis {
 
+/// Where the samples come from that a proposal may move to: its own samples, or those of all.
+enum class Relocation : std::uint8_t { local, global };
+
 /// Population Monte Carlo with deterministic-mixture weights [Elvira, Martino, Luengo, Bugallo:
 /// Improving population Monte Carlo: alternative weighting and resampling schemes, 2017]: in every
 /// iteration each proposal makes `samples_each` samples, weighted by the mixture of all of them
@@ -21,8 +24,6 @@ namespace gmis {
 /// the past, every iteration is an N3 round. Iterations are uncorrelated but not equally
 /// distributed: the standard error is unbiased in square, and `variance` is the mean over
 /// iterations. The proposals end up in `proposals`.
-enum class Relocation : std::uint8_t { local, global };
-
 template <class Integrand, class P, class Move, class Source>
 requires(detail::explain_arguments<Integrand, std::vector<P>, Source>())
     [[nodiscard]] auto estimate_population(Integrand&& f, std::vector<P>& proposals, std::uint32_t samples_each,

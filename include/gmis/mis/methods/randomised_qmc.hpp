@@ -30,8 +30,8 @@ concept PointSource = UniformSource<S> && requires(S& source, std::uint64_t numb
 /// Points within a round are dependent, so the error comes from the spread between rounds: `rounds`
 /// ≥ 2, better 8 or more. Unbiased as N3 is, for every n_k.
 ///
-/// Samplers must be smooth functions of their numbers, always as many of them in one order:
-/// inversion serves, rejection and tables of jumps gain little.
+/// Samplers must be smooth functions of their random numbers and use the same number of them in the
+/// same order for every sample: inversion does; rejection and tables with jumps gain little.
 template <class Integrand, class P, PointSource Points>
 requires(detail::explain_arguments<Integrand, P, Points>())
     [[nodiscard]] auto estimate_rqmc(Integrand&& f, const P& proposals, CountsByProposal counts, std::uint64_t rounds,

@@ -40,7 +40,7 @@ class Reservoir {
   /// The sample y; nothing when no weight was positive. f(y) W estimates ∫ f, as zero without a
   /// sample.
   [[nodiscard]] const std::optional<X>& sample() const noexcept { return sample_; }
-  /// W: stands for 1/p(y), whose value nobody knows. 0 without a sample.
+  /// W, an unbiased estimate of 1/p(y). 0 without a sample.
   [[nodiscard]] double contribution_weight() const noexcept { return contribution_weight_; }
   /// Sum of all weights that were offered.
   [[nodiscard]] double weight_sum() const noexcept { return weight_sum_; }

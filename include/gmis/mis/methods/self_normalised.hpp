@@ -29,7 +29,7 @@ struct SelfNormalisedEstimate {
   std::uint64_t density_evaluations = 0;  ///< of proposals
   Rejected rejected{};                    ///< samples that count as zero, by cause
 
-  /// Standard error of mean i, by the delta method.
+  /// Standard error of mean i, by the delta method. `covariance` must hold a value.
   [[nodiscard]] double standard_error(std::size_t i) const noexcept { return std::sqrt((*covariance)[i][i]); }
 };
 

@@ -79,9 +79,9 @@ requires TechniqueFamily<Family, Source>
   return moments.result();
 }
 
-/// Continuous MIS: f/q with the marginal q, which is the balance heuristic over all techniques, the
-/// best of weights for samples that come this way. `samples` ≥ 1 a round, one density each.
-/// Variance (∫ f²/q − I²)/n. Unbiased when q > 0 wherever f ≠ 0.
+/// Continuous MIS: f/q with the marginal q, which is the balance heuristic over all techniques: the
+/// optimal weights when every sample draws its own technique. `samples` ≥ 1 a round, one density
+/// each. Variance (∫ f²/q − I²)/n. Unbiased when q > 0 wherever f ≠ 0.
 template <class Integrand, class Family, UniformSource Source>
 requires KnownMarginal<Family, Source>
 [[nodiscard]] auto estimate_continuous(Integrand&& f, const Family& family, std::size_t samples, std::uint64_t rounds,

@@ -51,8 +51,8 @@ namespace detail {
 }
 
 /// The same ratio for y = f/Σ n q, what a sample of k contributes *under the balance heuristic with
-/// these counts*. Not what the paper's figures are made with: near to the weights that result, and
-/// finite where f/q_k is not. A proposal without samples gets 1.
+/// these counts*. The paper's figures use `variance_aware_factors`; these factors are close to what
+/// the resulting weights ask for, and finite where f/q_k is not. A proposal without samples gets 1.
 [[nodiscard]] inline std::vector<double> variance_aware_factors_of_balance(CountsByProposal counts,
                                                                            const TabulatedProblem& problem,
                                                                            double largest = 1e6) {

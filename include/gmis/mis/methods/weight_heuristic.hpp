@@ -48,7 +48,7 @@ struct RatioWeights {
 /// w_k = e_k n_k q_k / Σ e_j n_j q_j: the balance heuristic with expected densities scaled by
 /// `factors` e_k > 0. Variance-aware and correlation-aware weights are of this form.
 struct ScaledBalance {
-  std::vector<double> factors;  ///< one for each proposal, at least 0
+  std::vector<double> factors;  ///< one for each proposal, positive where it has samples
 
   /// The weights of all proposals at one point, from densities relative to the mixture.
   void weights(CountsByProposal counts, std::span<const double> densities, std::span<double> out) const noexcept {
