@@ -17,8 +17,8 @@ namespace gmis::scene {
 /// `material`, a dielectric, as the boundary of media that absorb: `inside` is σ behind the
 /// geometric normal, `outside` σ before it, per scene unit and channel. A boundary between two
 /// media, as of water in a glass, has both; the outside of the outermost boundary must be clear.
-/// Throws `std::invalid_argument` for another material and for numbers that are negative or not
-/// finite.
+/// Throws `std::invalid_argument` for another material, for one with holes, and for numbers that
+/// are negative or not finite.
 template <std::floating_point T>
 [[nodiscard]] inline Material<T> with_absorption(const Material<T>& material, const glm::dvec3& inside,
                                                  const glm::dvec3& outside = glm::dvec3(0)) {

@@ -17,8 +17,7 @@ namespace gmis::scene {
 ///
 /// Whether light is reflected or transmitted is read off the shading normal; where the geometric
 /// normal says otherwise nothing is scattered. Refracted radiance is divided by the square of the
-/// relative index, refracted importance is not, so that radiance is what is really there, in
-/// whatever medium.
+/// relative index, refracted importance is not: radiance is the physical one in every medium.
 ///
 /// A rough dielectric has a reflecting and a refracting lobe. `sample` chooses between them by the
 /// Fresnel reflectance of the facet, so its densities are not those of the lobes mixed by
@@ -67,7 +66,7 @@ class SurfaceBsdf {
         uv_(compact.uv),
         is_flat_(false) {}  // whether they are the same is not worth a test here
 
-  /// Under a bump or normal map another than that of the shape.
+  /// Differs from the shading normal of the shape under a bump or normal map.
   [[nodiscard]] const Vec3<T>& shading_normal() const noexcept { return shading_normal_; }
 
   [[nodiscard]] Value evaluate(const Vec3<T>& to_prev, const Vec3<T>& to_next, TransportMode mode) const noexcept {

@@ -47,10 +47,10 @@ struct BvhHit {
   std::array<T, 3> corner_weights{};
 };
 
-/// A tree of eight-way nodes over packets of eight primitives; `build_bvh` makes it.
+/// A tree of eight-way nodes over packets of eight primitives; `BvhBuilder` makes it.
 template <std::floating_point T>
 struct Bvh {
-  /// Bounds the depth of the tree, hence the stack: `build_bvh` keeps it.
+  /// Bounds the depth of the tree, hence the stack; `BvhSplitter` keeps within it.
   static constexpr int max_depth = 72;
 
   BvhChild root;

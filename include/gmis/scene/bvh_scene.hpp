@@ -132,7 +132,7 @@ class BvhScene {
   /// All lights.
   [[nodiscard]] std::span<const Light> lights() const noexcept { return lights_; }
   [[nodiscard]] const Camera& camera() const noexcept { return camera_; }
-  /// Sizes and times of the tree.
+  /// Counts and sizes of the scene.
   [[nodiscard]] const SceneStatistics& statistics() const noexcept { return statistics_; }
   /// The effects that the scene has.
   [[nodiscard]] const Effects& effects() const noexcept { return effects_; }

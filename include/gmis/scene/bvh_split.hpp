@@ -31,10 +31,10 @@ struct BvhSplit {
   }
 };
 
-/// Sorts items into a binary tree by the surface area heuristic. A leaf is a packet, so one of
-/// eight costs what one of one does. Large ranges are cut one level at a time, their bins filled by
-/// all threads; the ranges that remain are trees of their own, one work item each. The cuts depend
-/// on the items alone: the tree has the same bits for any number of threads.
+/// Sorts items into a binary tree by the surface area heuristic. A leaf is a packet, so a leaf of
+/// eight items costs the same as a leaf of one. Large ranges are cut one level at a time, their
+/// bins filled by all threads; the ranges that remain are trees of their own, one work item each.
+/// The cuts depend on the items alone: the tree has the same bits for any number of threads.
 template <std::floating_point T>
 class BvhSplitter {
  public:

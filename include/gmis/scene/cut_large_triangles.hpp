@@ -33,8 +33,8 @@ struct TrianglePiece {
 /// Cuts triangles that are large and near.
 class LargeTriangleCutter {
  public:
-  /// An edge may be `largest_size` times as long as its distance from 0 and from any point nearer
-  /// than `least_distance`.
+  /// An edge may be as long as `largest_size` times its distance from 0; distances below
+  /// `least_distance` count as `least_distance`.
   constexpr LargeTriangleCutter(double largest_size, double least_distance) noexcept
       : largest_size_(largest_size), least_distance_(least_distance) {}
 
@@ -114,8 +114,8 @@ class LargeTriangleCutter {
     return std::sqrt(length2) > largest_size_ * std::max(glm::length(a + along * t), least_distance_);
   }
 
-  /// Barycentric weights of the point of the triangle's plane that is nearest to 0; of nothing for
-  /// a triangle without area.
+  /// Barycentric weights of the point of the triangle's plane that is nearest to 0; all 0 for a
+  /// triangle without area.
   [[nodiscard]] static glm::dvec3 foot_of_perpendicular(const std::array<glm::dvec3, 3>& corners) noexcept {
     const glm::dvec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
     const double area2 = glm::dot(normal, normal);

@@ -15,15 +15,15 @@
 
 /// \file
 /// A ray that leaves a triangle starts beside it, `position_error` away along the normal. Near an
-/// edge this may already be behind the triangle that meets this one there, as may be the point
-/// itself, which is rounded along the triangle too: the ray then leaks into what the two enclose,
-/// or out of it. Points nearer to such an edge than a few of these errors are therefore moved to
-/// that distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong
-/// side then. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing
-/// is moved. But a triangle may touch a sharp edge with a corner alone, as do the inner ones of a
-/// face of many triangles or pieces. Its points at that corner are as near to the sharp edge as
-/// those beside it. They are kept off both edges that end there: a ball within these is no nearer
-/// to what passes outside.
+/// edge this start may lie behind the adjacent triangle, and so may the point itself, which is
+/// rounded along the triangle too: the ray then leaks into the volume that the two enclose, or out
+/// of it. Points nearer to such an edge than a few of these errors are therefore moved to that
+/// distance, within the triangle. Where triangles meet at 20° or more no start is on the wrong side
+/// then. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing is
+/// moved. But a triangle may touch a sharp edge with a corner alone, as do the inner ones of a face
+/// of many triangles or pieces. Its points at that corner are as near to the sharp edge as those
+/// beside it. They are kept off both edges that end there: a ball within these is no nearer to what
+/// passes outside.
 
 namespace gmis::scene {
 
@@ -32,9 +32,9 @@ namespace gmis::scene {
 /// corner k.
 using SharpEdges = std::uint8_t;
 
-/// Barycentric coordinates, one per corner, that are at least as large as keeps a point off the
-/// sharp edges; 0 for the others, and where the triangle is too thin for that, a sliver of a few
-/// roundings: there, a point would be moved along it to no avail.
+/// Least barycentric coordinates, one per corner, that keep a point off the sharp edges; 0 for the
+/// others, and where the triangle is too thin for that, a sliver of a few roundings: there, a point
+/// would be moved along it to no avail.
 template <std::floating_point T>
 [[nodiscard]] inline Vec3<T> edge_margins(const std::array<Vec3<T>, 3>& corners, SharpEdges sharp, T position_error) {
   const auto& [a, b, c] = corners;

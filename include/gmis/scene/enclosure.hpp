@@ -11,7 +11,7 @@
 
 namespace gmis::scene {
 
-/// The box around some shapes, and the least ball around them that has its centre.
+/// The box around some shapes, and the smallest ball about the centre of the box that holds them.
 struct Enclosure {
   Box<double> box;       ///< empty without shapes
   glm::dvec3 center{0};  ///< of the box

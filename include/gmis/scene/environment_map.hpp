@@ -71,8 +71,9 @@ class EnvironmentMap {
   };
 
   /// The columns of `world_from_sky` are the axes of the sky. They must have the same length and be
-  /// perpendicular; either handedness is allowed. Throws `std::invalid_argument` when the image or
-  /// the transform is invalid.
+  /// perpendicular; either handedness is allowed. Throws `std::invalid_argument` for an invalid
+  /// image and for a column that is 0 or not finite; equal lengths and right angles are not
+  /// checked.
   ///
   /// `next_event_fraction` c in (0, 1): next-event samples are compensated (`compensated_density`)
   /// for a fraction 1 − c of samples that fall elsewhere, uniform over the sphere, as those of
@@ -133,7 +134,7 @@ class EnvironmentMap {
     return drawn;
   }
 
-  /// The same two for next-event samples, which may be compensated.
+  /// `density` for next-event samples, which may be compensated.
   [[nodiscard]] T next_event_density(const Vec3<T>& radiance) const noexcept {
     if (!is_compensated()) return density(radiance);
     // Close to zero nothing but rounding is left of the difference: that counts as zero, in the
@@ -147,7 +148,7 @@ class EnvironmentMap {
     drawn.density = next_event_density(drawn.radiance);
     return drawn;
   }
-  /// Next events leave out what samples of the BSDF reach.
+  /// True when next events are compensated: they leave out the dark part of the sky.
   [[nodiscard]] bool is_compensated() const noexcept { return offset_ > T(0); }
 
  private:

@@ -19,9 +19,9 @@ namespace gmis::scene {
 /// RGB.
 ///
 /// An area light emits on the side of its geometric normal, or on both sides: constant radiance, or
-/// that of a pattern over a triangle. Points are drawn uniformly by area either way. The light
-/// subpaths of an infinite light start on a disk as wide as the bounding ball of the scene, which
-/// `enclose` sets.
+/// that of a pattern over a triangle. Points are drawn uniformly by area, except that next events
+/// at a sphere from outside are uniform over its solid angle. The light subpaths of an infinite
+/// light start on a disk as wide as the bounding ball of the scene, which `enclose` sets.
 template <std::floating_point T = float>
 class Light {
  public:
@@ -278,7 +278,7 @@ class Light {
   }
 
   /// The start that `sample_emission` makes at `origin` along `direction` (`GuidableLight`).
-  /// Nothing on a side that does not emit, and for a line that passes the bounding ball of the
+  /// Nothing on a side that does not emit, and for a line that misses the bounding ball of the
   /// scene.
   [[nodiscard]] std::optional<EmissionSample<Spectrum>> emission_along(const Point& origin,
                                                                        const Vec3<T>& direction) const noexcept {
@@ -306,9 +306,9 @@ class Light {
     return std::nullopt;
   }
 
-  /// The inverse of the first part of `sample_emission` (`GuidableLight`): of the point of an area
-  /// light and of the direction of a uniform environment. Nothing for a light whose first part is
-  /// fixed, and for an image: its alias tables have no inverse.
+  /// The random numbers from which `sample_emission` makes the point of an area light, or the
+  /// direction of a uniform environment (`GuidableLight`). Nothing for a light that draws neither,
+  /// and for an image: its alias tables have no inverse.
   [[nodiscard]] std::optional<Vec2<T>> start_numbers(const Point& origin, const Vec3<T>& direction) const noexcept {
     switch (kind_) {
       case Kind::triangle:
@@ -456,7 +456,7 @@ class Light {
     return {origin, direction, radiance_at(origin.position) * (pi<T> * (is_two_sided_ ? T(2) : T(1)) / inverse_area_),
             area_density(cosine)};
   }
-  /// The start on the disk of the line through `on_line`; nothing when the line passes the bounding
+  /// The start on the disk of the line through `on_line`; nothing when the line misses the bounding
   /// ball.
   [[nodiscard]] std::optional<EmissionSample<Spectrum>> infinite_emission(const Vec3<T>& on_line,
                                                                           const Vec3<T>& direction) const noexcept {

@@ -48,7 +48,7 @@ struct HalfAngle {
 }
 
 /// Share of a sphere with radius `own` that shines evenly from either side or both. In every
-/// direction it sends a beam that is as wide as itself. The beam meets the ball by at most R²/r²,
+/// direction it sends a beam that is as wide as itself. At most R²/r² of the beam meets the ball,
 /// and only when the direction is nearer to that of the ball than asin((r + R)/d). Over all
 /// directions in the plane, the areas that beam and ball share integrate to πr² · πR², so the share
 /// is R²/(4 d²) from far away.
@@ -64,7 +64,8 @@ struct HalfAngle {
 /// that between its normal and the direction of the ball. A point with the normal at an angle θ to
 /// the ball sends the share sin² α cos θ to it when the ball is above the horizon, at most sin³ α
 /// when the horizon cuts it, and nothing when it is below. A parallel beam of the light meets the
-/// ball by at most πR², in all the hemisphere's directions: 2 πR²/area.
+/// ball over an area of at most πR²; over all directions of the hemisphere the share is at most
+/// 2πR²/area.
 [[nodiscard]] inline double share_of_facet(double distance, double cosine, double own, double area, bool is_two_sided,
                                            double radius) noexcept {
   const double all_round = 2.0 * pi<double> * square(radius);

@@ -13,9 +13,9 @@
 
 namespace gmis::scene {
 
-/// How a surface scatters, made by the `make_…` functions below. All materials are two-sided: the
-/// side that a direction is on counts, not which of the two it is, except that a dielectric has its
-/// inside behind the geometric normal. RGB, linear.
+/// How a surface scatters, made by the `make_…` functions below, which throw
+/// `std::invalid_argument` for numbers out of range. All materials are two-sided: both sides
+/// scatter alike, except that a dielectric has its inside behind the geometric normal. RGB, linear.
 ///
 /// This is what a surface is at one point; `Material` adds what varies over the surface.
 template <std::floating_point T = float>
@@ -162,10 +162,10 @@ template <std::floating_point T = float>
 }
 
 /// An interface; `eta` is the index behind the geometric normal over that before it. `alpha` is
-/// that of GGX: a smooth interface is what comes of an alpha below `smallest_alpha`, and of an
-/// index so near 1 that light is bent by less than directions can tell (alpha · |eta − 1| below
-/// 1e-4; with eta = 1 roughness changes nothing). `tint`, from 0 to 1, is a factor of refracted
-/// light: that of glass whose colour is in its surface.
+/// that of GGX: the interface is smooth for an alpha below `smallest_alpha`, and for an index so
+/// near 1 that light is bent by less than directions can tell (alpha · |eta − 1| below 1e-4; with
+/// eta = 1 roughness changes nothing). `tint`, from 0 to 1, is a factor of refracted light: that of
+/// glass whose colour is in its surface.
 template <std::floating_point T = float>
 [[nodiscard]] inline Material<T> make_dielectric(double eta, double alpha = 0,
                                                  Masking masking = Masking::height_correlated,

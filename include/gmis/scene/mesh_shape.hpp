@@ -13,7 +13,7 @@ namespace gmis::scene {
 
 /// Light that a surface emits: `radiance` from the side of the geometric normal, or from both.
 struct AreaEmission {
-  glm::dvec3 radiance{1};     ///< per steradian and area
+  glm::dvec3 radiance{1};     ///< per steradian and projected area
   bool is_two_sided = false;  ///< else on the side of the normal alone
 };
 

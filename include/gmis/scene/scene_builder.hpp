@@ -36,7 +36,7 @@ namespace gmis::scene {
 ///     const auto scene = builder.build();
 ///
 /// Every function throws `std::invalid_argument`, naming what is wrong, when a number is not
-/// finite, an index is out of range or a shape is none.
+/// finite, an index is out of range, a shape is invalid or the camera is missing.
 ///
 /// `SceneBuilder<float, MyBsdf>` makes a scene whose surfaces scatter by a BSDF of yours (see
 /// `SurfaceModel`).
@@ -108,7 +108,7 @@ class SceneBuilder {
   }
   /// A point light that shines into a cone around `direction` (any length but 0): with `intensity`
   /// up to the half angle `inner`, falling smoothly to nothing at `outer`; radians, 0 ≤ inner ≤
-  /// outer ≤ π.
+  /// outer ≤ π, outer above 1e-4.
   void add_spot_light(const glm::dvec3& position, const glm::dvec3& direction, const glm::dvec3& intensity,
                       double inner, double outer) {
     check_place(position);
@@ -154,7 +154,7 @@ class SceneBuilder {
     camera_ = camera;
   }
 
-  /// The builder can go on to be used.
+  /// Makes the scene; the builder can be used again.
   [[nodiscard]] Scene build() const {
     const SerialExecutor serial;
     return build(serial);

@@ -130,7 +130,7 @@ class Texture {
     return result.shared();
   }
 
-  /// first · (1 − amount) + second · amount, with an amount cut to [0, 1].
+  /// first · (1 − a) + second · a, a the first channel of `amount`, cut to [0, 1].
   [[nodiscard]] static Handle mix(Handle first, Handle second, Handle amount) {
     const double share = std::clamp(mean_channel(amount->mean_), 0.0, 1.0);
     const glm::dvec3 mean = first->mean_ * (1 - share) + second->mean_ * share;
@@ -209,8 +209,8 @@ class Texture {
     }
   }
 
-  /// How many textures its tree has; one that is in it several times counts as often, for so often
-  /// it is looked up.
+  /// Number of textures in the tree; one that occurs several times counts each time, since each is
+  /// a look-up.
   [[nodiscard]] double size() const noexcept { return size_; }
   /// One value everywhere.
   [[nodiscard]] bool is_constant() const noexcept { return kind_ == Kind::constant; }

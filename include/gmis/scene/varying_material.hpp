@@ -60,7 +60,7 @@ template <std::floating_point T>
   Material<T> result = material;
   result.is_varying = true;
   if (textures.roughness) {
-    // The smallest of all points: what asks for the narrowest lobe gets a bound.
+    // The smallest alpha of all points: a bound for the narrowest lobe.
     const T lowest = std::clamp(textures.roughness->lower().x, T(0), T(1));
     result.alpha = std::max(textures.is_remapped ? std::sqrt(lowest) : lowest, T(smallest_alpha));
   }
