@@ -45,8 +45,8 @@ struct OpenCounts {
   bool techniques = false;   ///< techniques may be left out where the remaining ones make the same path classes
 };
 
-/// The classes to render of which these counts do not make every path: for the paths from delta
-/// lights or for those from all other lights, no technique that is on makes any.
+/// The requested classes that these counts do not cover: no enabled technique makes their paths
+/// from delta lights, or none makes those from the other lights.
 [[nodiscard]] constexpr PathClassSet lacking_classes(const Plan& plan, const SampleCounts& counts) {
   const PathClassSet lacking = PathClassSet::where([&](const PathFeatures& f) {
     for (const bool is_delta : {false, true}) {
@@ -99,7 +99,7 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Pl
   return std::min(named, static_cast<std::uint32_t>(std::clamp(in_time, 1.0, 1e6)));
 }
 
-/// Settings as by default, but for the numbers.
+/// Default settings with the given sampler.
 [[nodiscard]] inline RenderSettings settings_with(Sampler sampler) {
   RenderSettings settings;
   settings.sampler = sampler;

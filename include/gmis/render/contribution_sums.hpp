@@ -22,7 +22,7 @@ namespace gmis {
 
 namespace detail {
 
-/// Adds values to others; to none there, they are copied.
+/// Adds values to a sum; an empty sum counts as zeros.
 inline void add_values(std::vector<double>& sum, const std::vector<double>& values) {
   if (sum.empty()) sum.assign(values.size(), 0.0);
   for (std::size_t i = 0; i < values.size(); ++i) sum[i] += values[i];
@@ -45,7 +45,7 @@ class CropSums {
     const int y = static_cast<int>(pixel / static_cast<std::uint32_t>(width_)) - crop_.lower.y;
     return static_cast<std::size_t>(y * (crop_.upper.x - crop_.lower.x) + x) * static_cast<std::size_t>(channels_);
   }
-  /// Adds a weighted contribution to a sum over the crop; to none there, zeros are made first.
+  /// Adds a weighted contribution to a sum over the crop; an empty sum is filled with zeros first.
   template <Spectrum S>
   void add(std::vector<double>& sum, const Contribution<S>& contribution) const {
     if (sum.empty()) sum = zeros();
@@ -131,7 +131,7 @@ class TechniqueSums {
 /// Pictures of path classes.
 struct ClassPictures {
   std::vector<ClassPicture> classes;  ///< one for each class that has contributed
-  double unattributed_cost = 0.0;     ///< share of operations that no contribution came of
+  double unattributed_cost = 0.0;     ///< share of operations that led to no contribution
 };
 
 /// Sums of the contributions of each path class, over all iterations.

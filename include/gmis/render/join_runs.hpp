@@ -76,12 +76,12 @@ template <Spectrum S>
 
 /// Joins runs of the same scene and request, each with a seed of its own, into one result: the
 /// picture is the mean over the iterations of all, the error is estimated from the parts of all.
-/// `checkpoints`: at least one, of either run's end or of any moment before. `request`: that of the
-/// runs; its seed is ignored, and no rendering is done. `resolution`: of the camera. `properties`:
-/// those of the engines (`EngineMaker::properties`). The iterations
-/// of a run are independent of the iterations of the other runs. Only two things are worse than in
-/// one run with all the iterations: every run spends time on a pilot of its own, and merging's
-/// radius is that of the shorter runs.
+/// `checkpoints`: at least one, each taken at the end of a run or at any moment before. `request`:
+/// that of the runs; its seed is ignored, and no rendering is done. `resolution`: of the camera.
+/// `properties`: those of the engines (`EngineMaker::properties`). The iterations of a run are
+/// independent of the iterations of the other runs. Only two things are worse than in one run with
+/// all the iterations: every run spends time on a pilot of its own, and merging's radius is that of
+/// the shorter runs.
 ///
 /// Times are sums over the runs. The log is that of the longest run, with one point more for all
 /// runs together.

@@ -27,10 +27,9 @@ struct DisksSoFar {
   double squared_bias = 0.0;     ///< of the mean of all iterations, relative; 0 where none is known
 };
 
-/// r_1², from which the disks of the iterations that are left shrink, with the least mean squared
-/// error in the end. The run has `iterations` in all, and those that are left have the disks r_1²
-/// i^(α−1). An iteration has the variance `merging` / r² because of merging, and the bias of a disk
-/// is proportional to r²:
+/// The r_1² with the least mean squared error at the end of the run. The run has `iterations` in
+/// all, and those that are left have the disks r_1² i^(α−1). An iteration has the variance
+/// `merging` / r² because of merging, and the bias of a disk is proportional to r²:
 ///     Σ merging / r_i² / N² + c² (Σ r_i² / N)²,
 /// whose derivative vanishes at one place. Infinite when no bias is known.
 [[nodiscard]] inline double best_first_disk(const DisksSoFar& so_far, double merging, double alpha,

@@ -73,7 +73,7 @@ struct ClassPicture {
 };
 
 /// The part of the picture whose light comes from one group of lights. A picture under other lights
-/// is a sum of such parts, each times what its lights change by.
+/// is a sum of such parts, each times the factor on its lights.
 struct LightPicture {
   std::uint16_t group = 0;  ///< `light_group` of the scene
   Picture picture;          ///< the mean of the iterations

@@ -77,7 +77,7 @@ class RankRound {
   [[nodiscard]] std::span<const IterationResult<S>> iterations() const noexcept { return iterations_; }
 
  private:
-  /// Room for the numbers of an iteration: with as many rejected paths as are kept.
+  /// Bytes reserved for the numbers of an iteration, with all rejected paths that are kept.
   static constexpr std::size_t numbers_size =
       sizeof(IterationResult<S>) + RejectionLog::capacity * sizeof(RejectedPath) + 64;
 

@@ -22,7 +22,7 @@ struct RenderSummary {
   StopReason stopped_by = StopReason::iterations;  ///< why the run ended
   std::vector<std::uint64_t> joined_seeds;         ///< of runs that were joined (`join_runs`), else empty
   std::uint32_t iterations = 0;                    ///< in the picture: not those of a pilot
-  double wall_seconds = 0.0;                       ///< of iterations and of estimates of the error
+  double wall_seconds = 0.0;                       ///< of the pilot, the iterations and the estimates of the error
   double cpu_seconds = 0.0;                        ///< of all threads of the process, in the same time
   PhaseSeconds phases;                             ///< wall time by phase
   ImageEstimate estimate;                          ///< mean, variance and error of the picture

@@ -96,7 +96,7 @@ class RenderRun {
   /// Iterations and wall time so far. The error in it is known when it was estimated after the
   /// latest iteration.
   [[nodiscard]] const RunState& progress() const noexcept { return made_.state; }
-  /// Processor time so far, of iterations and of estimates of the error.
+  /// Processor time so far: of the pilot, the iterations and the estimates of the error.
   [[nodiscard]] double cpu_seconds() const noexcept { return made_.cpu_seconds; }
   /// The film so far, of the rows of this rank.
   [[nodiscard]] const Film<S>& film() const noexcept { return made_.film; }
@@ -168,8 +168,8 @@ class RenderRun {
 
   /// Copies the state of the engine into the record.
   GMIS_RARE void note_engine();
-  /// Once, after the second iteration, or the second that learns nothing: the first one has a
-  /// pilot, and measures light trees, too. The seconds are those of that iteration.
+  /// Once, after the second iteration: the first one includes the pilot and measures light trees.
+  /// The seconds are those of the second iteration.
   GMIS_RARE void update_forecast(double cpu_seconds, double wall_seconds);
 
   /// Rejects a part of a run that cannot be rendered by itself.

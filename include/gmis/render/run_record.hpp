@@ -60,7 +60,7 @@ struct RunRecord : PixelSums<S> {
   std::optional<Choice> choice;        ///< of a pilot that has finished
   LightUse lights;                     ///< of the iterations so far
   std::optional<PriceTable> forecast;  ///< prices by the choice
-  ErrorLaw expected_law;               ///< what is known of it before the run
+  ErrorLaw expected_law;               ///< as known before the run
   double radius = 0.0;                 ///< r_1 of the iterations to come; 0: merging is off
   std::size_t photon_bytes = 0;        ///< memory of the stored light vertices
 

@@ -61,7 +61,7 @@ class ThreadExecutor {
   void stop_when(const std::atomic<bool>* stop) noexcept {
     stop_ = stop;
   }
-  /// True after `stop`.
+  /// True while the flag of `stop_when` is set.
   [[nodiscard]] bool is_stopped() const noexcept {
     return stop_ != nullptr && stop_->load(std::memory_order_relaxed);
   }

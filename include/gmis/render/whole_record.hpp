@@ -9,7 +9,7 @@
 namespace gmis {
 
 /// The record of a rank while it has other pixels, those of all ranks, in place of its own rows.
-/// Batches are other ones only where `pixels` have any.
+/// Batches are lent only where `pixels` have them.
 /// The record gets its own rows back at the end, so that nothing else of it is copied; there is one
 /// such loan at a time. Without other pixels it keeps its own.
 template <Spectrum S>

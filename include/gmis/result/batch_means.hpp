@@ -26,8 +26,8 @@ namespace gmis {
 /// iteration on, and their lengths differ by one at most. Memory: 2 floats per pixel, channel and
 /// replication.
 ///
-/// Runs that are independent of each other can be joined (`join`). Their parts, replications or
-/// batches and what has come since the last batch, are then the batches, at most `capacity` of
+/// Runs that are independent of each other can be joined (`join`). Their parts (replications, or
+/// batches and the iterations since the last batch) then become the batches, at most `capacity` of
 /// them, none less than half as long as the longest.
 template <Spectrum S>
 class BatchMeans {
@@ -62,7 +62,7 @@ class BatchMeans {
   }
 
   /// Takes in all iterations of another run of the same size, which must be independent of those
-  /// here. Neither run can add iterations afterwards. The shortest parts of both are put together,
+  /// here. No iterations can be added here afterwards. The shortest parts of both are put together,
   /// by their lengths alone, until there are few enough and none is short.
   void join(const BatchMeans& other) {
     std::vector<Part> parts;
@@ -132,7 +132,7 @@ class BatchMeans {
   }
   /// Pixels times channels.
   [[nodiscard]] std::size_t value_count() const noexcept { return current_.size(); }
-  /// The mean image of a batch, channel after channel, pixel after pixel; for independent
+  /// The mean image of a batch, pixel after pixel with the channels side by side; for independent
   /// iterations, not for replications.
   [[nodiscard]] std::span<const float> batch(std::size_t index) const noexcept { return batches_[index]; }
   /// One value of the mean image of a batch of either kind.

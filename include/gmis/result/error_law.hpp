@@ -17,7 +17,7 @@ namespace gmis {
 /// `merging` · i^(1−α): what merging adds is inversely proportional to the area of its disk, which
 /// shrinks like i^(α−1). The squared error is
 ///     (independent · N + merging · Σ_{i ≤ N} i^(1−α)) / N²,
-/// which falls with a slope between −1/2 and −α/2. Merging's bias is not in it.
+/// and the error falls with a slope between −1/2 and −α/2. Merging's bias is not in it.
 ///
 /// With low-discrepancy numbers (`Sampler::sobol`) a part of it falls by half an order faster once
 /// a replication has more than one iteration: the squared error is that above times 1 − e (1 − √(R
@@ -97,7 +97,7 @@ struct ErrorLaw {
 /// forecast, or nothing but α and the evenness (both parts 0). The evenness stays: in a log it
 /// looks like less merging.
 ///
-/// Points of a log know of each other and are few: from N iterations, the found share of merging
+/// Points of a log are correlated and few: from N iterations, the found share of merging
 /// has the weight N / (N + 64), and the expected share has the rest. An error above the expected
 /// one has come with rare samples that were not known, and counts as independent. Where the error
 /// is in doubt (it has no interval) rare samples rule it: those that are met one after the other

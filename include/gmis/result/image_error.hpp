@@ -8,7 +8,8 @@
 
 namespace gmis {
 
-/// Added to the squared value that a squared error is divided by, so that dark pixels do not rule.
+/// Added to the squared value that a squared error is divided by, so that dark pixels do not
+/// dominate.
 inline constexpr double relative_error_floor = 0.01;
 
 /// Number of worst pixels that are left out of a trimmed figure: 0.1 %, rounded down.

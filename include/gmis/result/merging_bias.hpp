@@ -24,15 +24,15 @@ namespace gmis {
 /// ∓g(x/r), and the ratio √(∫ g(t)² dt / ∫ (g(t) − g(2 t))² dt).
 inline constexpr double bias_of_change_at_edge = 2.0802;
 
-/// `bias_of_change_at_edge`, but where the light is smooth: the bias of a disk is proportional to
-/// the square of its radius to first order [Hachisuka et al. 2010, eq. 6], so that three quarters
-/// of it are gone at half the radius.
+/// The ratio of `bias_of_change_at_edge` where the light is smooth: the bias of a disk is
+/// proportional to the square of its radius to first order [Hachisuka et al. 2010, eq. 6], so that
+/// three quarters of it are gone at half the radius.
 inline constexpr double bias_of_change_when_smooth = 4.0 / 3.0;
 
-/// `bias_of_change_at_edge`, but for the mean over a whole image. In the midst of a flat surface a
-/// disk only moves light, which leaves the mean as it is; light is lost or added within one radius
-/// of where a surface, or what is seen of it, ends. That is in proportion to the radius, so that
-/// half of it is gone at half the radius.
+/// The ratio of `bias_of_change_at_edge` for the mean over a whole image. In the midst of a flat
+/// surface a disk only moves light, which leaves the mean as it is; light is lost or added within
+/// one radius of where a surface, or what is seen of it, ends. That is in proportion to the radius,
+/// so that half of it is gone at half the radius.
 inline constexpr double bias_of_change_of_mean = 2.0;
 
 /// The bias of merging over a whole image, as a relative error.

@@ -38,8 +38,8 @@ struct RowsAround {
 
 /// The mean around a pixel without one part of the run, by a tent, cut at the borders of the image:
 /// the smallest one, from 3 to 33 pixels wide, whose square holds `enough_light` times what the
-/// part adds to the pixel. In less light than that it is chance whether samples of the same kind
-/// have been met around; further away the picture is another one. `mean`: of all parts.
+/// part adds to the pixel. With less light the square may contain no comparable samples; a larger
+/// one covers other parts of the picture. `mean`: of all parts.
 template <Spectrum S>
 [[nodiscard]] Neighbourhood neighbourhood_without(const RunParts<S>& parts, std::span<const double> mean,
                                                   const RowsAround& rows_around, std::size_t index, std::size_t part) {
@@ -84,11 +84,11 @@ struct RareSample {
 /// places are than the means around.
 ///
 /// Rare samples fall where their light is: in the bright places of a neighbourhood, which are
-/// brighter than its mean. How much brighter, the other parts tell at the very same pixels; by few
-/// samples of their own in each pixel, but without bias, so all pixels with squares of the same
-/// size tell it together: Σ ω (mean of the others there) / Σ ω (mean around), with ω the share of
-/// the sample in the squared relative error. The excess of this quotient over 1 is multiplied by n
-/// / (n + 20), n = (Σ y)² / Σ y² the effective number of the terms y of the upper sum (20 by
+/// brighter than its mean. The other parts show at the same pixels how much brighter: from few
+/// samples in each pixel, but without bias, so that the sums run over all pixels with squares of
+/// the same size: Σ ω (mean of the others there) / Σ ω (mean around), with ω the share of the
+/// sample in the squared relative error. The excess of this quotient over 1 is multiplied by n /
+/// (n + 20), n = (Σ y)² / Σ y² the effective number of the terms y of the upper sum (20 by
 /// calibration).
 struct BrightnessSums {
   using Numbers = std::array<double, neighbourhood_reaches.size()>;

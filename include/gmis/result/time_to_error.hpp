@@ -60,8 +60,8 @@ namespace detail {
 }
 
 /// A time at an iteration count: on the line between the two points around it, and beyond the last
-/// point on the line through that and the latest one of at most half its iterations, since what a
-/// run begins with is not what goes on.
+/// point on the line through that and the latest one of at most half its iterations, since the
+/// beginning of a run is not typical of the rest.
 [[nodiscard]] inline double time_at(std::span<const ConvergencePoint> log, double iterations,
                                     double ConvergencePoint::*time) {
   const auto count_at = [&](std::size_t i) { return static_cast<double>(log[i].iteration); };
@@ -83,8 +83,8 @@ namespace detail {
 
 /// The prices of errors before a run, by the law that a choice of counts forecasts
 /// (`expected_law`). `begun`: what the run has taken so far, pilot included. `later`: what a later
-/// part takes, in which iterations are as they will be. An error that fewer iterations than those
-/// begun with would have reached takes its share of their time.
+/// part takes, with iterations like those to come. An error that is reached within the iterations
+/// of `begun` costs its share of their time.
 GMIS_RARE [[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, const WorkDone& begun,
                                                           const WorkDone& later,
                                                           std::span<const double> errors = PriceTable::usual_errors) {
@@ -101,9 +101,9 @@ GMIS_RARE [[nodiscard]] inline PriceTable forecast_prices(const ErrorLaw& law, c
 
 /// The prices of errors from the log of a run. An error that the log came down to for good is
 /// reached: its price is read between two points. The others are predicted by the law fitted to
-/// errors over *iterations* (time is what other programs on the machine change). `expected`: the
-/// law as far as it was known before the run; by its α = 1 nothing merges. Points before iteration
-/// 8 say too little about themselves to take part. Nothing without a point from there on with an
+/// errors over *iterations*: other programs on the machine change the times. `expected`: the law as
+/// far as it was known before the run; α = 1 says that nothing merges. Points before iteration 8
+/// say too little about themselves to take part. Nothing without a point from there on with an
 /// error above 0.
 GMIS_RARE [[nodiscard]] inline std::optional<PriceTable> price_table(
     std::span<const ConvergencePoint> log, std::span<const double> errors = PriceTable::usual_errors,
@@ -114,7 +114,7 @@ GMIS_RARE [[nodiscard]] inline std::optional<PriceTable> price_table(
   PriceTable table{{}, fit_error_law(course, expected, !log.back().interval)};
   for (const double error : errors) {
     const std::optional<double> reached = seconds_until(course, error);
-    // What is not reached lies ahead, wherever the law passes the last point.
+    // An error that is not reached lies ahead, wherever the law passes the last point.
     const double iterations =
         reached ? *reached : std::max(course.back().seconds, table.law.iterations_to_reach(error));
     Price price{error, std::ceil(iterations), 0.0, 0.0, reached.has_value()};
