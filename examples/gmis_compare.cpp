@@ -31,21 +31,21 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
       ->delimiter(',');
   app.add_option("--time", raw.seconds,
                  "Processor seconds for every integrator and seed (10, if --error is not given)");
-  app.add_option("--error", raw.error, "Stop a run when its error against the reference is so small");
+  app.add_option("--error", raw.error, "Stop a run when its error against the reference has fallen to this value");
   app.add_option("--seeds", request.seeds, "Runs of every integrator (3)")->check(CLI::Range(1, 1000));
   app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)");
   app.add_option("--seed", request.settings.seed, "The first seed (0)");
   app.add_option("--threads", request.settings.threads, "Threads (all cores)")->check(CLI::Range(1, 4096));
   app.add_option("--max-depth", request.settings.max_depth, "Most segments of a path (16)")->check(CLI::Range(1, 256));
   app.add_option("--radius", raw.radius,
-                 "Merging radius in pixel widths, or with a u behind in scene units (0.4 pixel widths)");
+                 "Merging radius in pixel widths, or with the suffix u in scene units (0.4 pixel widths)");
   app.add_option("--alpha", request.settings.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)")
       ->check(CLI::Range(0.01, 1.0));
   app.add_option("--light-paths", request.settings.light_paths, "Light trees per pixel (1)")
       ->check(CLI::Range(0.001, 1000.0));
-  app.add_option("--reference", request.reference, "The true image, .exr or .pfm (made by a long run and kept in DIR)");
+  app.add_option("--reference", request.reference, "The true image, .exr or .pfm (made by a long run and kept in the folder of --out)");
   app.add_option("--reference-integrator", raw.reference_integrators,
-                 "What makes the references (bpt): one for all scenes, or one for each with commas between")
+                 "Integrator of the references (bpt): one for all scenes, or one for each with commas between")
       ->delimiter(',');
   app.add_option("--reference-time", raw.reference_seconds, "Processor seconds for making it (10 times --time)");
   app.add_option("--out", request.folder, "Folder for report.html, report.md and the logs (out/compare)");
@@ -83,7 +83,7 @@ void write_report(const Comparison& comparison, const std::filesystem::path& fol
 
 int run(ComparisonRequest request, const std::string& figure) {
   std::filesystem::create_directories(request.folder);
-  if (!has_gnuplot()) std::fprintf(stderr, "gmis-compare: gnuplot is not here: the report will have no curves\n");
+  if (!has_gnuplot()) std::fprintf(stderr, "gmis-compare: gnuplot was not found: the report will have no curves\n");
   ThreadedExecutor executor(request.settings.threads);
   request.load = [](const std::filesystem::path& file, ComparisonRequest::Size size) { return load_scene(file, size); };
   request.interrupted = &interrupt_flag();

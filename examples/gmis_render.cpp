@@ -52,7 +52,7 @@ enum ExitCode : int { done = 0, failed = 1, bad_input = 2 };
 void check_outputs(const Options& options) {
   if (options.denoise && !has_denoiser())
     throw InputError(
-        "--denoise: this program is built without Open Image Denoise: install it and build anew, or give a denoiser "
+        "--denoise: this program is built without Open Image Denoise: install it and rebuild, or give a denoiser "
         "what --aov layers writes");
   for (const auto& output : options.outputs) require_writable_format(output);
   const auto require_folder = [](const std::filesystem::path& file, const char* option) {
@@ -189,8 +189,8 @@ void print_summary(const RenderResult& result, const RenderRequest& request, con
 void print_distrust(const RenderResult& result, double largest_share) {
   const gmis::Counters& counters = result.counters;
   std::fprintf(stderr,
-               "gmis-render: %llu of %llu contributions were left out, %llu of them not finite, %llu negative, %llu of "
-               "density zero: more than %g %%, the picture cannot be trusted",
+               "gmis-render: the picture cannot be trusted: %llu samples were rejected for %llu contributions (%llu not "
+               "finite, %llu negative, %llu of density zero), and the limit is %g %%",
                static_cast<unsigned long long>(counters.rejected()),
                static_cast<unsigned long long>(counters.contributions),
                static_cast<unsigned long long>(counters.rejected_non_finite),
@@ -235,11 +235,11 @@ int print_check(const std::filesystem::path& file, const LoadOptions& load, bool
     const std::size_t said = diagnostics.all().size();
     if (!is_quiet && said == 0) std::printf("%s: all of it is understood\n", file.c_str());
     if (!is_quiet && said > 0)
-      std::printf("%s: can be rendered, but for what is said above (%zu)\n", file.c_str(), said);
+      std::printf("%s: can be rendered; %zu warnings above\n", file.c_str(), said);
     return done;
   }
-  std::fprintf(stderr, "gmis-render: %s: %zu %s not understood\n", file.c_str(), errors,
-               errors == 1 ? "thing is" : "things are");
+  std::fprintf(stderr, "gmis-render: %s cannot be rendered: %zu %s\n", file.c_str(), errors,
+               errors == 1 ? "error" : "errors");
   return bad_input;
 }
 
@@ -276,7 +276,7 @@ void keep_freed_memory() {
 
 int run(Options options, const gmis::RanksRef& ranks) {
   if (ranks.count() > 1 && (options.check || options.replay || options.resume_files.size() > 1 || options.part))
-    throw InputError("one rank alone does --check, --replay and --iterations FIRST..LAST/OF, and joins runs");
+    throw InputError("--check, --replay, --iterations FIRST..LAST/OF and joining runs need a single rank");
   if (options.list_scenes) {
     for (const std::string& name : built_in_scene_names())
       std::printf("%-10s  %s\n", name.c_str(), line_of_scene(name).c_str());
@@ -434,7 +434,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
   if (!options.quiet) print_summary(result, request, plan, written, facts.error);
   const auto is_png = [](const std::filesystem::path& file) { return file.extension() == ".png"; };
   if (!options.quiet && !options.exposure && std::any_of(written.begin(), written.end(), is_png))
-    std::printf("exposure of .png: %.2f, by the picture (see --exposure)\n",
+    std::printf("exposure of .png: %.2f, chosen from the picture (see --exposure)\n",
                 static_cast<double>(std::log2(extras.exposure)));
   const auto is_black = [](const Image& image) {
     return std::all_of(image.rgb.begin(), image.rgb.end(), [](float value) { return value == 0; });
@@ -443,7 +443,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
     std::fprintf(
         stderr,
         "gmis-render: the picture is black: surfaces enclose the camera, and no light was found inside; move the "
-        "camera, or put a light there\n");
+        "camera, or put a light inside\n");
   if (options.list_rejected)
     std::fputs(rejected_text(result.rejected_paths, scene.scene().camera().resolution()).c_str(), stdout);
   if (!failures.first().empty()) std::fprintf(stderr, "gmis-render: %s\n", failures.first().c_str());
@@ -461,7 +461,7 @@ int gmis::tools::render_program(int argc, char** argv, const RanksRef& ranks) {
   try {
     if (!processor_has_instruction_set())
       throw std::runtime_error("compiled for " + std::string(instruction_set) +
-                               ", which this processor is not: configure with -DGMIS_ISA=x86-64, or take ./run --isa "
+                               ", whose instructions this processor lacks: configure with -DGMIS_ISA=x86-64, or take ./run --isa "
                                "x86-64 path gmis-render");
     const std::optional<Options> options = parse_command_line(argc, argv);
     return options ? run(*options, ranks) : done;

@@ -87,7 +87,7 @@ TEST_CASE("Bad usage: exit code 2 and one line that says what to change") {
       {"cornell --radius 0", "above 0"},
       {"cornell --radius nan", "above 0"},
       {"cornell --radius inf", "above 0"},
-      {"cornell --radius 3m", "in pixel widths, or with a u behind"},
+      {"cornell --radius 3m", "in pixel widths, or with the suffix u"},
       {"cornell --alpha 0", "--alpha"},
       {"cornell --alpha 1.5", "--alpha"},
       {"cornell --light-paths -1", "above 0"},
@@ -583,7 +583,7 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   std::ofstream(folder / "note.pbrt") << "Sampler \"halton\"\nWorldBegin\nShape \"sphere\"\n";
   const Outcome with_a_note = run(folder, "note.pbrt --check");
   CHECK(with_a_note.exit_code == 0);
-  CHECK(with_a_note.out.find("note.pbrt: can be rendered, but for what is said above") != std::string::npos);
+  CHECK(with_a_note.out.find("note.pbrt: can be rendered; 1 warning") != std::string::npos);
   const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --lenient");
   CHECK(warned.exit_code == 0);
   CHECK(warned.err.find("odd.pbrt:1: note: ") != std::string::npos);

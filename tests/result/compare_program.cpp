@@ -80,7 +80,7 @@ TEST_CASE("The curves of all scenes as one picture") {
   const ScratchFolder folder;
   const Outcome drawn =
       run(folder, "cornell paper2 --integrators pt,vcm --size 8x6 --time 0.05 --seeds 1 --out here --figure all.svg");
-  if (drawn.err.find("gnuplot is not here") != std::string::npos) {
+  if (drawn.err.find("gnuplot was not found") != std::string::npos) {
     CHECK(drawn.exit_code == 2);
     CHECK(drawn.err.find("--figure all.svg") != std::string::npos);
     return;

@@ -150,6 +150,6 @@ class ThreadExecutor {
   const std::atomic<bool>* stop_ = nullptr;  // written between loops only
 };
 
-static_assert(Executor<ThreadExecutor>);
+static_assert(StoppableExecutor<ThreadExecutor>);
 
 }  // namespace gmis

@@ -64,7 +64,8 @@ requires AnyProposal<P, Source> && HasPdf<P, ValueOf<P, Source>>
         continue;
       }
       double sum = 0.0;
-      for (const P& proposal : result.proposals) sum += static_cast<double>(proposal.pdf(x));
+      for (std::size_t k = 0; k < t; ++k) sum += static_cast<double>(result.proposals[k].pdf(x));
+      sum += own;
       result.density_evaluations += result.proposals.size();
       double value = static_cast<double>(f(x));
       if (!std::isfinite(value)) {

@@ -29,8 +29,10 @@ struct SelfNormalisedEstimate {
   std::uint64_t density_evaluations = 0;  ///< of proposals
   Rejected rejected{};                    ///< samples that count as zero, by cause
 
-  /// Standard error of mean i, by the delta method. `covariance` must hold a value.
-  [[nodiscard]] double standard_error(std::size_t i) const noexcept { return std::sqrt((*covariance)[i][i]); }
+  /// Standard error of mean i, by the delta method; nothing for a single round.
+  [[nodiscard]] std::optional<double> standard_error(std::size_t i) const noexcept {
+    return covariance ? std::optional(std::sqrt((*covariance)[i][i])) : std::nullopt;
+  }
 };
 
 /// The sums of self-normalised estimates: one `add` a sample, one `close_round` a round. Rounds
