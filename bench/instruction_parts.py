@@ -15,21 +15,21 @@ PROGRAM = "the program itself"
 SIZE = 64
 ITERATIONS = 8
 PARTS = [  # name, files below include/gmis/
-    ("rays: tree, packets", r"scene/(bvh|packets|lanes)\.hpp"),
-    ("hits and offsets", r"scene/(bvh_scene|edge_margin|surface_coordinates)\.hpp|core/interaction\.hpp|transport/walk/first_hit\.hpp"),
+    ("rays: tree, packets", r"scene/(bvh|packets|lanes|box)\.hpp|core/axis_lanes\.hpp"),
+    ("hits and offsets", r"scene/(bvh_scene|edge_margin|surface_coordinates|position_error)\.hpp|core/interaction\.hpp|transport/state/first_hit\.hpp"),
     ("random numbers", r"core/(random|wyrand|sobol_numbers)\.hpp"),
     ("weights", r"transport/weights/|core/extended\.hpp"),
     ("BSDF", r"scene/(bsdf|material|fresnel|microfacet|rough_dielectric|either_bsdf|varying_material|texture)\.hpp"),
-    ("lights", r"scene/(light|alias_table|spot_cone|environment_map)\.hpp|core/light_choice\.hpp"),
+    ("lights", r"scene/(light[a-z_]*|alias_table|spot_cone|environment_map|emission_pattern)\.hpp|core/light_choice\.hpp|transport/emission/"),
     ("camera", r"scene/camera\.hpp"),
-    ("scatter", r"transport/(walk/)?scatter\.hpp"),
-    ("next event", r"transport/(techniques/)?next_event\.hpp"),
-    ("connect", r"transport/(techniques/)?connect\.hpp"),
-    ("merge", r"transport/(techniques/)?merge\.hpp"),
-    ("splat, emitter hit", r"transport/(techniques/)?(splat|emitter_hit)\.hpp"),
-    ("photons: cache, grid", r"transport/(photons/)?(light_vertex_(cache|grid)|fit)\.hpp"),
-    ("walks", r"transport/(walk/)?(camera_subpath|light_tree|vertex|context|children|split|light_subpath)\.hpp"),
-    ("engine, film", r"transport/(engine|output/|[a-z_]*output|film)|result/"),
+    ("scatter", r"transport/state/scatter\.hpp"),
+    ("next event", r"transport/techniques/next_event\.hpp"),
+    ("connect", r"transport/techniques/connect\.hpp"),
+    ("merge", r"transport/techniques/merge\.hpp"),
+    ("splat, emitter hit", r"transport/techniques/(splat|emitter_hit)\.hpp"),
+    ("photons: cache, grid", r"transport/photons/"),
+    ("walks", r"transport/(walk|context|splitting)/|transport/state/(vertex|sample_counts|path_filter|path_class)\.hpp"),
+    ("engine, film", r"transport/(engine|state)/|result/"),
 ]
 MATCHERS = [(name, re.compile(files)) for name, files in PARTS]
 

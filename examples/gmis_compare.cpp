@@ -43,7 +43,8 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
       ->check(CLI::Range(0.01, 1.0));
   app.add_option("--light-paths", request.settings.light_paths, "Light trees per pixel (1)")
       ->check(CLI::Range(0.001, 1000.0));
-  app.add_option("--reference", request.reference, "The true image, .exr or .pfm (made by a long run and kept in the folder of --out)");
+  app.add_option("--reference", request.reference,
+                 "The true image, .exr or .pfm (made by a long run and kept in the folder of --out)");
   app.add_option("--reference-integrator", raw.reference_integrators,
                  "Integrator of the references (bpt): one for all scenes, or one for each with commas between")
       ->delimiter(',');

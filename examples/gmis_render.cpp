@@ -188,14 +188,14 @@ void print_summary(const RenderResult& result, const RenderRequest& request, con
 /// One line: how much was left out, and how to look into it.
 void print_distrust(const RenderResult& result, double largest_share) {
   const gmis::Counters& counters = result.counters;
-  std::fprintf(stderr,
-               "gmis-render: the picture cannot be trusted: %llu samples were rejected for %llu contributions (%llu not "
-               "finite, %llu negative, %llu of density zero), and the limit is %g %%",
-               static_cast<unsigned long long>(counters.rejected()),
-               static_cast<unsigned long long>(counters.contributions),
-               static_cast<unsigned long long>(counters.rejected_non_finite),
-               static_cast<unsigned long long>(counters.rejected_negative),
-               static_cast<unsigned long long>(counters.rejected_zero_pdf), 100.0 * largest_share);
+  std::fprintf(
+      stderr,
+      "gmis-render: the picture cannot be trusted: %llu samples were rejected for %llu contributions (%llu not "
+      "finite, %llu negative, %llu of density zero), and the limit is %g %%",
+      static_cast<unsigned long long>(counters.rejected()), static_cast<unsigned long long>(counters.contributions),
+      static_cast<unsigned long long>(counters.rejected_non_finite),
+      static_cast<unsigned long long>(counters.rejected_negative),
+      static_cast<unsigned long long>(counters.rejected_zero_pdf), 100.0 * largest_share);
   if (!result.rejected_paths.empty())
     std::fprintf(stderr, "; --replay %s shows the first path", text_of(result.rejected_paths.front().path).c_str());
   std::fprintf(stderr, "\n");
@@ -234,8 +234,7 @@ int print_check(const std::filesystem::path& file, const LoadOptions& load, bool
   if (errors == 0) {
     const std::size_t said = diagnostics.all().size();
     if (!is_quiet && said == 0) std::printf("%s: all of it is understood\n", file.c_str());
-    if (!is_quiet && said > 0)
-      std::printf("%s: can be rendered; %zu warnings above\n", file.c_str(), said);
+    if (!is_quiet && said > 0) std::printf("%s: can be rendered; notes and warnings above: %zu\n", file.c_str(), said);
     return done;
   }
   std::fprintf(stderr, "gmis-render: %s cannot be rendered: %zu %s\n", file.c_str(), errors,
@@ -460,9 +459,10 @@ int gmis::tools::render_program(int argc, char** argv, const RanksRef& ranks) {
   };
   try {
     if (!processor_has_instruction_set())
-      throw std::runtime_error("compiled for " + std::string(instruction_set) +
-                               ", whose instructions this processor lacks: configure with -DGMIS_ISA=x86-64, or take ./run --isa "
-                               "x86-64 path gmis-render");
+      throw std::runtime_error(
+          "compiled for " + std::string(instruction_set) +
+          ", whose instructions this processor lacks: configure with -DGMIS_ISA=x86-64, or take ./run --isa "
+          "x86-64 path gmis-render");
     const std::optional<Options> options = parse_command_line(argc, argv);
     return options ? run(*options, ranks) : done;
   } catch (const InputError& error) {

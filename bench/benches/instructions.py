@@ -1,6 +1,6 @@
 """Instructions an iteration of all integrators and error an iteration of pt, bpt and vcm on svcm0
-and svcm1 (128×128, 10 segments), beside the figures of SmallVCM for the same settings
-(tests/program/reference/README.md).
+and svcm1 (128×128, 10 segments), beside the figures of SmallVCM for the same settings, which are
+kept in this file.
 
 Instructions, counted by callgrind, because seconds differ from machine to machine: the difference
 between runs of 3 and of 1 iterations, so that reading the scene and building its tree do not count.

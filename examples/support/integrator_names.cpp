@@ -71,7 +71,7 @@ RadiusChoice radius_of(const std::string& text) {
   const auto value = positive_number_of(text.data(), text.data() + text.size() - (is_in_scene_units ? 1 : 0));
   if (!value)
     throw InputError("--radius " + in_quotes(text) +
-                     " must be a number above 0, in pixel widths, or with a u behind, such as 0.01u, in scene units");
+                     " must be a number above 0, in pixel widths, or with the suffix u, such as 0.01u, in scene units");
   return {*value, is_in_scene_units};
 }
 

@@ -122,7 +122,7 @@ struct RawOptions {
 };
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
-  app.add_option("scene", options.scene, "A .pbrt file or the name of a built-in scene");
+  app.add_option("scene", options.scene, "A .pbrt, .gltf or .glb file, or the name of a built-in scene");
   app.add_flag("--list-scenes", options.list_scenes, "Print the built-in scenes, a line each");
   app.add_option("--integrator", raw.integrator,
                  "auto (what the scene calls for and what pays in it; the default), pt, lt, bpt, ppm, bpm, vcm or gmis")
@@ -141,9 +141,10 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)")->type_name("WIDTHxHEIGHT");
   app.add_option("--max-depth", options.max_depth, "Most segments of a path, 1 to 256 (16); 2 is direct light")
       ->type_name("NUMBER");
-  app.add_option("--radius", raw.radius,
-                 "Merging radius of the first iteration in pixel widths, or with a u behind in scene units (0.4 pixel "
-                 "widths; with local counts 3.2)")
+  app.add_option(
+         "--radius", raw.radius,
+         "Merging radius of the first iteration in pixel widths, or with the suffix u in scene units (0.4 pixel "
+         "widths; with local counts 3.2)")
       ->type_name("NUMBER");
   app.add_option("--alpha", options.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)")->type_name("NUMBER");
   app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto and gmis choose)")
@@ -430,7 +431,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
         "--iterations FIRST..LAST/OF needs --checkpoint, which --resume joins, and excludes --time and --error");
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
   if (!options.list_scenes && options.scene.empty())
-    throw InputError("name a scene: a .pbrt file or one that --list-scenes prints; see --help");
+    throw InputError("name a scene: a .pbrt, .gltf or .glb file, or one that --list-scenes prints; see --help");
   return options;
 }
 

@@ -66,7 +66,7 @@ TEST_CASE("self-normalised: means, stated covariance and effective sample size",
     for (std::size_t i = 0; i < 2; ++i) {
       const double exact_error = std::sqrt(static_cast<double>(covariance(i, i)) / rounds);
       CHECK(test::normal_p_value((estimate.mean[i] - static_cast<double>(mu[i])) / exact_error) > level);
-      CHECK(estimate.standard_error(i) == Approx(exact_error).epsilon(0.06));
+      CHECK(estimate.standard_error(i).value() == Approx(exact_error).epsilon(0.06));
     }
     CHECK((*estimate.covariance)[0][1] * rounds ==
           Approx(static_cast<double>(covariance(0, 1)))
@@ -94,9 +94,11 @@ TEST_CASE("self-normalised: log targets, single rounds, faults", "[mis]") {
   const auto h = [](const glm::dvec3& x) { return std::array<double, 3>{x.x, x.y, x.z}; };
   const auto estimate = gmis::estimate_self_normalised(target, h, proposals, Counts{2, 2}, 5000, source);
   for (std::size_t i = 0; i < 3; ++i)
-    CHECK(test::normal_p_value((estimate.mean[i] - std::array{0.2, -0.1, 0.3}[i]) / estimate.standard_error(i)) > 1e-5);
+    CHECK(test::normal_p_value((estimate.mean[i] - std::array{0.2, -0.1, 0.3}[i]) /
+                               estimate.standard_error(i).value()) > 1e-5);
   const auto one = gmis::estimate_self_normalised(target, h, proposals, Counts{2, 2}, 1, source);
   CHECK_FALSE(one.covariance.has_value());
+  CHECK_FALSE(one.standard_error(0).has_value());
   const auto broken = [](const glm::dvec3& x) { return x.x > 0.0 ? std::nan("") : 1.0; };
   const auto counted = gmis::estimate_self_normalised(broken, h, proposals, Counts{1, 1}, 100, source);
   CHECK(counted.rejected.non_finite_integrand > 20);
@@ -348,6 +350,23 @@ TEST_CASE("adaptive MIS: mean, bias and stated error by all outcomes", "[mis]") 
     CHECK(std::abs(scaled[2]) < 2.0 * std::abs(scaled[1]));  // falls as the number of samples doubles
     CHECK(std::abs(scaled[2]) > 0.5 * std::abs(scaled[1]));
   }
+}
+
+TEST_CASE("adaptive proposals: each evaluation of a density is counted once", "[mis]") {
+  struct Counting {  // uniform, but for a third of the samples, whose density is 0
+    std::uint64_t* calls;
+    double sample(gmis::Philox& source) const { return gmis::uniform<double>(source); }
+    double pdf(double x) const {
+      ++*calls;
+      return x < 1.0 / 3.0 ? 0.0 : 1.0;
+    }
+  };
+  gmis::Philox source(gmis_test::seed(97));
+  std::uint64_t calls = 0;
+  const auto keep = [&](auto, auto) { return Counting{&calls}; };
+  const auto result = gmis::estimate_adaptive([](double) { return 1.0; }, Counting{&calls}, 20, 4, keep, source);
+  CHECK(result.rejected.zero_density > 0);
+  CHECK(result.density_evaluations == calls);
 }
 
 TEST_CASE("chosen groups: the best of all partitions, by brute force", "[mis]") {

@@ -577,13 +577,13 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   CHECK(checked.exit_code == 2);
   CHECK(checked.out.find("odd.pbrt:1: note: ") != std::string::npos);
   CHECK(checked.out.find("odd.pbrt:3: error: the directive \"Foo\"") != std::string::npos);
-  CHECK(checked.err.find("1 thing is not understood") != std::string::npos);
+  CHECK(checked.err.find("cannot be rendered: 1 error") != std::string::npos);
   CHECK_FALSE(fs::exists(folder / "b.pfm"));
   CHECK(run(folder, "cornell --check").exit_code == 0);
   std::ofstream(folder / "note.pbrt") << "Sampler \"halton\"\nWorldBegin\nShape \"sphere\"\n";
   const Outcome with_a_note = run(folder, "note.pbrt --check");
   CHECK(with_a_note.exit_code == 0);
-  CHECK(with_a_note.out.find("note.pbrt: can be rendered; 1 warning") != std::string::npos);
+  CHECK(with_a_note.out.find("note.pbrt: can be rendered; notes and warnings above: 1\n") != std::string::npos);
   const Outcome warned = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm --lenient");
   CHECK(warned.exit_code == 0);
   CHECK(warned.err.find("odd.pbrt:1: note: ") != std::string::npos);

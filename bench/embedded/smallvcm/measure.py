@@ -22,7 +22,7 @@ here = pathlib.Path(__file__).resolve().parent
 root = here.parents[2]
 A_FILE = "src/scene.hxx"
 DOCUMENT = "docs/smallvcm.md"
-# In the order of SmallVCM's numbers; the names are those of bench/smallvcm.py.
+# In the order of SmallVCM's numbers; the names are those of bench/benches/smallvcm.py.
 SCENES = ("svcm0", "svcm1", "point", "background")
 INTEGRATORS = ("pt", "bpt", "vcm")
 PIXELS = 64 * 64

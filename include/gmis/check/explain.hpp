@@ -35,7 +35,7 @@ template <Scene Sc>
   if constexpr (!BsdfWithLobes<B>)
     text +=
         "Bsdf names no lobes (BsdfWithLobes): a light tree that splits draws its children from sample() alone, with "
-        "RenderSettings::rounds above 1\n";
+        "GmisSampler::rounds above 1\n";
   if constexpr (!requires(const B& bsdf) { bsdf.is_glossy(); })
     text +=
         "Bsdf::is_glossy() is missing: surfaces without a diffuse part count as diffuse in path classes, which matters "

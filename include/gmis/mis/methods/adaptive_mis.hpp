@@ -59,6 +59,7 @@ requires AnyProposal<P, Source> && HasPdf<P, ValueOf<P, Source>>
       const auto x = current.sample(source);
       static_assert(!SampleResult<std::remove_cvref_t<decltype(x)>>::can_fail, "the proposals must not fail");
       const double own = static_cast<double>(current.pdf(x));
+      ++result.density_evaluations;
       if (!is_usable(own)) {
         ++(own == 0.0 ? result.rejected.zero_density : result.rejected.non_finite_density);
         continue;
@@ -66,7 +67,7 @@ requires AnyProposal<P, Source> && HasPdf<P, ValueOf<P, Source>>
       double sum = 0.0;
       for (std::size_t k = 0; k < t; ++k) sum += static_cast<double>(result.proposals[k].pdf(x));
       sum += own;
-      result.density_evaluations += result.proposals.size();
+      result.density_evaluations += t;
       double value = static_cast<double>(f(x));
       if (!std::isfinite(value)) {
         ++result.rejected.non_finite_integrand;
