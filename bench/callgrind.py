@@ -110,8 +110,8 @@ def shares(program, less, more, owner):
     by_address = owners_of(program, addresses, owner)
     owner_at = lambda function, address: by_address[address] if mine(function) else None
 
-    # Functions without an owner: whoever calls them, by inclusive counts; repeated, as they call
-    # each other.
+    # Functions without an owner are charged to their callers, by inclusive counts; repeated, since
+    # they call each other.
     callers = collections.defaultdict(list)
     for (function, address, called), count in calls.items():
         if called != function:

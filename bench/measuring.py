@@ -19,7 +19,7 @@ OWN = ["all_glossy", "caustic_pool", "light_behind_glass", "many_lights", "mirro
 TEMPTING = ["all_narrow", "camera_in_water", "far_sun", "huge_ground", "keyhole", "none_narrow", "panes", "rare_caustic",
             "telephoto", "two_scales"]
 BUILT_IN = ["cornell", "paper1", "paper2", "paper3", "paper4"]
-# Name: what the renderer is told.
+# Name: the scene argument of gmis-render.
 FOURTEEN = {name: name for name in BUILT_IN} | {name: f"bench/scenes/{name}.pbrt" for name in OWN}
 # Scenes of other renderers, with their pictures, of 128x128 pixels and paths of at most 10
 # segments.

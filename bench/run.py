@@ -70,7 +70,7 @@ def bench(name, arguments):
     options.name = name
     options.out = pathlib.Path("out") / name
     options.out.mkdir(parents=True, exist_ok=True)
-    # A table of some scenes says nothing of all.
+    # A table of some scenes stays out of the documents.
     options.is_whole = getattr(options, "scenes", None) == list(getattr(module, "OPTIONS", {}).get("scenes", [])) or not hasattr(options, "scenes")
     if hasattr(module, "PROGRAM") and not options.program:
         options.program = build(module.PROGRAM)

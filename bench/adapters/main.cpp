@@ -18,7 +18,7 @@
 #endif
 
 // The engine over one adapter, on one thread, for its instructions to be counted
-// (bench/adapters.py).
+// (bench/benches/adapters.py).
 // Usage: PROGRAM pt|vcm ITERATIONS
 
 namespace {

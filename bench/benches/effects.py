@@ -39,7 +39,7 @@ EIGHTEEN = FOURTEEN | FOREIGN
 ITERATIONS_OF_VCM = 32
 STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
 
-# Who makes the reference: bpt, but where it hardly finds some of the paths.
+# The reference is by bpt, except in these scenes, where bpt hardly finds some of the paths.
 FOUND_BY_MERGING = {"paper1", "paper3", "paper4", "caustic_pool", "light_behind_glass", "mirror_hall", "mixed", "camera_in_water", "panes",
                     "rare_caustic", "telephoto"}
 

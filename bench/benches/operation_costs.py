@@ -22,7 +22,7 @@ RUNS = [["pt"], ["lt"], ["ppm"], ["ppm", "--light-paths", "0.25"], ["bpt", "--co
         ["vcm", "--connections", "1", "--radius", "1.3", "--light-paths", "0.25"]]
 RUNS += [["gmis", "--split", "local", "--connections", connections, "--radius", radius, "--light-paths", light_paths]
          for connections, radius, light_paths in (("1", "1.6", "1"), ("1", "4.8", "0.25"), ("2", "3.2", "0.5"), ("1", "3.2", "1"))]
-# The operation and how many of it were done.
+# The operation, and the counter of how often it was done.
 OPERATIONS = {
     "ray": lambda c: c["rays"],
     "shadow_ray": lambda c: c["shadow_rays"],
@@ -65,7 +65,7 @@ def run(options):
         print(f"{name:14} {cost / x[0]:6.2f} {constant:7.2f}")
     print(f"a ray takes {1e9 * x[0]:.0f} ns; the fit is off by {100 * (sum(e * e for e in errors) / len(errors)) ** 0.5:.0f} % "
           f"(root mean square), at most {100 * max(map(abs, errors)):.0f} %, over {len(rows)} runs")
-    # What a choice rests on: how far the costs of different counts in one scene are from being in
+    # A choice compares costs of different counts in one scene: how far these are from being in
     # proportion to their times.
     spreads = [statistics.pstdev(math.log(time / sum(c * n for c, n in zip(constants, counts))) for time, counts in rows_here)
                for rows_here in of_scene.values()]

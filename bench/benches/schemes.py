@@ -35,7 +35,7 @@ def of_groups(problems):
     table = Table("mismatch", "cost of a density", *(f"P = {row['contender'].rpartition(' ')[2]}" for row in problems[0]["rows"]), numbers_from=1)
     for problem in problems:
         rows = problem["rows"]
-        # The cost of one density is that of going from groups of one to a single group.
+        # The cost of one density, from the times of groups of one and of a single group.
         first, last = rows[0], rows[-1]
         density = (last["nanoseconds_per_round"] - first["nanoseconds_per_round"]) / (last["density_evaluations"] - first["density_evaluations"])
         for factor in (1, 256):
