@@ -1,6 +1,6 @@
-# Quick tests once more under valgrind, which sees what is read before it is written:
-# `./run valgrind`, and among the slow tests. Not those whose oracle needs all digits of long
-# double, which valgrind computes in 64 bits.
+# Quick tests once more under valgrind, which sees reads of memory that was never written:
+# `./run valgrind`, and among the slow tests. Tests whose oracle needs all digits of long double are
+# left out: valgrind computes it in 64 bits.
 find_program(GMIS_VALGRIND valgrind)
 add_custom_target(valgrind_tests)
 if(NOT GMIS_VALGRIND)

@@ -196,8 +196,9 @@ TEST_CASE("What has a narrow lobe is not guided, nor what is purely delta") {
 TEST_CASE("Light and importance through a slit: lobes point through it") {
   // Above a black wall with a slit a spot light shines up at a white patch, and at nothing else;
   // below the wall a camera sees the floor alone. Light comes to the floor from the patch through
-  // the slit, and importance to the patch from the floor through the slit: the geometry says all of
-  // where from. The slit is a fifth of a unit wide and 2 units off: a cosine lobe seldom passes it.
+  // the slit, and importance to the patch from the floor through the slit: the geometry gives the
+  // directions of both. The slit is a fifth of a unit wide and 2 units off: a cosine lobe seldom
+  // passes it.
   Builder builder;
   const auto white = builder.add_material(gmis::scene::make_diffuse({0.8, 0.8, 0.8}));
   const auto black = builder.add_material(gmis::scene::make_diffuse({0, 0, 0}));

@@ -10,9 +10,9 @@ using namespace gmis;
 
 namespace {
 
-/// The rounding of a polynomial in Horner's form whose last sum is at most 1: half a unit of it, as
-/// much again of the last product (at most 0.79) and less of those before; of the sine one product
-/// more. In double it is the C library's.
+/// Bound of the rounding error of a polynomial in Horner's form whose last sum is at most 1: half a
+/// unit for the sum, half a unit for the last product (at most 0.79), less for those before; the
+/// sine has one product more. In double the C library computes both.
 template <std::floating_point T>
 constexpr T bound = T(2) * std::numeric_limits<T>::epsilon();
 

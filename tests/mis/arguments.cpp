@@ -461,7 +461,7 @@ TEST_CASE("N2 with an unequal allocation discards the index of a failed sample",
   CHECK(test::normal_p_value((estimate.mean - 1.0) / estimate.standard_error.value()) > 1e-5);
   // ∫ over [1, 2): the second is drawn in place 0, 1 or 2 (1/3 each), when its share of the
   // remaining proposals is 1/3, 1/2 or 1; a sample falls there with probability 1/2 and adds (1/3)
-  // / (share / 2). The mean is (3 + 2 + 1)/9 · … = 2/3.
+  // / (share / 2). The mean is (3 + 2 + 1)/9 = 2/3.
   const auto far =
       gmis::estimate<Scheme::N2>([](double x) { return x < 1.0 ? 0.0 : 1.0; }, proposals, 20000, source, allocation);
   CHECK(test::normal_p_value((far.mean - 2.0 / 3.0) / far.standard_error.value()) > 1e-5);

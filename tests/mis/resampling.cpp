@@ -33,8 +33,8 @@ TEST_CASE("resampling: the exact variance is the double integral, for two candid
     CAPTURE(problem.name);
     Counts counts(problem.proposals.size());
     counts[0] = counts[1] = 1;
-    // Not all of `highlight` and `waves` would be covered by others; ψ is what two of the proposals
-    // make of it.
+    // The first two proposals alone: together they cover `highlight` and `waves`, as not every two
+    // do.
     const auto table = test::tabulated(problem);
     const auto target = target_at_nodes(problem);
     long double first = 0.0L, second = 0.0L;
@@ -307,7 +307,7 @@ double stratified_variance(const four::Problem& problem, std::uint32_t per_propo
 
 }  // namespace
 
-// 4 problems × 2 sizes × (mean, variance).
+// 4 problems × 2 sizes × (mean, variance, mean of all rounds together).
 TEST_CASE("randomised quasi-Monte Carlo: unbiased, with the variance of strata", "[mis]") {
   const double level = test::sidak_level(1e-4, 16);
   gmis::Philox source(gmis_test::seed(75));

@@ -187,8 +187,8 @@ std::vector<std::string> blocks_that_differ(const ReferenceCase& reference, Inte
 }  // namespace
 
 TEST_CASE("vcm and gmis match the images that other renderers made") {
-  // svcm0, svcm1: SmallVCM; tung1, tung2: an independent path tracer and Tungsten
-  // (reference/README.md), whose GGX multiplies the two Smith terms.
+  // svcm0, svcm1: SmallVCM; tung1, tung2: an independent path tracer and Tungsten, whose GGX
+  // multiplies the two Smith terms.
   using gmis::scene::Masking;
   const std::vector<ReferenceCase> cases{{"svcm0", Masking::height_correlated, 32, 12},
                                          {"svcm1", Masking::height_correlated, 32, 6},

@@ -204,7 +204,7 @@ TEST_CASE("A choice never leaves out light: a caustic of a point light", "[auto]
 }
 
 TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto][long]") {
-  // Two families of 9 blocks × 3 scenes; false alarms 1e-3.
+  // 9 blocks × 3 scenes; false alarms 1e-3.
   for (const std::string& world : {lamp + diffuse_ball, lamp + glass_ball, point_light + glass_ball}) {
     const auto scene = scene_of(world);
     ThreadedExecutor executor(1);

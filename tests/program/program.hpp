@@ -34,8 +34,8 @@ inline Outcome run(const ScratchFolder& folder, const std::string& arguments, co
           text_of(folder.path / "stderr.txt")};
 }
 
-/// Waits until `file` holds `text` this number of times, or the program has ended: its exit code is
-/// then in `status`, and the answer no. How long that takes is the machine's business.
+/// Waits until `file` holds `text` this number of times. Returns false, with the exit code in
+/// `status`, where the program has ended before. There is no time limit.
 inline bool wait_for(pid_t child, const fs::path& file, const std::string& text, int times, int& status) {
   while (true) {
     const bool has_ended = waitpid(child, &status, WNOHANG) == child;

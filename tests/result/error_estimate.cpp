@@ -384,13 +384,13 @@ TEST_CASE("The interval of joined runs covers the true error in at least 90 % of
   CHECK(shown > runs * 9 / 10);
   CHECK(covered >= shown * 9 / 10);
   // A squared error over 256 pixels has a relative standard deviation of √(2/256), its mean over
-  // 400 runs one of 0.0044; what it is relative to, measured values, makes up to 0.01.
+  // 400 runs one of 0.0044; that it is relative to measured values adds up to 0.01.
   CHECK(stated / true_errors == Approx(1.0).margin(0.03));
 }
 
 // Fireflies carry a fifth of this picture's light. In 6 × 41 runs at most a sixth was above 1.2 or
 // below 0.85, whatever the number of iterations; were it a fifth, the median of 41 would be beyond
-// either limit with a chance of 2e-6. What divides by the same pixel's mean is far off.
+// either limit with a chance of 8e-6. What divides by the same pixel's mean is far off.
 TEST_CASE("Fireflies: the stated error is the true one, and has no interval") {
   std::mt19937 source(gmis_test::seed(17));
   const Picture picture({24, 24}, 0.006, 20.0);

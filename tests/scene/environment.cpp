@@ -34,7 +34,7 @@ const glm::dmat3 turned(glm::normalize(glm::dvec3(1, 2, 2)), glm::normalize(glm:
                         glm::normalize(glm::dvec3(2, -2, 1)));
 const glm::dmat3 mirrored(turned[0] * 3.0, turned[1] * -3.0, turned[2] * 3.0);
 
-// False-alarm rate of all χ² tests of this file together: 1e-3.
+// False-alarm rate of all χ² and t-tests of this file together: 1e-3.
 const double level = sidak_level(1e-3, 41);
 
 TEST_CASE("the octahedral square keeps areas and has the inverse that it states", "[environment]") {
@@ -203,8 +203,7 @@ TEMPLATE_TEST_CASE("a compensated sky: density, samples and energy", "[environme
       CHECK(integral == Approx(1.0).epsilon(1e-5));
       CHECK(compensated_moment < plain_moment);
 
-      // Samples follow it, and with uniform directions they carry all the light: balance weights,
-      // t-test at 1e-5.
+      // Samples follow it, and with uniform directions they carry all the light (balance weights).
       std::vector<double> counts(64), wanted(64);
       constexpr int samples = 60'000;
       for (std::size_t i = 0; i < 64; ++i) wanted[i] = expected[i] * angles[i] * samples;
@@ -240,7 +239,7 @@ TEMPLATE_TEST_CASE("a compensated sky: density, samples and energy", "[environme
 }
 
 TEST_CASE("the poles of a sky are sampled evenly", "[environment]") {
-  // All light in the first row: uniform over the cap of 180°/32.
+  // All light in the last row: uniform over the cap of 180°/32.
   using T = float;
   Philox source(gmis_test::seed(84));
   EnvironmentImage image{{4, 32}, std::vector<glm::vec3>(128, glm::vec3(0)), SkyMapping::latitude_longitude};

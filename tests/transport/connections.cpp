@@ -13,9 +13,8 @@
 #include "transport/ways.hpp"
 
 // Connections from the cache of all trees and the paired form make the furnace's light, (1 −
-// a^D)/(1 − a). Each figure lies within 4.5 standard errors (a false alarm in 7e-6 each, 1e-4 in
-// all) of the truth plus what merging's own bias may be (0.1 %); a standard error is at most 0.2 %,
-// so that 1 % shows.
+// a^D)/(1 − a). Each mean is off the truth by at most Student's limit (`Measured::chance`) and
+// 0.1 %; a standard error is at most 0.2 %, so that 1 % shows.
 
 namespace {
 

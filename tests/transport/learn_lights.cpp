@@ -157,7 +157,7 @@ TEST_CASE("A run chooses lights for the receiver where that pays, with less nois
     CHECK(have_same_bits(engine, receiver));
     CAPTURE(a.value, b.value, a.standard_error, b.standard_error);
     CHECK(a.standard_error < b.standard_error);
-    // One false alarm in 10,000 seeds for each of the two.
+    // One false alarm in 10,000 seeds for the two together.
     CHECK(std::abs(a.value - b.value) < 4.1 * std::hypot(a.standard_error, b.standard_error));
   }
 }

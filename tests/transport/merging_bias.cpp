@@ -323,11 +323,11 @@ double left_on_curved_wall(std::uint32_t iterations) {
 
 TEST_CASE("The bias of merging is at most what a run says, and a long run says not much more", "[long]") {
   // On the furnace's curved wall merging loses light everywhere alike (furnace_techniques.cpp), and
-  // the true value is known. A bound holds with a probability of 97.7 % were its estimate normal:
-  // of 40, seven or more would not with a chance of 3e-5. A run of 24 iterations has a pilot of two
-  // with a larger disk, or none. What takes the bias for that of an edge is 2.08 / (4/3) = 1.56
-  // times the true one where the light is smooth; two standard errors over nine large tiles make
-  // twice the true one of it, and noise adds to that.
+  // the true value is known. With a normal estimate each bound holds with a probability of 97.7 %:
+  // seven or more of 40 fail with a chance of 3e-5. A run of 24 iterations has a pilot of two with
+  // a larger disk, or none. Where the light is smooth, a factor for edges overstates the bias by
+  // 2.08 / (4/3) = 1.56; two standard errors over nine large tiles raise that to twice the true
+  // bias, and noise adds to it.
   using Scene = gmis_test::FurnaceScene<float>;
   constexpr int size = 24;
   const Scene scene(0.7F, 1.0F, size, 2, {0, 0, 0});

@@ -356,8 +356,8 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
     add(forecasts[0].squared_bias, forecast, forecast_squares);
     of_half += forecasts[1].squared_bias / count;
   }
-  // What is said of the first order is relative to the light that is left, 8 % more. The forecast
-  // is a lower bound: it sees at least 0.7 of the loss, since noise takes away less.
+  // The pilot's bias is relative to the light that merging leaves, which makes it 8 % larger. The
+  // forecast is a lower bound, but noise takes less than 0.3 of the loss away.
   const double limit = gmis::student_t_quantile(1 - level / 2, count - 1) *
                        std::hypot(2 * loss * error(loss, loss_squares), error(forecast, forecast_squares));
   CAPTURE(loss, std::sqrt(forecast), limit);
@@ -366,8 +366,8 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   CHECK(of_half < forecast / 4);            // a sixteenth, and noise
   CHECK(limit < gmis::square(0.5 * loss));  // so that it says something: it is 0.17 ± 0.02 of the squared loss
 
-  // In two iterations no tile shows it, the whole of a larger picture does. A lower bound by one
-  // standard error of much noise: half of the loss is seen at least.
+  // In two iterations no tile shows the bias, but the whole of a larger picture does. The bound is
+  // one standard error below a noisy estimate: at least half of the loss is seen.
   constexpr int side = 24, short_pilots = 10;
   const Scene larger(albedo, 1.0F, side, 2, centre);
   double seen = 0, seen_squares = 0;
