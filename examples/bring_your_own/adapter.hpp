@@ -36,7 +36,7 @@ class Bsdf {
     const auto s = material_->scatter(basis_.to_local(to_theirs(-to_prev)), u, uv.x, uv.y);
     if (!s) return std::nullopt;
     dvec3 weight = ours(s->weight);
-    // Their weights are those of power. Radiance is smaller where light spreads less.
+    // Their weights are those of power. Radiance scales with the squared index of refraction.
     if (mode == gmis::TransportMode::radiance) weight /= s->index * s->index;
     return gmis::ScatterSample<Spectrum>{
         ours(basis_.to_world(s->leaving)), weight, {{s->density}, {s->density_back}}, s->is_specular, s->index};

@@ -143,9 +143,8 @@ std::string manual_page(const ProgramSummary& program) {
        << escaped(program.name) << " \\- " << escaped(program.description) << "\n"
        << ".SH SYNOPSIS\n.B " << escaped(program.name) << "\n.I " << escaped(program.arguments) << "\n.RI [ OPTIONS ]\n"
        << ".SH DESCRIPTION\n"
-       << "Renders a scene file (.pbrt, .gltf, .glb) or a built\\-in scene to images. What a number in brackets says "
-          "is the "
-          "default.\n"
+       << "Renders a scene file (.pbrt, .gltf, .glb) or a built\\-in scene to images. A number in parentheses "
+          "is the default.\n"
        << ".SH OPTIONS\n";
   for (const OptionSummary& option : program.options) {
     text << ".TP\n\\fB" << escaped(option.name) << "\\fR";
@@ -154,7 +153,7 @@ std::string manual_page(const ProgramSummary& program) {
   }
   text << ".SH \"EXIT STATUS\"\n"
        << ".TP\n0\nThe work was done.\n"
-       << ".TP\n1\nIt failed: a file could not be written, or too much of the light was rejected.\n"
+       << ".TP\n1\nIt failed: a file could not be written, or too large a share of the contributions was rejected.\n"
        << ".TP\n2\nThe command line or the scene is not understood: one line on standard error says what to change.\n";
   return text.str();
 }

@@ -129,8 +129,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("auto|pt|lt|bpt|ppm|bpm|vcm|gmis");
   app.add_option(
          "--split", raw.split,
-         "What gmis does beyond vcm: local (counts that depend on the surface; the default), or split subpaths: "
-         "budgeted or paper; none: nothing")
+         "Beyond vcm: local (counts that depend on the surface; the default), budgeted or paper (split subpaths), none "
+         "(vcm)")
       ->type_name("local|budgeted|paper|none");
   app.add_option("--connections", raw.connections,
                  "Light vertices drawn per camera vertex: a number, auto (measured) or paired (all of one tree)")
@@ -156,22 +156,22 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("sobol|independent");
   app.add_option(
          "--lights", raw.lights,
-         "How next events choose a light: by its power, by power, distance and orientation as the receiver sees "
-         "it, which pays with many lights, or learned: for the receiver where that pays (auto's default)")
+         "How next events choose a light: power, receiver (power, distance and orientation seen from the shading "
+         "point; pays with many lights) or learned (receiver where it pays; auto's default)")
       ->type_name("power|receiver|learned");
   app.add_option("--emission", raw.emission,
-                 "Where light subpaths start: as the lights shine, by power, or learned, where their light is needed, "
-                 "when lights shine far beyond the picture (auto's default)")
+                 "Where light subpaths start: power (in proportion to emitted power) or learned (where their light is needed; "
+                 "auto's default)")
       ->type_name("power|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations,
                  "Stop after this number of iterations (64); 17..32/64: those of a run of 64, to be joined")
       ->type_name("NUMBER");
   app.add_option("--time", raw.seconds, "Stop after this number of seconds")->type_name("SECONDS");
-  app.add_option("--error", raw.relative_error, "Stop when the estimated relative error is so small")
+  app.add_option("--error", raw.relative_error, "Stop when the estimated relative error has fallen to this value")
       ->type_name("NUMBER");
   app.add_option("--isa", raw.isa,
-                 "Fail unless the program is compiled for this level of the processor: x86-64 or x86-64-v3")
+                 "Fail unless the program is compiled for this instruction set: x86-64 or x86-64-v3")
       ->type_name("x86-64|x86-64-v3");
   app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only")->type_name("X0,Y0,X1,Y1");
   app.add_option("--effects", options.effects,
@@ -182,7 +182,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "--max-rejected", options.max_rejected,
          "Fail when more than this share of the contributions is not finite, negative or of density zero (1e-4)")
       ->type_name("NUMBER");
-  app.add_flag("--list-rejected", options.list_rejected, "Print the first paths of which something was rejected");
+  app.add_flag("--list-rejected", options.list_rejected, "Print the first paths with rejected samples");
   app.add_option("--replay", raw.replay,
                  "Render nothing, print all about one path: ITERATION:PIXEL, ITERATION:X,Y or ITERATION:light:TREE")
       ->type_name("PATH");
@@ -190,9 +190,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("FOLDER");
   app.add_option(
          "--aov", raw.aov,
-         "classes: write an image per path class into the folder NAME_classes by the output; layers: albedo, normal, "
-         "depth and variance as layers of each .exr, and the classes, too; techniques and lights: an image per "
-         "technique and per light as layers; or several, with commas")
+         "classes: an image per path class in the folder NAME_classes beside the output; layers: albedo, normal, depth "
+         "and variance as layers of each .exr, with classes also the path classes; techniques and lights: an image "
+         "per technique and per light as layers; or several, with commas")
       ->type_name("classes|layers|techniques|lights");
   app.add_option("--exposure", raw.exposure,
                  "Make .png files 2^EV times as bright; auto (the default): so that their log-average is 0.25")
@@ -211,7 +211,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->allow_extra_args(false);
   app.add_option("--stats", options.statistics_file, "Write what was done and how long it took, as JSON")
       ->type_name("FILE");
-  app.add_option("--log", options.log_file, "Write how the error fell with time, as CSV, while it does")
+  app.add_option("--log", options.log_file, "Write the error over time as CSV, updated during the run")
       ->type_name("FILE");
   app.add_option("--checkpoint", options.checkpoint_file,
                  "Keep the state of the run in this file, so that --resume can go on from it")
@@ -224,22 +224,22 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->expected(1)
       ->allow_extra_args(false);
   app.add_option("--write-every", options.write_every,
-                 "Seconds after which picture and checkpoint on disk are written again while the run goes on (30)")
+                 "Seconds between updates of picture and checkpoint on disk during the run (30)")
       ->type_name("SECONDS");
   app.add_option("--tev", options.tev_address,
                  "Show the picture in the viewer tev as it grows; a viewer that is not there is a warning")
       ->type_name("HOST:PORT");
   app.add_option("--reference", options.reference_file, "Compare with this image (.exr or .pfm)")->type_name("FILE");
-  app.add_flag("--check", options.check, "List all in the scene that is not supported, and render nothing");
+  app.add_flag("--check", options.check, "List everything unsupported in the scene, and render nothing");
   app.add_option("--sky", options.load.sky,
                  "Replace the sky: studio (what a glTF file without lights has), white, none, or an .exr or .pfm image")
       ->type_name("studio|white|none|FILE");
   app.add_option("--at", options.load.seconds, "Show the first animation of a glTF file at this time")
       ->type_name("SECONDS");
   app.add_option("--max-memory", raw.max_memory,
-                 "Most memory that reading the scene may take, in bytes, or with M or G behind (3/4 of the machine's)")
+                 "Most memory that reading the scene may take, in bytes, or with the suffix M or G (3/4 of the machine's)")
       ->type_name("BYTES");
-  app.add_flag("--lenient", options.lenient, "Render although the scene has what is not supported; warn of it");
+  app.add_flag("--lenient", options.lenient, "Render a scene with unsupported features; warn of each");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
   app.add_flag("--quiet", options.quiet, "Print nothing but errors");
   app.add_flag("--man", raw.manual, "Print the manual page, as man -l - reads it");
@@ -253,7 +253,7 @@ std::optional<double> exposure_of(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || !(std::abs(value) <= 100))
-    throw InputError("--exposure must be auto, or from -100 to 100");
+    throw InputError("--exposure must be auto or a number from -100 to 100");
   return value;
 }
 
@@ -263,7 +263,7 @@ std::uintmax_t bytes_of(const std::string& text) {
   const std::string_view unit(end, text.data() + text.size());
   const unsigned shift = unit == "G" ? 30 : unit == "M" ? 20 : 0;
   if (error != std::errc{} || (shift == 0 && !unit.empty()) || value == 0 || value > std::uintmax_t{1} << (50 - shift))
-    throw InputError("--max-memory " + in_quotes(text) + " must be a whole number of bytes, or with M or G behind");
+    throw InputError("--max-memory " + in_quotes(text) + " must be a whole number of bytes, or have the suffix M or G");
   return value << shift;
 }
 

@@ -110,7 +110,7 @@ std::string text_of(const SampleCounts& counts) {
 std::string explain_choice(const Choice& choice, const Counters& work) {
   std::ostringstream text;
   text << std::setprecision(3);
-  if (!choice.chosen) return "measured    nothing: the pilot saw no pixel, the counts stand as they were\n";
+  if (!choice.chosen) return "measured    nothing: the pilot saw no pixel; the counts are unchanged\n";
   const Forecast& chosen = choice.forecasts[*choice.chosen];
   const double iterations = choice.expected_iterations;
   text << "measured    in " << choice.pilot_iterations << " iterations of some pixels, "
@@ -137,8 +137,8 @@ std::string explain_lights(const LightUse& use) {
   std::ostringstream text;
   text << std::setprecision(3);
   if (use.receiver_gain)
-    text << "lights      of next events chosen " << (use.chooses_for_receiver ? "for the receiver" : "by power")
-         << ": a choice for the receiver divides their second moment by " << *use.receiver_gain << "\n";
+    text << "lights      for next events chosen " << (use.chooses_for_receiver ? "for the receiver" : "by power")
+         << ": choosing for the receiver divides their second moment by " << *use.receiver_gain << "\n";
   if (use.emission_gain)
     text << "emission    " << (use.guides_emission ? "guided" : "by power")
          << ": the learned guide divides the second moment of arriving light by " << *use.emission_gain << "\n";
@@ -211,7 +211,7 @@ std::string caution_of(const RenderResult& result, const RenderRequest& request,
       text << " (the first mostly by " << maker << ")";
     text << "; ";
   }
-  text << "rare, bright samples rule the error: it has no interval, and --error does not end the run";
+  text << "rare, bright samples dominate the error estimate: it has no interval, and --error does not stop the run";
   if (const std::string more = techniques_left_out(result, request, plan); !more.empty())
     text << "; --integrator auto would add " << more << ", which this scene calls for";
   text << "\n";
@@ -235,7 +235,7 @@ std::string duration_text(double seconds) {
 }
 
 std::string explain_forecast(const PriceTable& prices) {
-  return "price       as the pilot expects it, rare and bright samples and merging's bias apart\n" +
+  return "price       the pilot's forecast, without rare bright samples and merging's bias\n" +
          text_of(prices, nullptr);
 }
 
@@ -305,7 +305,7 @@ std::string explain(const Options& options, const RenderRequest& request, const 
   text << "scene       " << scene.summary() << "\n";
   text << "picture     " << resolution.x << "x" << resolution.y;
   if (request.crop)
-    text << ", of it " << request.crop->lower.x << "," << request.crop->lower.y << " to " << request.crop->upper.x
+    text << ", cropped to " << request.crop->lower.x << "," << request.crop->lower.y << " to " << request.crop->upper.x
          << "," << request.crop->upper.y;
   text << "\nintegrator  " << name_of(request.integrator);
   const SampleCounts& counts = request.settings.counts;
@@ -327,7 +327,7 @@ std::string explain(const Options& options, const RenderRequest& request, const 
          << " = " << text_of(options.radius.value_or(RadiusChoice{counts.radius_factor * 0.4})) << ", times i^"
          << (request.settings.alpha - 1) / 2 << "\n";
   if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)
-    text << "bias        this split policy drops what waits at the end of its budget: the picture is too dark\n";
+    text << "bias        this split policy drops the unfinished subpaths at the end of its budget: the picture is too dark\n";
   text << "threads     " << threads << "\nstops       ";
   const char* separator = "";
   const auto stop = [&](const auto& value, const char* unit) {

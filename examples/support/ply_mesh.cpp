@@ -21,7 +21,7 @@ namespace {
 
 /// Thrown by what finds the file broken; `parse_ply` says which file.
 struct Broken {
-  std::string reason = " is no PLY file, or is not whole";
+  std::string reason = " is not a PLY file, or is incomplete";
 };
 
 enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };

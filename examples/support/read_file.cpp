@@ -20,7 +20,7 @@ std::string read_file(const std::filesystem::path& file, const std::string& what
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   budget.open_file(where);
   std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) throw InputError(where, name + " cannot be read: check its rights");
+  if (error || !stream) throw InputError(where, name + " cannot be read: check its permissions");
   budget.take(size, name, where);
   std::string bytes(static_cast<std::size_t>(size), '\0');
   stream.read(bytes.data(), static_cast<std::streamsize>(size));

@@ -73,7 +73,7 @@ std::string tev_update_message(std::string_view name, const Image& image) {
 }
 
 void TevViewer::give_up(const std::string& reason) {
-  warning_ = "no picture goes to tev at " + address_ + ": " + reason;
+  warning_ = "pictures are not sent to tev at " + address_ + ": " + reason;
 #if __has_include(<sys/socket.h>)
   if (socket_ >= 0) ::close(socket_);
 #endif

@@ -48,7 +48,7 @@ void write_whole(const fs::path& file, const std::function<void(const fs::path&)
   const fs::path target = target_of(file);
   std::error_code error;
   if (is_special(target)) return write(target);
-  const OutputError failure(file.string() + ": this file cannot be written: is there such a folder, and space?");
+  const OutputError failure(file.string() + ": this file cannot be written: check that the folder exists and has space");
   if (fs::is_directory(target, error)) throw failure;
   const fs::path part = beside(target);
   try {

@@ -260,9 +260,9 @@ std::string Document::content(const std::string& uri, const std::string& what) c
     return std::move(*bytes);
   }
   const std::filesystem::path name(unescaped(uri)), plain = name.lexically_normal();
-  if (uri.find("://") != std::string::npos) throw error(what + " is in the network: copy it beside this file");
+  if (uri.find("://") != std::string::npos) throw error(what + " is a network address: copy the file beside this one");
   if (name.is_absolute() || plain.begin() == plain.end() || *plain.begin() == "..")
-    throw error(what + " names " + file_in_quotes(uri) + ", which is not inside of the folder of this file");
+    throw error(what + " names " + file_in_quotes(uri) + ", which is outside the folder of this file");
   const std::filesystem::path file = file_.parent_path() / name;
   std::string bytes = read_file(file, what, budget_, where_);
   used_(file);

@@ -81,7 +81,7 @@ class Reader {
       scene_.lights.push_back({studio_sky(), document_.where()});
       diagnostics_.note(
           document_.where(),
-          "the scene has no light of its own but for materials: the sky \"studio\" lights it (see --sky)");
+          "the scene has no light but emissive materials: the sky \"studio\" is added (see --sky)");
       const auto transmits = [](const MaterialDescription& material) {
         return std::holds_alternative<DielectricDescription>(material.kind);
       };
@@ -419,7 +419,7 @@ class Reader {
     const double length = glm::length(glm::dvec3(world_from_node[2]));
     const glm::dvec3 direction = length > 0 ? -glm::dvec3(world_from_node[2]) / length : glm::dvec3(0, 0, -1);
     if (document_.number(light, "range", 0) > 0)
-      diagnostics_.note(document_.where(), "the range of a light is ignored: it shines as far as it does");
+      diagnostics_.note(document_.where(), "the range of a light is ignored: its light reaches any distance");
     const std::string type = document_.text(light, "type");
     if (type == "directional") {
       scene_.lights.push_back({DistantLightDescription{-direction, power}, document_.where()});

@@ -53,7 +53,7 @@ void write_exr(const Image& image, const std::filesystem::path& file, const Imag
     output.setFrameBuffer(frame);
     output.writePixels(image.height);
   } catch (const std::exception&) {
-    throw OutputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
+    throw OutputError(file.string() + ": this file cannot be written: check that the folder exists and has space");
   }
 }
 

@@ -90,7 +90,7 @@ void write_png(const Image& image, const std::filesystem::path& file, const Imag
   std::ofstream stream(file, std::ios::binary);
   stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.flush())
-    throw OutputError(file.string() + ": this file cannot be written: is there such a folder, and space?");
+    throw OutputError(file.string() + ": this file cannot be written: check that the folder exists and has space");
 }
 
 #else

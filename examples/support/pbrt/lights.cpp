@@ -17,9 +17,9 @@ namespace {
 
 Rgb emitted(Parameters& parameters, const std::string& name) {
   const Rgb value = parameters.color(name).value_or(Rgb(1));
-  if (value.x < 0 || value.y < 0 || value.z < 0) parameters.fail(name, "is negative: light cannot be");
+  if (value.x < 0 || value.y < 0 || value.z < 0) parameters.fail(name, "is negative: use a value of at least 0");
   const double scale = parameters.number_or("scale", 1);
-  if (scale < 0) parameters.fail("scale", "is negative: light cannot be");
+  if (scale < 0) parameters.fail("scale", "is negative: use a value of at least 0");
   constexpr double brightest = 1e20;
   if (!(std::max({value.x, value.y, value.z}) * scale <= brightest)) parameters.fail(name, "is above 1e20");
   return value * scale;
@@ -28,7 +28,7 @@ Rgb emitted(Parameters& parameters, const std::string& name) {
 /// A quantity that sets the strength of a light by its luminance instead of by its colour.
 std::optional<double> strength(Parameters& parameters, const std::string& name) {
   const std::optional<double> value = parameters.number(name);
-  if (value && *value < 0) parameters.fail(name, "is negative: light cannot be");
+  if (value && *value < 0) parameters.fail(name, "is negative: use a value of at least 0");
   return value;
 }
 

@@ -69,7 +69,7 @@ std::string reference_warning(const SceneRecord& scene) {
   for (const ContenderRecord& contender : scene.contenders)
     if (const auto error = last_error(contender.courses())) smallest = std::min(smallest.value_or(*error), *error);
   if (!scene.reference_error || !smallest || 3 * *scene.reference_error < *smallest) return {};
-  return " This is not small beside the errors below it: they contain it, the true ones are smaller.";
+  return " This is not small against the errors below, which include it: the true errors are smaller.";
 }
 
 Table table_of(const SceneRecord& scene) {
