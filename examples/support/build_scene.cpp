@@ -16,8 +16,8 @@ namespace {
 
 using Builder = scene::SceneBuilder<float>;
 
-/// Runs `step`, which adds what stands at `where`; what the scene layer refuses becomes an error of
-/// that place.
+/// Runs `step`, which adds the element at `where`; turns `std::invalid_argument` of the scene layer
+/// into an `InputError` with that place.
 template <class Step>
 void at(const SourcePosition& where, Step&& step) {
   try {
@@ -58,7 +58,7 @@ struct MakeMaterial {
 
 scene::Material<float> material_of(const MaterialDescription& description,
                                    const std::vector<scene::Material<float>>& made) {
-  // What a texture replaces must be there to be replaced, if only by a lobe of its own.
+  // A texture replaces a value only where the material has that lobe: the value must not be black.
   MaterialDescription there = description;
   const MaterialTexturesDescription& given = description.textures;
   if (given.color || given.transmittance) {
@@ -80,7 +80,7 @@ scene::Material<float> material_of(const MaterialDescription& description,
   scene::MaterialTextures<float> textures;
   textures.color = given.color;
   textures.transmittance = given.transmittance;
-  // A coat that reflects nothing is left out, and with it the lobe that a roughness would be of.
+  // A coat that reflects nothing is left out: a roughness texture then has no lobe.
   if (!(std::holds_alternative<CoatedDiffuseDescription>(there.kind) &&
         plain.kind == scene::Material<float>::Kind::diffuse))
     textures.roughness = given.roughness;

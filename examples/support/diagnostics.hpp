@@ -51,10 +51,10 @@ class OutputError : public std::runtime_error {
 
 enum class Severity { note, warning, error };
 
-/// How input is taken that changes the picture and is not understood.
+/// Treatment of unsupported input that changes the picture.
 enum class Strictness {
   strict,   ///< it is an error, which ends the reading
-  lenient,  ///< it is a warning, and something plain stands in for it
+  lenient,  ///< it is a warning, and a plain substitute is used
   check     ///< all of it is listed, and reading goes on to the end
 };
 

@@ -28,7 +28,7 @@ struct ThreadedExecutor::Arena {
 struct ThreadedExecutor::Reporter {
   explicit Reporter(std::function<void(std::size_t)> receiver) : report(std::move(receiver)) {}
 
-  /// Who comes while another thread reports goes on: the next piece will be reported.
+  /// A thread does not wait while another one reports: its piece is counted in the next report.
   void add_one() {
     const std::size_t number = ++done;
     if (const std::unique_lock lock(reporting, std::try_to_lock); lock.owns_lock()) report(number);

@@ -9,8 +9,8 @@
 namespace gmis::tools {
 
 /// Runs the engine's loops on a number of threads by oneTBB; on one, when this build has no oneTBB.
-/// Once `stop` is set, no further work begins: the iteration under way is then worth nothing and
-/// must be thrown away.
+/// Once `stop` is set, no further work begins: the iteration under way is then incomplete and must
+/// be discarded.
 class ThreadedExecutor {
  public:
   static const bool has_threads;

@@ -19,7 +19,7 @@ struct OptionSummary {
 
 struct ProgramSummary {
   std::string name, version, description;
-  std::string arguments;  ///< such as [SCENE]; a name behind `list_option` may stand there, or a file
+  std::string arguments;  ///< such as [SCENE]: a file, or a name that `list_option` prints
   std::string list_option;
   std::vector<OptionSummary> options;
 };

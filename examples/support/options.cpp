@@ -32,7 +32,7 @@ std::optional<std::array<int, count>> integers_of(std::string_view text, char se
   return values;
 }
 
-/// Read by hand because the library below lets negative numbers wrap around.
+/// Not read by CLI11, which lets negative numbers wrap around.
 template <class Integer>
 std::optional<Integer> integer_of(std::string_view text) {
   Integer value = 0;
@@ -345,7 +345,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   const auto given = [&](const char* option) { return app.count(option) > 0; };
 
-  // What only gmis does asks for it.
+  // --split and --scheme imply --integrator gmis.
   if ((given("--split") || given("--scheme")) && !given("--integrator"))
     raw.integrator = name_of(IntegratorChoice::gmis);
   options.integrator = integrator_of(raw.integrator);
@@ -383,7 +383,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (given("--connections") && !connects(options.integrator))
     throw InputError("--connections needs auto, bpt, vcm or gmis: " + raw.integrator + " makes no connections");
   if (given("--scheme") && !given("--split") && options.split == SplitChoice::local)
-    options.split = SplitChoice::budgeted;  // what only splitting does asks for it
+    options.split = SplitChoice::budgeted;  // --scheme implies split subpaths
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
   const char* const of_lights = options.integrator == IntegratorChoice::automatic ? "learned" : "power";

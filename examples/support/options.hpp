@@ -24,15 +24,15 @@ enum class SplitChoice { none, paper, budgeted, local };
 /// A merging radius as --radius has it.
 struct RadiusChoice {
   double value = 0.4;
-  bool is_in_scene_units = false;  ///< else in pixel widths (photons/pixel_width.hpp)
+  bool is_in_scene_units = false;  ///< else in pixel widths (transport/photons/pixel_width.hpp)
 };
 
 /// One path of a run, as the command line names it.
 struct PathChoice {
   std::uint32_t iteration = 1;
   bool is_light = false;
-  std::uint32_t number = 0;                           ///< of the light tree, or the pixel's place in the frame …
-  std::optional<std::array<std::uint32_t, 2>> pixel;  ///< … if it is not given by its column and row
+  std::uint32_t number = 0;                           ///< of the light tree, or index of the pixel in the frame
+  std::optional<std::array<std::uint32_t, 2>> pixel;  ///< column and row, which then replace the index
 };
 
 /// The options of gmis-render's command line.
@@ -97,12 +97,12 @@ struct Options {
 inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorChoice::lt,  IntegratorChoice::bpt,
                                             IntegratorChoice::ppm, IntegratorChoice::bpm, IntegratorChoice::vcm,
                                             IntegratorChoice::gmis};
-/// Whether it connects camera vertices with light vertices, whether it merges them; `automatic` may
-/// do so.
+/// Whether the integrator connects camera vertices with light vertices, and whether it merges them;
+/// true for `automatic`, which may do so.
 [[nodiscard]] bool connects(IntegratorChoice integrator);
 [[nodiscard]] bool merges(IntegratorChoice integrator);
 
-// What the text of an option means; they throw `InputError` when it means nothing.
+// Parsers of option values; they throw `InputError` for an invalid text.
 [[nodiscard]] IntegratorChoice integrator_of(const std::string& name);
 [[nodiscard]] SplitChoice split_of(const std::string& name);
 [[nodiscard]] std::array<int, 2> size_of(const std::string& text);

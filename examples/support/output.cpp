@@ -30,7 +30,7 @@ void write_classes(const RenderResult& result, const std::filesystem::path& fold
   const auto file_of = [&](PathClass path_class) {
     return folder / (std::string(gmis::name_of(path_class)) + (has_exr() ? ".exr" : ".pfm"));
   };
-  // What an earlier run left there would be taken for a part of this picture.
+  // Images that an earlier run left there would be taken for a part of this picture.
   std::error_code ignored;
   PathClassSet::all().for_each([&](PathClass path_class) { std::filesystem::remove(file_of(path_class), ignored); });
   for (const ClassImage& one : result.classes.classes) write_image(one.image, file_of(one.path_class));

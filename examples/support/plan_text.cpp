@@ -147,7 +147,7 @@ std::string explain_lights(const LightUse& use) {
 
 namespace {
 
-/// Why a picture may stay as it is, if the plan knows.
+/// Why no light was found, if the plan tells; else empty.
 std::string reason_for_nothing(const RenderRequest& request, const Plan& plan) {
   if (plan.occurring.is_empty()) return "; in this scene no path leads from a light to the camera";
   if (plan.classes.is_empty()) return "; --effects keeps no path that this scene has";

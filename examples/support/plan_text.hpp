@@ -48,8 +48,8 @@ namespace gmis::tools {
 [[nodiscard]] std::string text_of(const std::optional<PriceTable>& prices, const char* last = "half of this");
 /// Lines of --explain after a pilot: what each error is expected to cost.
 [[nodiscard]] std::string explain_forecast(const PriceTable& prices);
-/// "noise 1.2 %, bias of merging probably at most 0.4 %"; empty where nothing was merged or no
-/// error is known.
+/// "noise 1.2 %, bias of merging at most 0.4 %"; empty where nothing was merged or no error
+/// is known.
 [[nodiscard]] std::string noise_and_bias(const RenderSummary& result);
 
 }  // namespace gmis::tools

@@ -54,7 +54,7 @@ struct LightImage {
 
 struct PathClassResult {
   std::vector<ClassImage> classes;
-  double unattributed_cost = 0;  ///< share of operations that nothing came of
+  double unattributed_cost = 0;  ///< share of operations that led to no contribution
 };
 
 /// `gmis::RenderResult` with images that can be written to files.

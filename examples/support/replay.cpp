@@ -41,8 +41,8 @@ ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest&
   RenderSettings settings = request.settings;
   Changes changes;
   if (request.candidates.size() > 1) {
-    // The pilot chooses the counts, and iterations before that of the path disk and gain of
-    // merging.
+    // The pilot chooses the counts; the iterations before that of the path choose the disk and the
+    // gain of merging.
     RenderRequest same = request;
     same.interrupt = nullptr;
     ProgressiveRender run(scene, same);

@@ -27,7 +27,7 @@ namespace gmis::tools {
 [[nodiscard]] PathName path_of(const PathChoice& choice, const RenderRequest& request, glm::ivec2 resolution);
 
 /// One path of the run that `request` describes, traced again alone. Throws `InputError` for a
-/// light tree that there is not.
+/// light tree that does not exist.
 [[nodiscard]] ReplayedPath<SceneSpectrum> replay(const BuiltScene& scene, const RenderRequest& request,
                                                  ThreadedExecutor& executor, const PathName& path);
 

@@ -16,12 +16,12 @@
 namespace gmis::tools {
 
 /// The request that the options make for this scene. Throws `InputError` when the crop lies outside
-/// the picture.
+/// the picture or --light-paths asks for too many light trees.
 [[nodiscard]] RenderRequest request_of(const Options& options, const BuiltScene& scene);
 
-/// Reads a reference and checks its size. One that is as large as the whole picture, or a whole
-/// number of times as wide and high (it is then reduced to the means of blocks), is cut to the
-/// crop.
+/// Reads a reference, which has the size of the crop, of the whole picture, or of an integer
+/// multiple of the whole picture. The last is reduced to the means of blocks; both of the latter
+/// are cut to the crop. Throws `InputError` for any other size.
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);
 

@@ -169,8 +169,8 @@ Json number_or_null(double value) {
 
 Json prediction_json(const std::optional<PriceTable>& table, double iterations) {
   if (!table) return nullptr;
-  // Of the squared error of n iterations: (independent · n + merging · Σ i^(1 − alpha)) / n², times
-  // 1 − evenness · (1 − √(8 / n)) from n = 8 on.
+  // The squared error of n iterations: (independent · n + merging · Σ i^(1 − alpha)) / n²,
+  // times 1 − evenness · (1 − √(8 / n)) from n = 8 on.
   return {{"slope", table->law.slope_at(iterations)},
           {"independent", table->law.independent},
           {"merging", table->law.merging},
@@ -182,7 +182,7 @@ Json prediction_json(const std::optional<PriceTable>& table, double iterations) 
 Json prices_json(const std::optional<PriceTable>& table) {
   Json json = Json::array();
   if (!table) return json;
-  for (std::size_t i = 0; i < PriceTable::usual_errors.size(); ++i) {  // that of half the error may follow
+  for (std::size_t i = 0; i < PriceTable::usual_errors.size(); ++i) {  // the price of half the error may follow
     const Price& price = table->prices[i];
     json.push_back({{"error", price.error},
                     {"iterations", number_or_null(price.iterations)},

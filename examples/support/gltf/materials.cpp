@@ -284,8 +284,7 @@ Materials::Layers Materials::specular_glossiness(const Json& packed) {
     layers.color = diffuse_image;
     return layers;
   }
-  // Texel by texel, over the coordinates that both images have; finer than 1024 × 1024 nothing is
-  // looked at.
+  // Resampled to 1024 × 1024 texels, over the coordinates of the specular image.
   constexpr int side = 1024;
   document_.budget().take(std::uintmax_t{side} * side, 4 * sizeof(float), name_ + ", converted,", document_.where());
   auto base = std::make_shared<scene::TextureImage>(), metal = std::make_shared<scene::TextureImage>();
@@ -346,7 +345,7 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
   const auto dielectric_part = [&] {
     const std::size_t bare = add(CoatedDiffuseDescription{layers.base, smooth(alpha), ior, specular}, textures);
     if (!(coat_share > 0)) return bare;
-    // A coat of the same index joins the one that is there: its surface alone is left.
+    // The clear coat merges with the dielectric coat of the base: only the outer surface remains.
     MaterialTexturesDescription under = textures;
     under.roughness = nullptr;
     const std::size_t coated =
@@ -378,8 +377,8 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
 
 std::optional<AbsorptionDescription> Materials::volume_of(const Json& material) {
   const Json& volume = Document::extension(material, "KHR_materials_volume");
-  // Without a thickness the surface is a thin wall, which absorbs nothing. How thick it is says the
-  // mesh.
+  // Without a thickness the surface is a thin wall, which absorbs nothing. The mesh itself gives
+  // the thickness.
   if (!(document_.number(volume, "thicknessFactor", 0) > 0)) return {};
   const double distance = document_.number(volume, "attenuationDistance", std::numeric_limits<double>::infinity());
   if (!(distance > 0)) throw document_.error(name_ + " has an attenuationDistance that is not above 0");

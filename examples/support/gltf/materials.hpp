@@ -23,8 +23,8 @@ struct MadeMaterial {
 
 /// How textures and colours lie on one part of a mesh.
 struct SurfaceLayout {
-  /// A texture over this set of coordinates, as a function of those that the part has; null: of
-  /// that set itself.
+  /// Maps a texture over TEXCOORD_set to the coordinates that this part of the mesh has; null: it
+  /// has that set itself.
   std::function<TextureHandle(std::size_t set, TextureHandle)> over;
   TextureHandle vertex_color, vertex_alpha;  ///< null where vertices have none
 };
@@ -35,12 +35,12 @@ class Materials {
   Materials(const Document& document, SceneDescription& scene, Diagnostics& diagnostics)
       : document_(document), scene_(scene), diagnostics_(diagnostics) {}
 
-  /// The sets of coordinates that the textures of a material are over; no number is the default
-  /// material.
+  /// The sets of coordinates (TEXCOORD_n) that the textures of a material use; no number is the
+  /// default material.
   [[nodiscard]] std::set<std::size_t> coordinate_sets(std::optional<std::size_t> number) const;
-  /// The set that its normal map is over.
+  /// The set that its normal map uses; nothing without a normal map.
   [[nodiscard]] std::optional<std::size_t> normal_map_set(std::optional<std::size_t> number) const;
-  /// With the coordinates of a mesh as they are; made once.
+  /// The material over the coordinates of a mesh as they are; made once and kept.
   [[nodiscard]] const MadeMaterial& at(std::optional<std::size_t> number);
   [[nodiscard]] MadeMaterial made(std::optional<std::size_t> number, const SurfaceLayout& layout);
 

@@ -53,7 +53,7 @@ void Primitive::unpack(const Json& packed) {
         throw document_.error(name_ + " has a packed attribute that cannot be read");
       for (std::size_t c = 0; c < components; ++c) values.push_back(static_cast<double>(value[c]));
     }
-    // Integers that stand for a share are made one by the library; those of joints stay what they
+    // draco converts normalised integers to fractions; other integers, such as joints, stay as they
     // are.
     unpacked_->attributes[attribute] = {components, std::move(values)};
   }

@@ -25,8 +25,8 @@ bool can_read_gltf() {
 namespace gltf {
 namespace {
 
-/// Throws for a file that says that it cannot be read without what is not understood here: before
-/// anything else is read.
+/// Reports each extension in extensionsRequired that is not supported here, before anything else is
+/// read.
 void require_extensions(const Document& document, Diagnostics& diagnostics) {
   static const std::set<std::string> understood {
     "KHR_lights_punctual", "KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume",
@@ -76,7 +76,7 @@ class Reader {
       scene_.camera = camera_outside();
       diagnostics_.note(document_.where(), "the scene has no camera: all of it is seen from before and above");
     }
-    // Materials that shine are seen; a sky that everything else is lit by is there all the same.
+    // Emissive materials do not count as lights: such a scene gets the sky, too.
     if (scene_.lights.empty()) {
       scene_.lights.push_back({studio_sky(), document_.where()});
       diagnostics_.note(
@@ -149,7 +149,7 @@ class Reader {
     return bones;
   }
 
-  /// Where a mesh stands: once, or as often as EXT_mesh_gpu_instancing has it.
+  /// world_from_mesh, for each instance of EXT_mesh_gpu_instancing or for the only one.
   [[nodiscard]] std::vector<glm::dmat4> places_of(const Json& node, const glm::dmat4& world_from_node) const {
     const Json& attributes = Document::member(Document::extension(node, "EXT_mesh_gpu_instancing"), "attributes");
     if (!attributes.is_object()) return {world_from_node};
@@ -229,7 +229,7 @@ class Reader {
     }
   }
 
-  /// Moves vertices with the joints that hold them: to the world.
+  /// Skins positions and normals; the results are in the world frame.
   void pose(const Primitive& primitive, const std::vector<glm::dmat4>& bones, MeshDescription& mesh) const {
     std::vector<glm::dmat4> of_vertex(mesh.positions.size(), glm::dmat4(0));
     std::vector<double> sums(mesh.positions.size(), 0);
@@ -341,7 +341,7 @@ class Reader {
   void add_camera(std::size_t number, const glm::dmat4& world_from_node) {
     const Json& camera = document_.entry("cameras", number);
     const std::string name = document_.named("camera", camera, number);
-    // glTF looks along −z; its scale is not to count.
+    // A camera of glTF looks along −z; the scale of its node is ignored.
     glm::dmat4 m = world_from_node;
     m[2] = -m[2];
     for (int i = 0; i < 3; ++i) {
@@ -393,7 +393,7 @@ class Reader {
     const glm::dvec3 from =
         glm::normalize(glm::dvec3(0.5, 0.4, 1)) * (radius / std::sin(22.5 * std::numbers::pi / 180));
     camera.world_from_camera = glm::inverse(*pbrt::look_at(middle + from, middle, {0, 1, 0}));
-    // Seen by a right hand: x to the right.
+    // `look_at` makes a left-handed camera space; glTF is right-handed: mirror x.
     camera.world_from_camera[0] = -camera.world_from_camera[0];
     camera.where = document_.where();
     return camera;

@@ -13,9 +13,9 @@ namespace gmis::tools {
 /// True when this build can read glTF.
 [[nodiscard]] bool can_read_gltf();
 
-/// Reads a .gltf or .glb file. What changes the picture and is not understood goes to
-/// `diagnostics`, like notes of the substitutes for it. Throws `InputError` for a file that is
-/// none, or when this build cannot read glTF.
+/// Reads a .gltf or .glb file. Unsupported features that change the picture, and the substitutes
+/// for them, go to `diagnostics`. Throws `InputError` for a file that is not glTF 2.0 or is broken,
+/// and when this build cannot read glTF.
 [[nodiscard]] SceneDescription read_gltf_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
                                                const LoadOptions& options = {});
 

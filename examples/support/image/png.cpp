@@ -43,7 +43,8 @@ std::array<float, 3> toned(const float* rgb, float exposure, ToneCurve tone) {
   return x;
 }
 
-/// Adds a chunk: length, type, content and their CRC-32, all big-endian [PNG, 5.3].
+/// Adds a chunk of type iTXt: length, type, content, and the CRC-32 of type and content, numbers
+/// big-endian [PNG, 5.3].
 void append_chunk(std::vector<std::uint8_t>& file, std::string content) {
   const auto append_number = [&](std::uint32_t number) {
     for (const int shift : {24, 16, 8, 0}) file.push_back(static_cast<std::uint8_t>(number >> shift));

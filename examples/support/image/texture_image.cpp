@@ -93,8 +93,8 @@ constexpr std::size_t stb_own_memory = std::size_t{1} << 16U;
 template <class Value>
 using Pixels = std::unique_ptr<Value, void (*)(void*)>;
 
-/// The channels of `part`, of pixels with `channels` of these values; `linear` makes a number of
-/// one.
+/// The colours, or for any other `part` their mean, of `count` pixels with `channels` values each;
+/// `linear` converts one value to a linear one.
 template <class Value, class Linear>
 std::vector<float> picked(const Value* pixels, std::size_t count, int channels, TexturePart part,
                           const Linear& linear) {

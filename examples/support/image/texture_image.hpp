@@ -13,10 +13,11 @@ struct TextureEncoding {
   enum class Curve { srgb, linear, gamma } curve = Curve::srgb;
   double gamma = 2.2;  ///< value = code^gamma
 };
-/// The mean of the colours as one channel; or the fourth channel, 1 where there is none.
+/// `grey`: the mean of the colours as one channel. `alpha`: the last of two or four channels, 1
+/// where there is none.
 enum class TexturePart { color, grey, alpha };
 
-/// Reads .png, .tga, .jpg, .bmp and .hdr by the library stb_image, .exr and .pfm as all images.
+/// Reads .png, .tga, .jpg, .bmp and .hdr by the library stb_image, .exr and .pfm by `read_image`.
 /// Files of floats are linear whatever the encoding. Throws `InputError`, which names `where`, when
 /// the image is missing or cannot be read.
 [[nodiscard]] std::shared_ptr<const scene::TextureImage> read_texture_image(const std::filesystem::path& file,

@@ -19,7 +19,7 @@ glm::dmat3 diagonal(const glm::dvec3& d) {
   return {{d.x, 0, 0}, {0, d.y, 0}, {0, 0, d.z}};
 }
 
-/// The locus of daylight (CIE 15, 3.1); below it that of black bodies.
+/// Chromaticity on the CIE daylight locus (CIE 15, 3.1), below 4000 K on that of black bodies.
 glm::dvec2 white_of(double kelvins) {
   if (kelvins < 4000) {
     const glm::dvec3 xyz = xyz_from_rgb(srgb) * blackbody(kelvins);

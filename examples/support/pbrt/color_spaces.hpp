@@ -17,7 +17,7 @@ struct Primaries {
 /// Bradford's adaptation of XYZ from one white to another.
 [[nodiscard]] glm::dmat3 adaptation(const glm::dvec2& from_white, const glm::dvec2& to_white);
 /// Linear sRGB from the linear RGB of a space of pbrt-v4: srgb, dci-p3, rec2020 or aces2065-1.
-/// White stays white.
+/// White stays white. Nothing for another name.
 [[nodiscard]] std::optional<glm::dmat3> srgb_from(const std::string& space);
 /// The effect of `whitebalance` of pbrt's film on linear sRGB: light of this temperature in
 /// kelvins, on the CIE's daylight locus (below 4000 K on that of black bodies), becomes white.

@@ -158,7 +158,7 @@ void Parser::make_named_medium() {
     for (int c = 0; c < 3; ++c)
       if (!((*sigma)[c] >= 0 && (*sigma)[c] <= 1e12)) parameters.fail("sigma_a", "must be from 0 to 1e12");
   }
-  parameters.ignore_all();  // MediumInterface says where it is used, if it is
+  parameters.ignore_all();  // MediumInterface reports an unsupported medium, where one is used
 }
 
 void Parser::medium_interface() {
@@ -447,7 +447,7 @@ void Parser::texture() {
   auto& textures = is_color ? textures_.colors : textures_.numbers;
   try {
     const TextureHandle made = make_texture(kind, is_color, parameters, files_, diagnostics_);
-    // What it is made of is looked up at every point, as often as it is named.
+    // Each lookup evaluates every part, once for each reference to it.
     if (made->size() > 10'000)
       throw InputError(directive_.where, "the texture " + in_quotes(name) + " has more than 10000 parts");
     textures[name] = made;

@@ -11,8 +11,8 @@
 
 /// \file
 /// The materials, lights and shapes that the directives Material, LightSource, AreaLightSource and
-/// Shape make of their parameters. Each function throws `InputError` for a kind it does not know
-/// and for parameters that make no sense.
+/// Shape make of their parameters. An unknown kind goes to `Diagnostics::unsupported` or throws
+/// `InputError`; invalid parameters throw `InputError`.
 
 namespace gmis::tools::pbrt {
 
@@ -30,7 +30,7 @@ struct Files {
 [[nodiscard]] MaterialDescription make_material(const std::string& kind, Parameters& parameters, const Files& files,
                                                 Diagnostics& diagnostics);
 
-/// Nothing when the light is black. Images are looked for in `folder`.
+/// Nothing when the light is black or of an unsupported kind.
 [[nodiscard]] std::optional<LightDescription> make_light(const std::string& kind, Parameters& parameters,
                                                          const Transform& world_from_light, const Files& files,
                                                          Diagnostics& diagnostics);
@@ -41,7 +41,7 @@ void expose(LightDescription& light, const glm::dmat3& matrix);
 /// The emission of an area light, before its area is known.
 struct AreaLight {
   EmissionDescription emission;
-  std::optional<double> power;  ///< of the whole shape, over all directions and (if so) both sides
+  std::optional<double> power;  ///< of the whole shape, over all directions and, if two-sided, both sides
   SourcePosition where;
 };
 [[nodiscard]] AreaLight make_area_light(const std::string& kind, Parameters& parameters, Diagnostics& diagnostics);

@@ -32,7 +32,7 @@ std::optional<double> strength(Parameters& parameters, const std::string& name) 
   return value;
 }
 
-/// `color` brought to the luminance `wanted`, `scale` left in.
+/// The colour of the parameter `name` with the luminance `wanted`, times the parameter "scale".
 Rgb with_luminance(Parameters& parameters, const std::string& name, double wanted) {
   const Rgb color = parameters.color(name).value_or(Rgb(1));
   const double current = luminance(color);
@@ -62,7 +62,7 @@ SpotLightDescription make_spot(Parameters& parameters, const Transform& world_fr
   return spot;
 }
 
-/// An image of the sky, `scale` left in.
+/// An image of the sky, times the parameter "scale".
 EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& world_from_light, const Files& files,
                                      Diagnostics& diagnostics) {
   for (const char* name : {"L", "illuminance"})

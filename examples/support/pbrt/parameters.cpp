@@ -217,7 +217,8 @@ std::optional<Rgb> Parameters::color(const std::string& name) {
   require_count(*parameter, 3);
   const Rgb given(parameter->numbers[0], parameter->numbers[1], parameter->numbers[2]);
   if (to_srgb_ == glm::dmat3(1)) return given;
-  // Only a colour outside of sRGB has a negative part; one that is given negative stays an error.
+  // Channels of a colour outside the sRGB gamut are cut to 0; a colour that is given with a
+  // negative channel stays an error.
   const Rgb value = to_srgb_ * given;
   return glm::min(given.x, glm::min(given.y, given.z)) < 0 ? value : glm::max(value, Rgb(0));
 }

@@ -32,12 +32,12 @@ struct Textures {
 };
 
 /// The parameters of one directive, with typed access. A getter marks its parameter as understood,
-/// and throws `InputError` when it has the wrong type, the wrong number of values, or a value that
-/// cannot be meant.
+/// and throws `InputError` when it has the wrong type, the wrong number of values, or an invalid
+/// value.
 class Parameters {
  public:
   /// `directive` is what messages call it, e.g. `Shape "sphere"`.
-  /// Where a texture varies and nothing may, `diagnostics` hears of it.
+  /// A texture that varies where only a constant is supported is reported to `diagnostics`.
   Parameters(std::string directive, SourcePosition where, std::vector<Parameter> parameters, const Textures& textures,
              Diagnostics& diagnostics)
       : directive_(std::move(directive)),

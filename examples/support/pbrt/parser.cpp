@@ -273,8 +273,8 @@ void Parser::parse_value(Parameter& parameter) {
 }
 
 std::filesystem::path Parser::resolve(const std::string& file) const {
-  // pbrt-v4 looks beside the scene that was asked for; files written for older readers mean their
-  // own folder.
+  // First in the folder of the main scene, as pbrt-v4 does; else in the folder of the file that
+  // names it, which scenes written for older readers mean.
   const std::filesystem::path beside_scene = folder_ / file;
   std::error_code error;
   if (std::filesystem::exists(beside_scene, error) || !directive_.where.file) return beside_scene;

@@ -61,8 +61,8 @@ class Parser {
   [[nodiscard]] Parameter parse_parameter();
   void parse_value(Parameter& parameter);
   void parse_nested(Lexer& lexer);
-  /// Throws, without a word of the file, when it begins with no directive: what is no scene may be
-  /// somebody's secret.
+  /// Throws when the file does not begin with a directive. The message quotes nothing of the file:
+  /// a file that is no scene may be confidential.
   static void require_scene(const Lexer& lexer);
   [[nodiscard]] std::filesystem::path resolve(const std::string& file) const;
   /// `resolve`, for a file that will be read.

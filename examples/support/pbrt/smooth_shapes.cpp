@@ -196,7 +196,7 @@ std::optional<MeshDescription> loop_subdivided(const MeshDescription& mesh, int 
     limit.push_back(smoothed(result, *around, i, 1.0 / 5, weight));
   }
   result.positions = std::move(limit);
-  // Of the fine mesh: each triangle counts by its area.
+  // Normals of the fine mesh, triangles weighted by area.
   result.normals.assign(result.positions.size(), glm::dvec3(0));
   for (const auto& triangle : result.triangles) {
     const auto p = [&](std::size_t k) { return result.positions[static_cast<std::size_t>(triangle[k])]; };

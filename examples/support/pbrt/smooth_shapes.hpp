@@ -28,7 +28,8 @@ struct PartialSphere {
 
 /// Loop's subdivision of a triangle mesh, `levels` times; vertices are then moved to where endless
 /// subdivision would move them, and have smooth normals. Edges with one triangle are borders.
-/// Nothing when an edge has more than two triangles, or two that are not turned the same way.
+/// Nothing when an edge has more than two triangles or two that are not turned the same way, when
+/// two borders meet in a vertex, or when a triangle names a vertex twice.
 [[nodiscard]] std::optional<MeshDescription> loop_subdivided(const MeshDescription& mesh, int levels);
 
 }  // namespace gmis::tools::pbrt

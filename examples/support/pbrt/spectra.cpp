@@ -18,8 +18,8 @@ struct NamedMetal {
 };
 
 // The measured spectra behind pbrt-v4's names (src/pbrt/util/spectrum.cpp), each brought to linear
-// sRGB by `rgb_of_spectrum`. CuZn is there that of Querry (1985), 70 % copper and 30 % zinc; TiO2
-// rutile, extraordinary ray, as by Devore (1951); both as refractiveindex.info lists them.
+// sRGB by `rgb_of_spectrum`. There CuZn is Querry's (1985), 70 % copper and 30 % zinc, and TiO2 is
+// rutile, extraordinary ray, by Devore (1951); both as refractiveindex.info lists them.
 constexpr std::array known_metals{
     NamedMetal{"Cu", {0.1697, 0.9709, 1.213}, {3.236, 2.594, 2.355}},
     NamedMetal{"Au", {0.1213, 0.3926, 1.587}, {3.296, 2.522, 1.762}},

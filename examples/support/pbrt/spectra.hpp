@@ -27,10 +27,11 @@ namespace gmis::tools::pbrt {
 /// pbrt's names of metals ("metal-Cu-eta"), glasses ("glass-BK7") and illuminants ("stdillum-D65");
 /// nothing for others.
 [[nodiscard]] std::optional<Rgb> named_spectrum(const std::string& name);
-/// All of them, between commas.
+/// All these names, separated by commas.
 [[nodiscard]] std::string known_spectra();
 
-/// The pairs in a text file, '#' begins a comment; nothing when it is none.
+/// The pairs in a text file, where '#' begins a comment; nothing when it holds anything but numbers
+/// or is no regular file.
 [[nodiscard]] std::optional<std::vector<double>> read_spectrum(const std::filesystem::path& file);
 
 }  // namespace gmis::tools::pbrt

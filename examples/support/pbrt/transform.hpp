@@ -32,7 +32,8 @@ using Transform = glm::dmat4;
 [[nodiscard]] std::optional<Transform> made_similarity(const Transform& m);
 
 /// Moves a shape from the space it is described in by `m`; the surface keeps the side its normals
-/// point to. Nothing when `m` would make an ellipsoid of a sphere.
+/// point to. A sphere that `m` makes an ellipsoid becomes a mesh. Nothing when `m` flattens a
+/// sphere.
 [[nodiscard]] std::optional<ShapeDescription> transformed(ShapeDescription shape, const Transform& m);
 
 }  // namespace gmis::tools::pbrt

@@ -8,8 +8,8 @@ namespace gmis::tools {
 [[nodiscard]] Image pixel_error(const Image& image, const Image& reference);
 
 /// The relative error of every pixel, the root of the mean square over its channels, in colours
-/// from black (1 % and less) over violet and orange to pale yellow (100 % and more), even steps for
-/// even factors.
+/// from black (1 % and less) over violet and orange to pale yellow (100 % and more), on a
+/// logarithmic scale.
 [[nodiscard]] Image error_map(const Image& pixel_error);
 
 /// The factor that brings the reference's brightest few per cent to white.

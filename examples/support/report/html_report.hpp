@@ -7,8 +7,9 @@
 
 namespace gmis::tools {
 
-/// The whole report as one HTML page that needs nothing but itself. `folder` is for files of a
-/// moment. Without gnuplot there are no curves in it, without libpng no images; the page says so.
+/// The whole report as one HTML page that needs nothing but itself. Temporary files go to
+/// `folder`. Without gnuplot there are no curves in it, without libpng no error maps; the page says
+/// so.
 [[nodiscard]] std::string html_of(const Comparison& comparison, const std::filesystem::path& folder);
 
 }  // namespace gmis::tools
