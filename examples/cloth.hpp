@@ -98,7 +98,8 @@ struct Cloth {
 /// f = sheen · D V + base / π · (1 − s E(a)) (1 − s E(b)), E the share of light that the sheen lobe
 /// reflects, s the largest channel of `sheen`. The base gets what the fibres leave it, both ways,
 /// so that f is reciprocal and reflects at most 1 [Estevez, Kulla 2017, section 5]. Reflectances
-/// from 0 to 1; roughness from 0.25, where E stays below 1, to 1.
+/// from 0 to 1; roughness from 0.25, where E stays below 1, to 1; throws `std::invalid_argument`
+/// otherwise.
 inline Cloth make_cloth(const Vec3& base, const Vec3& sheen, float roughness) {
   if (!(roughness >= 0.25F && roughness <= 1.0F)) throw std::invalid_argument("roughness must be from 0.25 to 1");
   for (int c = 0; c < 3; ++c)

@@ -48,7 +48,7 @@ using namespace gmis::tools;
 
 enum ExitCode : int { done = 0, failed = 1, bad_input = 2 };
 
-/// Everything that could fail for want of a folder or a library is tried before the work.
+/// Throws before rendering when the folder of an output or a library for its format is missing.
 void check_outputs(const Options& options) {
   if (options.denoise && !has_denoiser())
     throw InputError(
@@ -185,7 +185,7 @@ void print_summary(const RenderResult& result, const RenderRequest& request, con
   for (const auto& output : written) std::printf("wrote %s\n", output.c_str());
 }
 
-/// One line: how much was left out, and how to look into it.
+/// One line: how many samples were rejected, and the --replay option for the first of them.
 void print_distrust(const RenderResult& result, double largest_share) {
   const gmis::Counters& counters = result.counters;
   std::fprintf(
@@ -242,8 +242,8 @@ int print_check(const std::filesystem::path& file, const LoadOptions& load, bool
   return bad_input;
 }
 
-/// Loads scene and request. Where a rank fails, all throw what the first of them that failed has to
-/// say, so that none waits for it.
+/// Calls `load` on every rank. If any of them throws, all throw the message of the first rank that
+/// failed, so that no rank waits for another.
 template <class Load>
 void on_all_ranks(const gmis::RanksRef& ranks, const Load& load) {
   if (ranks.count() == 1) return load();
@@ -332,7 +332,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
   if (reference) request.reference = reference->rgb;
   const bool is_kept = !options.checkpoint_file.empty() || !options.resume_files.empty();
   request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept ||
-                      options.layers;  // one is the variance
+                      options.layers;  // one layer is the variance
   if (is_kept || ranks.count() > 1) identify_scene(request, loaded, options);
   on_all_ranks(ranks, [&] {
     if (is_first)
@@ -372,7 +372,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
       last_written = std::chrono::steady_clock::now();
     }
     expose(image);
-    WriteFailures on_the_way;  // what counts is the last picture
+    WriteFailures on_the_way;  // only the final picture must be written
     for (const auto& output : options.outputs) on_the_way.attempt([&] { write_image(image, output, extras); });
   };
   ProgressBar bar(request.budget, pieces_of_iteration(request, scene), !options.quiet && is_first);

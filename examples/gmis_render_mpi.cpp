@@ -61,7 +61,8 @@ class MpiRanks {
     });
   }
 
-  /// One line of JSON on standard error: what rank 0 has received, and the seconds of it.
+  /// With GMIS_MPI_TIMES set: one line of JSON on standard error, with the bytes that rank 0
+  /// received and the seconds this took.
   void print_times() const {
     if (is_measuring_ && rank_ == 0)
       std::fprintf(stderr,

@@ -164,7 +164,7 @@ class Scene {
   [[nodiscard]] double selection_probability(const Light&) const { return 1.0 / static_cast<double>(lights_.size()); }
   [[nodiscard]] std::array<const Light*, 0> infinite_lights() const { return {}; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
-  /// Optional: all that this renderer can have. Without it gmis reckons with everything.
+  /// Optional: all effects that this renderer can have. Without it gmis assumes every effect.
   [[nodiscard]] gmis::Effects effects() const {
     return {.diffuse = true, .specular_reflection = true, .specular_transmission = true, .area_lights = true};
   }

@@ -4,8 +4,8 @@
 #include "adapter.hpp"
 #include "world.hpp"
 
-// Checks the adapter: whether its types do what they state. Once, when the adapter changes; the
-// renderer does without it.
+// Checks the adapter: whether its types do what they state. Run it when the adapter changes; the
+// renderer does not need it.
 
 int main() {
   const theirs::World world = theirs::make_world(64, 48);

@@ -8,7 +8,7 @@
 #include <vector>
 
 /// \file
-/// A renderer that exists: it knows nothing of gmis. Everything is in double, with vectors of its
+/// An existing renderer, which knows nothing of gmis. Everything is in double, with vectors of its
 /// own.
 ///
 /// - Directions are those in which light travels: `arriving` points *into* the surface, `leaving`

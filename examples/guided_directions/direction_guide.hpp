@@ -15,9 +15,9 @@
 
 namespace gmis {
 
-/// Light or importance that a subpath brought to a surface point: light along a light subpath
-/// (`mode` radiance: camera subpaths go on to where it comes from), importance along a camera
-/// subpath.
+/// Light or importance that a training subpath brought to a surface point: a light subpath brings
+/// light, which guides camera subpaths (`mode` radiance); a camera subpath brings importance, which
+/// guides light subpaths (`mode` importance).
 template <std::floating_point T>
 struct Incidence {
   Vec3<T> position;    ///< of the surface point
@@ -60,7 +60,7 @@ template <std::floating_point T>
 class LearnedLobe {
  public:
   LearnedLobe() = default;
-  /// The probability of a direction by a learned lobe, where there is one.
+  /// Probability of sampling the learned lobe where there is one.
   static constexpr T learned_share = T(0.5);
 
   /// `cell` must outlive this; null for no lobe.
@@ -72,7 +72,7 @@ class LearnedLobe {
   [[nodiscard]] T share(bool is_front, TransportMode mode) const noexcept {
     return table(is_front, mode) != nullptr ? learned_share : T(0);
   }
-  /// On the hemisphere around the axis of the cell.
+  /// A unit direction on the hemisphere around the axis of the cell, in the world frame.
   [[nodiscard]] Vec3<T> sample(bool is_front, const Vec2<T>& uv, TransportMode mode) const noexcept {
     return cell_->to_world(is_front, square_to_octahedral_hemisphere(table(is_front, mode)->warp(uv).point));
   }
@@ -101,8 +101,8 @@ class DirectionGuide {
   /// A part of the surfaces.
   using Cell = GuideCell<T>;
 
-  /// Cells with more incidences are divided: of the mode that has fewer of them, as long as those
-  /// are enough for a table.
+  /// A cell is divided when the mode with fewer incidences has more than this number; if that mode
+  /// has too few for a table, the other one counts.
   static constexpr std::size_t most_incidences = 512;
   /// A table of fewer incidences is not made: the BSDF keeps its own sampling.
   static constexpr std::size_t least_incidences = 64;
@@ -136,8 +136,7 @@ class DirectionGuide {
   DirectionGuide& operator=(DirectionGuide&&) noexcept = default;
   ~DirectionGuide() = default;
 
-  /// The lobe at a surface point. None where the BSDF says that it has a narrow lobe, which other
-  /// directions miss.
+  /// The lobe at a surface point; empty where `is_guidable` is false or nothing was learned.
   template <Bsdf B>
   [[nodiscard]] Lobe lobe_at(const SurfacePoint<T>& point, const B& bsdf) const noexcept {
     if (nodes_.empty() || !is_guidable(bsdf)) return {};
@@ -145,8 +144,8 @@ class DirectionGuide {
     while (node->axis < 3) node = &nodes_[node->link + (point.position[node->axis] < node->split ? 0U : 1U)];
     return node->link == none ? Lobe() : Lobe(&cells_[node->link]);
   }
-  /// Whether surfaces with this BSDF are guided: neither purely delta nor with a lobe that is
-  /// narrow, as far as it tells.
+  /// Whether surfaces with this BSDF are guided: it is not purely delta and reports no narrow lobe,
+  /// which guided directions would miss.
   template <Bsdf B>
   [[nodiscard]] static constexpr bool is_guidable(const B& bsdf) noexcept {
     if constexpr (BsdfWithNarrowLobes<B>)

@@ -11,7 +11,7 @@
 
 namespace gmis {
 
-/// A lobe of directions at one surface point that is no part of its BSDF. It may depend on the side
+/// A sampling lobe at one surface point in addition to those of its BSDF. It may depend on the side
 /// of the surface that the subpath arrives from (`is_front`: that of the shading normal) and on the
 /// transport mode, and on nothing else. Copied into vertices: keep it small.
 ///
@@ -184,7 +184,7 @@ class Guided {
       const T cosine = std::abs(glm::dot(shading_normal(), to_next));
       return Sample{to_next, f.value * (cosine / f.pdf.forward.value), f.pdf, false, T(1)};
     }
-    // The number is used twice: what chose the BSDF's own sampling chooses one of its lobes, too.
+    // u chose the BSDF's own sampling; rescaled to [0, 1), it also chooses one of the BSDF's lobes.
     const T rest = T(1) - share, below_one = T(1) - std::numeric_limits<T>::epsilon() / T(2);
     auto drawn = sample_bsdf<needs_reverse>(own_, to_prev, std::min((u - share) / rest, below_one), uv, mode);
     if (!drawn || lobe_.is_empty()) return drawn;

@@ -17,9 +17,9 @@ concept LobeSource = Scene<Sc> && DirectionLobe<typename G::Lobe, ScalarOf<typen
   { guide.lobe_at(point, bsdf) } -> std::same_as<typename G::Lobe>;
 };
 
-/// A scene like another one, with guided BSDFs: meets `gmis::Scene`, so that every integrator
-/// renders it. Both the scene and the guide must outlive it, and the guide must not change. With an
-/// empty guide its pictures have the bits of the scene's own.
+/// Scene decorator with guided BSDFs: meets `gmis::Scene`, so that every integrator renders it.
+/// Both the scene and the guide must outlive it, and the guide must not change. With an empty
+/// guide its pictures are bitwise those of the scene.
 template <Scene Sc, LobeSource<Sc> Guide = DirectionGuide<ScalarOf<typename Sc::Spectrum>>>
 class GuidedScene : public SceneLike<Sc> {
  public:

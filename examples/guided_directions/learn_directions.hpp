@@ -19,7 +19,7 @@ struct GuideTraining {
   std::uint64_t seed = 0;  ///< selects the random numbers
   int max_depth = 16;      ///< greatest number of edges of a subpath
   int rounds = 2;          ///< each has twice the subpaths of the one before, and is guided by what is learned so far
-  std::size_t first_paths = 8192;  ///< camera subpaths of the first round, and light subpaths
+  std::size_t first_paths = 8192;  ///< light and camera subpaths each in round 1, rounded up to a multiple of 256
 };
 
 namespace detail {

@@ -6,7 +6,7 @@
 #include "adapter.hpp"
 
 // A town with many lamps, rendered with lamps chosen for their receiver and with all lamps chosen
-// alike: the estimated errors of both after as many iterations.
+// alike: the estimated errors of both after the same number of iterations.
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 /// \file
-/// A renderer that exists: it knows nothing of gmis. It renders towns at night: patches that are
+/// An existing renderer, which knows nothing of gmis. It renders towns at night: patches that are
 /// diffuse on both sides, and many lamps. Single precision, z up. A grid over the town knows which
 /// lamps matter in each of its cells.
 

@@ -86,8 +86,8 @@ inline double modes(double x) {
 inline double span(double x) {
   return 0.2 * logistic(-2.0, 0.8).pdf(x) + 0.7 * logistic(0.0, 0.5).pdf(x) + 0.1 * logistic(3.0, 1.0).pdf(x);
 }
-/// A smooth floor and a narrow highlight: the proposals fit the one or the other, two cover a part
-/// only.
+/// A smooth floor and a narrow highlight. Each proposal fits one of them; two of the four cover
+/// only a part of the domain.
 inline double highlight(double x) {
   return 0.5 + x + (x >= 0.6 && x < 0.64 ? 20.0 : 0.0);
 }
