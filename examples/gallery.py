@@ -106,9 +106,11 @@ def markdown_of(pictures):
     lines = [
         "# Gallery",
         "",
-        f"The built-in scenes, {pictures[0]['iterations']} iterations each. `./run gallery --docs` renders them, and writes this page and its figures;",
-        "`./run gallery` renders larger pictures, for a given time, to `out/gallery/gallery.html`. The integrator is `auto`. The error is that of the",
-        "whole picture, estimated without a reference, with its interval of 95 % where it has one.",
+        f"The built-in scenes, {pictures[0]['iterations']} iterations each.",
+        "`./run gallery --docs` renders them, and writes this page and its figures; `./run gallery` renders larger pictures, for a given time, to "
+        "`out/gallery/gallery.html`.",
+        "The integrator is `auto`.",
+        "The error is that of the whole picture, estimated without a reference, with its interval of 95 % where it has one.",
         "",
     ]
     for p in pictures:

@@ -75,6 +75,12 @@ RadiusChoice radius_of(const std::string& text) {
   return {*value, is_in_scene_units};
 }
 
+std::string argument_of(const RadiusChoice& radius) {
+  std::ostringstream text;
+  text << radius.value << (radius.is_in_scene_units ? "u" : "");
+  return text.str();
+}
+
 std::string text_of(const RadiusChoice& radius) {
   std::ostringstream text;
   text << radius.value << (radius.is_in_scene_units ? " scene units" : " pixel widths");

@@ -159,9 +159,10 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "How next events choose a light: power, receiver (power, distance and orientation seen from the shading "
          "point; pays with many lights) or learned (receiver where it pays; auto's default)")
       ->type_name("power|receiver|learned");
-  app.add_option("--emission", raw.emission,
-                 "Where light subpaths start: power (in proportion to emitted power) or learned (where their light is needed; "
-                 "auto's default)")
+  app.add_option(
+         "--emission", raw.emission,
+         "Where light subpaths start: power (in proportion to emitted power) or learned (where their light is needed; "
+         "auto's default)")
       ->type_name("power|learned");
   app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations,
@@ -170,8 +171,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--time", raw.seconds, "Stop after this number of seconds")->type_name("SECONDS");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error has fallen to this value")
       ->type_name("NUMBER");
-  app.add_option("--isa", raw.isa,
-                 "Fail unless the program is compiled for this instruction set: x86-64 or x86-64-v3")
+  app.add_option("--isa", raw.isa, "Fail unless the program is compiled for this instruction set: x86-64 or x86-64-v3")
       ->type_name("x86-64|x86-64-v3");
   app.add_option("--crop", raw.crop, "X0,Y0,X1,Y1: render these pixels only")->type_name("X0,Y0,X1,Y1");
   app.add_option("--effects", options.effects,
@@ -236,8 +236,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("studio|white|none|FILE");
   app.add_option("--at", options.load.seconds, "Show the first animation of a glTF file at this time")
       ->type_name("SECONDS");
-  app.add_option("--max-memory", raw.max_memory,
-                 "Most memory that reading the scene may take, in bytes, or with the suffix M or G (3/4 of the machine's)")
+  app.add_option(
+         "--max-memory", raw.max_memory,
+         "Most memory that reading the scene may take, in bytes, or with the suffix M or G (3/4 of the machine's)")
       ->type_name("BYTES");
   app.add_flag("--lenient", options.lenient, "Render a scene with unsupported features; warn of each");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");

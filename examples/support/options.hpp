@@ -108,7 +108,8 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 [[nodiscard]] std::array<int, 2> size_of(const std::string& text);
 [[nodiscard]] PathChoice path_choice_of(const std::string& text);
 [[nodiscard]] RadiusChoice radius_of(const std::string& text);
-[[nodiscard]] std::string text_of(const RadiusChoice& radius);
+[[nodiscard]] std::string argument_of(const RadiusChoice& radius);  ///< what `radius_of` reads
+[[nodiscard]] std::string text_of(const RadiusChoice& radius);      ///< for a reader
 
 [[nodiscard]] const char* name_of(IntegratorChoice integrator);
 [[nodiscard]] const char* name_of(SplitChoice split);

@@ -327,7 +327,8 @@ std::string explain(const Options& options, const RenderRequest& request, const 
          << " = " << text_of(options.radius.value_or(RadiusChoice{counts.radius_factor * 0.4})) << ", times i^"
          << (request.settings.alpha - 1) / 2 << "\n";
   if (request.split == SplitChoice::paper && request.integrator == IntegratorChoice::gmis)
-    text << "bias        this split policy drops the unfinished subpaths at the end of its budget: the picture is too dark\n";
+    text << "bias        this split policy drops the unfinished subpaths at the end of its budget: the picture is too "
+            "dark\n";
   text << "threads     " << threads << "\nstops       ";
   const char* separator = "";
   const auto stop = [&](const auto& value, const char* unit) {

@@ -48,7 +48,8 @@ void write_whole(const fs::path& file, const std::function<void(const fs::path&)
   const fs::path target = target_of(file);
   std::error_code error;
   if (is_special(target)) return write(target);
-  const OutputError failure(file.string() + ": this file cannot be written: check that the folder exists and has space");
+  const OutputError failure(file.string() +
+                            ": this file cannot be written: check that the folder exists and has space");
   if (fs::is_directory(target, error)) throw failure;
   const fs::path part = beside(target);
   try {
@@ -91,7 +92,7 @@ void require_writable(const fs::path& file) {
   fs::remove(part, error);
   if (!can_write)
     throw InputError(file.string() +
-                     ": no file can be written in this folder: is there one, with space and permission?");
+                     ": no file can be written in this folder: check that it exists, its permissions and free space");
 }
 
 }  // namespace gmis::tools

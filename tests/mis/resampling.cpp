@@ -309,7 +309,7 @@ double stratified_variance(const four::Problem& problem, std::uint32_t per_propo
 
 // 4 problems × 2 sizes × (mean, variance, mean of all rounds together).
 TEST_CASE("randomised quasi-Monte Carlo: unbiased, with the variance of strata", "[mis]") {
-  const double level = test::sidak_level(1e-4, 16);
+  const double level = test::sidak_level(1e-4, 24);
   gmis::Philox source(gmis_test::seed(75));
   for (const four::Problem& problem : problems)
     for (const std::uint32_t per_proposal : {1U, 8U}) {

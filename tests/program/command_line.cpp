@@ -835,7 +835,7 @@ Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
   // resumed.
   const auto by_gain = run(folder, same + "--lights learned --explain --stats learned.json");
   REQUIRE(by_gain.exit_code == 0);
-  CHECK(by_gain.out.find("lights      of next events chosen for the receiver: ") != std::string::npos);
+  CHECK(by_gain.out.find("lights      for next events chosen for the receiver: ") != std::string::npos);
   const auto learned = nlohmann::json::parse(text_of(folder / "learned.json"));
   CHECK(learned["image_hash"] == receiver["image_hash"]);
   CHECK(learned["light_use"]["chooses_for_receiver"] == true);

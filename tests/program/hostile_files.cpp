@@ -121,7 +121,7 @@ TEST_CASE("Pipes, files outside of the folder and of the network are not opened"
        {"../../etc/passwd", "/etc/passwd", "%2e%2e/secret.bin", "sub/../../secret.bin", "..", "file:///etc/passwd"}) {
     CAPTURE(uri);
     const std::string error = of_buffer(uri);
-    CHECK((error.find("not inside of the folder") != std::string::npos || error.find("network") != std::string::npos));
+    CHECK((error.find("outside the folder") != std::string::npos || error.find("network") != std::string::npos));
     CHECK(error.find("bytes") == std::string::npos);
   }
   CHECK_THAT(of_buffer("nowhere.bin"), Contains("is missing"));

@@ -201,6 +201,10 @@ TEST_CASE("Images of every kind have the values that were written") {
       CHECK(png->texel(x, y).y == Approx((60 * y + 20) / 255.0));
     }
   CHECK(read_texture_image(features / "colors.png", {}, TexturePart::alpha, budget, {})->texel(1, 1).x == 1.0F);
+  std::ofstream(folder.path / "half.hdr", std::ios::binary)
+      << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x80";  // 1/2 in each channel
+  CHECK(read_texture_image(folder.path / "half.hdr", {}, TexturePart::grey, budget, {})->texel(0, 0).x == Approx(0.5));
+  CHECK(read_texture_image(folder.path / "half.hdr", {}, TexturePart::alpha, budget, {})->texel(0, 0).x == 1.0F);
   CHECK(read_texture_image(features / "ramp.png", {}, TexturePart::color, budget, {})->channels == 1);
 }
 

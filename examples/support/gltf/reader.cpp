@@ -79,9 +79,8 @@ class Reader {
     // Emissive materials do not count as lights: such a scene gets the sky, too.
     if (scene_.lights.empty()) {
       scene_.lights.push_back({studio_sky(), document_.where()});
-      diagnostics_.note(
-          document_.where(),
-          "the scene has no light but emissive materials: the sky \"studio\" is added (see --sky)");
+      diagnostics_.note(document_.where(),
+                        "the scene has no light but emissive materials: the sky \"studio\" is added (see --sky)");
       const auto transmits = [](const MaterialDescription& material) {
         return std::holds_alternative<DielectricDescription>(material.kind);
       };

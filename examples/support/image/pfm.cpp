@@ -30,7 +30,8 @@ void write_pfm(const Image& image, const std::filesystem::path& file) {
     stream.write(reinterpret_cast<const char*>(row.data()), static_cast<std::streamsize>(row_size * sizeof(float)));
   }
   stream.flush();
-  if (!stream) throw OutputError(file.string() + ": this file cannot be written: check that the folder exists and has space");
+  if (!stream)
+    throw OutputError(file.string() + ": this file cannot be written: check that the folder exists and has space");
 }
 
 Image read_pfm(const std::filesystem::path& file, LoadBudget* budget) {

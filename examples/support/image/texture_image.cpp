@@ -185,7 +185,10 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
     const Pixels<float> pixels(stbi_loadf_from_memory(bytes, size, &width, &height, &channels, 0), stbi_image_free);
     if (!pixels) throw fail();
     set_size(part == TexturePart::color && channels >= 3 ? 3 : 1);
-    result->floats = picked(pixels.get(), pixel_count(), channels, part, [](float value) { return value; });
+    if (part == TexturePart::alpha)
+      result->floats.assign(pixel_count(), 1.0F);  // such files have none
+    else
+      result->floats = picked(pixels.get(), pixel_count(), channels, part, [](float value) { return value; });
     return result;
   }
   if (stbi_is_16_bit_from_memory(bytes, size) != 0) {

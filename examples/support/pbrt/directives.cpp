@@ -67,9 +67,10 @@ void Parser::change_transforms(const Change& change) {
     if (!is_active) continue;
     const Transform next = change(*transform);
     if (!is_affine(next))
-      throw InputError(directive_.where, directive_.text +
-                                             ": the result is out of range, or the transform is not affine (its last column "
-                                             "must be 0 0 0 1)");
+      throw InputError(directive_.where,
+                       directive_.text +
+                           ": the result is out of range, or the transform is not affine (its last column "
+                           "must be 0 0 0 1)");
     *transform = next;
   }
 }
@@ -82,9 +83,10 @@ void Parser::require_rest() {
 
 void Parser::concat(const Transform& m) {
   if (!is_affine(m))
-    throw InputError(directive_.where, directive_.text +
-                                           ": the result is out of range, or the transform is not affine (its last column "
-                                           "must be 0 0 0 1)");
+    throw InputError(directive_.where,
+                     directive_.text +
+                         ": the result is out of range, or the transform is not affine (its last column "
+                         "must be 0 0 0 1)");
   change_transforms([&](const Transform& before) { return before * m; });
 }
 
@@ -412,7 +414,8 @@ void Parser::camera() {
   camera.focal_distance = parameters.number_or("focaldistance", 1e6);
   if (!(camera.focal_distance > 0)) parameters.fail("focaldistance", "must be above 0");
   if (camera.is_orthographic && camera.lens_radius > 0) {
-    diagnostics_.warning(directive_.where, "a lens is not supported with an orthographic camera: everything is in focus");
+    diagnostics_.warning(directive_.where,
+                         "a lens is not supported with an orthographic camera: everything is in focus");
     camera.lens_radius = 0;
   }
   camera_exposure_ = parameters.number_or("shutterclose", 1) - parameters.number_or("shutteropen", 0);

@@ -102,8 +102,10 @@ MeshDescription make_loop_subdivision(Parameters& parameters) {
   parameters.ignore({"scheme"});
   auto result = loop_subdivided(mesh, levels);
   if (!result)
-    parameters.fail("indices", "has an edge with more than two triangles, a vertex where two borders meet, a triangle that names a vertex "
-                    "twice, or neighbours that are turned differently");
+    parameters.fail(
+        "indices",
+        "has an edge with more than two triangles, a vertex where two borders meet, a triangle that names a vertex "
+        "twice, or neighbours that are turned differently");
   return std::move(*result);
 }
 

@@ -59,7 +59,7 @@ std::string command_of(const ComparisonRequest& request, const std::string& scen
   text += " --size " + std::to_string(size.x) + "x" + std::to_string(size.y) + " --max-depth " +
           std::to_string(options.max_depth) + " --seed " + std::to_string(run.seed) + " --iterations " +
           std::to_string(run.iterations);
-  if (options.radius) text += " --radius " + text_of(*options.radius);
+  if (options.radius) text += " --radius " + argument_of(*options.radius);
   if (options.alpha != defaults.alpha) text += " --alpha " + three_digits(options.alpha);
   if (options.light_paths != defaults.light_paths)
     text += " --light-paths " + three_digits(options.light_paths.value_or(1));
