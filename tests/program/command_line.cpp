@@ -569,7 +569,7 @@ TEST_CASE("What is said: explanations, warnings, nothing when quiet") {
   std::ofstream(folder / "odd.pbrt")
       << "Sampler \"halton\"\nWorldBegin\nFoo 1 2\n"
          "LightSource \"point\" \"point3 from\" [ 0 0 -3 ]\nTranslate 0 0 3 Shape \"sphere\"\n";
-  const Outcome refused = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out a.pfm");
+  const Outcome refused = run(folder, "odd.pbrt --size 4x4 --iterations 1 --out b.pfm");
   CHECK(refused.exit_code == 2);
   CHECK(refused.err.find("odd.pbrt:3: the directive \"Foo\"") != std::string::npos);
   CHECK_FALSE(fs::exists(folder / "b.pfm"));

@@ -96,6 +96,7 @@ TEST_CASE("a checkpoint of two ranks is resumed by three, and by gmis-render") {
   REQUIRE(run(folder, same + "--iterations 12 --out whole.pfm").exit_code == 0);
   // The pilot chooses for the length of the run that the checkpoint is of.
   REQUIRE(run_on(folder, 2, same + "--iterations 12 --out a.pfm --checkpoint a.ck --write-every 0").exit_code == 0);
+  CHECK(text_of(folder / "a.pfm") == text_of(folder / "whole.pfm"));
   REQUIRE(run_on(folder, 2, same + "--iterations 5 --out b.pfm --checkpoint b.ck").exit_code == 0);
   REQUIRE(run(folder, same + "--iterations 5 --out short.pfm").exit_code == 0);
   CHECK(text_of(folder / "b.pfm") == text_of(folder / "short.pfm"));

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <glm/vec3.hpp>
 #include <map>
+#include <numeric>
 #include <random>
 #include <span>
 #include <tuple>
@@ -254,6 +255,10 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
     CHECK(static_cast<double>(per_pixel[estimate->worst[k].pixel]) == Approx(static_cast<double>(sorted[k])));
   }
   CHECK(estimate->share_of_worst() == Approx(static_cast<double>(five)).epsilon(1e-4));
+  const std::size_t kept = pixels - pixels / 1000;  // all of 42, 5888 of 5893
+  const Real sum_of_kept = std::accumulate(sorted.end() - static_cast<std::ptrdiff_t>(kept), sorted.end(), Real(0));
+  CHECK(estimate->relative_error_trimmed ==
+        Approx(static_cast<double>(std::sqrt(sum_of_kept / static_cast<Real>(3 * kept)))).epsilon(1e-5));
 
   // The interval: how far the products of different parts scatter about the mean that they should
   // have.
@@ -267,11 +272,15 @@ TEST_CASE("The estimate is its definition, summed by brute force") {
     }
   const auto count = static_cast<Real>(shares.size());
   const Real deviation = 2 * std::sqrt(chance / ((count - 1) * (count - 3))) * count / sum;
-  const Real t = gmis::student_t_quantile(0.975, static_cast<double>(shares.size() - 1));
-  const Real reach =
-      std::exp((t * deviation + std::log(std::max({1.0L, expected.far / sum, sum / expected.near}))) / 2);
-  CHECK(estimate->interval.upper / estimate->relative_error == Approx(static_cast<double>(reach)).epsilon(1e-4));
-  CHECK(estimate->relative_error / estimate->interval.lower == Approx(static_cast<double>(reach)).epsilon(1e-4));
+  const auto reach_at = [&](double quantile) {
+    const Real t = gmis::student_t_quantile(quantile, static_cast<double>(shares.size() - 1));
+    return static_cast<double>(
+        std::exp((t * deviation + std::log(std::max({1.0L, expected.far / sum, sum / expected.near}))) / 2));
+  };
+  CHECK(estimate->interval.upper / estimate->relative_error == Approx(reach_at(0.975)).epsilon(1e-4));
+  CHECK(estimate->relative_error / estimate->interval.lower == Approx(reach_at(0.975)).epsilon(1e-4));
+  const auto with_half = gmis::estimate_error(means, 0.5);  // a confidence of a half
+  CHECK(with_half->interval.upper / estimate->relative_error == Approx(reach_at(0.75)).epsilon(1e-4));
 
   // On threads: the same bits.
   for (const int threads : {1, 3}) {
@@ -352,6 +361,21 @@ TEST_CASE("The estimate of joined runs is its definition, summed by brute force"
   const auto estimate = gmis::estimate_error(means);
   REQUIRE(estimate.has_value());
   CHECK(estimate->relative_error == Approx(static_cast<double>(std::sqrt(expected.sum / 42))).epsilon(1e-6));
+
+  // The variance of each mean, from how far each part is off the mean of the others.
+  const std::vector<double> variances = gmis::variances_of_means(means);
+  REQUIRE(variances.size() == 42);
+  for (std::size_t p = 0; p < 42; ++p) {
+    Real all = 0, variance = 0;
+    for (std::size_t b = 0; b < shares.size(); ++b) all += shares[b] * static_cast<Real>(means.value(b, p));
+    for (std::size_t b = 0; b < shares.size(); ++b) {
+      const auto here = static_cast<Real>(means.value(b, p));
+      const Real others = (all - shares[b] * here) / (1 - shares[b]);
+      variance += shares[b] * shares[b] * (1 - shares[b]) * (here - others) * (here - others);
+    }
+    CHECK(variances[p] == Approx(static_cast<double>(variance)).epsilon(1e-9));
+  }
+  CHECK(gmis::variances_of_means(gmis::BatchMeans<float>(size)).empty());
 }
 
 // As below for single runs: fewer than 90 % of 400 would be in 1 of 40,000 seeds.
@@ -422,7 +446,7 @@ TEST_CASE("Without fireflies the interval covers the true error in at least 90 %
   for (const int iterations : {16, 32, 128}) {
     int covered = 0, shown = 0;
     double reach = 0;
-    const int runs = iterations == 128 ? 200 : 400;
+    constexpr int runs = 400;
     for (int run = 0; run < runs; ++run) {
       const auto means = picture.run(source, iterations);
       const auto estimate = gmis::estimate_error(means);
@@ -519,7 +543,17 @@ TEST_CASE("Doubts: what is too little, what is black, what does not vary, what a
   CHECK_FALSE(gmis::estimate_error(picture.run(source, 1)).has_value());
   CHECK(gmis::estimate_error(picture.run(source, 2))->relative_error > 0);
   CHECK(gmis::estimate_error(picture.run(source, 7))->doubt == gmis::ErrorDoubt::few_batches);
-  CHECK(gmis::estimate_error(picture.run(source, 32))->doubt == gmis::ErrorDoubt::none);
+  const auto sure = picture.run(source, 32);  // 16 batches
+  CHECK(gmis::estimate_error(sure)->doubt == gmis::ErrorDoubt::none);
+  // Each limit by itself brings its own doubt.
+  const auto doubt_with = [&](const gmis::ErrorCalibration& calibration) {
+    return gmis::estimate_error(sure, 0.95, calibration)->doubt;
+  };
+  CHECK(doubt_with({.fewest_batches = 16}) == gmis::ErrorDoubt::none);
+  CHECK(doubt_with({.fewest_batches = 17}) == gmis::ErrorDoubt::few_batches);
+  CHECK(doubt_with({.largest_disagreement = 1.0}) == gmis::ErrorDoubt::rare_events);
+  CHECK(doubt_with({.largest_deviation = 0.0}) == gmis::ErrorDoubt::few_pixels);
+  CHECK(doubt_with({.largest_share_of_worst = 0.0}) == gmis::ErrorDoubt::few_pixels);
 
   for (const float value : {0.0F, 0.1F, 3.0F}) {  // black, or what needs no sampling
     gmis::BatchMeans<float> constant({4, 4});

@@ -343,6 +343,20 @@ TEST_CASE("materials refuse what is none", "[bsdf]") {
   CHECK_THROWS_AS(make_dielectric(0), std::invalid_argument);
   CHECK_THROWS_AS(make_conductor({1, 1, 1}, {1, 1, 1}, 2), std::invalid_argument);
   CHECK_THROWS_AS(make_coated_diffuse({0.5, 0.5, 0.5}, 0.9, 0.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_coated_diffuse({0.5, 0.5, 0.5}, 1.5, 1.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_coated_diffuse({0.5, 0.5, 0.5}, 1.5, 0.1, 1.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_phong({0, 0, 0}, {1, 1, 1}, 1.1e6), std::invalid_argument);
+  CHECK_THROWS_AS(make_phong({0, 0, 0}, {-0.1, 0, 0}, 1), std::invalid_argument);
+  CHECK_THROWS_AS(make_mirror({-0.1, 0, 0}), std::invalid_argument);
+  CHECK_THROWS_AS(make_dielectric(100), std::invalid_argument);
+  CHECK_THROWS_AS(make_dielectric(1.5, 1.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_dielectric(1.5, 0.1, Masking::separable, {1, 1.1, 1}), std::invalid_argument);
+  CHECK_THROWS_AS(make_conductor({1, 1.1e6, 1}, {1, 1, 1}, 0.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_conductor({1, 1, 1}, {1, -0.1, 1}, 0.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_conductor_of_reflectance({-0.1, 0, 0}, 0.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_diffuse_transmission({0, 0, 0}, {-0.1, 0, 0}), std::invalid_argument);
+  CHECK_THROWS_AS(make_coated_conductor({1, 1, 1}, {1, 1, 1}, 0.1, 0.9, 0.1), std::invalid_argument);
+  CHECK_THROWS_AS(make_coated_conductor({1, 1, 1}, {1, 1, 1}, 0.1, 1.5, 1.1), std::invalid_argument);
 }
 
 }  // namespace

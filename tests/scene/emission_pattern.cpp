@@ -1,5 +1,7 @@
 #include "gmis/scene/emission_pattern.hpp"
 
+#include <algorithm>
+#include <cstdlib>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
@@ -111,7 +113,7 @@ TEST_CASE("next events and light subpaths carry the mean of the image", "[statis
       const double d2 = px * px + py * py + 625;
       wanted += glm::dvec3(image->texel(x / steps, y / steps)) * (25 / std::sqrt(d2)) / d2 * (4 / (n * n));
     }
-  // Twelve z-tests: 5 standard deviations are a false alarm in 1e5.
+  // Six z-tests: 5 standard deviations are a false alarm in 290,000.
   const auto agrees = [](double sum, double squares, double exact) {
     const double found = sum / count, error = std::sqrt(std::max(0.0, squares / count - found * found) / count);
     CAPTURE(found, error, exact);
@@ -175,4 +177,23 @@ TEST_CASE("bounds over a rectangle hold and are tight for an image") {
       }
     }
   }
+  // One bright texel, its middle at (60.5, 23.5) / 64: it is in the bounds of the texels beside it,
+  // and in those of none that is more than three away.
+  auto dark = std::make_shared<TextureImage>();
+  dark->resolution = {64, 64};
+  dark->channels = 1;
+  dark->floats.assign(64 * 64, 0.0F);
+  dark->floats[64 * 40 + 60] = 1;
+  const auto texel = Tex::image(dark, {}, TextureWrap::clamp), grey = Tex::constant(glm::dvec3(0.25));
+  const auto product = Tex::product(grey, texel), mix = Tex::mix(grey, texel, texel);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const auto middle = (Vec2<float>(static_cast<float>(x), static_cast<float>(y)) + 0.5F) / 64.0F;
+      const auto low = middle - 0.001F, high = middle + 0.001F;
+      const float upper = texel->upper_between(low, high).x;
+      const int off = std::max(std::abs(x - 60), std::abs(y - 23));
+      CHECK(((off > 1 && upper == 0) || (off <= 3 && upper == 1)));
+      CHECK(product->upper_between(low, high).x == 0.25F * upper);
+      CHECK(mix->upper_between(low, high).x == std::max(0.25F, upper));
+    }
 }
