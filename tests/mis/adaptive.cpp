@@ -88,15 +88,20 @@ TEST_CASE("self-normalised: means, stated covariance and effective sample size",
 TEST_CASE("self-normalised: log targets, single rounds, faults", "[mis]") {
   gmis::Philox source(gmis_test::seed(92));
   const std::array<test::Normal3, 2> proposals{{{{0.5, 0.0, 0.0}, 1.2}, {{-0.5, 0.2, 0.0}, 1.4}}};
-  const test::Normal3 posterior{{0.2, -0.1, 0.3}, 0.9};
-  // e^-2000 times a density: out of the range of double.
+  // Densities and target about e^-2000: out of the range of double, where their ratio is not.
+  struct Far : test::Normal3 {
+    double log_pdf(const glm::dvec3& x) const { return test::Normal3::log_pdf(x) - 2000.0; }
+  };
+  const std::array<Far, 2> far{{{{{0.5, 0.0, 0.0}, 1.2}}, {{{-0.5, 0.2, 0.0}, 1.4}}}};
+  const Far posterior{{{0.2, -0.1, 0.3}, 0.9}};
   const auto target = [&](const glm::dvec3& x) { return gmis::LogValue<double>{posterior.log_pdf(x) + 5.0}; };
   const auto h = [](const glm::dvec3& x) { return std::array<double, 3>{x.x, x.y, x.z}; };
-  const auto estimate = gmis::estimate_self_normalised(target, h, proposals, Counts{2, 2}, 5000, source);
+  const auto estimate = gmis::estimate_self_normalised(target, h, far, Counts{2, 2}, 5000, source);
+  CHECK(test::normal_p_value((estimate.normaliser - std::exp(5.0)) / estimate.normaliser_error.value()) > 1e-5);
   for (std::size_t i = 0; i < 3; ++i)
     CHECK(test::normal_p_value((estimate.mean[i] - std::array{0.2, -0.1, 0.3}[i]) /
                                estimate.standard_error(i).value()) > 1e-5);
-  const auto one = gmis::estimate_self_normalised(target, h, proposals, Counts{2, 2}, 1, source);
+  const auto one = gmis::estimate_self_normalised(target, h, far, Counts{2, 2}, 1, source);
   CHECK_FALSE(one.covariance.has_value());
   CHECK_FALSE(one.standard_error(0).has_value());
   const auto broken = [](const glm::dvec3& x) { return x.x > 0.0 ? std::nan("") : 1.0; };
@@ -104,7 +109,7 @@ TEST_CASE("self-normalised: log targets, single rounds, faults", "[mis]") {
   CHECK(counted.rejected.non_finite_integrand > 20);
   CHECK(std::isfinite(counted.mean[0]));
   const auto h_broken = [](const glm::dvec3& x) { return std::array<double, 1>{x.x > 0.0 ? std::nan("") : 1.0}; };
-  const auto left_out = gmis::estimate_self_normalised(target, h_broken, proposals, Counts{1, 1}, 100, source);
+  const auto left_out = gmis::estimate_self_normalised(target, h_broken, far, Counts{1, 1}, 100, source);
   CHECK(left_out.rejected.non_finite_integrand > 20);
   CHECK(left_out.mean[0] == Approx(1.0));
 }
@@ -171,6 +176,16 @@ TEST_CASE("population Monte Carlo: who moves where", "[mis]") {
   const auto to = [](const four::Density&, double x) { return four::uniform(x, x + 1.0); };
   (void)gmis::estimate_population(f, unit, 400, 1, to, source);  // none of 400 falls there in one run of 10^18
   CHECK(unit[0].a < 0.1);
+  // And to |f/ψ|: ψ is 3/2 below one half and 1/2 above, where only the first makes samples, half
+  // of its own. Then it moves there in 2 of 2 + 2/3: in 3/8 of all runs. False-alarm rate 1e-5.
+  int above = 0;
+  constexpr int runs = 20000;
+  for (int i = 0; i < runs; ++i) {
+    std::vector<four::Density> pair{four::uniform(0.0, 1.0), four::uniform(0.0, 0.5)};
+    (void)gmis::estimate_population([](double) { return 1.0; }, pair, 1, 1, to, source, gmis::Relocation::global);
+    above += pair[0].a >= 0.5 ? 1 : 0;
+  }
+  CHECK(test::normal_p_value((above - runs * 0.375) / std::sqrt(runs * 0.375 * 0.625)) > 1e-5);
 }
 
 // 4 problems × (mean, variance) of the estimate that does not adapt.
@@ -364,9 +379,14 @@ TEST_CASE("adaptive proposals: each evaluation of a density is counted once", "[
   gmis::Philox source(gmis_test::seed(97));
   std::uint64_t calls = 0;
   const auto keep = [&](auto, auto) { return Counting{&calls}; };
-  const auto result = gmis::estimate_adaptive([](double) { return 1.0; }, Counting{&calls}, 20, 4, keep, source);
+  const auto f = [](double x) { return x > 2.0 / 3.0 ? std::nan("") : 1.0; };
+  const auto result = gmis::estimate_adaptive(f, Counting{&calls}, 20, 4, keep, source);
   CHECK(result.rejected.zero_density > 0);
   CHECK(result.density_evaluations == calls);
+  // What is rejected counts as zero: the mean is the share of the others.
+  CHECK(result.rejected.non_finite_integrand > 0);
+  CHECK(result.samples.size() == 80 - result.rejected.zero_density);
+  CHECK(result.mean == Approx((80.0 - static_cast<double>(result.rejected.total())) / 80.0).epsilon(1e-12));
 }
 
 TEST_CASE("chosen groups: the best of all partitions, by brute force", "[mis]") {

@@ -75,6 +75,16 @@ TEST_CASE("optimal fractions: no others are better", "[mis]") {
     sum += fraction;
   }
   CHECK(sum == Approx(1.0).epsilon(1e-9));
+  const std::vector<double> alike(4, 1.0);
+  const double least = objective(problems[2], safe, alike);
+  for (int trial = 0; trial < 60; ++trial) {
+    std::vector<double> other(4);
+    double total = 0.0;
+    for (double& part : other) total += part = -std::log(1.0 - gmis::uniform<double>(engine));
+    const double distance = trial % 3 == 0 ? 1.0 : trial % 3 == 1 ? 0.1 : 0.01;
+    for (std::size_t k = 0; k < 4; ++k) other[k] = safe[k] + distance * (0.1 + 0.6 * other[k] / total - safe[k]);
+    CHECK(objective(problems[2], other, alike) >= least * (1.0 - 2e-6));
+  }
   CHECK_THROWS_AS(gmis::optimal_fractions(test::tabulated(problems[2]), {}, 0.5), std::invalid_argument);
   CHECK_THROWS_AS(gmis::optimal_fractions(test::tabulated(problems[2]), std::vector<double>{1.0}),
                   std::invalid_argument);
@@ -145,6 +155,16 @@ TEST_CASE("optimal counts: no single exchange is better, and small totals are se
     std::vector<std::uint32_t> rounded(n);
     gmis::apportion<double>(fractions, 50, rounded);
     if (mean_is_right(rounded)) CHECK(variance(large) <= variance(rounded) * (1.0 + 1e-6));
+    const double settled = gmis::exact_moments(gmis::CountsByProposal(large), table).variance;
+    for (std::size_t from = 0; from < n; ++from)
+      for (std::size_t to = 0; to < n; ++to) {
+        if (from == to || large[from] == 0) continue;
+        std::vector<std::uint32_t> other(large);
+        --other[from];
+        ++other[to];
+        if (mean_is_right(other))
+          CHECK(gmis::exact_moments(gmis::CountsByProposal(other), table).variance >= settled * (1.0 - 1e-9));
+      }
   }
   CHECK_THROWS_AS(gmis::optimal_counts(test::tabulated(problems[0]), 0), std::invalid_argument);
 }
@@ -166,6 +186,12 @@ TEST_CASE("inverse variances: the rule, and its ends", "[mis]") {
     }
     for (std::size_t k = 0; k < fractions.size(); ++k) CHECK(fractions[k] == Approx(expected[k] / sum).margin(1e-6));
   }
+  // All to a proposal without variance, beside one that fails every other time; equal where none
+  // covers f alone.
+  const std::vector<double> one{1.0}, two{1.0, 1.0};
+  CHECK(gmis::inverse_variance_fractions(gmis::TabulatedProblem(one, one, {1.0, 0.5}))[0] == 1.0);
+  CHECK(gmis::inverse_variance_fractions(gmis::TabulatedProblem(two, two, {1.0, 0.0, 0.0, 1.0, 0.0, 1.0})) ==
+        std::vector<double>(3, 1.0 / 3.0));
 }
 
 TEST_CASE("allocation: costs count", "[mis]") {

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "gmis/mis.hpp"
@@ -161,4 +163,19 @@ TEST_CASE("check_problem finds a range that cuts off and a rule with too few poi
   CHECK(gmis::check_problem([](double x) { return x; }, halves, gmis::composite_gauss_legendre(unit, 2),
                             gmis::composite_gauss_legendre(unit, 4))
             .passes());
+  // Other findings: a density that is none, a jump inside a panel, f beside all proposals.
+  const auto finding = [](auto f_of_x, const auto& proposals, std::span<const double> ends) {
+    return std::string(gmis::check_problem(f_of_x, proposals, gmis::composite_gauss_legendre(ends, 2),
+                                           gmis::composite_gauss_legendre(ends, 4))
+                           .finding());
+  };
+  const std::array<test::FaultyDensity, 1> doubled{{{3.0}}};  // 1 below one half, 3 above
+  const std::array<test::Uniform, 1> whole{}, inner{{{0.25, 0.75}}};
+  const std::array<double, 4> cuts{0.0, 0.25, 0.75, 1.0};
+  const auto one = [](double) { return 1.0; };
+  CHECK(finding(one, doubled, unit) == "a density integrates to more than one: too few nodes, or no density");
+  CHECK(finding([](double x) { return x < 0.3 ? 1.0 : 0.0; }, whole, unit) ==
+        "the finer rule has another integral: too few nodes");
+  CHECK(finding(one, inner, cuts) ==
+        "the integrand has mass at the ends of the range, where the proposals have none: the range cuts it off");
 }
