@@ -9,7 +9,7 @@ using namespace gmis;
 namespace {
 
 // False-alarm rate of the family of all χ² tests in this file: 1e-3.
-const double level = sidak_level(1e-3, 18);
+const double level = sidak_level(1e-3, 14);
 
 template <std::floating_point T>
 Vec2<T> square_point(Philox& source) {

@@ -382,7 +382,7 @@ TEST_CASE("integers and bools are numbers; SpectrumTraits alone is enough", "[mi
       },
       ramps, 500, d);
   CHECK(bare.rejected.non_finite_integrand > 0);
-  CHECK(bare.mean[0] <= real.mean);
+  CHECK(bare.mean[0] == Approx(real.mean).epsilon(1e-6));
   gmis::Philox e(3);
   CHECK(gmis::PilotSamples([](double x) { return x > 0.5 ? 2 : 0; }, ramps, 50, e).problem().node_count() == 150);
   CHECK(gmis::estimate_partial([](double) { return 1U; }, ramps, gmis::Groups<>(3, 2), 5, e).rounds == 5);

@@ -192,6 +192,9 @@ TEST_CASE("inverse variances: the rule, and its ends", "[mis]") {
   CHECK(gmis::inverse_variance_fractions(gmis::TabulatedProblem(one, one, {1.0, 0.5}))[0] == 1.0);
   CHECK(gmis::inverse_variance_fractions(gmis::TabulatedProblem(two, two, {1.0, 0.0, 0.0, 1.0, 0.0, 1.0})) ==
         std::vector<double>(3, 1.0 / 3.0));
+  // However many have no variance, they share all samples.
+  CHECK(gmis::inverse_variance_fractions(gmis::TabulatedProblem(one, one, {1.0, 1.0, 1.0, 0.5, 1.0})) ==
+        std::vector<double>{0.25, 0.25, 0.25, 0.0, 0.25});
 }
 
 TEST_CASE("allocation: costs count", "[mis]") {

@@ -274,7 +274,7 @@ TEST_CASE("there is a picture to expect for every small scene") {
   CHECK(scenes >= 30);
 }
 
-TEST_CASE("the crop window and the exposure of a film") {
+TEST_CASE("the crop window of a film") {
   Diagnostics diagnostics;
   const auto scene = build_scene(read_scene(folder / "crop.pbrt", diagnostics), diagnostics);
   REQUIRE(scene->film_crop());

@@ -138,10 +138,22 @@ AreaLightSource "diffuse" "rgb L" [ 3 3 3 ]
 Shape "bilinearmesh" "point3 P" [ -1 2 -3  1 2 -3  -1 2 1  1 2 1 ]
 )";
 
+/// The least number of `shown` intervals that cover the truth in all but 1 of 20,000 seeds, were
+/// each to cover it with a probability of 95 %: 85 of 100.
+int least_covered(int shown) {
+  int covered = 0;
+  double below = 0.0, here = std::pow(0.05, shown);  // probabilities of fewer, and of that many
+  while (below + here <= 1.0 / 20000.0) {
+    below += here;
+    here *= 19.0 * (shown - covered) / (covered + 1.0);
+    ++covered;
+  }
+  return covered;
+}
+
 }  // namespace
 
-// Were each of 100 intervals to cover the truth with a probability of 95 %, fewer than 85 would in
-// 1 of 20,000 seeds. At 16 iterations samples are still too rare for intervals to be shown.
+// At 16 iterations samples are still too rare for many intervals to be shown.
 TEST_CASE("Without fireflies stated errors are true, and their intervals cover the truth") {
   const SceneFile sky(sky_over_balls), hall(glossy_hall);
   struct Case {
@@ -155,7 +167,7 @@ TEST_CASE("Without fireflies stated errors are true, and their intervals cover t
       CHECK(calibration.median() > 0.9);
       CHECK(calibration.median() < 1.15);
       if (iterations >= 64) CHECK(calibration.shown >= 80);
-      CHECK(calibration.covered >= 0.85 * calibration.shown);
+      CHECK(calibration.covered >= least_covered(calibration.shown));
     }
   }
 }

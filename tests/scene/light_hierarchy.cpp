@@ -118,7 +118,7 @@ TEMPLATE_TEST_CASE("Lights are chosen with the stated probabilities", "", float,
   using T = TestType;
   Philox source(gmis_test::seed(72));
   constexpr int receivers = 12, draws = 40000;
-  const double level = gmis::sidak_level(1e-4, 3 * receivers);
+  const double level = gmis::sidak_level(1e-4, 2 * 3 * receivers);  // of both types
   for (const std::size_t count : {5U, 60U, 3000U}) {
     const auto lights = random_lights<T>(source, count, count == 60);
     const auto groups = groups_of(lights.size());

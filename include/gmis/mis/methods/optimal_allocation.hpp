@@ -106,27 +106,28 @@ inline void check_costs(std::span<const double> costs, std::size_t proposal_coun
 /// A rule without iterations: α_k in proportion to 1/(c_k V_k), V_k = ∫ f²/q_k − I² being the
 /// variance of proposal k alone [Sbert, Havran, Szirmay-Kalos 2016, 2018]. Proposals that do not
 /// cover f alone get nothing (a tail that no node shows counts as covered), so that a defensive
-/// part should be mixed in; where none covers f, all fractions are equal.
+/// part should be mixed in; where none covers f, all fractions are equal. Proposals without
+/// variance share all samples equally.
 [[nodiscard]] inline std::vector<double> inverse_variance_fractions(const TabulatedProblem& problem,
                                                                     std::span<const double> costs = {}) {
   const std::size_t n = problem.proposal_count();
   detail::check_costs(costs, n);
-  std::vector<double> fractions(n), alone(n);
-  double sum = 0.0;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::vector<double> works(n, infinity), alone(n);  // c_k V_k
   for (std::size_t k = 0; k < n; ++k) {
     if (!problem.covers(problem.densities(k))) continue;
     std::fill(alone.begin(), alone.end(), 0.0);
     alone[k] = 1.0;
     const double variance = exact_moments_of_mixture(alone, 1, problem).variance;
-    if (!std::isfinite(variance)) continue;
-    fractions[k] = 1.0 / (detail::cost_of(costs, k) * std::max(variance, std::numeric_limits<double>::min()));
-    sum += fractions[k];
+    if (std::isfinite(variance)) works[k] = detail::cost_of(costs, k) * std::max(variance, 0.0);
   }
-  if (!(sum > 0.0 && std::isfinite(sum))) {
-    for (std::size_t k = 0; k < n; ++k)  // none covers f, or one has no variance
-      fractions[k] = sum > 0.0 && std::isinf(fractions[k]) ? 1.0 : sum > 0.0 ? 0.0 : 1.0;
-    sum = 0.0;
-    for (const double fraction : fractions) sum += fraction;
+  const double least = *std::min_element(works.begin(), works.end());
+  if (least == infinity) return std::vector<double>(n, 1.0 / static_cast<double>(n));
+  std::vector<double> fractions(n);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (works[k] < infinity) fractions[k] = works[k] == least ? 1.0 : least / works[k];
+    sum += fractions[k];
   }
   for (double& fraction : fractions) fraction /= sum;
   return fractions;
