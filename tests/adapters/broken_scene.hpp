@@ -24,12 +24,14 @@ enum class Mistake {
   camera_density_of_picture,
   camera_density_without_cosines,
   camera_one_density_doubled,
+  camera_one_weight_doubled,
   camera_direction_not_unit,
   to_camera_reversed,
   normal_turned_to_ray,
   normals_not_unit,
   normal_not_perpendicular,
   shading_normal_reversed,
+  hit_beside_ray,
   no_offset,
   t_max_ignored,
   always_visible,
@@ -47,10 +49,13 @@ enum class Mistake {
   next_event_density_doubled,
   next_event_weight_with_light_choice,
   next_event_weight_with_cosine,
+  next_event_states_other_emission,
   to_light_reversed,
   first_per_area,
   emission_density_doubled,
+  emission_origin_doubled,
   emission_weight_without_density,
+  emission_direction_not_unit,
   emission_backwards,
   emitted_radiance_doubled,
   delta_density_zero,
@@ -62,6 +67,9 @@ enum class Mistake {
   cosine_in_f_and_weight,
   weight_without_cosine,
   weight_without_density,
+  weight_negative,
+  to_next_not_unit,
+  reverse_density_of_sample_doubled,
   pdf_without_lobe_choice,
   pdf_uniform,
   modes_swapped,
@@ -71,6 +79,7 @@ enum class Mistake {
   purely_delta_wrong,
   delta_reverse_zero,
   albedo_zero,
+  albedo_of_ray,
   to_prev_reversed,
   local_directions,
   reflects_only_wrong,
@@ -85,8 +94,12 @@ class BrokenBsdf {
  public:
   using Spectrum = typename Inner::Spectrum;
   using T = gmis::ScalarOf<Spectrum>;
-  BrokenBsdf(const Inner& inner, const gmis::SurfacePoint<T>& point, Mistake mistake)
-      : inner_(inner), normal_(point.shading_normal), mistake_(mistake) {}
+  /// `direction`: of the ray that found the point.
+  BrokenBsdf(const Inner& inner, const gmis::SurfacePoint<T>& point, const gmis::Vec3<T>& direction, Mistake mistake)
+      : inner_(inner),
+        normal_(point.shading_normal),
+        slant_(std::abs(glm::dot(point.shading_normal, direction))),
+        mistake_(mistake) {}
 
   [[nodiscard]] gmis::BsdfValue<Spectrum> evaluate(gmis::Vec3<T> to_prev, gmis::Vec3<T> to_next,
                                                    gmis::TransportMode mode) const {
@@ -135,6 +148,15 @@ class BrokenBsdf {
       case Mistake::weight_without_density:
         if (!s->is_delta) s->weight = s->weight * s->pdf.forward.value;
         break;
+      case Mistake::weight_negative:
+        s->weight = s->weight * T(-1);
+        break;
+      case Mistake::to_next_not_unit:
+        s->to_next *= T(1.5);
+        break;
+      case Mistake::reverse_density_of_sample_doubled:
+        if (!s->is_delta) s->pdf.reverse.value *= T(2);
+        break;
       case Mistake::pdf_without_lobe_choice:
         if (!s->is_delta) s->pdf.forward.value *= T(2);
         break;
@@ -165,6 +187,7 @@ class BrokenBsdf {
     return mistake_ == Mistake::reflects_only_wrong || gmis::reflects_only(inner_);
   }
   [[nodiscard]] Spectrum albedo() const {
+    if (mistake_ == Mistake::albedo_of_ray) return Spectrum(inner_.albedo()) * (T(0.9) + T(0.1) * slant_);
     return mistake_ == Mistake::albedo_zero ? Spectrum(T(0)) : Spectrum(inner_.albedo());
   }
 
@@ -176,6 +199,7 @@ class BrokenBsdf {
   }
   Inner inner_;
   gmis::Vec3<T> normal_;
+  T slant_;
   Mistake mistake_;
 };
 
@@ -197,6 +221,7 @@ class BrokenLight {
     s->density = changed(s->density);
     if (mistake_ == Mistake::next_event_weight_with_light_choice) s->weight = s->weight * (T(1) / choice_);
     if (mistake_ == Mistake::next_event_weight_with_cosine) s->weight = s->weight * std::abs(s->to_light.y);
+    if (mistake_ == Mistake::next_event_states_other_emission && !is_delta()) s->density.first *= T(2);
     if (mistake_ == Mistake::to_light_reversed) s->to_light = -s->to_light;
     if (mistake_ == Mistake::delta_density_zero && is_delta()) s->next_event_density = T(0);
     if (mistake_ == Mistake::delta_light_falls_linearly && is_delta() && !is_infinite())
@@ -210,6 +235,7 @@ class BrokenLight {
     s->density = changed(s->density);
     if (mistake_ == Mistake::emission_density_doubled) s->density.first *= T(2);
     if (mistake_ == Mistake::emission_weight_without_density) s->weight = s->weight * s->density.first;
+    if (mistake_ == Mistake::emission_direction_not_unit) s->direction *= T(1.5);
     if (mistake_ == Mistake::emission_backwards) s->direction = -s->direction;
     return s;
   }
@@ -232,6 +258,7 @@ class BrokenLight {
   }
   [[nodiscard]] gmis::EmissionDensity<T> changed(gmis::EmissionDensity<T> density) const {
     if (mistake_ == Mistake::densities_with_light_choice) density.origin *= choice_;
+    if (mistake_ == Mistake::emission_origin_doubled && !is_delta()) density.origin *= T(2);
     if (mistake_ == Mistake::first_per_area) density.first *= density.origin;
     if (mistake_ == Mistake::disk_area_halved && is_infinite()) density.first *= T(2);
     return density;
@@ -266,6 +293,7 @@ class BrokenCamera {
     if (mistake_ == Mistake::camera_y_flipped) p->pixel.y = resolution().y - 1 - p->pixel.y;
     if (mistake_ == Mistake::camera_pixel_shifted) p->pixel.x = std::min(p->pixel.x + 1, resolution().x - 1);
     if (mistake_ == Mistake::camera_one_density_doubled) p->density *= T(2);
+    if (mistake_ == Mistake::camera_one_weight_doubled) p->weight = p->weight * T(2);
     if (mistake_ == Mistake::to_camera_reversed) p->to_camera = -p->to_camera;
     return p;
   }
@@ -331,6 +359,10 @@ class BrokenScene {
       case Mistake::shading_normal_reversed:
         point.shading_normal = -point.shading_normal;
         break;
+      case Mistake::hit_beside_ray:
+        point.position += T(0.02) * glm::length(point.position - ray.origin) *
+                          gmis::Frame<T>::around(glm::normalize(ray.direction)).tangent;
+        break;
       case Mistake::no_offset:
         point.position_error = T(0);
         break;
@@ -339,7 +371,7 @@ class BrokenScene {
     }
     const Light* light = hit->light == nullptr ? nullptr : adapted(*hit->light);
     if (mistake_ == Mistake::hit_without_light) light = nullptr;
-    return gmis::Hit<T, Bsdf, Light>{point, Bsdf(hit->bsdf, point, mistake_), light};
+    return gmis::Hit<T, Bsdf, Light>{point, Bsdf(hit->bsdf, point, ray.direction, mistake_), light};
   }
   [[nodiscard]] bool visible(gmis::Ray<T> ray) const {
     if (mistake_ == Mistake::always_visible) return true;

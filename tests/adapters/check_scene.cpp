@@ -1,18 +1,36 @@
 #include "gmis/check/check_scene.hpp"
 
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "adapters/planted_mistakes.hpp"
 #include "bring_your_own/adapter.hpp"
 #include "bring_your_own/world.hpp"
 #include "gmis/check/explain.hpp"
 #include "gmis/core/density_tests.hpp"
+#include "gmis/core/scene_like.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
 
 using namespace gmis_test;
+
+namespace {
+
+/// A scene that states these effects, whatever it has.
+class Stating : public gmis::SceneLike<adapter::Scene> {
+ public:
+  Stating(const adapter::Scene& scene, const gmis::Effects& stated) : SceneLike(scene), stated_(stated) {}
+  [[nodiscard]] gmis::Effects effects() const { return stated_; }
+
+ private:
+  gmis::Effects stated_;
+};
+static_assert(gmis::SceneWithEffects<Stating>);
+
+}  // namespace
 
 TEST_CASE("nothing is said about a sound scene") {
   CHECK(check_scene(built_in_scene<float>(), check_settings()).text() == "");
@@ -48,6 +66,41 @@ TEST_CASE("every planted mistake is named") {
   }
 }
 
+TEST_CASE("effects that a scene has and does not state are named") {
+  const theirs::World world = theirs::make_world(64, 48);
+  const adapter::Scene scene(world);
+  const gmis::Effects all = scene.effects();
+  CHECK(check_scene(Stating(scene, all), check_settings()).text() == "");
+  for (bool gmis::Effects::*const member :
+       {&gmis::Effects::diffuse, &gmis::Effects::specular_transmission, &gmis::Effects::area_lights}) {
+    gmis::Effects fewer = all;
+    fewer.*member = false;
+    const std::vector<gmis::Finding> broken = check_scene(Stating(scene, fewer), check_settings()).broken();
+    REQUIRE_FALSE(broken.empty());
+    CHECK(broken.front().convention == Convention::effects);
+  }
+}
+
+TEST_CASE("one light is checked alone, and a direction of emission that is no unit vector is named") {
+  const auto scene = built_in_scene<float>();
+  // Places in the air, in the scene's own space, which has the camera at 0.
+  std::vector<gmis::SurfacePoint<float>> receivers(3);
+  receivers[0].position = {0.0F, -0.5F, 5.0F};
+  receivers[1].position = {-1.0F, 0.0F, 4.5F};
+  receivers[2].position = {0.0F, 0.5F, 4.0F};
+  for (const Mistake mistake : {Mistake::none, Mistake::emission_direction_not_unit}) {
+    const BrokenScene broken(scene, mistake);
+    const auto* const light = broken.sample_light(0.5F).light;
+    REQUIRE(light != nullptr);
+    gmis::Philox source(gmis_test::seed(9));
+    const gmis::Findings findings =
+        gmis::check_light(broken, *light, std::span<const gmis::SurfacePoint<float>>(receivers), source);
+    INFO(findings.text());
+    CHECK(findings.passes() == (mistake == Mistake::none));
+    if (!findings.passes()) CHECK(findings.broken().front().convention == Convention::emission_unit);
+  }
+}
+
 TEST_CASE("what an adapter leaves out is listed, with what it costs") {
   CHECK(gmis::explain(built_in_scene<float>()) == "");
   const std::string furnace = gmis::explain(gmis_test::FurnaceScene<float>(0.7F, 1.0F, 16, 2));
@@ -59,6 +112,13 @@ TEST_CASE("what an adapter leaves out is listed, with what it costs") {
   CHECK(other.find("light_group(light) is missing") != std::string::npos);
   CHECK(other.find("BsdfWithLobes") != std::string::npos);
   CHECK(other.find("is_glossy() is missing") != std::string::npos);
+  const adapter::Scene scene(world);
+  const std::string dark = gmis::explain(Stating(scene, {.diffuse = true}));
+  CHECK(dark.find("names no light: the picture will be black") != std::string::npos);
+  CHECK(dark.find("names every effect") == std::string::npos);
+  const std::string everything = gmis::explain(Stating(scene, gmis::Effects::everything()));
+  CHECK(everything.find("names every effect") != std::string::npos);
+  CHECK(everything.find("names no light") == std::string::npos);
 }
 
 TEST_CASE("every convention has a sentence of its own") {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "gmis/check/check_surface.hpp"
 #include "gmis/check/density_test.hpp"
 #include "gmis/check/findings.hpp"
 #include "gmis/check/scatter_statistics.hpp"
@@ -52,6 +53,37 @@ struct RoughMirror {
 };
 static_assert(Bsdf<RoughMirror>);
 
+/// A diffuse surface, of whose albedo the compact form keeps a share.
+class Compacted {
+ public:
+  using Spectrum = double;
+  struct Compact {
+    using Whole = Compacted;
+    double albedo;
+  };
+  explicit Compacted(double kept_share) : kept_share_(kept_share) {}
+  Compacted(const Compact& kept, const SurfacePoint<double>&) : albedo_(kept.albedo) {}
+
+  [[nodiscard]] BsdfValue<double> evaluate(const V& to_prev, const V& to_next, TransportMode) const {
+    if (to_prev.z <= 0 || to_next.z <= 0) return {};
+    return {albedo_ / pi<double>, {{to_next.z / pi<double>}, {to_prev.z / pi<double>}}};
+  }
+  [[nodiscard]] std::optional<ScatterSample<double>> sample(const V& to_prev, double, const Vec2<double>& uv,
+                                                            TransportMode mode) const {
+    const V to_next = square_to_cosine_hemisphere(uv);
+    const auto f = evaluate(to_prev, to_next, mode);
+    if (!(f.pdf.forward.value > 0)) return std::nullopt;
+    return ScatterSample<double>{to_next, albedo_, f.pdf};
+  }
+  [[nodiscard]] bool is_purely_delta() const { return false; }
+  [[nodiscard]] double albedo() const { return albedo_; }
+  [[nodiscard]] Compact compact() const { return {kept_share_ * albedo_}; }
+
+ private:
+  double albedo_ = 0.8, kept_share_ = 1;
+};
+static_assert(BsdfWithCompactForm<Compacted>);
+
 Findings statistics_of(const RoughMirror& bsdf, double cosine, std::uint64_t seed) {
   Philox source(gmis_test::seed(seed));
   detail::ScatterStatistics<double> statistics;
@@ -87,6 +119,25 @@ TEST_CASE("the mean weight of a lobe with a tail is judged at every width and an
       if (cosine < 0.5)  // aslant all caps reach over to the side without samples
         CHECK(statistics_of({alpha, 1, 1, true}, cosine, seed++).is_broken(Convention::bsdf_mean_weight));
     }
+}
+
+TEST_CASE("a compact form that stands for another BSDF is named") {
+  const SurfacePoint<double> point{V(0, 0, 0), V(0, 0, 1), V(0, 0, 1)};
+  for (const double kept_share : {1.0, 0.9}) {
+    const auto bsdf_for = [&](const V&) { return std::optional(Compacted(kept_share)); };
+    Philox source(gmis_test::seed(600));
+    Findings findings;
+    SurfaceCheck<decltype(bsdf_for), double, Philox>(bsdf_for, point, glm::normalize(V(0.3, 0.2, 0.7)), source,
+                                                     findings)
+        .run(16);
+    CHECK(findings.tried(Convention::bsdf_compact) > 30);
+    if (kept_share == 1.0) {
+      CHECK(findings.text() == "");
+      continue;
+    }
+    REQUIRE(findings.broken().size() == 1);
+    CHECK(findings.broken().front().convention == Convention::bsdf_compact);
+  }
 }
 
 TEST_CASE("a mixture of caps integrates to one and draws what it states") {

@@ -252,6 +252,16 @@ class BothEnds : public gmis::SceneLike<PaperHouse> {
 };
 static_assert(gmis::SceneWithAbsorptionBetween<BothEnds>);
 
+/// Absorbs more light on the way up than on the way down: a mistake.
+class OneWay : public gmis::SceneLike<PaperHouse> {
+ public:
+  using SceneLike::SceneLike;
+  [[nodiscard]] Spectrum transmittance(const gmis::Ray<double>& ray, const Point& from, const Point& to) const {
+    return SceneLike::transmittance(ray, from, to) * (ray.direction.z > 0 ? 0.8 : 1.0);
+  }
+};
+static_assert(gmis::SceneWithAbsorptionBetween<OneWay>);
+
 /// Nodes and weights of Gauss and Legendre on [0, 1].
 std::vector<dvec2> gauss_legendre(int n) {
   std::vector<dvec2> result;
@@ -374,4 +384,14 @@ TEST_CASE("the adapter that tags its points is sound", "[long]") {
   const auto broken = gmis::check_scene(PaperHouse(house, false), check).broken();
   REQUIRE_FALSE(broken.empty());
   CHECK(broken.front().convention == gmis::Convention::light_tag);
+}
+
+TEST_CASE("a liquid that absorbs otherwise on the way back is named", "[long]") {
+  const House house(1);
+  const PaperHouse sound(house);
+  gmis::SceneCheckSettings check;
+  check.seed = gmis_test::seed(73);
+  const auto broken = gmis::check_scene(OneWay(sound), check).broken();
+  REQUIRE_FALSE(broken.empty());
+  CHECK(broken.front().convention == gmis::Convention::transmittance);
 }

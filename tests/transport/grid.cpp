@@ -102,7 +102,7 @@ TEST_CASE("the grid is exact in awkward layouts") {
   }
 }
 
-TEST_CASE("a grid can be built again with other points, and a query that is not a number finds nothing") {
+TEST_CASE("a grid can be built again with other points, and a query that is not finite finds nothing") {
   std::mt19937 source(gmis_test::seed(9));
   gmis::LightVertexGrid<float> grid;
   int found = 0;
@@ -114,10 +114,11 @@ TEST_CASE("a grid can be built again with other points, and a query that is not 
     found = 0;
     grid.query(Point(0.0F), [&](std::uint32_t) { ++found; });
     CHECK(found == static_cast<int>(by_force(points, Point(0.0F), 2.0F).size()));
-    const float nan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     found = 0;
-    grid.query(Point(nan, 0.0F, 0.0F), [&](std::uint32_t) { ++found; });
-    grid.query(Point(0.0F, nan, 0.0F), [&](std::uint32_t) { ++found; });
+    for (const Point& at : {Point(nan, 0.0F, 0.0F), Point(0.0F, nan, 0.0F), Point(0.0F, 0.0F, nan),
+                            Point(infinity, 0.0F, 0.0F), Point(0.0F, -infinity, 0.0F), Point(0.0F, 0.0F, infinity)})
+      grid.query(at, [&](std::uint32_t) { ++found; });
     CHECK(found == 0);
   }
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <string>
 
@@ -18,6 +19,11 @@ struct Worst {
   double weight = 0.0;  ///< relative error of a weight
   double sum = 0.0;     ///< deviation of the sum of the weights of one path from 1
 };
+
+/// The larger error; one that is not a number is the largest.
+double worse(double worst, Wide error) {
+  return std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst, static_cast<double>(error));
+}
 
 template <class T>
 gmis::TechniqueCounts<T> random_counts(std::mt19937_64& source) {
@@ -57,11 +63,11 @@ Worst worst_error(int paths, double decades, std::uint64_t seed, bool chooses_fo
       sum += weight;
       // A weight too small for T may become 0: then the absolute error counts.
       if (expected > static_cast<Wide>(std::numeric_limits<T>::min()) * 1000)
-        worst.weight = std::max(worst.weight, static_cast<double>(std::abs(weight / expected - 1)));
+        worst.weight = worse(worst.weight, std::abs(weight / expected - 1));
       else
-        worst.weight = std::max(worst.weight, static_cast<double>(std::abs(weight - expected)));
+        worst.weight = worse(worst.weight, std::abs(weight - expected));
     }
-    worst.sum = std::max(worst.sum, static_cast<double>(std::abs(sum - 1)));
+    worst.sum = worse(worst.sum, std::abs(sum - 1));
   }
   return worst;
 }

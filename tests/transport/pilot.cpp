@@ -394,4 +394,7 @@ TEST_CASE("What pays in a scene, as data", "[pilot]") {
   const gmis::SampleCounts& best = forecasts[gmis::best_of(forecasts, 64)].counts;
   std::printf("%g light trees a pixel, %d connections a vertex, merging %s\n", best.light_paths, best.connections,
               best.merges ? "on" : "off");
+  // Every candidate has emitter hits, which can make all light here.
+  CHECK(forecasts.size() == gmis::all_candidates().size());
+  for (const gmis::Forecast& forecast : forecasts) CHECK(forecast.missing_share == 0.0);
 }

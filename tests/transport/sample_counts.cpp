@@ -7,6 +7,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gmis/transport/allocation/engines_with_pilot.hpp"
@@ -162,11 +163,24 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
   CHECK(refused([](Settings& s) { s.radius = 0.0, s.counts.merges = false; }).empty());
   CHECK(refused([](Settings& s) { s.radius.reset(); }).empty());
   CHECK(refused([](Settings& s) { s.max_depth = 257; }).find("max_depth") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.max_depth = 256; }).empty());
+  CHECK(refused([](Settings& s) { s.counts.radius_factor = 0.0; }).find("radius_factor") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.emission = gmis::Emission::learned; }).find("cannot be guided") !=
+        std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.light_paths = 4294967296.0 / 144; }).find("light_paths") !=
         std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.light_paths = -1.0; }).find("light_paths") != std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.connections = -2; }).find("connections") != std::string::npos);
   CHECK(refused([](Settings& s) { s.alpha = 0.0; }).find("alpha") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.alpha = 1.01; }).find("alpha") != std::string::npos);
+  const Scene empty(0.7F, 1.0F, 0, 2);
+  CHECK(message_of([&] { gmis::Engine<Scene> engine(empty, settings()); }).find("no pixels") != std::string::npos);
+  gmis::RenderSettings sobol = settings();
+  sobol.counts = gmis::integrators::pt;
+  sobol.sampler = gmis::Sampler::sobol;
+  CHECK(message_of([&] { gmis::PathTracer<Scene> engine(scene, sobol); }).empty());
+  CHECK(message_of([&] { gmis::PathTracer<Scene, gmis::Philox> engine(scene, sobol); }).find("SampleNumbers") !=
+        std::string::npos);
 
   CHECK(message_of([&] { gmis::PathTracer<Scene> engine(scene, settings()); }).find("integrators::pt") !=
         std::string::npos);
@@ -185,7 +199,6 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
 }
 
 TEST_CASE("The merging radius that nobody sets follows the picture") {
-  // Seen from the centre, all of the furnace's sphere is at distance 1.
   const Scene coarse(0.7F, 1.0F, 12, 1), fine(0.7F, 1.0F, 24, 1);
   gmis::RenderSettings unset = settings();
   unset.radius.reset();
@@ -194,8 +207,17 @@ TEST_CASE("The merging radius that nobody sets follows the picture") {
   };
   CHECK(radius_of(coarse) == Approx(2 * radius_of(fine)).epsilon(0.1));
   CHECK(radius_of(coarse) == radius_of(coarse, gmis::PixelBounds{{0, 0}, {3, 2}}));
-  // In the middle of the image plane at distance 1, which is 1.5 wide, a pixel is 1.5 / 12 wide.
-  CHECK(radius_of(coarse) == Approx(0.4 * 1.5 / 12).epsilon(0.3));
+  // Seen from the centre, all of the furnace's sphere is at distance 1. The image plane there is
+  // 1.5 wide: the solid angle of a pixel is (1.5 / 12)² cos³.
+  std::vector<double> widths;
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 12; ++x) {
+      const double u = 1.5 * ((x + 0.5) / 12 - 0.5), v = 1.5 * ((y + 0.5) / 12 - 0.5);
+      widths.push_back(1.5 / 12 * std::pow(1 + u * u + v * v, -0.75));
+    }
+  std::nth_element(widths.begin(), widths.begin() + 72, widths.end());
+  const Scene from_centre(0.7F, 1.0F, 12, 1, gmis::Vec3<float>(0.0F));
+  CHECK(radius_of(from_centre) == Approx(0.4 * widths[72]).epsilon(1e-5));
 }
 
 TEST_CASE("What is off is not weighted: a technique that alone can make a path has the weight 1") {
@@ -277,6 +299,25 @@ TEST_CASE("After its pilot a run is one with the chosen counts, and has nothing 
   gmis::RenderPilot<Scene> same_numbers(scene, asked, candidates, 64);
   for (std::uint32_t i = 0; i < pilot; ++i) same_numbers.iterate(executor);
   CHECK(same_numbers.forecasts()[0].variance != run.choice()->forecasts[0].variance);
+}
+
+TEST_CASE("One candidate for the counts is taken without a pilot, and none leaves those of the settings") {
+  const Scene scene(0.7F, 1.0F, 12, 2);
+  const gmis::SampleCounts candidate{0.5, 2, true, false};
+  const gmis::RenderEngine<float> one(gmis::engines_of(scene), settings(), {candidate}, 64);
+  const gmis::RenderEngine<float> none(gmis::engines_of(scene), settings(), {}, 64);
+  CHECK(one.engine().counts() == candidate);
+  CHECK(none.engine().counts() == settings().counts);
+  CHECK((one.choice() == nullptr && none.choice() == nullptr));
+}
+
+TEST_CASE("A pilot has two iterations for each hundred of the run, at least 2 and at most 16") {
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted{
+      {0, 2}, {99, 2}, {100, 2}, {199, 2}, {200, 4}, {799, 14}, {800, 16}, {899, 16}, {900, 16}, {100'000, 16}};
+  for (const auto& [run, pilot] : wanted) {
+    CAPTURE(run);
+    CHECK(gmis::pilot_iterations_for(run) == pilot);
+  }
 }
 
 TEST_CASE("A pilot takes the pixels of its crop, not those of the frame, within one radius") {

@@ -72,7 +72,9 @@ double worst_error(int paths, std::uint64_t seed) {
       }
       // All densities over this technique's own, before its count was changed.
       const Wide expected = total / made[i].density;
-      worst = std::max(worst, static_cast<double>(std::abs(static_cast<Wide>(sum) / expected - 1)));
+      const Wide error = std::abs(static_cast<Wide>(sum) / expected - 1);
+      REQUIRE_FALSE(std::isnan(error));  // a maximum would not show it
+      worst = std::max(worst, static_cast<double>(error));
     }
   }
   return worst;
@@ -108,6 +110,7 @@ TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
       INFO("alpha " << alpha << ", " << iterations << " iterations");
       CHECK(std::abs(gmis::mean_disk(alpha, iterations) / brute_force(alpha, iterations) - 1.0) < 1e-5);
     }
+  CHECK(gmis::mean_disk(0.5, 0) == 1.0);
 }
 
 TEST_CASE("What a candidate costs follows from the work of the pilot, part by part", "[pilot]") {
@@ -129,6 +132,9 @@ TEST_CASE("What a candidate costs follows from the work of the pilot, part by pa
   CHECK(light({0.5, 1, true, false}) == 0.5 * (1000 + 0.5 * 500 + 4.0 * 800 + 8.0 * 900));
   CHECK(light({2.0, 0, true, false}) == 2 * (1000 + 0.5 * 500 + 8.0 * 900));
   CHECK(light({0.5, 1, false, false}) == 0.5 * (1000 + 4.0 * 800));
+  // Merging alone keeps the photons alone, of which a local count has fewer.
+  CHECK(gmis::predicted_light_cost({0.5, 0, true, true}, made, light_work, 300, costs) ==
+        0.5 * (1000 + 0.5 * 500 + 4.0 * 300 + 8.0 * 900));
   CHECK(camera({0.0, 0, false, false}) == 2000 + 0.5 * 1800);
   CHECK(camera(made) == 2000 + 0.5 * 1800 + 0.25 * 4000 + 0.5 * 1200 + 2.0 * 1500 + 0.125 * 6000);
   CHECK(camera({0.5, 1, true, false}) == 2000 + 0.5 * 1800 + 0.5 * (0.25 * 4000 + 0.5 * 1200));
