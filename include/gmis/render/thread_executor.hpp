@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "gmis/core/concepts.hpp"
+#include "gmis/core/executor_ref.hpp"
 
 namespace gmis {
 
