@@ -98,7 +98,7 @@ TEST_CASE("A mesh, its coordinates, its node and the camera") {
   CHECK(near(glm::dvec3(m[0]), {1, 0, 0}));
   CHECK(result.scene.film.width == result.scene.film.height / 2);
   CHECK(std::tan(result.scene.camera.field_of_view * 3.14159265358979 / 360) == Approx(std::tan(0.4) / 2));
-  CHECK(result.says("the sky \"studio\" lights it"));
+  CHECK(result.says("the sky \"studio\" is added"));
   const Read parented = read_changed([](Json& json) {
     json["nodes"].push_back({{"children", {0}}, {"translation", {1, 0, 0}}});
     json["scenes"][0]["nodes"] = {1, 2};
@@ -139,7 +139,7 @@ TEST_CASE("Metallic-roughness, glass, emission and alpha as materials") {
   const Read light = read_file(features / "glow.gltf");
   REQUIRE(light.scene.shapes.at(0).emission);
   CHECK(near(light.scene.shapes[0].emission->radiance, {.5, 1, 2}));
-  CHECK(light.says("the sky \"studio\" lights it"));  // a material that shines is no reason to be in the dark
+  CHECK(light.says("the sky \"studio\" is added"));  // a material that shines is no reason to be in the dark
   const Read blend =
       material({{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.25}}}}});
   REQUIRE(blend.scene.shapes.at(0).opacity);

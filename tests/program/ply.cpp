@@ -170,7 +170,7 @@ TEST_CASE("A PLY file cut short or with bytes changed gives an error or a mesh, 
 
 TEST_CASE("PLY files whose lists or counts lie about their length are refused") {
   const auto is_whole = [&](const std::string& content) {
-    return error_of(content).find("not whole") == std::string::npos;
+    return error_of(content).find("is incomplete") == std::string::npos;
   };
   const auto text_with = [](const std::string& faces, int count) {
     return "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\n"

@@ -60,7 +60,7 @@ TEST_CASE("Past the limit the run ends early with exit code 1, says why, and kee
   CHECK(one.exit_code == 1);
   CHECK(line_count(one.err) == 1);
   CHECK(one.err.find("not finite") != std::string::npos);
-  CHECK(one.err.find("more than 0.01 %") != std::string::npos);
+  CHECK(one.err.find("the limit is 0.01 %") != std::string::npos);
   CHECK(json["stopped_by"] == "rejected");
   CHECK(json["iterations"] < 20);
   CHECK(json["rejected"]["non_finite"] > 25);  // n − 5 √n > 0 needs as many

@@ -465,7 +465,8 @@ TEST_CASE("What is not understood but harmless is said once, with its place") {
   CHECK(count("t.pbrt:3: warning: Shape \"sphere\": parameter \"radious\"") == 1);
   CHECK(count("radious") == 1);
   CHECK(has_message(read("PixelFilter \"gaussian\" WorldBegin " + triangle), "t.pbrt:1: warning: PixelFilter"));
-  CHECK(has_message(read("Camera \"orthographic\" \"float lensradius\" .1 WorldBegin " + triangle), "without a lens"));
+  CHECK(has_message(read("Camera \"orthographic\" \"float lensradius\" .1 WorldBegin " + triangle),
+                    "a lens is not supported"));
 }
 
 TEST_CASE("The reference scenes and the example scenes are read without a warning") {

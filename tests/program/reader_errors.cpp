@@ -129,7 +129,7 @@ TEST_CASE("Values that cannot be meant are refused") {
       {"Camera \"perspective\" \"float fov\" 180", "t.pbrt:1: ", "degrees"},
       {"Camera \"perspective\" \"float screenwindow\" [ 1 -1 -1 1 ]", "t.pbrt:1: ", "screenwindow"},
       {"Scale 1 2 1 Camera \"perspective\"", "t.pbrt:1: ", "stretch"},
-      {"Transform [ 1 0 0 1  0 1 0 0  0 0 1 0  0 0 0 1 ]", "t.pbrt:1: ", "no affine transform"},
+      {"Transform [ 1 0 0 1  0 1 0 0  0 0 1 0  0 0 0 1 ]", "t.pbrt:1: ", "the transform is not affine"},
       {"Scale 1e200 1e200 1e200", "t.pbrt:1: ", "range"},
       {"Rotate 30 0 0 0", "t.pbrt:1: ", "axis"},
       {"LookAt 1 1 1  1 1 1  0 1 0", "t.pbrt:1: ", "LookAt"},
