@@ -370,7 +370,8 @@ def main(arguments):
             if found:
                 print("figures: the programs differ: measure anew", file=sys.stderr)
                 return 1
-            print(f"{ratios} of the instructions; kept: " + ", ".join(project.confirm(Project(before), ratios)))
+            kept = project.confirm(Project(before), ratios)
+            print(f"{ratios} of the instructions; kept: " + (", ".join(kept) or "none, for none was measured with the sources of that commit"))
         return 0
     if options.check or options.values:
         faults = project.check() if options.check else project.take_values(write=True)
