@@ -181,8 +181,8 @@ TEST_CASE("a pilot of proposals that fail knows their share", "[mis]") {
   const std::array<Half, 1> proposals{};
   gmis::Philox source(gmis_test::seed(6));
   const gmis::PilotSamples pilot([](double) { return 1.0; }, proposals, 4000, source);
-  // f/q is 2 or 0, each half the time: variance 1; its estimate 4 p̂ (1 − p̂) is within 0.01 of it
-  // for p̂ within 5 standard deviations of 1/2.
+  // f/q is 2 or 0, each half the time: variance 1; its estimate 4 p̂ (1 − p̂) is within 0.01 of
+  // it for p̂ within 5 standard deviations of 1/2.
   CHECK(exact_variance(Scheme::R1, pilot.problem()) == Approx(1.0).margin(0.01));
 }
 

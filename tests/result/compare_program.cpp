@@ -48,7 +48,8 @@ TEST_CASE("Bad usage of gmis-compare: exit code 2 and one line that says what to
 
 TEST_CASE("A comparison leaves a report, its tables, its logs and a reference that is used again") {
   const ScratchFolder folder;
-  const std::string command = "cornell --integrators pt,vcm,gmis/none --size 8x6 --time 0.1 --seeds 2 --out here";
+  const std::string command =
+      "cornell --integrators pt,vcm,gmis/none --size 8x6 --radius 0.02u --time 0.1 --seeds 2 --out here";
   const Outcome first = run(folder, command);
   INFO(first.err);
   REQUIRE(first.exit_code == 0);
@@ -57,8 +58,8 @@ TEST_CASE("A comparison leaves a report, its tables, its logs and a reference th
   const std::string page = text_of(folder.path / "here/report.html");
   check_page(page);
   for (const char* part : {"gmis-render cornell --integrator pt --size 8x6", "href=\"cornell_vcm.exr\"", "SMAPE",
-                           "too few seeds", "data-loupe", "data-stops", "gmis/none", "bpt (unbiased)",
-                           "<td data-name=\"slope\">", "2 seeds", "merging bias"}) {
+                           "too few seeds", " --radius 0.02u", "data-loupe", "data-stops", "gmis/none",
+                           "bpt (unbiased)", "<td data-name=\"slope\">", "2 seeds", "merging bias"}) {
     CAPTURE(part);
     CHECK(page.find(part) != std::string::npos);
   }

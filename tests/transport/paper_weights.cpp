@@ -87,8 +87,8 @@ TEST_CASE("the merging weights are off by orders of magnitude as printed, and ex
 }
 
 TEST_CASE("the two partial sums of the paper are one sum over absolute counts") {
-  // weights/weight_formulas.hpp: w_VC = L / ρ, w_VM = (L / b − μ) / μ, with L the densities to the
-  // left over U(i+1).
+  // weights/weight_formulas.hpp: w_VC = L / ρ, w_VM = (L / b − μ) / μ, with L the densities to
+  // the left over U(i+1).
   std::mt19937_64 source(gmis_test::seed(6));
   for (int n = 0; n < 200; ++n) {
     auto invented = gmis_test::random_path<double>(source, 2 + n % 8, 1.0, 0.0);

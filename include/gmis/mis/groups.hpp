@@ -22,8 +22,9 @@ enum class GroupOrder : std::uint8_t {
 template <std::size_t Capacity = dynamic_capacity>
 class Groups {
  public:
-  /// Groups of `group_size` (1 to N). Where that does not divide N: ⌈N / group_size⌉ groups, whose
-  /// sizes differ by at most one. Size 1 makes the partial mixture scheme N1, size N makes it N3.
+  /// Groups of `group_size` (1 to N). Where that does not divide N: ⌈N / group_size⌉ groups,
+  /// whose sizes differ by at most one. Size 1 makes the partial mixture scheme N1, size N makes it
+  /// N3.
   /// Throws std::invalid_argument for other sizes.
   Groups(std::size_t proposal_count, std::size_t group_size, GroupOrder order = GroupOrder::strided)
       : proposal_count_(proposal_count) {

@@ -29,9 +29,9 @@ concept IndexSelection = requires(const S& selection, std::span<const std::uint3
 };
 
 /// Marginal probabilities of every sample: at [m N + i] the probability that sample m is of
-/// proposal i, by a sum over all prefixes j_1 … j_{m−1} of a round. Throws std::invalid_argument
-/// for a selection with more than `most_beginnings` prefixes, and for next probabilities that are
-/// negative or do not sum to one.
+/// proposal i, by a sum over all prefixes j_1 … j_{m−1} of a round. Throws
+/// std::invalid_argument for a selection with more than `most_beginnings` prefixes, and for next
+/// probabilities that are negative or do not sum to one.
 template <IndexSelection S>
 [[nodiscard]] std::vector<double> marginal_probabilities(const S& selection, std::size_t proposal_count,
                                                          std::size_t most_beginnings = 4'000'000) {
@@ -65,8 +65,8 @@ template <IndexSelection S>
 }
 
 /// Draws rounds of your own selection under any of the five weightings: the mixture that
-/// divides sample m has the coefficients P(i | j_1 … j_{m−1}) (W1), 1 for its own proposal (W2),
-/// P(j_m = i) (W3), the shares of the indices that the round drew (W4), or the mean over m of
+/// divides sample m has the coefficients P(i | j_1 … j_{m−1}) (W1), 1 for its own proposal
+/// (W2), P(j_m = i) (W3), the shares of the indices that the round drew (W4), or the mean over m of
 /// P(j_m = i) (W5).
 template <IndexSelection S>
 class SelectedRounds {
@@ -96,8 +96,8 @@ class SelectedRounds {
   /// n.
   [[nodiscard]] std::size_t sample_count() const noexcept { return samples_; }
 
-  /// One round: calls `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f. Throws
-  /// std::invalid_argument for a set of another size.
+  /// One round: calls `visit(x, denominator, index)`; (1/n) Σ f/denominator estimates ∫ f.
+  /// Throws std::invalid_argument for a set of another size.
   template <class Set, UniformSource Source, class Visit>
   requires ProposalSet<Set, Source> RoundCounts sample(const Set& set, Source& source,
                                                        Workspace<typename Set::Density, dynamic_capacity>& workspace,

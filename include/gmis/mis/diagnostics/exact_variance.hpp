@@ -192,8 +192,8 @@ class SubsetSum {
   switch (scheme) {
     case Scheme::R1:
     case Scheme::N1: {
-      // (1/N²) Σ_i ∫ f²/q_i minus the squared means: I²/N for random indices, (1/N²) Σ_i I_i² for
-      // one sample of each.
+      // (1/N²) Σ_i ∫ f²/q_i minus the squared means: I²/N for random indices,
+      // (1/N²) Σ_i I_i² for one sample of each.
       double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
       for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
         problem.divide(1.0, problem.densities(i), divided.data());

@@ -41,8 +41,8 @@ class ContributionTail {
 
   /// Contributions that were added.
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
-  /// (Σ |c|)²/Σ c²: the number of equal contributions with the same Σ |c| and Σ c². 0 without
-  /// contributions.
+  /// (Σ |c|)²/Σ c²: the number of equal contributions with the same Σ |c| and Σ c².
+  /// 0 without contributions.
   [[nodiscard]] double effective_sample_size() const noexcept { return squares_ > 0.0 ? sum_ * sum_ / squares_ : 0.0; }
   /// Largest |c| over Σ |c|.
   [[nodiscard]] double share_of_largest() const {
