@@ -83,7 +83,7 @@ TEST_CASE("an integrand with heavier tails than its proposals is flagged", "[mis
 // Ten problems with bounded contributions that vary by a factor of a few. Among 10,000 estimates of
 // each number of rounds, a thousand of each problem, 12 were flagged after 30 rounds (90 samples)
 // and none after 100, 300 and 1,500. Here 1,000 of 30 rounds: at the stated 0.5 %, more than 20
-// would be chance once in 10⁷ runs. After 300 rounds and more none may be flagged: k̂ is below the
+// would be chance once in 1e7 runs. After 300 rounds and more none may be flagged: k̂ is below the
 // limit by more than four standard errors, or the largest contribution below twice the threshold.
 // Equal contributions are among them (f = 1 under N3, whose densities sum to 3 but for rounding),
 // ties (the step under R1) and clusters (the sine under R1).

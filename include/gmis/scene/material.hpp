@@ -163,7 +163,7 @@ template <std::floating_point T = float>
 
 /// An interface; `eta` is the index behind the geometric normal over that before it. `alpha` is
 /// that of GGX: the interface is smooth for an alpha below `smallest_alpha`, and for an index so
-/// near 1 that light is bent by less than directions can tell (alpha · |eta − 1| below 1e-4; with
+/// near 1 that light is bent by less than directions can tell (alpha |eta − 1| below 1e-4; with
 /// eta = 1 roughness changes nothing). `tint`, from 0 to 1, is a factor of refracted light: that of
 /// glass whose colour is in its surface.
 template <std::floating_point T = float>
