@@ -18,8 +18,8 @@
 /// edge this start may lie behind the adjacent triangle, and so may the point itself, which is
 /// rounded along the triangle too: the ray then leaks into the volume that the two enclose, or out
 /// of it. Points nearer to such an edge than a few of these errors are therefore moved to that
-/// distance, within the triangle. No start is then on the wrong side where triangles meet at 20° or
-/// more. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing is
+/// distance, within the triangle. No start is then on the wrong side where triangles meet at 20°
+/// or more. Edges at which a surface goes on smoothly, or ends, are no such edges: there nothing is
 /// moved. But a triangle may touch a sharp edge with a corner alone, as do the inner ones of a face
 /// of many triangles or pieces. Its points at that corner are as near to the sharp edge as those
 /// beside it. They are kept off both edges that end there: a ball within these is no nearer to what
