@@ -664,7 +664,7 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
   CHECK(sum == Approx(1).epsilon(1e-6));
   const double disk = pi<double> * 3;  // the ball around the box has r² = 3
   const double area = 4 * pi<double> * 0.01 * pi<double> * 1000, point = 4 * pi<double>, sun = 2 * disk,
-               sky = 0.1 * 4 * pi<double> * disk, cone = 2 * 2 * pi<double> * (1 - std::cos(0.3));
+               sky = 0.1 * 4 * pi<double> * disk / 16, cone = 2 * 2 * pi<double> * (1 - std::cos(0.3));
   double image = 0;
   for (const auto& pixel : small_sky().radiance) image += static_cast<double>(pixel.x) * 4 * pi<double> / 16 * disk;
   const double all = area + point + sun + sky + cone + image;
@@ -681,29 +681,41 @@ TEST_CASE("lights are chosen by power, and the chances add up to one", "[light]"
   }
 }
 
-TEST_CASE("a sky over a wide plane does not starve the lamps", "[light]") {
-  const auto chances = [](double half_width, bool has_sky) {
+TEST_CASE("neither a sky nor a sun starves the lamps", "[light]") {
+  const auto chances = [](double half_width, bool has_sky, bool has_sun, double lamps) {
     SceneBuilder<> builder;
     const auto material = builder.add_material(make_diffuse({.5, .5, .5}));
     builder.add_mesh(box({-half_width, -1, -half_width}, {half_width, 1, half_width}).shape(), material);
-    builder.add_sphere({0, 0, 0}, 0.1, material, AreaEmission{{10, 10, 10}, false});
-    builder.add_point_light({0.5, 0, 0}, {0.1, 0.1, 0.1});
+    builder.add_sphere({0, 0, 0}, 0.1, material, AreaEmission{glm::dvec3(10 * lamps), false});
+    builder.add_point_light({0.5, 0, 0}, glm::dvec3(0.1 * lamps));
     if (has_sky) builder.add_environment({0.1, 0.1, 0.1});
-    if (has_sky) builder.add_directional_light({0, 1, 0}, {0.3, 0.3, 0.3});
+    if (has_sun) builder.add_directional_light({0, 1, 0}, {0.3, 0.3, 0.3});
     builder.set_camera(camera_at({0, 0, -0.5}));
     const auto scene = builder.build();
     std::vector<double> result;
     for (const auto& light : scene.lights()) result.push_back(static_cast<double>(scene.selection_probability(light)));
     return result;
   };
-  const auto alone = chances(1, false), small = chances(1, true), wide = chances(1e4, true);
-  // By power, where that gives them a tenth or more.
-  const double disk = pi<double> * 3, sphere = 4 * pi<double> * 0.01 * pi<double> * 10, point = 0.1 * 4 * pi<double>;
-  const double sky = 0.1 * 4 * pi<double> * disk, sun = 0.3 * disk;
-  CHECK(small[0] + small[1] == Approx((sphere + point) / (sphere + point + sky + sun)).epsilon(1e-4));
+  const double disk = pi<double> * 3, lamps = 4 * pi<double> * 0.01 * pi<double> * 10 + 0.1 * 4 * pi<double>;
+  // A uniform sky counts a sixteenth of its power.
+  const double sky = 0.1 * 4 * pi<double> * disk / 16, sun = 0.3 * disk;
+  const auto of_lamps = [&](double half_width, bool has_sky, bool has_sun, double factor) {
+    const auto all = chances(half_width, has_sky, has_sun, factor);
+    return all[0] + all[1];
+  };
+  // With a sun: by power, where that gives the lamps a tenth or more.
+  CHECK(of_lamps(1, true, true, 1) == Approx(lamps / (lamps + sky + sun)).epsilon(1e-4));
+  CHECK(of_lamps(1, false, true, 0.1) == Approx(0.1 * lamps / (0.1 * lamps + sun)).epsilon(1e-4));
   // Else half by power, which is next to nothing, and half as one of three.
-  CHECK(wide[0] + wide[1] == Approx(0.5 / 3).epsilon(1e-4));
+  CHECK(of_lamps(1e4, true, true, 1) == Approx(0.5 / 3).epsilon(1e-4));
+  CHECK(of_lamps(1e4, false, true, 1) == Approx(0.5 / 2).epsilon(1e-4));
+  // With a sky alone: half by power and half as one of two, where they have less than half by
+  // power.
+  CHECK(of_lamps(1, true, false, 0.05) == Approx(0.5 * 0.05 * lamps / (0.05 * lamps + sky) + 0.5 / 2).epsilon(1e-4));
+  CHECK(of_lamps(1, true, false, 1) == Approx(lamps / (lamps + sky)).epsilon(1e-4));
+  CHECK(of_lamps(1e4, true, false, 1) == Approx(0.5 / 2).epsilon(1e-4));
   // Among themselves lamps are chosen by power, and so is what is infinitely far.
+  const auto alone = chances(1, false, false, 1), small = chances(1, true, true, 1), wide = chances(1e4, true, true, 1);
   CHECK(wide[0] / wide[1] == Approx(alone[0] / alone[1]).epsilon(1e-4));
   CHECK(wide[2] / wide[3] == Approx(small[2] / small[3]).epsilon(1e-4));
   CHECK(wide[0] + wide[1] + wide[2] + wide[3] == Approx(1).epsilon(1e-6));

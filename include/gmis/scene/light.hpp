@@ -132,6 +132,12 @@ class Light {
     return 0;
   }
 
+  /// The power by which a scene chooses the light. A uniform sky counts a sixteenth of its power:
+  /// rays that BSDFs choose find it as well as next events do.
+  [[nodiscard]] double power_to_choose_by() const noexcept {
+    return kind_ == Kind::environment ? power() / 16 : power();
+  }
+
   /// Where a light with a position is and in which directions it shines.
   [[nodiscard]] LightBounds bounds() const noexcept {
     LightBounds bounds;

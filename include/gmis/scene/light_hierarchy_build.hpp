@@ -48,8 +48,8 @@ class LightHierarchyBuilder {
       if (!(lights[i].power() > 0)) continue;
       if (lights[i].is_infinite()) {
         made_.infinite_lights_.push_back(i);
-        infinite_powers.push_back(lights[i].power());
-        infinite_power += lights[i].power();
+        infinite_powers.push_back(lights[i].power_to_choose_by());
+        infinite_power += infinite_powers.back();
         continue;
       }
       const LightBounds bounds = lights[i].bounds();
