@@ -463,9 +463,26 @@ TEST_CASE("a surface with an opacity is there in that share of its points, the s
   CHECK(is_share(none, 0.49));
   CHECK(is_share(first, 0.3));
   CHECK(blocked == 0);
-  // Rounding moves a point across the border of a cell of 1024 errors, if at all; opacity differs
+  // Rounding moves a point across the border of a cell of 2 to 4 errors, if at all; opacity differs
   // then by chance.
   CHECK(differs < count / 200);
+}
+
+TEST_CASE("a hundredth of the width of a surface with an opacity has that share of its points") {
+  std::mt19937_64 random(gmis_test::seed(319));
+  std::uniform_real_distribution<float> place(-0.9F, 0.9F), aside(0, 0.02F);
+  const auto scene = stack({1}, Texture<float>::constant(glm::dvec3(0.3)));
+  constexpr int patches = 20, count = 2000;
+  // Family-wise rate 1e-6 over 20 patches, by the normal distribution: 5.5 standard deviations.
+  // Cells of a tenth of a patch would add three times its variance to that of the draws.
+  const double limit = 5.5 * std::sqrt(0.3 * 0.7 / count);
+  for (int patch = 0; patch < patches; ++patch) {
+    const float x = place(random), y = place(random);
+    int found = 0;
+    for (int i = 0; i < count; ++i)
+      found += scene.intersect(Ray<float>{{x + aside(random), y + aside(random), 0}, {0, 0, 1}, 1.5F}).has_value();
+    CHECK(std::abs(found / double(count) - 0.3) < limit);
+  }
 }
 
 TEST_CASE("with opacity 0 there is no surface at all, and with opacity 1 all of it") {

@@ -78,8 +78,8 @@ template <std::floating_point T>
 }
 
 /// Every point of the surface has one of the two materials: the second with the probability
-/// `amount`, chosen by the position of the point. Over any area the surface scatters as the
-/// weighted mean of the two.
+/// `amount`, chosen by the position of the point. Over an area of many cells
+/// (`SurfaceCoordinates::cell`) the surface scatters as the weighted mean of the two.
 template <std::floating_point T>
 [[nodiscard]] inline Material<T> make_mix(const Material<T>& first, const Material<T>& second,
                                           typename Texture<T>::Handle amount) {
