@@ -339,6 +339,23 @@ std::vector<RareMistake<OwnScene>> mistakes_of_own_materials() {
             if (is_sky(s.origin)) s.density.first *= wrong, s.weight /= wrong;
           };
         }},
+      M{"the sky: the disk lies behind the scene, not before it",
+        {Convention::emission_disk},
+        [=](A& a) {
+          a.emission = [](std::size_t, auto& s) {
+            // The centre of the ball is the origin.
+            if (glm::length(s.origin.geometric_normal) < 0.5F)
+              s.origin.position -= 2 * glm::dot(s.origin.position, s.direction) * s.direction;
+          };
+        }},
+      M{"the sky: the disk goes through the middle of the scene",
+        {Convention::emission_disk},
+        [=](A& a) {
+          a.emission = [](std::size_t, auto& s) {
+            if (glm::length(s.origin.geometric_normal) < 0.5F)
+              s.origin.position -= glm::dot(s.origin.position, s.direction) * s.direction;
+          };
+        }},
       M{"emitted of one lamp of six has too much blue",
         {Convention::emitted_radiance},
         [=](A& a) {

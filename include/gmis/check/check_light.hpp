@@ -228,19 +228,22 @@ class LightCheck {
                     1.0 / least->area, 1.0 / (ratio * least->area));
     judge_cover(starts, center, 1.15 * least->area / pi<double>);
   }
-  /// The disk against what rays from the receivers meet, which light must reach. `limit`: the
-  /// squared radius, with some room for the error of `center`.
+  /// The disk against what rays from the receivers meet, which light must reach: across the
+  /// direction within the disk, and along it behind the disk. `limit`: the squared radius, with
+  /// some room for the error of `center`.
   void judge_cover(const std::vector<Start>& starts, const V& center, double limit) {
     std::size_t met = 0, covered = 0;
     for (const Point& point : receivers_)
       for (int i = 0; i < 32; ++i) {
         const auto hit = scene_.intersect(leave(point, square_to_sphere(two())));
         if (!hit) continue;
-        const V& d = starts[uniform_index(source_, static_cast<std::uint32_t>(starts.size()))].direction;
-        const V offset = V(hit->point.position) - center;
+        const Start& start = starts[uniform_index(source_, static_cast<std::uint32_t>(starts.size()))];
+        const V& d = start.direction;
+        const V position(hit->point.position), offset = position - center;
         const V across = offset - glm::dot(offset, d) * d;
+        const bool is_behind = glm::dot(position - start.position, d) >= -1e-3 * std::sqrt(limit);
         ++met;
-        covered += glm::dot(across, across) <= limit ? 1U : 0U;
+        covered += is_behind && glm::dot(across, across) <= limit ? 1U : 0U;
       }
     findings_.judge(Convention::emission_disk, static_cast<double>(covered) >= 0.999 * static_cast<double>(met));
   }

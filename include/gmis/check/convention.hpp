@@ -137,7 +137,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "EmissionDensity::first must be the density of the direction alone, per steradian, such as cos/π: the density "
       "per area and the probability of choosing the light are not part of it",
       "EmissionDensity::first of an infinite light must be 1 / the area of the disk that sample_emission starts "
-      "from, and that disk must cover the scene",
+      "from, and that disk must cover the scene and lie outside of it, where light comes from",
       "A delta light must state the density 1 for what it fixes: next_event_density, and EmissionDensity::origin",
       "NextEventSample::density must be the density of emission that Light::emitted states for the light's "
       "direction towards the receiver",
