@@ -139,10 +139,21 @@ class WeightRecursion {
   }
 
  private:
-  /// A formula in `Extended` numbers, never inlined: hardly ever called. It takes copies, so that
-  /// what is passed need not be in memory where it is not called.
+  /// A formula in `Extended` numbers, never inlined. It takes copies, so that what is passed need
+  /// not be in memory where it is not called.
   template <auto formula, class... Arguments>
-  [[nodiscard]] GMIS_NEVER_INLINE constexpr auto exactly(Arguments... of) const noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr auto exactly(Arguments... of) const noexcept {
+    if constexpr (has_plain_path)
+      return rarely_called<formula>(of...);
+    else
+      return always_called<formula>(of...);
+  }
+  template <auto formula, class... Arguments>
+  [[nodiscard]] GMIS_RARE constexpr auto rarely_called(Arguments... of) const noexcept {
+    return (exact_.*formula)(of...);
+  }
+  template <auto formula, class... Arguments>
+  [[nodiscard]] GMIS_NEVER_INLINE constexpr auto always_called(Arguments... of) const noexcept {
     return (exact_.*formula)(of...);
   }
 
