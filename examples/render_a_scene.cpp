@@ -1,6 +1,7 @@
 #include <cstdio>
-#include <gmis/gmis.hpp>
+#include <gmis/render.hpp>
 #include <gmis/render/thread_executor.hpp>
+#include <gmis/scene.hpp>
 
 // A complete program: a scene, its picture with an error of 5 %, and what a smaller error would
 // take.

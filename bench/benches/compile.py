@@ -2,8 +2,8 @@
 examples/one_dimension.cpp, text in kB, and peak memory in MB.
 
 With g++ and, where it is installed, clang++ (but for the whole program), without a compiler cache.
-A time is the least of --runs compilations; a whole program is the sum of its files, and the memory
-is that of the largest.
+A time is the least of --runs compilations, as many for each program; a whole program is the sum of
+its files, compiled once, and the memory is that of the largest.
 Writes the table in docs/your-renderer.md.
 
   --check        compiles with the default compiler, several at a time, and compares text with that
@@ -37,6 +37,7 @@ class Program:
     source: str
     needs: str = ""  # text that must be somewhere in include/
     header: str = ""  # a header that must be installed
+    flags: tuple[str, ...] = ()
     is_checked: bool = True
 
 
@@ -46,7 +47,9 @@ PROGRAMS = [
     Program("one engine over an adapter", "bench/compile/one_engine.cpp"),
     Program("`Render` over an adapter", "examples/bring_your_own/main.cpp"),
     Program("the same, engines declared", "bench/compile/engines_declared.cpp", needs="define GMIS_DECLARE_ENGINES"),
+    Program("`Render` over an adapter, with `gmis::compiled`", "examples/bring_your_own/main.cpp", flags=("-DGMIS_COMPILED",), is_checked=False),
     Program("`examples/render_a_scene.cpp`", "examples/render_a_scene.cpp"),
+    Program("`examples/render_a_scene.cpp`, with `gmis::compiled`", "examples/render_a_scene.cpp", flags=("-DGMIS_COMPILED",), is_checked=False),
     Program("lamps chosen for their receiver", "examples/many_lights/main.cpp", is_checked=False),
     Program("Embree's intersector", "examples/embree/main.cpp", header="embree3/rtcore.h", is_checked=False),
 ]
@@ -72,7 +75,7 @@ def compiled(command, output, runs):
 
 
 def measure(options, compiler, program, runs):
-    return compiled([compiler, *FLAGS, "-c", program.source], options.out / f"{pathlib.Path(program.source).stem}.o", runs)
+    return compiled([compiler, *FLAGS, *program.flags, "-c", program.source], options.out / f"{pathlib.Path(program.source).stem}.o", runs)
 
 
 def measure_whole(options, compiler):
@@ -133,7 +136,7 @@ def keep(options):
 
 
 def add_options(parser):
-    parser.add_argument("--runs", type=int, default=1, help="compilations of each program (1); the first program has three at least")
+    parser.add_argument("--runs", type=int, default=3, help="compilations of each program (3)")
     parser.add_argument("--programs", nargs="+", help="words of the names of some programs; `whole` for all of gmis-render")
     parser.add_argument("--compilers", nargs="+", default=["g++", "clang++"])
     parser.add_argument("--check", action="store_true")
@@ -147,7 +150,7 @@ def run(options):
     options.is_whole = not options.programs
     compilers = [compiler for compiler in options.compilers if shutil.which(compiler)]
     table = Table("", *(f"{compiler}: {what}" for compiler in compilers for what in ("seconds", "ratio", "text, kB", "peak, MB")), numbers_from=1)
-    first = {compiler: measure(options, compiler, FIRST, max(3, options.runs)) for compiler in compilers}
+    first = {compiler: measure(options, compiler, FIRST, options.runs) for compiler in compilers}
 
     def add(name, costs_of):
         cells = []
