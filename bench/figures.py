@@ -7,6 +7,7 @@ Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --values            takes the values that sentences quote from their tables anew
        figures.py --confirm COMMIT    keeps the figures that were measured with the sources of a
                                       commit, where its program and that of now do the same work
+                  [--but SCENE...]    in all other scenes: tables with a row of these are not kept
 
 A figure stands between two marks that name its command. Behind them stand a stamp and a small line
 for the reader:
@@ -230,16 +231,19 @@ class Project:
             return f"from commit {figure.commit}, {figure.date}: its sources have changed"
         return None
 
-    def confirm(self, before, ratios):
+    def confirm(self, before, ratios, but=()):
         """Stamps the stale figures anew that were measured with the sources of `before`, the
         project at a commit whose program does the same work, and that rest on nothing else
         (`confirm` in the registry). `ratios`: of the instructions now to those then, as text. A
         figure that is confirmed again is compared with the sources that it was measured with.
+        `but`: scenes in which the programs differ; a figure with a row of one of them stays stale.
         Returns their names."""
         kept = []
         for name in [figure.name for figure in self.figures()]:
             figure = next(one for one in self.figures() if one.name == name)
             if not self.state(figure) or not self.registry.getboolean(name, "confirm", fallback=False):
+                continue
+            if any(f"| {scene} |" in figure.body for scene in but):
                 continue
             measured = figure.measured or figure.digest
             has_same_bench = self.digest(name, "bench") == before.digest(name, "bench")
@@ -347,6 +351,7 @@ def main(arguments):
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--values", action="store_true")
     parser.add_argument("--confirm", metavar="COMMIT")
+    parser.add_argument("--but", metavar="SCENE", nargs="+", default=[])
     parser.add_argument("names", nargs="*")
     options = parser.parse_args(arguments)
     project = Project()
@@ -364,13 +369,13 @@ def main(arguments):
 
         out = project.root / "out" / "figures"
         with same_work.checkout(options.confirm, project.root, out / "before") as before:
-            found, ratios = same_work.differences(before, project.root, out)
+            found, ratios = same_work.differences(before, project.root, out, options.but)
             for difference in found:
                 print(f"figures: {difference}", file=sys.stderr)
             if found:
                 print("figures: the programs differ: measure anew", file=sys.stderr)
                 return 1
-            kept = project.confirm(Project(before), ratios)
+            kept = project.confirm(Project(before), ratios, options.but)
             print(f"{ratios} of the instructions; kept: " + (", ".join(kept) or "none, for none was measured with the sources of that commit"))
         return 0
     if options.check or options.values:

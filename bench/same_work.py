@@ -38,13 +38,13 @@ def facts_of(root, program, scene, integrator, out):
         "estimate": {key: float(f"{value:.8g}") for key, value in facts["estimate"].items() if isinstance(value, float)}}
 
 
-def differences(before, now, out):
+def differences(before, now, out, but=()):
     """The differences between the programs of two checkouts, as lines; and the range of the ratio
-    of their instructions, as text."""
+    of their instructions, as text. The scenes `but` are left out."""
     out.mkdir(parents=True, exist_ok=True)
     programs = {root: program_of(root) for root in (before, now)}
     found = []
-    cases = [(scene, integrator) for scene in ALL for integrator in INTEGRATORS]
+    cases = [(scene, integrator) for scene in ALL for integrator in INTEGRATORS if scene not in but]
 
     def changed(case):
         old, new = (facts_of(root, program, *case, out) for root, program in programs.items())
