@@ -33,11 +33,12 @@ consteval auto spectrum_verdict() {
                          { SpectrumTraits<S>::channel(s, 0) } -> std::convertible_to<ScalarOf<S>>;
                        }) {
     return Verdict<spectrum_lacks::traits<S>>();
-  } else if constexpr (!requires(const S& s, S m) {
+  } else if constexpr (!requires(const S& s) {
                          { s + s } -> std::convertible_to<S>;
-                         m += s;
                        }) {
     return Verdict<spectrum_lacks::sum<S>>();
+  } else if constexpr (!requires(const S& s, S m) { m += s; }) {
+    return Verdict<spectrum_lacks::addition<S>>();
   } else if constexpr (!requires(const S& s) {
                          { s* s } -> std::convertible_to<S>;
                        }) {

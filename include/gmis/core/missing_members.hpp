@@ -12,7 +12,8 @@ namespace gmis {
 namespace spectrum_lacks {
 template <class S> struct traits;      // a specialisation gmis::SpectrumTraits<S>: Scalar, channel_count, channel(s, i)
 template <class S> struct copies;      // copy construction and assignment
-template <class S> struct sum;         // S operator+(S, S), and s += s
+template <class S> struct sum;         // S operator+(S, S)
+template <class S> struct addition;    // s += s
 template <class S> struct product;     // S operator*(S, S), channel by channel
 template <class S> struct scaling;     // S operator*(S, T)
 template <class S> struct from_scalar; // explicit S(T): all channels alike
