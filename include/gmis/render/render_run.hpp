@@ -241,6 +241,9 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
   request_.expected_iterations = ranks.of_first(request_.expected_iterations);
   require_argument(ranks.count() == 1 || !request_.keeps_contributions(),
                    "several ranks make no pictures of techniques, path classes and lights: render those with one");
+  require_argument(!request_.class_pictures || request_.settings.path_classes,
+                   "RenderRequest::class_pictures asks for a picture of each of RenderSettings::path_classes, which is "
+                   "not set: set it, to PathClassSet::all() for all");
   if (!ranks.is_first()) {
     request_.on_iteration = {};
     request_.on_forecast = {};
