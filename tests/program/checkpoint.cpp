@@ -117,6 +117,11 @@ TEST_CASE("a checkpoint that does not fit: exit code 2, and a message that names
   damaged[whole.size() - 100] = static_cast<char>(damaged[whole.size() - 100] ^ 1);
   std::ofstream(folder / "damaged.checkpoint", std::ios::binary) << damaged;
   refused(same + "--resume damaged.checkpoint", "damaged");
+  // In what says which run it is of, too: no message quotes damaged bytes.
+  damaged = whole;
+  damaged[100] = static_cast<char>(damaged[100] ^ 1);
+  std::ofstream(folder / "damaged.checkpoint", std::ios::binary) << damaged;
+  refused(same + "--resume damaged.checkpoint", "damaged: its digest differs");
   const Outcome nowhere = run(folder, same + "--checkpoint no/folder/a.checkpoint");
   CHECK(nowhere.exit_code == 2);
 }

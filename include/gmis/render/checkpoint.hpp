@@ -28,17 +28,20 @@ struct Checkpoint {
 namespace detail {
 
 /// Changes with every change of the state's layout.
-inline constexpr std::string_view checkpoint_format = "gmis checkpoint 6\n";
+inline constexpr std::string_view checkpoint_format = "gmis checkpoint 7\n";
 
 /// The bytes of a checkpoint with this state.
 GMIS_RARE [[nodiscard]] inline std::vector<std::byte> checkpoint_bytes(RunIdentity identity,
                                                                        const std::vector<std::byte>& state) {
+  StateWriter header, start;
+  header(identity);
+  std::vector<std::byte> body = header.bytes();
+  body.insert(body.end(), state.begin(), state.end());
   std::string format{checkpoint_format};
-  std::uint64_t digest = digest_of(state), size = state.size();
-  StateWriter whole;
-  whole(format, identity, digest, size);
-  std::vector<std::byte> result = whole.bytes();
-  result.insert(result.end(), state.begin(), state.end());
+  std::uint64_t digest = digest_of(body), size = body.size();
+  start(format, digest, size);
+  std::vector<std::byte> result = start.bytes();
+  result.insert(result.end(), body.begin(), body.end());
   return result;
 }
 
@@ -50,19 +53,23 @@ GMIS_RARE [[nodiscard]] inline std::vector<std::byte> checkpoint_bytes(RunIdenti
 GMIS_RARE [[nodiscard]] inline Checkpoint open_checkpoint(std::span<const std::byte> bytes, const RunIdentity& expected,
                                                           std::span<const std::string_view> may_differ = {}) {
   const auto refuse = [](const std::string& message) { reject_argument(message.c_str()); };
-  StateReader header(bytes);
+  StateReader start(bytes);
   std::string format;
   std::uint64_t digest = 0, size = 0;
+  start(format);
+  if (start.is_broken() || format != detail::checkpoint_format) refuse("this is no checkpoint of this version");
+  start(digest, size);
+  if (start.is_broken()) refuse("the checkpoint is cut short");
+  // First of all, so that no message quotes damaged bytes.
+  if (size != start.left().size()) refuse("the checkpoint is cut short or longer than it says");
+  if (digest != digest_of(start.left())) refuse("the checkpoint is damaged: its digest differs");
+  StateReader body(start.left());
   Checkpoint checkpoint;
-  header(format);
-  if (header.is_broken() || format != detail::checkpoint_format) refuse("this is no checkpoint of this version");
-  header(checkpoint.identity, digest, size);
-  if (header.is_broken()) refuse("the checkpoint is cut short");
+  body(checkpoint.identity);
+  if (body.is_broken()) refuse("the checkpoint is damaged");
   if (const std::string difference = checkpoint.identity.difference_to(expected, may_differ); !difference.empty())
     refuse("the checkpoint is of another run: " + difference);
-  checkpoint.state = header.left();
-  if (size != checkpoint.state.size()) refuse("the checkpoint is cut short or longer than it says");
-  if (digest != digest_of(checkpoint.state)) refuse("the checkpoint is damaged: its digest differs");
+  checkpoint.state = body.left();
   return checkpoint;
 }
 

@@ -30,14 +30,22 @@ GMIS_RARE [[nodiscard]] inline std::string text_of(std::initializer_list<double>
   return text;
 }
 
-/// The numbers of `SampleCounts`, as text.
+/// `SampleCounts` by name, as text.
 GMIS_RARE [[nodiscard]] inline std::string text_of(const SampleCounts& counts) {
-  const auto number = [](bool is_on) { return is_on ? 1.0 : 0.0; };
-  return text_of(
-      {counts.light_paths, counts.radius_factor, static_cast<double>(counts.connections), number(counts.splats),
-       number(counts.merges), number(counts.extends_camera), number(counts.connects_paired_tree),
-       number(counts.next_events), number(counts.emitter_hits), number(counts.local_merges)},
-      ' ');
+  const std::pair<const char*, double> numbers[] = {{"light_paths", counts.light_paths},
+                                                    {"radius_factor", counts.radius_factor},
+                                                    {"connections", counts.connections},
+                                                    {"splats", counts.splats},
+                                                    {"merges", counts.merges},
+                                                    {"extends_camera", counts.extends_camera},
+                                                    {"connects_paired_tree", counts.connects_paired_tree},
+                                                    {"next_events", counts.next_events},
+                                                    {"emitter_hits", counts.emitter_hits},
+                                                    {"local_merges", counts.local_merges}};
+  std::string text;
+  for (const auto& [name, number] : numbers)
+    text.append(text.empty() ? "" : ", ").append(name).append(" ").append(text_of({number}, ' '));
+  return text;
 }
 
 }  // namespace detail
