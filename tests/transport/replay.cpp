@@ -1,18 +1,26 @@
 #include "gmis/transport/replay/replay.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <limits>
+#include <optional>
 #include <vector>
 
+#include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/provoking_scene.hpp"
 #include "transport/ways.hpp"
 
 namespace {
 
 using Scene = gmis_test::FurnaceScene<float>;
-using Record = gmis::Contribution<float>;
+using gmis_test::Provocation;
+using gmis_test::ProvokingScene;
 
 constexpr int size = 10;
 constexpr float albedo = 0.7F;
@@ -25,6 +33,7 @@ gmis::RenderSettings settings() {
   return result;
 }
 
+template <class Record>
 bool are_same(const Record& a, const Record& b) {
   return a.pixel == b.pixel && a.id.technique == b.id.technique && a.id.s == b.id.s && a.id.t == b.id.t &&
          std::memcmp(&a.value, &b.value, sizeof a.value) == 0 &&
@@ -32,7 +41,8 @@ bool are_same(const Record& a, const Record& b) {
 }
 
 /// Whether a contribution names its other end exactly where its technique has one.
-bool has_other_end(const gmis::ReplayedContribution<float>& made) {
+template <class Spectrum>
+bool has_other_end(const gmis::ReplayedContribution<Spectrum>& made) {
   switch (made.contribution.id.technique) {
     case gmis::Technique::next_event:
       return made.position.has_value() && !made.light_vertex.has_value();
@@ -44,21 +54,33 @@ bool has_other_end(const gmis::ReplayedContribution<float>& made) {
   }
 }
 
+/// The replayed paths of an iteration, summed up: all but the contributions that reached the film.
+struct Replayed {
+  std::uint64_t non_finite = 0, negative = 0, zero_densities = 0;
+  std::uint64_t escapes = 0, lit_escapes = 0;    ///< rays that left the scene, and contributions made there
+  std::vector<gmis::RejectedPath> rejected;      ///< paths with a rejection, light trees first
+  gmis::Counters counters, counters_of_the_run;  ///< rejections are the last three
+  std::vector<gmis::RejectedPath> rejected_by_the_run;
+};
+
 /// Every path of `iteration` replayed, against what a run that got there kept.
-template <class I>
-void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t iteration, int lobes = 1,
-                  std::optional<gmis::PixelBounds> crop = {}) {
+template <class I, class SceneType>
+Replayed replay_all(const SceneType& scene, const gmis::RenderSettings& render_settings, std::uint32_t iteration,
+                    std::optional<gmis::PixelBounds> crop = {}) {
+  using Spectrum = typename SceneType::Spectrum;
   CAPTURE(iteration);
-  const Scene scene(albedo, 1.0F, size, lobes);
   gmis::SerialExecutor executor;
-  typename I::template Engine<Scene> engine(scene, I::settings(render_settings), crop);
+  typename I::template Engine<SceneType> engine(scene, I::settings(render_settings), crop);
   engine.keep_contributions(true);
   for (std::uint32_t i = 0; i < iteration; ++i) engine.iterate(executor);
-  std::vector<Record> expected;
-  engine.for_each_contribution([&](const Record& record) { expected.push_back(record); });
+  std::vector<gmis::Contribution<Spectrum>> expected;
+  engine.for_each_contribution([&](const auto& record) { expected.push_back(record); });
   REQUIRE(expected.size() > 100);
 
-  typename I::template Engine<Scene> replayed(scene, I::settings(render_settings), crop);
+  Replayed result;
+  result.counters_of_the_run = engine.counters();
+  result.rejected_by_the_run.assign(engine.rejections().paths().begin(), engine.rejections().paths().end());
+  typename I::template Engine<SceneType> replayed(scene, I::settings(render_settings), crop);
   replayed.prepare_replay(executor, iteration);
   CHECK(replayed.counts().connections == engine.counts().connections);
   CHECK(replayed.counts().extends_camera == engine.counts().extends_camera);
@@ -74,27 +96,117 @@ void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t ite
       REQUIRE(here.parent < i);
       const auto& parent = path.vertices[here.parent];
       REQUIRE(here.depth == parent.depth + 1);
-      REQUIRE(glm::dot(glm::normalize(parent.point.position - here.point.position), here.to_prev) > 0.999F);
+      REQUIRE_FALSE(parent.is_at_infinity);
+      if (here.is_at_infinity) {
+        ++result.escapes;
+        REQUIRE(here.point.position == gmis::Vec3<float>(0.0F));
+        REQUIRE(here.density == 0.0F);
+        REQUIRE(here.forward > 0.0F);
+        REQUIRE_FALSE(here.weights.has_value());
+        REQUIRE(glm::length(here.to_prev) == Approx(1.0F).epsilon(1e-5));
+        REQUIRE_FALSE(scene.intersect(gmis::leave(parent.point, -here.to_prev)).has_value());
+      } else {
+        REQUIRE(glm::dot(glm::normalize(parent.point.position - here.point.position), here.to_prev) > 0.999F);
+      }
     }
-    float sum = 0.0F;
+    Spectrum sum(0.0F);
+    gmis::RejectedPath rejected{path.name, 0, gmis::RejectionCause::zero_pdf, {}};
     for (const auto& made : path.contributions) {
+      REQUIRE(made.vertex < path.vertices.size());
+      REQUIRE(has_other_end(made));
+      if (made.rejected) {
+        const bool is_negative = *made.rejected == gmis::RejectionCause::negative;
+        ++(is_negative ? result.negative : result.non_finite);
+        if (++rejected.count == 1) rejected.cause = *made.rejected, rejected.technique = made.contribution.id;
+        continue;
+      }
       REQUIRE(next < expected.size());
       REQUIRE(are_same(made.contribution, expected[next++]));
-      REQUIRE(made.vertex < path.vertices.size());
-      REQUIRE_FALSE(made.rejected.has_value());
-      REQUIRE(has_other_end(made));
       sum += made.contribution.value * made.contribution.weight;
+      if (path.vertices[made.vertex].is_at_infinity) ++result.lit_escapes;
     }
+    for (const auto& zero : path.zero_densities) {
+      REQUIRE(zero.vertex < path.vertices.size());
+      ++result.zero_densities;
+      if (++rejected.count == 1) rejected.technique = zero.technique;
+    }
+    if (rejected.count > 0) result.rejected.push_back(rejected);
+    result.counters += path.counters;
     if (kind == gmis::PathKind::camera) {
       REQUIRE(path.pixel_sum == sum);
     }
   };
   for (std::size_t tree = 0; tree < replayed.light_tree_count(); ++tree) check_path(gmis::PathKind::light, tree);
-  const gmis::PixelBounds part = crop.value_or(gmis::PixelBounds{{0, 0}, {size, size}});
+  const glm::ivec2 resolution = scene.camera().resolution();
+  const gmis::PixelBounds part = crop.value_or(gmis::PixelBounds{{0, 0}, resolution});
   for (int y = part.lower.y; y < part.upper.y; ++y)
     for (int x = part.lower.x; x < part.upper.x; ++x)
-      check_path(gmis::PathKind::camera, static_cast<std::size_t>(y * size + x));
+      check_path(gmis::PathKind::camera, static_cast<std::size_t>(y * resolution.x + x));
   CHECK(next == expected.size());
+  return result;
+}
+
+/// In the closed furnace, where all is right.
+template <class I>
+void check_replay(const gmis::RenderSettings& render_settings, std::uint32_t iteration, int lobes = 1,
+                  std::optional<gmis::PixelBounds> crop = {}) {
+  const Replayed all = replay_all<I>(Scene(albedo, 1.0F, size, lobes), render_settings, iteration, crop);
+  CHECK(all.rejected.empty());
+  CHECK(all.non_finite + all.negative + all.zero_densities == 0);
+}
+
+/// In a furnace whose surfaces or lights do wrong (`ProvokingScene`): the first iteration, each of
+/// whose rejections has a name.
+template <class I>
+void check_replay_of_rejected(Provocation what, float bad) {
+  CAPTURE(static_cast<int>(what), bad);
+  const Replayed all = replay_all<I>(ProvokingScene(size, {what, bad, nullptr, 0.5F}), settings(), 1);
+  const gmis::Counters& run = all.counters_of_the_run;
+  CHECK(run.rejected() > 10);  // so that there is something to see: 25 of 100 paths and more
+  CHECK(all.non_finite == run.rejected_non_finite);
+  CHECK(all.negative == run.rejected_negative);
+  CHECK(all.zero_densities == run.rejected_zero_pdf);
+  CHECK(all.counters.rejected_non_finite == run.rejected_non_finite);
+  CHECK(all.counters.rejected_negative == run.rejected_negative);
+  CHECK(all.counters.rejected_zero_pdf == run.rejected_zero_pdf);
+  CHECK(all.counters.contributions == run.contributions);
+  // The run keeps the names of the first paths.
+  REQUIRE(all.rejected_by_the_run.size() == std::min(all.rejected.size(), gmis::RejectionLog::capacity));
+  for (std::size_t i = 0; i < all.rejected_by_the_run.size(); ++i) {
+    const gmis::RejectedPath &mine = all.rejected[i], &its = all.rejected_by_the_run[i];
+    CAPTURE(i, mine.path.number, its.path.number);
+    CHECK(mine.path == its.path);
+    CHECK(mine.count == its.count);
+    CHECK(mine.cause == its.cause);
+    REQUIRE(mine.technique.has_value() == its.technique.has_value());
+    if (!mine.technique) continue;
+    CHECK(mine.technique->technique == its.technique->technique);
+    CHECK(mine.technique->s == its.technique->s);
+    CHECK(mine.technique->t == its.technique->t);
+  }
+}
+
+/// A furnace without the part of its wall where x is above 0.3, and nothing beyond.
+class OpenFurnace : public Scene {
+ public:
+  using Scene::Scene;
+  [[nodiscard]] auto intersect(const gmis::Ray<float>& ray) const {
+    auto hit = Scene::intersect(ray);
+    if (hit && hit->point.position.x > 0.3F) hit.reset();
+    return hit;
+  }
+};
+
+/// A ball on a floor under a sky of one radiance.
+gmis::scene::BvhScene<float> outdoors() {
+  gmis::scene::SceneBuilder<float> builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse({0.5, 0.6, 0.7}));
+  const std::vector<glm::dvec3> corners{{-4, -1, -4}, {4, -1, -4}, {4, -1, 4}, {-4, -1, 4}};
+  builder.add_mesh({corners, std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}}}, grey);
+  builder.add_sphere({0, 0, 0}, 1, grey);
+  builder.add_environment({0.8, 0.9, 1.0});
+  builder.set_camera(gmis::scene::look_at({0, 0.5, -4}, {0, 0, 0}, {0, 1, 0}, 50, {12, 9}));
+  return builder.build();
 }
 
 }  // namespace
@@ -118,6 +230,47 @@ TEST_CASE("A path replayed alone makes what it made in the run, bit by bit") {
   }
   SECTION("gmis") {
     check_replay<Gmis>(settings(), 2, 2);
+  }
+}
+
+TEST_CASE("A replayed path says what was rejected of it, and the rest is what the run kept") {
+  using namespace gmis_test::ways;
+  constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  SECTION("pt") {
+    check_replay_of_rejected<Pt>(Provocation::value, nan);
+    check_replay_of_rejected<Pt>(Provocation::value, -1.0F);
+    check_replay_of_rejected<Pt>(Provocation::density, 0.0F);
+    check_replay_of_rejected<Pt>(Provocation::light_density, infinity);
+  }
+  SECTION("vcm") {
+    check_replay_of_rejected<Vcm>(Provocation::value, infinity);
+    check_replay_of_rejected<Vcm>(Provocation::value, -1.0F);
+    check_replay_of_rejected<Vcm>(Provocation::density, nan);
+    check_replay_of_rejected<Vcm>(Provocation::light_density, 0.0F);
+  }
+}
+
+TEST_CASE("A replayed path that leaves the scene has its last vertex at infinity, and makes what it made in the run") {
+  using namespace gmis_test::ways;
+  SECTION("into nothing") {
+    const OpenFurnace open(albedo, 1.0F, size);
+    const Replayed pt = replay_all<Pt>(open, settings(), 3), vcm = replay_all<Vcm>(open, settings(), 2);
+    for (const Replayed& all : {pt, vcm}) {
+      CHECK(all.escapes > 50);  // of 100 camera paths
+      CHECK(all.lit_escapes == 0);
+      CHECK(all.rejected.empty());
+    }
+  }
+  SECTION("into a sky") {
+    const auto scene = outdoors();
+    const Replayed pt = replay_all<Pt>(scene, settings(), 3), vcm = replay_all<Vcm>(scene, settings(), 2);
+    for (const Replayed& all : {pt, vcm}) {
+      // A path from the camera ends in the sky at the latest when the floor does not hold it, and
+      // every end there is seen to be lit.
+      CHECK(all.escapes > 50);
+      CHECK(all.lit_escapes == all.escapes);
+      CHECK(all.rejected.empty());
+    }
   }
 }
 

@@ -28,7 +28,7 @@ struct ReplayedVertex {
   std::size_t parent = none;                 ///< index in `ReplayedPath::vertices`
   int depth = 0;                             ///< edges from the start of the subpath, which has depth 0
   bool is_at_infinity = false;               ///< the ray left the scene
-  SurfacePoint<T> point;                     ///< all zero at infinity
+  SurfacePoint<T> point{};                   ///< all zero at infinity
   Vec3<T> to_prev{};                         ///< unit, towards the parent
   S throughput{T(0)};                        ///< without MIS weights
   bool is_delta = false;                     ///< whether the event at the parent is a delta event
