@@ -1,6 +1,10 @@
 #include "gmis/core/statistics.hpp"
 
 #include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
 
 #include "gmis/core/compensated_sum.hpp"
 #include "gmis/core/density_tests.hpp"
@@ -40,6 +44,60 @@ TEST_CASE("p-values of Student's t agree with 30-digit values", "[statistics]") 
     CHECK(student_t_p_value(row.t, row.degrees) == Approx(row.p).epsilon(1e-10));
   }
   CHECK(student_t_p_value(0, 5) == Approx(1.0));
+}
+
+TEST_CASE("quantiles of Student's t are those of the tables", "[statistics]") {
+  struct Row {
+    double p, degrees, t;
+  };
+  for (const Row& row : {Row{0.975, 1, 12.7062}, Row{0.975, 5, 2.570582}, Row{0.995, 10, 3.169273},
+                         Row{0.975, 30, 2.042272}, Row{0.9995, 2, 31.5991}}) {
+    CAPTURE(row.p, row.degrees);
+    // Six or seven digits are printed: half of the last one is below 4e-6 of the smallest.
+    CHECK(student_t_quantile(row.p, row.degrees) == Approx(row.t).epsilon(4e-6));
+    CHECK(student_t_quantile(1 - row.p, row.degrees) == Approx(-row.t).epsilon(4e-6));
+  }
+  // Closed forms: tan(π (p − ½)) with one degree, (2 p − 1) / √(2 p (1 − p)) with two.
+  for (const double p : {0.6, 0.9, 0.999, 1 - 1e-6, 1 - 1e-12}) {
+    CAPTURE(p);
+    CHECK(student_t_quantile(p, 1) == Approx(1 / std::tan(std::numbers::pi * (1 - p))).epsilon(1e-10));
+    CHECK(student_t_quantile(p, 2) == Approx((2 * p - 1) / std::sqrt(2 * p * (1 - p))).epsilon(1e-10));
+  }
+  CHECK(std::isnan(student_t_quantile(0.0, 3)));
+  CHECK(std::isnan(student_t_quantile(1.0, 3)));
+  CHECK(std::isnan(student_t_quantile(std::nan(""), 3)));
+}
+
+/// Chance of a t above this one, by quadrature. With t = √n tan θ Student's density is in
+/// proportion to cosⁿ⁻¹ θ, which Simpson's rule integrates.
+long double share_above(long double t, long double degrees) {
+  constexpr int panels = 20000;
+  const long double right = std::numbers::pi_v<long double> / 2;
+  const auto integral = [&](long double from) {
+    // cos θ = sin(π/2 − θ), which keeps its digits near the end.
+    const long double width = right - from;
+    const auto value = [&](int i) { return std::pow(std::sin(width * i / panels), degrees - 1); };
+    long double sum = value(0) + value(panels);
+    for (int i = 1; i < panels; ++i) sum += (i % 2 == 1 ? 4 : 2) * value(i);
+    return sum * width / panels / 3;
+  };
+  // π/2 − atan(t/√n) = atan(√n/t), for t above 0.
+  const long double whole = 2 * integral(0);
+  return integral(right - std::atan(std::sqrt(degrees) / t)) / whole;
+}
+
+TEST_CASE("quantiles of Student's t invert the distribution, by quadrature", "[statistics]") {
+  for (const double degrees : {1.0, 2.0, 3.0, 5.0, 7.5, 10.0, 23.0, 64.0, 127.0, 300.0})
+    for (const double tail : {0.4, 0.1, 0.025, 1e-3, 1e-5, 1e-8}) {
+      CAPTURE(degrees, tail);
+      const double p = 1 - tail;
+      const double t = student_t_quantile(p, degrees);
+      REQUIRE(t > 0);
+      // 1 − p as it is in double, which is what the quantile is of.
+      const auto above = static_cast<double>(share_above(static_cast<long double>(t), degrees));
+      CHECK(above == Approx(1 - p).epsilon(1e-9));
+      CHECK(student_t_quantile(1 - p, degrees) == Approx(-t).epsilon(1e-12));
+    }
 }
 
 TEST_CASE("normal quantiles agree with 30-digit values and invert the distribution", "[statistics]") {

@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -47,7 +50,53 @@ struct Counted {
   }
 };
 
+/// Counts every random number.
+struct CountedSource {
+  using result_type = std::uint64_t;
+  gmis::Philox source;
+  std::size_t calls = 0;
+  static constexpr result_type min() { return 0; }
+  static constexpr result_type max() { return std::numeric_limits<result_type>::max(); }
+  result_type operator()() {
+    ++calls;
+    return static_cast<result_type>(gmis::uniform<double>(source) * 0x1p53) << 11U;
+  }
+};
+
+/// The random numbers of 20 rounds of `n` samples by a pair.
+std::size_t random_numbers(gmis::SelectionAndWeighting pair, std::size_t n) {
+  const std::vector<test::Normal> proposals(n, {0.0, 1.0});
+  const auto set = gmis::as_proposal_set(proposals);
+  gmis::Workspace<double, gmis::dynamic_capacity> workspace;
+  CountedSource source{gmis::Philox(gmis_test::seed(6))};
+  for (int round = 0; round < 20; ++round)
+    gmis::dispatch(pair.selection, pair.weighting, [&](auto s, auto w) {
+      (void)gmis::sample_round<decltype(s)::value, decltype(w)::value>(set, gmis::EqualAllocation{}, source, workspace,
+                                                                       [](double, double, std::size_t) {});
+    });
+  return source.calls;
+}
+
 }  // namespace
+
+TEST_CASE("a scheme is run as that of its pairs which draws the fewest random numbers", "[mis]") {
+  // Each of its pairs is run. Choosing by a permutation and choosing in order differ from two
+  // proposals on.
+  for (const std::size_t n : {2U, 5U, 33U})
+    for (const Scheme scheme : gmis::all_schemes) {
+      std::size_t fewest = std::numeric_limits<std::size_t>::max(), most = 0;
+      for (const Selection selection : gmis::all_selections)
+        for (const Weighting weighting : gmis::all_weightings) {
+          if (scheme_of(selection, weighting) != scheme) continue;
+          const std::size_t count = random_numbers({selection, weighting}, n);
+          fewest = std::min(fewest, count);
+          most = std::max(most, count);
+        }
+      CAPTURE(n, name_of(scheme), fewest, most);
+      CHECK(random_numbers(cheapest_pair(scheme), n) == fewest);
+      if (scheme == Scheme::N1 || scheme == Scheme::N3) CHECK(most > fewest);  // there is a choice
+    }
+}
 
 TEST_CASE("a scheme is run as one of its own pairs", "[mis]") {
   for (const Scheme scheme : gmis::all_schemes) {

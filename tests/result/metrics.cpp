@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <random>
+#include <tuple>
 
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -134,12 +135,23 @@ TEST_CASE("FLIP of uniform pictures is the distance of their colours") {
   // HyAB of black and white is 100: there are no features, and no filter changes a uniform picture.
   const auto expected = static_cast<float>(redistributed(100));
   CHECK(flip_map(black, white, 1).rgb[7] == Approx(expected).epsilon(1e-5));
-  CHECK(expected > 0.95F);  // nearly the largest difference there is
+  // The number itself: HyAB of green and blue is 203.3017, its power 0.7 is 41.2761, that of 100 is
+  // 25.1189, the knee is at 0.4 · 41.2761 = 16.5104, and 0.95 + 0.05 · 8.6085/24.7657 = 0.96738.
+  CHECK(expected == Approx(0.96738).margin(5e-6));
+  for (const auto& [one, other, wanted] : {std::tuple{&black, &white, static_cast<double>(expected)},
+                                           std::tuple{&white, &black, static_cast<double>(expected)},
+                                           std::tuple{&white, &white, 0.0}, std::tuple{&black, &black, 0.0}}) {
+    const PictureError error = picture_error(*one, *other, 1);
+    for (const float value : error.flip.rgb) CHECK(value == Approx(wanted).epsilon(1e-5));
+    CHECK(error.metrics.flip == Approx(wanted).epsilon(1e-5));
+  }
   CHECK(flip_map(uniform(6, 5, 0, 1, 0), uniform(6, 5, 0, 0, 1), 1).rgb[0] == Approx(1.0).epsilon(1e-5));
   // As they are shown: times the exposure, and cut to [0, 1].
   CHECK(flip_map(uniform(6, 5, 4, 4, 4), white, 1).rgb[0] == 0.0F);
   CHECK(flip_map(uniform(6, 5, 0.25F, 0.25F, 0.25F), uniform(6, 5, 0.5F, 0.5F, 0.5F), 8).rgb[0] == 0.0F);
-  CHECK(flip_map(uniform(6, 5, 0.25F, 0.25F, 0.25F), uniform(6, 5, 0.5F, 0.5F, 0.5F), 2).rgb[0] > 0.1F);
+  const auto grey = static_cast<double>(redistributed(hyab(hunt_lab({0.5L, 0.5L, 0.5L}), hunt_lab({1, 1, 1}))));
+  CHECK(flip_map(uniform(6, 5, 0.25F, 0.25F, 0.25F), uniform(6, 5, 0.5F, 0.5F, 0.5F), 2).rgb[0] ==
+        Approx(grey).epsilon(1e-5));
 }
 
 TEST_CASE("FLIP is what its definition says, pixel by pixel") {
@@ -168,7 +180,13 @@ TEST_CASE("The measures of a picture: relative error, trimmed, SMAPE") {
   CHECK(metrics.relative_error == Approx(std::sqrt((1999 * quiet + firefly) / 2000)).epsilon(1e-5));
   CHECK(metrics.trimmed == Approx(std::sqrt(quiet)).epsilon(1e-5));  // two pixels are left out
   CHECK(metrics.smape == Approx((1999 * 0.1 / 1.11 + 999.5 / 1000.51) / 2000).epsilon(1e-5));
-  CHECK(metrics.flip < 0.3);
+  // The mean of the definition over all pixels, of the picture as it is shown: cut to 1.
+  Image shown = image;
+  for (float& value : shown.rgb) value = std::min(value, 1.0F);
+  long double flip = 0;
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 50; ++x) flip += flip_at(shown, reference, x, y) / 2000;
+  CHECK(metrics.flip == Approx(static_cast<double>(flip)).epsilon(1e-4));
   const ImageMetrics same = picture_error(reference, reference, 1).metrics;
   CHECK((same.relative_error == 0 && same.trimmed == 0 && same.smape == 0 && same.flip == 0));
 }

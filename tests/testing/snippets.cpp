@@ -1,9 +1,13 @@
+#include <unistd.h>
+
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "gmis/mis.hpp"
@@ -63,10 +67,55 @@ bool my_weights_are_sound(const std::vector<Exponential>& proposals, gmis::Count
   return check.passes();  // check.text() says where the sums are off
 }
 
+/// The text that `work` prints.
+template <class Work>
+std::string printed_by(const Work& work) {
+  std::FILE* const file = std::tmpfile();
+  REQUIRE(file != nullptr);
+  std::fflush(stdout);
+  const int usual = dup(STDOUT_FILENO);
+  dup2(fileno(file), STDOUT_FILENO);
+  work();
+  std::fflush(stdout);
+  dup2(usual, STDOUT_FILENO);
+  close(usual);
+  std::rewind(file);
+  std::string text;
+  for (int c = std::fgetc(file); c != EOF; c = std::fgetc(file)) text.push_back(static_cast<char>(c));
+  std::fclose(file);
+  return text;
+}
+
 }  // namespace
 
+TEST_CASE("the rule on the page about tests fits its problem, and one that does not is found", "[testing]") {
+  CHECK(printed_by([] { std::puts("a finding"); }) == "a finding\n");
+  CHECK(printed_by(check_the_rule).empty());
+  const std::array<Exponential, 2> proposals{{{0.5}, {2.0}}};
+  const auto f = [](double x) { return x < 0.0 ? 0.0 : x * std::exp(-x); };
+  const std::array<double, 1> jump{0.0};
+  const auto over_line = [&](std::size_t panels) { return gmis::gauss_legendre_over_line(0.0, 2.0, panels, jump); };
+  const gmis::ProblemCheck check = gmis::check_problem(f, proposals, over_line(16), over_line(32));
+  CHECK(check.passes());
+  CHECK(check.finding().empty());
+  CHECK(check.integral == Approx(1.0).epsilon(1e-9));  // ∫ x exp(−x) from 0
+  REQUIRE(check.density_integrals.size() == 2);
+  for (const double mass : check.density_integrals) CHECK(mass == Approx(1.0).epsilon(1e-9));
+  // A range that ends at 5 has 1 − exp(−5/2) of the first density.
+  const std::array<double, 2> ends{0.0, 5.0};
+  const auto cut = gmis::check_problem(f, proposals, gmis::composite_gauss_legendre(ends, 16),
+                                       gmis::composite_gauss_legendre(ends, 32));
+  CHECK_FALSE(cut.passes());
+  CHECK(cut.finding().starts_with("a density integrates to less than one"));
+  CHECK(cut.density_integrals.at(0) == Approx(1.0 - std::exp(-2.5)).epsilon(1e-9));
+  // A jump within a panel.
+  const std::array<double, 1> elsewhere{0.3};
+  const auto jumps = gmis::check_problem(f, proposals, gmis::gauss_legendre_over_line(0.0, 2.0, 16, elsewhere),
+                                         gmis::gauss_legendre_over_line(0.0, 2.0, 32, elsewhere));
+  CHECK_FALSE(jumps.passes());
+}
+
 TEST_CASE("the code of the page about tests", "[testing]") {
-  check_the_rule();
   const auto variances = variance_in_the_plane();
   REQUIRE(variances.size() == 3);
   CHECK(variances[0] == Approx(1.0 / 12.0).epsilon(1e-12));

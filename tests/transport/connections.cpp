@@ -3,10 +3,10 @@
 #include <optional>
 #include <vector>
 
-#include "gmis/core/statistics.hpp"
 #include "gmis/transport/allocation/engines_with_pilot.hpp"
 #include "gmis/transport/allocation/render_engine.hpp"
 #include "support/catch.hpp"
+#include "support/family.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
@@ -37,12 +37,16 @@ struct Measured {
   SampleCounts counts;
 };
 
-/// A mean with its standard error and, by Student's t, its limit of chance: a false alarm of all 20
+// Bpt with four numbers of connections and trees, connections alone in two forms, and what a pilot
+// chooses.
+gmis_test::Family family(1e-3, 7);
+
+/// A mean with its standard error and, by Student's t, its limit of chance: a false alarm of all
 /// comparisons together in a thousandth of the seeds.
 Measured measured(double sum, double squares, int iterations, const Counters& counters, const SampleCounts& counts) {
   const double mean = sum / iterations;
   const double error = std::sqrt(std::max(0.0, squares / iterations - mean * mean) / (iterations - 1));
-  return {mean, error, student_t_quantile(1 - sidak_level(1e-3, 20) / 2, iterations - 1) * error, counters, counts};
+  return {mean, error, family.limit(static_cast<std::size_t>(iterations)) * error, counters, counts};
 }
 
 template <class I>
