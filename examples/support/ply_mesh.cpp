@@ -21,7 +21,7 @@ namespace {
 
 /// Thrown by what finds the file broken; `parse_ply` says which file.
 struct Broken {
-  std::string reason = " is not a PLY file, or is incomplete";
+  std::string reason = " is not a PLY file, or is incomplete: export or copy it again";
 };
 
 enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
@@ -278,8 +278,14 @@ void read_vertices(const Element& element, Numbers& numbers, MeshDescription& me
   }
 }
 
+/// A triangle of a face; faces are counted from 0.
+struct FacePart {
+  std::uintmax_t face;
+  std::array<double, 3> corners;
+};
+
 template <class Numbers>
-void read_faces(const Element& element, Numbers& numbers, std::vector<std::array<double, 3>>& faces) {
+void read_faces(const Element& element, Numbers& numbers, std::vector<FacePart>& faces) {
   std::vector<double> list;
   for (std::uintmax_t i = 0; i < element.count; ++i) {
     numbers.begin_row();
@@ -290,7 +296,7 @@ void read_faces(const Element& element, Numbers& numbers, std::vector<std::array
       }
       read_list(property, numbers, list);
       if (property.name != "vertex_indices" && property.name != "vertex_index") continue;
-      for (std::size_t k = 2; k < list.size(); ++k) faces.push_back({list[0], list[k - 1], list[k]});
+      for (std::size_t k = 2; k < list.size(); ++k) faces.push_back({i, {list[0], list[k - 1], list[k]}});
     }
     numbers.end_row();
   }
@@ -300,24 +306,26 @@ template <class Numbers>
 MeshDescription mesh_of(const Header& header, Numbers numbers, const std::string& name, LoadBudget& budget,
                         const SourcePosition& where) {
   MeshDescription mesh;
-  std::vector<std::array<double, 3>> faces;
+  std::vector<FacePart> faces;
   for (const Element& element : header.elements) {
     const bool is_vertex = element.name == "vertex", is_empty = element.properties.empty();
     if (element.count > numbers.bytes_left() && !is_empty) throw Broken{};
     if (is_empty) continue;
-    budget.take(element.count, is_vertex ? 64 : 36, name, where);
+    budget.take(element.count, is_vertex ? 64 : 44, name, where);
     if (is_vertex)
       read_vertices(element, numbers, mesh);
     else
       read_faces(element, numbers, faces);
   }
   mesh.triangles.reserve(faces.size());
-  for (const auto& face : faces) {
+  for (const auto& [face, given] : faces) {
     std::array<int, 3> corners{};
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!(face[k] >= 0 && face[k] < static_cast<double>(mesh.positions.size()) && face[k] == std::floor(face[k])))
-        throw Broken{" has a face that refers to a vertex that is not there"};
-      corners[k] = static_cast<int>(face[k]);
+      if (!(given[k] >= 0 && given[k] < static_cast<double>(mesh.positions.size()) && given[k] == std::floor(given[k])))
+        throw Broken{": its face " + std::to_string(face) +
+                     " (counted from 0) refers to a vertex that is not there, of " +
+                     std::to_string(mesh.positions.size()) + ": export it again"};
+      corners[k] = static_cast<int>(given[k]);
     }
     mesh.triangles.push_back(corners);
   }
@@ -338,8 +346,9 @@ MeshDescription parse_ply(std::string_view bytes, const std::string& name, LoadB
     const bool is_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Point& p) {
       return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
     });
-    if (!is_finite) throw Broken{" has a coordinate that is no number"};
-    if (mesh.triangles.empty()) throw Broken{" holds no triangle"};
+    if (!is_finite) throw Broken{" has a coordinate that is no number: export it again"};
+    if (mesh.triangles.empty())
+      throw Broken{" holds no triangle: export it with its faces (element face, list vertex_indices)"};
     return mesh;
   } catch (const Broken& broken) {
     throw InputError(where, name + broken.reason);

@@ -520,12 +520,37 @@ TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of e
   CHECK(screen.scene.shapes[0].emission->radiance == Rgb(1, 2, 0.5));
 }
 
+TEST_CASE("An error of a damaged file names its part, and what to do") {
+  const auto error = [](const std::function<void(Json&)>& change) { return read_changed(change).error; };
+  CHECK_THAT(error([](Json& j) { j["accessors"][0]["count"] = -1; }),
+             Catch::Contains("accessor 0: count must be a whole number"));
+  CHECK_THAT(error([](Json& j) { j["accessors"][0]["bufferView"] = 99; }),
+             Catch::Contains("accessor 0: number 99 of \"bufferViews\" is not there"));
+  CHECK_THAT(error([](Json& j) { attributes(j)["POSITION"] = 99; }),
+             Catch::Contains(": POSITION: number 99 of \"accessors\" is not there"));
+  CHECK_THAT(error([](Json& j) { j["bufferViews"][0].erase("buffer"); }),
+             Catch::Contains("buffer view 0: it names none of \"buffers\""));
+  CHECK_THAT(error([](Json& j) {
+               j["nodes"][0].erase("name");
+               j["nodes"][0]["children"] = {0};
+             }),
+             Catch::Contains("node 0 is its own ancestor"));
+  CHECK_THAT(error([](Json& j) { j["extensionsRequired"] = {"KHR_foo"}; }), Catch::Contains("export it without"));
+  const Scratch folder;
+  const auto error_of = [&](const std::string& text) {
+    std::ofstream(folder.path / "j.gltf", std::ios::binary | std::ios::trunc) << text;
+    return read_file(folder.path / "j.gltf").error;
+  };
+  CHECK_THAT(error_of("{\n  \"a\": 1e999 }"), Catch::Contains("line 2, column 8 is too large"));
+  CHECK_THAT(error_of("{\n  \"a\": ? }"), Catch::Contains("line 2, column 8") && !Catch::EndsWith("\""));
+}
+
 TEST_CASE("Numbers that make no sense are named, and cut where that can be meant") {
   const auto error = [](const std::function<void(Json&)>& change) { return read_changed(change).error; };
   const auto base = [](const Json& factor) {
     return [factor](Json& j) { j["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = factor; };
   };
-  CHECK(error(base({-5, 7, 1e38, 1})).find("baseColorFactor is not from 0 to 1") != std::string::npos);
+  CHECK(error(base({-5, 7, 1e38, 1})).find("baseColorFactor must be from 0 to 1: correct it") != std::string::npos);
   CHECK(read_changed(base({-5, 7, 1e38, 1}), Strictness::lenient).error.empty());
   for (const double intensity : {-10.0, 1e30})
     CHECK(error([&](Json& j) {

@@ -168,6 +168,18 @@ TEST_CASE("A PLY file cut short or with bytes changed gives an error or a mesh, 
   }
 }
 
+TEST_CASE("An error in a PLY file says what to do, and names the face") {
+  const auto error_with = [](const std::string& faces, int count) {
+    return error_of(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face " +
+        std::to_string(count) + "\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n2 2 0\n" + faces);
+  };
+  CHECK_THAT(error_with("4 0 1 2 0\n3 0 1 3\n", 2), Catch::Contains("its face 1 (counted from 0) refers to a vertex"));
+  CHECK_THAT(error_with("", 0), Catch::Contains("no triangle: export it with its faces"));
+  CHECK_THAT(error_of("solid"), Catch::Contains("export or copy it again"));
+}
+
 TEST_CASE("PLY files whose lists or counts lie about their length are refused") {
   const auto is_whole = [&](const std::string& content) {
     return error_of(content).find("is incomplete") == std::string::npos;

@@ -67,6 +67,7 @@ TEST_CASE("Errors of syntax name the line") {
   check({
       {"", "t.pbrt:1: ", "WorldBegin"},
       {"WorldBegin", "t.pbrt:1: ", "no shape"},
+      {"WorldBegin LightSource \"infinite\"", "t.pbrt:1: ", "add a Shape after WorldBegin"},
       {"\n\n42", "t.pbrt:3: ", "no pbrt-v4 scene"},
       {"Sampler \"a\"\n\n42", "t.pbrt:3: ", "\"42\""},
       {"\n\x01\x02\x7f", "t.pbrt:2: ", "pbrt-v4"},
@@ -103,7 +104,7 @@ TEST_CASE("Errors of structure name the line") {
       {"WorldBegin ObjectBegin \"a\"\nObjectBegin \"b\"", "t.pbrt:2: ", "inside the object"},
       {"WorldBegin ObjectBegin \"a\" ObjectEnd\nObjectBegin \"a\"", "t.pbrt:2: ", "twice"},
       {"WorldBegin ObjectBegin \"a\"\nObjectInstance \"a\"", "t.pbrt:2: ", "inside an object"},
-      {"WorldBegin\nObjectInstance \"a\"", "t.pbrt:2: ", "not defined"},
+      {"WorldBegin\nObjectInstance \"a\"", "t.pbrt:2: ", "not defined above this line: add ObjectBegin \"a\""},
       {"WorldBegin\nObjectEnd", "t.pbrt:2: ", "closes nothing"},
       {"WorldBegin\nNamedMaterial \"a\"", "t.pbrt:2: ", "not defined"},
       {"CoordSysTransform \"a\"", "t.pbrt:1: ", "not defined"},
@@ -137,11 +138,20 @@ TEST_CASE("Values that cannot be meant are refused") {
       {"Transform [ 1 0 0 .5  0 1 0 0  0 0 1 0  0 0 0 1 ]", "t.pbrt:1: ", "0 0 0 1"},
       {"WorldBegin Material \"velvet\"", "t.pbrt:1: ", "\"velvet\" is not understood"},
       {"WorldBegin Material \"diffuse\" \"rgb reflectance\" [ .5 .5 ]", "t.pbrt:1: ", "give it 3"},
+      {"WorldBegin Material \"diffuse\" \"rgb reflectance\" .5",
+       "t.pbrt:1: ", "has 1 value: give it 3, as in [ .5 .5 .5 ]"},
+      {"WorldBegin Material \"diffuse\" \"spectrum reflectance\" [ 500 .5 ]", "t.pbrt:1: ", "has one pair"},
+      {"WorldBegin Material \"diffuse\" \"spectrum reflectance\" [ 500 .5 600 -.5 ]", "t.pbrt:1: ", "negative value"},
+      {"WorldBegin Texture \"w\" \"float\" \"constant\"\nMaterial \"diffuse\" \"texture reflectance\" \"w\"",
+       "t.pbrt:2: ", "needs a spectrum texture, but \"w\" is a float texture"},
+      {"WorldBegin Texture \"w\" \"spectrum\" \"constant\"\nMaterial \"conductor\" \"texture roughness\" \"w\"",
+       "t.pbrt:2: ", "needs a float texture, but \"w\" is a spectrum texture"},
       {"WorldBegin Material \"diffuse\" \"rgb reflectance\" [ -1 0 0 ]", "t.pbrt:1: ", "negative"},
       {"WorldBegin Material \"diffuse\" \"float reflectance\" .5", "t.pbrt:1: ", "declare it as rgb"},
       {"WorldBegin Material \"diffuse\" \"spectrum reflectance\" [ 700 .1 400 .2 ]", "t.pbrt:1: ", "low to high"},
       {"WorldBegin Material \"diffuse\" \"spectrum reflectance\" \"stuff\"", "t.pbrt:1: ", "not known"},
-      {"WorldBegin Material \"diffuse\" \"texture reflectance\" \"wood\"", "t.pbrt:1: ", "not defined"},
+      {"WorldBegin Material \"diffuse\" \"texture reflectance\" \"wood\"",
+       "t.pbrt:1: ", "not defined above it: add Texture \"wood\" \"spectrum\""},
       {"WorldBegin Material \"conductor\" \"spectrum eta\" \"metal-Xx-eta\"", "t.pbrt:1: ", "not known"},
       {"WorldBegin Material \"conductor\" \"rgb eta\" [ 1 1 1 ] \"rgb reflectance\" [ 1 1 1 ]",
        "t.pbrt:1: ", "one or the other"},
@@ -198,6 +208,23 @@ TEST_CASE("An include that includes itself ends in an error") {
   CHECK(message.find("include") != std::string::npos);
   CHECK_THROWS_AS(read_pbrt_scene(folder.path / "absent.pbrt", diagnostics), InputError);
   CHECK_THROWS_AS(read_pbrt_scene(folder.path, diagnostics), InputError);
+}
+
+TEST_CASE("An error in an included file names the line that includes it, once") {
+  const ScratchFolder folder;
+  std::ofstream(folder.path / "outer.pbrt") << "# a\nInclude \"inner.pbrt\"\n";
+  std::ofstream(folder.path / "inner.pbrt") << "AttributeBegin\n\nMaterial \"diffuse\" \"rgb reflectance\" .5\n";
+  const std::string text = "WorldBegin\n" + triangle + "Include \"outer.pbrt\"\n";
+  const std::string tail = " (included by " + (folder.path / "outer.pbrt").string() + ":2)";
+  Diagnostics strict, check(Strictness::check);
+  CHECK_THROWS_WITH(read_pbrt_text(text, "t.pbrt", folder.path, strict),
+                    Catch::StartsWith((folder.path / "inner.pbrt").string() + ":3: ") && Catch::EndsWith("]" + tail));
+  try {
+    (void)read_pbrt_text(text, "t.pbrt", folder.path, check);
+  } catch (const InputError&) {  // of the block that is not closed
+  }
+  REQUIRE(!check.all().empty());
+  CHECK_THAT(check.all().front().to_string(), Catch::EndsWith("]" + tail));
 }
 
 TEST_CASE("A scene cut short anywhere gives an error or a scene, never a crash") {

@@ -13,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/image/formats.hpp"
 #include "support/image/texture_image.hpp"
+#include "support/pbrt/elements.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/pbrt/smooth_shapes.hpp"
 #include "support/pbrt/spectra.hpp"
@@ -69,14 +70,44 @@ TEST_CASE("Black bodies and spectra have the colours of the CIE") {
     CHECK(chromaticity(color).y == Approx(y).margin(0.004));
   }
   CHECK(pbrt::blackbody(1000).z == 0.0);  // outside the gamut
-  const double grey[] = {400, 0.3, 700, 0.3};
+  const double grey[] = {360, 0.3, 830, 0.3};
   CHECK(glm::length(pbrt::rgb_of_spectrum(grey) - Rgb(0.3)) < 1e-12);
-  const double red[] = {599, 0, 600, 1}, blue[] = {489, 1, 490, 0};
+  const double red[] = {599, 0, 600, 1, 830, 1}, blue[] = {360, 1, 489, 1, 490, 0};
   CHECK(pbrt::rgb_of_spectrum(red).x > 5 * std::abs(pbrt::rgb_of_spectrum(red).y));
   CHECK(pbrt::rgb_of_spectrum(blue).z > 5 * std::abs(pbrt::rgb_of_spectrum(blue).x));
-  // Spectra add up.
-  const double whole[] = {400, 1, 700, 1}, left[] = {549, 1, 550, 0}, right[] = {549, 0, 550, 1};
+  // Spectra add up, and are 0 beyond their ends.
+  const double whole[] = {400, 1, 700, 1}, left[] = {400, 1, 549, 1, 550, 0}, right[] = {549, 0, 550, 1, 700, 1};
   CHECK(glm::length(pbrt::rgb_of_spectrum(left) + pbrt::rgb_of_spectrum(right) - pbrt::rgb_of_spectrum(whole)) < 1e-9);
+  const double line[] = {549, 1, 551, 1}, edged[] = {548.999, 0, 549, 1, 551, 1, 551.001, 0};
+  CHECK(pbrt::rgb_of_spectrum(line).y < 0.03);
+  CHECK(glm::length(pbrt::rgb_of_spectrum(line) - pbrt::rgb_of_spectrum(edged)) < 1e-9);
+}
+
+TEST_CASE("Light of a spectrum has the colour of the CIE, by its name and by its pairs, inside sRGB") {
+  const auto light = [](const std::string& intensity) {
+    const Read result = read("LightSource \"point\" " + intensity + "\n");
+    CAPTURE(result.error);
+    REQUIRE(result.error.empty());
+    CHECK(result.diagnostics.all().empty());
+    return std::get<PointLightDescription>(result.scene.lights.at(0).kind).intensity;
+  };
+  // Illuminant A by the formula of CIE 15, 100 at 560 nm.
+  std::string pairs = "\"spectrum I\" [";
+  for (int nm = 360; nm <= 830; nm += 5) {
+    const auto part = [](double wavelength) { return std::expm1(1.435e7 / (2848 * wavelength)); };
+    pairs += " " + std::to_string(nm) + " " + std::to_string(100 * std::pow(560.0 / nm, 5) * part(560) / part(nm));
+  }
+  const Rgb by_pairs = light(pairs + " ]"), by_name = light("\"spectrum I\" \"stdillum-A\"");
+  CHECK(glm::length(by_pairs / pbrt::luminance(by_pairs) - by_name) < 0.01);
+  CHECK(light("\"spectrum I\" \"stdillum-D65\"") == Rgb(1));
+  CHECK(pbrt::luminance(light("\"spectrum I\" [ 400 2 700 2 ]")) == Approx(2).epsilon(1e-4));
+  // A line of light is outside sRGB: it has no channel below 0, and keeps its luminance.
+  const double line[] = {548, 0, 549, 1, 551, 1, 552, 0};
+  const Rgb raw = pbrt::rgb_of_spectrum(line, pbrt::SpectrumOf::light),
+            cut = light("\"spectrum I\" [ 548 0 549 1 551 1 552 0 ]");
+  CHECK(raw.x < 0);
+  CHECK(std::min({cut.x, cut.y, cut.z}) == 0);
+  CHECK(pbrt::luminance(cut) == Approx(pbrt::luminance(raw)));
 }
 
 TEST_CASE("Named metals reflect about as much head on as tables for artists say, named glasses have their order") {

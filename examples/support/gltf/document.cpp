@@ -39,6 +39,26 @@ int depth_of(std::string_view json) {
   return deepest;
 }
 
+/// The message of the library in one short line, with the place of a number that is too large,
+/// which the library leaves out.
+std::string reason_of(const Json::exception& thrown, std::string_view json) {
+  constexpr std::size_t longest = 150;
+  std::string reason = thrown.what();
+  if (const auto bracket = reason.find("] "); bracket != std::string::npos) reason = reason.substr(bracket + 2);
+  if (const std::size_t open = reason.find('\''); reason.starts_with("number overflow") && open != std::string::npos) {
+    const std::string number = reason.substr(open + 1, reason.find('\'', open + 1) - open - 1);
+    if (const std::size_t place = json.find(number); !number.empty() && place != std::string_view::npos) {
+      const std::string_view before = json.substr(0, place);
+      const std::size_t line_start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
+      reason = "the number at line " + std::to_string(1 + std::count(before.begin(), before.end(), '\n')) +
+               ", column " + std::to_string(1 + place - line_start) + " is too large: write one below 1e308";
+    }
+  }
+  std::string result;
+  for (const char c : reason.substr(0, longest)) result += (c >= ' ' && c < '\x7f') ? c : c == '\n' ? ' ' : '?';
+  return result + (reason.size() > longest ? "…" : "");
+}
+
 std::uint32_t word_at(std::string_view bytes, std::size_t offset) {
   std::uint32_t word = 0;
   for (std::size_t i = 4; i-- > 0;) word = word << 8U | static_cast<unsigned char>(bytes[offset + i]);
@@ -169,10 +189,7 @@ void Document::parse(std::string bytes) {
   try {
     json_ = Json::parse(json);
   } catch (const Json::exception& thrown) {
-    std::string reason = thrown.what();
-    if (const auto bracket = reason.find("] "); bracket != std::string::npos) reason = reason.substr(bracket + 2);
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    throw error("its JSON cannot be read: " + in_quotes(reason).substr(1, 150));
+    throw error("its JSON cannot be read: " + reason_of(thrown, json));
   }
   if (!json_.is_object()) throw error("this is no glTF file: its JSON is no object");
   const Json& stated = member(member(json_, "asset"), "version");  // a number in some files of 1.0
@@ -221,12 +238,12 @@ std::vector<double> Document::numbers(const Json& object, const char* name, std:
   return otherwise;
 }
 
-std::optional<std::size_t> Document::index(const Json& object, const char* name) const {
+std::optional<std::size_t> Document::index(const Json& object, const char* name, const std::string& owner) const {
   const Json& found = member(object, name);
   if (found.is_null()) return {};
   const double value = found.is_number() ? found.get<double>() : -1;
   if (!(value >= 0 && value < most_bytes && value == std::floor(value)))
-    throw error(std::string(name) + " must be a whole number from 0");
+    throw error((owner.empty() ? "" : owner + ": ") + name + " must be a whole number of at least 0");
   return static_cast<std::size_t>(value);
 }
 
@@ -235,10 +252,12 @@ std::size_t Document::count(const char* list) const {
   return found.is_array() ? found.size() : 0;
 }
 
-const Json& Document::entry(const char* list, std::size_t number) const {
+const Json& Document::entry(const char* list, std::size_t number, const std::string& owner) const {
+  const std::string start = owner.empty() ? "" : owner + ": ";
+  if (number >= nowhere) throw error(start + "it names none of \"" + list + "\": add its number");
   if (number >= count(list))
-    throw error("number " + std::to_string(number) + " of \"" + list + "\" is not there: there are " +
-                std::to_string(count(list)));
+    throw error(start + "number " + std::to_string(number) + " of \"" + list + "\" is not there: there are " +
+                std::to_string(count(list)) + ", counted from 0");
   return member(json_, list)[number];
 }
 
@@ -269,9 +288,9 @@ std::string Document::content(const std::string& uri, const std::string& what) c
   return bytes;
 }
 
-const std::string& Document::buffer(std::size_t number) const {
+const std::string& Document::buffer(std::size_t number, const std::string& owner) const {
   if (const auto found = buffers_.find(number); found != buffers_.end()) return found->second;
-  const Json& json = entry("buffers", number);
+  const Json& json = entry("buffers", number, owner);
   const std::string what = "buffer " + std::to_string(number);
   if (const std::string uri = text(json, "uri"); !uri.empty()) return buffers_[number] = content(uri, what);
   if (number != 0 || !chunk_) throw error(what + " has no data: neither a uri nor a binary part of a .glb file");
@@ -279,18 +298,19 @@ const std::string& Document::buffer(std::size_t number) const {
 }
 
 std::string_view Document::part(std::size_t number, double offset, double length, const std::string& what) const {
-  const std::string& bytes = buffer(number);
+  const std::string& bytes = buffer(number, what);
   if (!(offset >= 0 && length >= 0 && offset + length <= static_cast<double>(bytes.size())))
     throw error(what + " goes beyond the end of its buffer");
   return std::string_view(bytes).substr(static_cast<std::size_t>(offset), static_cast<std::size_t>(length));
 }
 
-std::string_view Document::view(std::size_t number) const {
-  const Json& json = entry("bufferViews", number);
+std::string_view Document::view(std::size_t number, const std::string& owner) const {
+  const Json& json = entry("bufferViews", number, owner);
   for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
     if (const Json& packed = extension(json, name); packed.is_object()) return unpacked_view(number, packed);
-  return part(index(json, "buffer").value_or(nowhere), this->number(json, "byteOffset", 0),
-              this->number(json, "byteLength", -1), "buffer view " + std::to_string(number));
+  const std::string what = "buffer view " + std::to_string(number);
+  return part(index(json, "buffer", what).value_or(nowhere), this->number(json, "byteOffset", 0),
+              this->number(json, "byteLength", -1), what);
 }
 
 #if GMIS_HAS_MESHOPT
@@ -298,9 +318,11 @@ std::string_view Document::view(std::size_t number) const {
 const std::string& Document::unpacked_view(std::size_t number, const Json& packed) const {
   if (const auto found = unpacked_.find(number); found != unpacked_.end()) return found->second;
   const std::string what = "buffer view " + std::to_string(number);
-  const std::string_view data = part(index(packed, "buffer").value_or(nowhere), this->number(packed, "byteOffset", 0),
-                                     this->number(packed, "byteLength", -1), what);
-  const std::size_t count = index(packed, "count").value_or(0), stride = index(packed, "byteStride").value_or(0);
+  const std::string_view data =
+      part(index(packed, "buffer", what).value_or(nowhere), this->number(packed, "byteOffset", 0),
+           this->number(packed, "byteLength", -1), what);
+  const std::size_t count = index(packed, "count", what).value_or(0),
+                    stride = index(packed, "byteStride", what).value_or(0);
   if (count == 0 || stride == 0 || stride > 256) throw error(what + " has a wrong count or stride");
   budget_.take(count, stride, what, where_);
   const std::string mode = text(packed, "mode"), filter = text(packed, "filter", "NONE");
@@ -334,8 +356,8 @@ const std::string& Document::unpacked_view(std::size_t number, const Json&) cons
 
 #endif
 
-std::size_t Document::components_of(std::size_t number) const {
-  const std::string type = text(entry("accessors", number), "type");
+std::size_t Document::components_of(std::size_t number, const std::string& owner) const {
+  const std::string type = text(entry("accessors", number, owner), "type");
   for (const auto& [name, count] : {std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT4", 16}})
     if (type == name) return static_cast<std::size_t>(count);
   throw error("accessor " + std::to_string(number) + " has a type that is not supported");
@@ -360,18 +382,18 @@ void Document::read_values(std::vector<double>& result, const Json& accessor, st
     }
 }
 
-std::vector<double> Document::accessor(std::size_t number, std::size_t components) const {
+std::vector<double> Document::accessor(std::size_t number, std::size_t components, const std::string& owner) const {
   const std::string what = "accessor " + std::to_string(number);
-  const Json& json = entry("accessors", number);
+  const Json& json = entry("accessors", number, owner);
   if (components_of(number) != components) throw error(what + " has the wrong type");
-  const std::size_t count = index(json, "count").value_or(0);
+  const std::size_t count = index(json, "count", what).value_or(0);
   budget_.take(count, components * sizeof(double), what, where_);
   std::vector<double> result;
-  if (const auto found = index(json, "bufferView")) {
-    const Json& view_json = entry("bufferViews", *found);
-    const std::size_t offset = index(json, "byteOffset").value_or(0),
-                      stride = index(view_json, "byteStride").value_or(0);
-    read_values(result, json, view(*found), stride, offset, count, components, what);
+  if (const auto found = index(json, "bufferView", what)) {
+    const Json& view_json = entry("bufferViews", *found, what);
+    const std::size_t offset = index(json, "byteOffset", what).value_or(0),
+                      stride = index(view_json, "byteStride", what).value_or(0);
+    read_values(result, json, view(*found, what), stride, offset, count, components, what);
   } else {
     result.assign(count * components, 0.0);
   }
@@ -385,13 +407,13 @@ void Document::replace_sparse(std::vector<double>& result, const Json& accessor,
                               const std::string& what) const {
   const Json& sparse = member(accessor, "sparse");
   const Json &places = member(sparse, "indices"), &values = member(sparse, "values");
-  const std::size_t count = index(sparse, "count").value_or(0);
+  const std::size_t count = index(sparse, "count", what).value_or(0);
   budget_.take(count, (components + 1) * sizeof(double), what, where_);
   std::vector<double> numbers, replaced;
-  const auto view_of = [&](const Json& json) { return view(index(json, "bufferView").value_or(nowhere)); };
-  read_values(numbers, places, view_of(places), 0, index(places, "byteOffset").value_or(0), count, 1, what);
+  const auto view_of = [&](const Json& json) { return view(index(json, "bufferView", what).value_or(nowhere), what); };
+  read_values(numbers, places, view_of(places), 0, index(places, "byteOffset", what).value_or(0), count, 1, what);
   Json of_values = accessor;
-  read_values(replaced, of_values, view_of(values), 0, index(values, "byteOffset").value_or(0), count, components,
+  read_values(replaced, of_values, view_of(values), 0, index(values, "byteOffset", what).value_or(0), count, components,
               what);
   for (std::size_t i = 0; i < count; ++i) {
     if (!(numbers[i] >= 0 && numbers[i] * static_cast<double>(components) < static_cast<double>(result.size())))
@@ -409,9 +431,10 @@ Document::ImageFile Document::image(std::size_t number) const {
     if (!uri.starts_with("data:")) name = uri;
     return {name, content(uri, "the image")};
   }
-  const auto found = index(json, "bufferView");
-  if (!found) throw error(name + " has neither a uri nor data");
-  const std::string_view bytes = view(*found);
+  const std::string what = "image " + std::to_string(number);
+  const auto found = index(json, "bufferView", what);
+  if (!found) throw error(what + " has neither a uri nor data");
+  const std::string_view bytes = view(*found, what);
   budget_.take(bytes.size(), "the image " + in_quotes(name), where_);
   return {name, std::string(bytes)};
 }

@@ -42,20 +42,23 @@ class Document {
   [[nodiscard]] std::string text(const Json& object, const char* name, const std::string& otherwise = "") const;
   /// The numbers of a list, of this length; `otherwise` where there is none.
   [[nodiscard]] std::vector<double> numbers(const Json& object, const char* name, std::vector<double> otherwise) const;
-  /// A whole number ≥ 0; nothing where there is none.
-  [[nodiscard]] std::optional<std::size_t> index(const Json& object, const char* name) const;
-  /// An entry of one of the lists of the file, such as "meshes".
-  [[nodiscard]] const Json& entry(const char* list, std::size_t number) const;
+  /// A whole number ≥ 0; nothing where there is none. Errors name `owner`, which has it.
+  [[nodiscard]] std::optional<std::size_t> index(const Json& object, const char* name,
+                                                 const std::string& owner = "") const;
+  /// An entry of one of the lists of the file, such as "meshes". Errors name `owner`, which asks
+  /// for it.
+  [[nodiscard]] const Json& entry(const char* list, std::size_t number, const std::string& owner = "") const;
   [[nodiscard]] std::size_t count(const char* list) const;
   /// "mesh 3", or "mesh "chair"" where it has a name.
   [[nodiscard]] std::string named(const char* kind, const Json& object, std::size_t number) const;
 
   /// The numbers of an accessor in a row, `components` for each element; normalised integers from
   /// −1 or 0 to 1.
-  [[nodiscard]] std::vector<double> accessor(std::size_t number, std::size_t components) const;
-  [[nodiscard]] std::size_t components_of(std::size_t accessor) const;
+  [[nodiscard]] std::vector<double> accessor(std::size_t number, std::size_t components,
+                                             const std::string& owner = "") const;
+  [[nodiscard]] std::size_t components_of(std::size_t accessor, const std::string& owner = "") const;
   /// The bytes of a view, unpacked where EXT_meshopt_compression packs them.
-  [[nodiscard]] std::string_view view(std::size_t number) const;
+  [[nodiscard]] std::string_view view(std::size_t number, const std::string& owner = "") const;
   /// The bytes of an image, as a file of images has them, and its name.
   struct ImageFile {
     std::string name, bytes;
@@ -64,7 +67,7 @@ class Document {
 
  private:
   void parse(std::string bytes);
-  [[nodiscard]] const std::string& buffer(std::size_t number) const;
+  [[nodiscard]] const std::string& buffer(std::size_t number, const std::string& owner) const;
   /// The content of a uri: its own data, or a file.
   [[nodiscard]] std::string content(const std::string& uri, const std::string& what) const;
   [[nodiscard]] std::string_view part(std::size_t buffer, double offset, double length, const std::string& what) const;

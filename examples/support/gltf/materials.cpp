@@ -12,6 +12,8 @@ namespace {
 
 using Tex = scene::Texture<float>;
 
+constexpr const char* or_cut = ": correct it (with --lenient it is cut)";
+
 TextureHandle constant(double value) {
   return Tex::constant(glm::dvec3(value));
 }
@@ -89,7 +91,7 @@ MetalOf metal_of(const glm::dvec3& diffuse, const glm::dvec3& specular) {
 
 const Json& Materials::json_of(std::optional<std::size_t> number) const {
   static const Json standard = Json::object();
-  return number ? document_.entry("materials", *number) : standard;
+  return number ? document_.entry("materials", *number, "a primitive") : standard;
 }
 
 namespace {
@@ -120,7 +122,7 @@ const MadeMaterial& Materials::at(std::optional<std::size_t> number) {
 
 double Materials::share(const Json& object, const char* name, double otherwise) {
   const double value = document_.number(object, name, otherwise);
-  if (!(value >= 0 && value <= 1)) unsupported(name_ + ": " + name + " is not from 0 to 1: it is cut");
+  if (!(value >= 0 && value <= 1)) unsupported(name_ + ": " + name + " must be from 0 to 1" + or_cut);
   return std::clamp(value, 0.0, 1.0);
 }
 
@@ -129,7 +131,7 @@ Rgb Materials::color(const Json& object, const char* name, const Rgb& otherwise,
   const Rgb value(list[0], list[1], list[2]);
   for (const double c : list)
     if (!(c >= 0 && c <= most))
-      unsupported(name_ + ": " + name + (c < 0 ? " is negative" : " is above its limit") + ": it is cut");
+      unsupported(name_ + ": " + name + (c < 0 ? " is negative" : " is above its limit") + or_cut);
   return glm::clamp(value, Rgb(0), Rgb(most));
 }
 
@@ -168,7 +170,7 @@ TextureHandle Materials::texture(const Json& info, Use use, double normal_scale)
   if (!info.is_object()) return nullptr;
   const auto number = document_.index(info, "index");
   if (!number) throw document_.error(name_ + " has a texture without an index");
-  const Json& description = document_.entry("textures", *number);
+  const Json& description = document_.entry("textures", *number, name_);
   scene::TexturePlacement placement;
   if (const Json& moved = Document::extension(info, "KHR_texture_transform"); moved.is_object()) {
     const auto scale = document_.numbers(moved, "scale", {1, 1}), offset = document_.numbers(moved, "offset", {0, 0});
@@ -182,7 +184,7 @@ TextureHandle Materials::texture(const Json& info, Use use, double normal_scale)
   std::array wrap{scene::TextureWrap::repeat, scene::TextureWrap::repeat};
   scene::TextureFilter filter = scene::TextureFilter::bilinear;
   if (const auto place = document_.index(description, "sampler")) {
-    const Json& sampler = document_.entry("samplers", *place);
+    const Json& sampler = document_.entry("samplers", *place, "texture " + std::to_string(*number));
     constexpr double clamp = 33071, mirror = 33648, nearest = 9728;
     const char* const names[] = {"wrapS", "wrapT"};
     for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -242,7 +244,7 @@ Materials::Layers Materials::metallic_roughness(const Json& material) {
   Layers layers;
   const auto base = document_.numbers(model, "baseColorFactor", {1, 1, 1, 1});
   for (const double c : base)
-    if (!(c >= 0 && c <= 1)) unsupported(name_ + ": baseColorFactor is not from 0 to 1: it is cut");
+    if (!(c >= 0 && c <= 1)) unsupported(name_ + ": baseColorFactor must be from 0 to 1" + or_cut);
   layers.base = glm::clamp(Rgb(base[0], base[1], base[2]), Rgb(0), Rgb(1));
   layers.alpha = std::clamp(base[3], 0.0, 1.0);
   layers.metallic = share(model, "metallicFactor", 1);

@@ -102,7 +102,8 @@ void Nodes::animate(const Json& animation, double seconds) {
     if (!input || !output) throw document_.error("a sampler of an animation lacks its keys");
     const std::string path = document_.text(target, "path");
     const std::vector<double> value =
-        sampled(document_.accessor(*input, 1), document_.accessor(*output, document_.components_of(*output)),
+        sampled(document_.accessor(*input, 1, "an animation"),
+                document_.accessor(*output, document_.components_of(*output, "an animation")),
                 document_.text(sampler, "interpolation", "LINEAR"), seconds, path == "rotation");
     Local& local = locals_[*node];
     if (path == "translation" && value.size() == 3) local.translation = {value[0], value[1], value[2]};
@@ -116,13 +117,13 @@ void Nodes::animate(const Json& animation, double seconds) {
 void Nodes::place_all() {
   world_.assign(locals_.size(), glm::dmat4(1));
   std::vector<std::size_t> open;
-  std::size_t placed = 0;
+  std::vector<bool> is_placed(locals_.size(), false);
   for (std::size_t i = 0; i < locals_.size(); ++i)
     if (!parents_[i]) open.push_back(i);
   while (!open.empty()) {
     const std::size_t node = open.back();
     open.pop_back();
-    ++placed;
+    is_placed[node] = true;
     const Local& local = locals_[node];
     glm::dmat4 m = local.matrix.value_or(glm::dmat4(1));
     if (!local.matrix) {
@@ -134,7 +135,16 @@ void Nodes::place_all() {
     world_[node] = parents_[node] ? world_[*parents_[node]] * m : m;
     open.insert(open.end(), children_[node].begin(), children_[node].end());
   }
-  if (placed < locals_.size()) throw document_.error("a node is its own ancestor");
+  const auto lost = std::find(is_placed.begin(), is_placed.end(), false);
+  if (lost == is_placed.end()) return;
+  // No root leads to it: the way up from there ends in a circle.
+  auto node = static_cast<std::size_t>(lost - is_placed.begin());
+  while (!is_placed[node]) {
+    is_placed[node] = true;
+    node = *parents_[node];
+  }
+  throw document_.error(document_.named("node", document_.entry("nodes", node), node) +
+                        " is its own ancestor: take it out of the \"children\" below it");
 }
 
 void Nodes::show_scene() {

@@ -78,7 +78,8 @@ std::size_t Primitive::components_of(const std::string& attribute) const {
   if (unpacked_)
     if (const auto found = unpacked_->attributes.find(attribute); found != unpacked_->attributes.end())
       return found->second.first;
-  return document_.components_of(*document_.index(Document::member(json_, "attributes"), attribute.c_str()));
+  return document_.components_of(*document_.index(Document::member(json_, "attributes"), attribute.c_str(), name_),
+                                 name_ + ": " + attribute);
 }
 
 std::vector<double> Primitive::numbers(const std::string& attribute, std::size_t components) const {
@@ -88,7 +89,8 @@ std::vector<double> Primitive::numbers(const std::string& attribute, std::size_t
       if (found->second.first != components) throw document_.error(name_ + ": " + attribute + " has the wrong type");
       return found->second.second;
     }
-  return document_.accessor(*document_.index(Document::member(json_, "attributes"), attribute.c_str()), components);
+  return document_.accessor(*document_.index(Document::member(json_, "attributes"), attribute.c_str(), name_),
+                            components, name_ + ": " + attribute);
 }
 
 std::vector<glm::dvec3> Primitive::triples(const std::string& attribute) const {
@@ -103,8 +105,8 @@ std::vector<std::array<int, 3>> Primitive::triangles(std::size_t vertices) const
   std::vector<double> indices;
   if (unpacked_)
     indices = unpacked_->indices;
-  else if (const auto number = document_.index(json_, "indices"))
-    indices = document_.accessor(*number, 1);
+  else if (const auto number = document_.index(json_, "indices", name_))
+    indices = document_.accessor(*number, 1, name_ + ": indices");
   else
     for (std::size_t i = 0; i < vertices; ++i) indices.push_back(static_cast<double>(i));
   corners.reserve(indices.size());

@@ -45,7 +45,8 @@ void require_extensions(const Document& document, Diagnostics& diagnostics) {
   if (!required.is_array()) return;
   for (const Json& name : required)
     if (name.is_string() && !understood.contains(name.get<std::string>()))
-      diagnostics.unsupported(document.where(), "the file needs the extension " + in_quotes(name.get<std::string>()));
+      diagnostics.unsupported(document.where(), "the file needs the extension " + in_quotes(name.get<std::string>()) +
+                                                    ", which is not read: export it without, or use --lenient");
 }
 
 /// Walks through the nodes of a file.
@@ -99,13 +100,13 @@ class Reader {
     const glm::dmat4& world_from_node = nodes_.world_from(number);
     if (const auto mesh = document_.index(node, "mesh")) add_mesh(*mesh, node, number);
     if (const auto camera = document_.index(node, "camera"); camera && !has_camera_)
-      add_camera(*camera, world_from_node);
+      add_camera(*camera, document_.named("node", node, number), world_from_node);
     const Json& light = Document::extension(node, "KHR_lights_punctual");
     if (const auto place = document_.index(light, "light")) add_light(*place, world_from_node);
   }
 
   void add_mesh(std::size_t number, const Json& node, std::size_t node_number) {
-    const Json& mesh = document_.entry("meshes", number);
+    const Json& mesh = document_.entry("meshes", number, document_.named("node", node, node_number));
     const std::string name = document_.named("mesh", mesh, number);
     std::vector<double> weights = nodes_.weights_of(node_number);
     for (const Json* owner : {&node, &mesh})
@@ -129,11 +130,12 @@ class Reader {
   [[nodiscard]] std::vector<glm::dmat4> bones_of(const Json& node) const {
     const auto number = document_.index(node, "skin");
     if (!number) return {};
-    const Json& skin = document_.entry("skins", *number);
+    const Json& skin = document_.entry("skins", *number, "a node");
     const Json& joints = Document::member(skin, "joints");
     if (!joints.is_array()) throw document_.error("a skin has no joints");
     std::vector<double> inverse;
-    if (const auto matrices = document_.index(skin, "inverseBindMatrices")) inverse = document_.accessor(*matrices, 16);
+    if (const auto matrices = document_.index(skin, "inverseBindMatrices"))
+      inverse = document_.accessor(*matrices, 16, "a skin");
     if (!inverse.empty() && inverse.size() < 16 * joints.size()) throw document_.error("a skin has too few matrices");
     std::vector<glm::dmat4> bones;
     for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -272,7 +274,8 @@ class Reader {
       if (uv.size() == mesh.positions.size()) continue;
       diagnostics_.unsupported(document_.where(), primitive.name() + " has textures over TEXCOORD_" +
                                                       std::to_string(set) +
-                                                      ", which it lacks: their corner is shown with --lenient");
+                                                      ", which it lacks: add it to the mesh; with --lenient the "
+                                                      "textures show one texel");
       uv.assign(mesh.positions.size(), glm::dvec2(0, 1));
     }
     const bool has_colors = primitive.has("COLOR_0");
@@ -337,8 +340,8 @@ class Reader {
     return materials_.made(number, layout);
   }
 
-  void add_camera(std::size_t number, const glm::dmat4& world_from_node) {
-    const Json& camera = document_.entry("cameras", number);
+  void add_camera(std::size_t number, const std::string& owner, const glm::dmat4& world_from_node) {
+    const Json& camera = document_.entry("cameras", number, owner);
     const std::string name = document_.named("camera", camera, number);
     // A camera of glTF looks along −z; the scale of its node is ignored.
     glm::dmat4 m = world_from_node;
@@ -401,7 +404,7 @@ class Reader {
   void add_light(std::size_t number, const glm::dmat4& world_from_node) {
     const Json& lights = Document::member(Document::extension(document_.root(), "KHR_lights_punctual"), "lights");
     if (!lights.is_array() || number >= lights.size())
-      throw document_.error("light " + std::to_string(number) + " is not there");
+      throw document_.error("a node: light " + std::to_string(number) + " of KHR_lights_punctual is not there");
     const Json& light = lights[number];
     const std::string name = document_.named("light", light, number);
     const auto list = document_.numbers(light, "color", {1, 1, 1});

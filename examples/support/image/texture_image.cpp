@@ -155,9 +155,12 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
                TexturePart part, LoadBudget& budget, const SourcePosition& where) {
   const auto fail = [&]() -> InputError {
     if (stb_refused > 0) budget.take(stb_refused, "the image " + file_in_quotes(name), where);
-    const char* reason = stbi_failure_reason();
-    return {where, "the image " + file_in_quotes(name) +
-                       " cannot be read: " + (reason != nullptr ? in_quotes(reason) : "no reason is given")};
+    const char* given = stbi_failure_reason();
+    const std::string reason = given == nullptr ? "" : given;
+    const std::string known = "unknown image type";
+    return {where, "the image " + file_in_quotes(name) + " cannot be read: " +
+                       (reason == known ? "it is of no kind that is known: use .png, .tga, .jpg, .bmp or .hdr"
+                                        : "the file is damaged or cut short, or of a rare kind: save it again")};
   };
   if (count > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw InputError(where, "the image " + file_in_quotes(name) + " is larger than 2 GiB");

@@ -471,7 +471,8 @@ MaterialDescription Parser::any_material(const std::string& kind, Parameters& pa
   for (const std::string& part : names) {
     const auto found = named_materials_.find(part);
     if (found == named_materials_.end())
-      parameters.fail("materials", "names " + in_quotes(part) + ", which is not defined above this line");
+      parameters.fail("materials",
+                      "names " + in_quotes(part) + ", which is not defined above this line: add MakeNamedMaterial");
     if (interfaces_.contains(part))
       parameters.unsupported("materials", "names an interface, which a mixture cannot have here", diagnostics_);
     (part == names[0] ? mix.first : mix.second) = found->second;
@@ -635,7 +636,8 @@ void Parser::object_instance() {
                      "ObjectInstance cannot stand inside an object: end that of " + open_object_where_.to_string());
   const auto found = objects_.find(name);
   if (found == objects_.end())
-    throw InputError(directive_.where, "the object " + in_quotes(name) + " is not defined above this line");
+    throw InputError(directive_.where, "the object " + in_quotes(name) +
+                                           " is not defined above this line: add ObjectBegin " + in_quotes(name));
   require_rest();
   budget_.take(sizeof(Instance), "an instance", directive_.where);
   instances_.push_back({&found->second, state_.transform, directive_.where});

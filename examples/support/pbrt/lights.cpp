@@ -16,7 +16,7 @@ double luminance(const Rgb& color) {
 namespace {
 
 Rgb emitted(Parameters& parameters, const std::string& name) {
-  const Rgb value = parameters.color(name).value_or(Rgb(1));
+  const Rgb value = parameters.color(name, SpectrumOf::light).value_or(Rgb(1));
   if (value.x < 0 || value.y < 0 || value.z < 0) parameters.fail(name, "is negative: use a value of at least 0");
   const double scale = parameters.number_or("scale", 1);
   if (scale < 0) parameters.fail("scale", "is negative: use a value of at least 0");
@@ -34,7 +34,7 @@ std::optional<double> strength(Parameters& parameters, const std::string& name) 
 
 /// The colour of the parameter `name` with the luminance `wanted`, times the parameter "scale".
 Rgb with_luminance(Parameters& parameters, const std::string& name, double wanted) {
-  const Rgb color = parameters.color(name).value_or(Rgb(1));
+  const Rgb color = parameters.color(name, SpectrumOf::light).value_or(Rgb(1));
   const double current = luminance(color);
   return current > 0 ? color * (wanted * parameters.number_or("scale", 1) / current) : Rgb(0);
 }
@@ -161,6 +161,8 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
         color = with_luminance(parameters, "L", *illuminance / std::numbers::pi);
       light.kind = InfiniteLightDescription{color};
     }
+    if (parameters.has("portal"))
+      diagnostics.warning(parameters.where(), "\"portal\" is ignored: the sky shines through all openings");
     parameters.ignore({"portal"});
   } else {
     diagnostics.unsupported(parameters.where(), "the light " + in_quotes(kind) +

@@ -9,6 +9,14 @@
 
 namespace gmis::tools::pbrt {
 
+namespace {
+
+std::string counted(std::size_t count, const std::string& thing) {
+  return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
 bool is_parameter_type(const std::string& type) {
   static constexpr std::array known{"integer", "float",   "point2",   "vector2", "point3",    "vector3",
                                     "point",   "vector",  "normal3",  "normal",  "bool",      "string",
@@ -64,8 +72,10 @@ void Parameters::require_type(const Parameter& parameter, std::initializer_list<
 
 void Parameters::require_count(const Parameter& parameter, std::size_t count) const {
   const std::size_t found = std::max(parameter.numbers.size(), parameter.strings.size());
-  if (found != count)
-    fail(parameter.name, "has " + std::to_string(found) + " values: give it " + std::to_string(count));
+  if (found == count) return;
+  std::string message = "has " + counted(found, "value") + ": give it " + std::to_string(count);
+  if (count == 3 && parameter.is_of({"rgb", "color"})) message += ", as in [ .5 .5 .5 ]";
+  fail(parameter.name, message);
 }
 
 std::optional<double> Parameters::number(const std::string& name) {
@@ -85,7 +95,7 @@ std::optional<double> Parameters::number(const std::string& name) {
 std::optional<int> Parameters::integer(const std::string& name) {
   const std::vector<int> values = integers(name);
   if (!has(name)) return {};
-  if (values.size() != 1) fail(name, "has " + std::to_string(values.size()) + " values: give it 1");
+  if (values.size() != 1) fail(name, "has " + counted(values.size(), "value") + ": give it 1");
   return values[0];
 }
 
@@ -165,11 +175,16 @@ std::vector<Point> Parameters::normals(const std::string& name) {
 const TextureHandle& Parameters::texture(const Parameter& parameter, bool is_color) const {
   require_count(parameter, 1);
   const auto& textures = is_color ? textures_->colors : textures_->numbers;
+  const auto& others = is_color ? textures_->numbers : textures_->colors;
   const auto found = textures.find(parameter.strings[0]);
-  if (found == textures.end())
-    fail(parameter.name, std::string("uses the ") + (is_color ? "spectrum" : "float") + " texture " +
-                             in_quotes(parameter.strings[0]) + ", which is not defined above it");
-  return found->second;
+  if (found != textures.end()) return found->second;
+  const std::string type = is_color ? "spectrum" : "float", other = is_color ? "float" : "spectrum";
+  const std::string quoted = in_quotes(parameter.strings[0]);
+  if (others.contains(parameter.strings[0]))
+    fail(parameter.name, "needs a " + type + " texture, but " + quoted + " is a " + other +
+                             " texture: add one of type \"" + type + "\"");
+  fail(parameter.name, "uses the " + type + " texture " + quoted + ", which is not defined above it: add Texture " +
+                           quoted + " \"" + type + "\"");
 }
 
 bool Parameters::varies(const std::string& name) const {
@@ -196,7 +211,7 @@ std::optional<TextureHandle> Parameters::color_texture(const std::string& name) 
   return scene::Texture<float>::constant(*color(name));
 }
 
-std::optional<Rgb> Parameters::color(const std::string& name) {
+std::optional<Rgb> Parameters::color(const std::string& name, SpectrumOf of) {
   const Parameter* parameter = find(name);
   if (!parameter) return {};
   if (parameter->type == "texture") {
@@ -206,7 +221,7 @@ std::optional<Rgb> Parameters::color(const std::string& name) {
     return found->mean();
   }
   require_type(*parameter, {"rgb", "spectrum", "color", "blackbody"});
-  if (parameter->type == "spectrum") return spectrum(*parameter);
+  if (parameter->type == "spectrum") return spectrum(*parameter, of);
   if (parameter->type == "blackbody") {
     if (parameter->numbers.size() != 1 && parameter->numbers.size() != 2)
       fail(name, "must be a temperature in kelvins, and perhaps a factor");
@@ -223,7 +238,7 @@ std::optional<Rgb> Parameters::color(const std::string& name) {
   return glm::min(given.x, glm::min(given.y, given.z)) < 0 ? value : glm::max(value, Rgb(0));
 }
 
-Rgb Parameters::spectrum(const Parameter& parameter) const {
+Rgb Parameters::spectrum(const Parameter& parameter, SpectrumOf of) const {
   std::vector<double> pairs = parameter.numbers;
   if (!parameter.strings.empty()) {
     require_count(parameter, 1);
@@ -236,13 +251,18 @@ Rgb Parameters::spectrum(const Parameter& parameter) const {
     pairs = *read;
   }
   if (pairs.size() < 2 || pairs.size() % 2 != 0) fail(parameter.name, "must list pairs of wavelength and value");
+  if (pairs.size() == 2) fail(parameter.name, "has one pair: give it two or more, as in [ 400 .5 700 .5 ]");
   bool is_constant = true;
   for (std::size_t i = 0; i < pairs.size(); i += 2) {
     if (!std::isfinite(pairs[i]) || !std::isfinite(pairs[i + 1])) fail(parameter.name, "has a value that is no number");
+    if (pairs[i + 1] < 0) fail(parameter.name, "has a negative value: use values of at least 0");
     is_constant = is_constant && pairs[i + 1] == pairs[1];
     if (i > 0 && !(pairs[i] > pairs[i - 2])) fail(parameter.name, "must list its wavelengths from low to high");
   }
-  return is_constant ? Rgb(pairs[1]) : rgb_of_spectrum(pairs);
+  constexpr double from_violet = 400, to_red = 700;
+  if (is_constant && pairs[0] <= from_violet && pairs[pairs.size() - 2] >= to_red)
+    return pairs[1] * rgb_of_constant(of);
+  return in_gamut(rgb_of_spectrum(pairs, of));
 }
 
 std::vector<glm::dvec2> Parameters::pairs(const std::string& name) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/pbrt/lexer.hpp"
+#include "support/pbrt/spectra.hpp"
 #include "support/scene_description.hpp"
 
 namespace gmis::tools::pbrt {
@@ -68,7 +69,7 @@ class Parameters {
 
   /// A colour given as `rgb`, `spectrum` (named, a file, or pairs), `blackbody` or `texture`; of a
   /// texture that varies, its mean, which is reported as not supported.
-  [[nodiscard]] std::optional<Rgb> color(const std::string& name);
+  [[nodiscard]] std::optional<Rgb> color(const std::string& name, SpectrumOf of = SpectrumOf::surface);
   /// A colour, or a number, as a texture that is constant or not.
   [[nodiscard]] std::optional<TextureHandle> color_texture(const std::string& name);
   [[nodiscard]] std::optional<TextureHandle> number_texture(const std::string& name);
@@ -91,7 +92,7 @@ class Parameters {
  private:
   [[nodiscard]] Parameter* find(const std::string& name);
   [[nodiscard]] std::vector<Point> triples(const std::string& name, std::initializer_list<const char*> types);
-  [[nodiscard]] Rgb spectrum(const Parameter& parameter) const;
+  [[nodiscard]] Rgb spectrum(const Parameter& parameter, SpectrumOf of) const;
   /// The texture that the parameter names, of one of the two types.
   [[nodiscard]] const TextureHandle& texture(const Parameter& parameter, bool is_color) const;
   void require_type(const Parameter& parameter, std::initializer_list<const char*> types) const;

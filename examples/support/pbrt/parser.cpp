@@ -87,21 +87,32 @@ void Parser::parse_nested(Lexer& lexer) {
   if (++include_depth_ > deepest)
     throw InputError(directive_.where, "files include each other more than 32 deep: does one include itself?");
   const int depth = include_depth_;
-  require_scene(lexer);
-  Lexer* const outer = std::exchange(lexer_, &lexer);
-  for (Token token = lexer.next(); token.kind != Token::Kind::end; token = lexer.next()) {
-    if (!diagnostics_.is_check()) {
-      parse_directive(token);
-      continue;
+  Lexer* const outer = lexer_;
+  const std::string included = outer == nullptr ? "" : " (included by " + directive_.where.to_string() + ")";
+  // A file that it includes in turn has said by whom.
+  const auto message_of = [&](const InputError& error) {
+    return error.message() + (include_depth_ == depth ? included : "");
+  };
+  try {
+    require_scene(lexer);
+    lexer_ = &lexer;
+    for (Token token = lexer.next(); token.kind != Token::Kind::end; token = lexer.next()) {
+      if (!diagnostics_.is_check()) {
+        parse_directive(token);
+        continue;
+      }
+      try {
+        parse_directive(token);
+      } catch (const InputError& error) {
+        diagnostics_.error(error.where().value_or(token.where), message_of(error));
+        lexer_ = &lexer;
+        include_depth_ = depth;
+        skip_to_directive();
+      }
     }
-    try {
-      parse_directive(token);
-    } catch (const InputError& error) {
-      lexer_ = &lexer;
-      include_depth_ = depth;
-      diagnostics_.error(error.where().value_or(token.where), error.message());
-      skip_to_directive();
-    }
+  } catch (const InputError& error) {
+    if (include_depth_ != depth || included.empty() || !error.where()) throw;
+    throw InputError(*error.where(), message_of(error));
   }
   lexer_ = outer;
   --include_depth_;
@@ -300,7 +311,10 @@ void Parser::finish(const std::string& name) {
   for (LightDescription& light : scene_.lights) expose(light, exposure);
   for (ShapeDescription& one : scene_.shapes)
     if (one.emission) one.emission->radiance = glm::max(exposure * one.emission->radiance, Rgb(0));
-  if (scene_.shapes.empty()) throw InputError(name + ":1: the scene holds no shape: add one after WorldBegin");
+  if (scene_.shapes.empty())
+    throw InputError(name +
+                     ":1: the scene holds no shape, and lights alone are not rendered: add a Shape after WorldBegin, "
+                     "such as Shape \"sphere\"");
   const bool has_light = !scene_.lights.empty() || std::any_of(scene_.shapes.begin(), scene_.shapes.end(),
                                                                [](const auto& s) { return s.emission.has_value(); });
   if (!has_light)

@@ -51,6 +51,8 @@ Rgb from_xyz(const glm::dvec3& xyz) {
           0.0556434 * xyz.x - 0.2040259 * xyz.y + 1.0572252 * xyz.z};
 }
 
+constexpr Rgb luminance_weights{0.2126, 0.7152, 0.0722};
+
 constexpr int first_wavelength = 360, last_wavelength = 830;
 
 /// ∫ of a spectrum times the colour-matching functions, by the midpoint rule over nanometres.
@@ -83,19 +85,33 @@ glm::dvec3 color_matching(double wavelength) {
 Rgb blackbody(double kelvins) {
   const glm::dvec3 xyz = xyz_of([&](double nm) { return planck(nm, kelvins); });
   const Rgb rgb = glm::max(from_xyz(xyz / xyz.y), Rgb(0));
-  return rgb / glm::dot(rgb, Rgb(0.2126, 0.7152, 0.0722));
+  return rgb / glm::dot(rgb, luminance_weights);
 }
 
-Rgb rgb_of_spectrum(std::span<const double> pairs) {
+Rgb in_gamut(const Rgb& color) {
+  const Rgb cut = glm::max(color, Rgb(0));
+  if (cut == color) return color;
+  const double wanted = glm::dot(color, luminance_weights), found = glm::dot(cut, luminance_weights);
+  return wanted > 0 ? cut * (wanted / found) : Rgb(0);
+}
+
+Rgb rgb_of_constant(SpectrumOf of) {
+  if (of == SpectrumOf::surface) return Rgb(1);
+  const glm::dvec3 xyz = xyz_of([](double) { return 1.0; });
+  return from_xyz(xyz / xyz.y);
+}
+
+Rgb rgb_of_spectrum(std::span<const double> pairs, SpectrumOf of) {
   const auto value = [&](double nm) {
     std::size_t i = 0;
     while (i < pairs.size() && pairs[i] <= nm) i += 2;
-    if (i == 0) return pairs[1];
-    if (i >= pairs.size()) return pairs[pairs.size() - 1];
+    if (i == 0 || i >= pairs.size()) return 0.0;
     const double share = (nm - pairs[i - 2]) / (pairs[i] - pairs[i - 2]);
     return pairs[i - 1] * (1 - share) + pairs[i + 1] * share;
   };
-  return from_xyz(xyz_of(value)) / from_xyz(xyz_of([](double) { return 1.0; }));
+  const glm::dvec3 constant = xyz_of([](double) { return 1.0; });
+  const Rgb rgb = from_xyz(xyz_of(value) / constant.y);
+  return of == SpectrumOf::light ? rgb : rgb / rgb_of_constant(SpectrumOf::light);
 }
 
 std::optional<Rgb> named_spectrum(const std::string& name) {

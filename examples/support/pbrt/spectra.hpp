@@ -8,7 +8,7 @@
 #include "support/scene_description.hpp"
 
 /// \file
-/// Spectra as linear sRGB. A spectrum that is the same at all wavelengths is grey.
+/// Spectra as linear sRGB.
 
 namespace gmis::tools::pbrt {
 
@@ -16,13 +16,23 @@ namespace gmis::tools::pbrt {
 /// and Shirley (Simple analytic approximations to the CIE XYZ color matching functions, JCGT 2013).
 [[nodiscard]] glm::dvec3 color_matching(double wavelength);
 
-/// A black body of this temperature in kelvins, with luminance 1; channels outside the gamut are
-/// cut to 0.
+/// A black body of this temperature in kelvins, with luminance 1, `in_gamut`.
 [[nodiscard]] Rgb blackbody(double kelvins);
 
-/// A spectrum given by pairs of wavelength (in nanometres, growing) and value, linear between and
-/// constant beyond them.
-[[nodiscard]] Rgb rgb_of_spectrum(std::span<const double> pairs);
+/// The bearer of a spectrum. Light of the spectrum D65 is white, a surface of any constant spectrum
+/// is grey.
+enum class SpectrumOf { light, surface };
+
+/// A spectrum given by pairs of wavelength (in nanometres, growing) and value, linear between them
+/// and 0 beyond them. A light of the constant 1 has luminance 1. Channels outside the gamut are
+/// negative.
+[[nodiscard]] Rgb rgb_of_spectrum(std::span<const double> pairs, SpectrumOf of = SpectrumOf::surface);
+
+/// The spectrum that is 1 at all wavelengths.
+[[nodiscard]] Rgb rgb_of_constant(SpectrumOf of);
+
+/// Channels below 0 cut to 0, the others scaled so that the luminance stays.
+[[nodiscard]] Rgb in_gamut(const Rgb& color);
 
 /// pbrt's names of metals ("metal-Cu-eta"), glasses ("glass-BK7") and illuminants ("stdillum-D65");
 /// nothing for others.
