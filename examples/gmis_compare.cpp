@@ -6,6 +6,7 @@
 #include <exception>
 #include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "support/report/comparison.hpp"
@@ -26,7 +27,7 @@ struct RawOptions {
 };
 
 void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
-  app.add_option("scenes", request.scenes, ".pbrt files or names of built-in scenes")->required();
+  app.add_option("scenes", request.scenes, ".pbrt, .gltf or .glb files, or names of built-in scenes")->required();
   app.add_option("--integrators", raw.integrators, "Names with commas between; gmis/SPLIT for a way to split")
       ->delimiter(',');
   app.add_option("--time", raw.seconds,
@@ -35,7 +36,9 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
   app.add_option("--seeds", request.seeds, "Runs of every integrator (3)")->check(CLI::Range(1, 1000));
   app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)");
   app.add_option("--seed", request.settings.seed, "The first seed (0)");
-  app.add_option("--threads", request.settings.threads, "Threads (all cores)")->check(CLI::Range(1, 4096));
+  app.add_option("--threads", request.settings.threads,
+                 "Threads (all cores); no more than there are processors are used")
+      ->check(CLI::Range(1, 4096));
   app.add_option("--max-depth", request.settings.max_depth, "Most segments of a path (16)")->check(CLI::Range(1, 256));
   app.add_option("--radius", raw.radius,
                  "Merging radius in pixel widths, or with the suffix u in scene units (0.4 pixel widths)");
@@ -70,7 +73,7 @@ void check(const CLI::App& app, ComparisonRequest& request, const RawOptions& ra
                                   : request.cpu_seconds.value_or(without_time / reference_share) * reference_share;
   request.reference_integrators.clear();
   for (const std::string& name : raw.reference_integrators)
-    request.reference_integrators.push_back(integrator_of(name));
+    request.reference_integrators.push_back(integrator_of(name, "--reference-integrator"));
   if (request.reference_integrators.size() > 1 && request.reference_integrators.size() != request.scenes.size())
     throw InputError("--reference-integrator must name one integrator, or one for each scene");
   if (!request.reference.empty() && request.scenes.size() > 1)
@@ -83,7 +86,15 @@ void write_report(const Comparison& comparison, const std::filesystem::path& fol
 }
 
 int run(ComparisonRequest request, const std::string& figure) {
-  std::filesystem::create_directories(request.folder);
+  std::error_code error;
+  std::filesystem::create_directories(request.folder, error);
+  if (!std::filesystem::is_directory(request.folder, error))
+    throw InputError("--out " + request.folder.string() + ": this folder cannot be created");
+  try {
+    require_writable(request.folder / "report.html");
+  } catch (const InputError& failure) {
+    throw InputError(std::string("--out: ") + failure.what());
+  }
   if (!has_gnuplot()) std::fprintf(stderr, "gmis-compare: gnuplot was not found: the report will have no curves\n");
   ThreadedExecutor executor(request.settings.threads);
   request.load = [](const std::filesystem::path& file, ComparisonRequest::Size size) { return load_scene(file, size); };

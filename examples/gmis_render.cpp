@@ -2,14 +2,12 @@
 // gmis-render-mpi is the same over many machines (gmis_render_mpi.cpp).
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <exception>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <new>
 #include <optional>
@@ -48,6 +46,31 @@ using namespace gmis::tools;
 
 enum ExitCode : int { done = 0, failed = 1, bad_input = 2 };
 
+/// Whether two paths lead to one file, which need not exist; a device may have several uses.
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::status(a, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) return false;
+  const auto whole = [&](const fs::path& file) { return fs::weakly_canonical(fs::absolute(file, error), error); };
+  return whole(a) == whole(b) || fs::equivalent(a, b, error);
+}
+
+/// Throws when two options name one file to be written.
+void require_different_files(const Options& options) {
+  std::vector<std::pair<const char*, std::filesystem::path>> files;
+  for (const auto& output : options.outputs) files.emplace_back("--out", output);
+  files.emplace_back("--stats", options.statistics_file);
+  files.emplace_back("--log", options.log_file);
+  files.emplace_back("--checkpoint", options.checkpoint_file);
+  std::erase_if(files, [](const auto& one) { return one.second.empty(); });
+  for (std::size_t i = 0; i < files.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (is_same_file(files[j].second, files[i].second))
+        throw InputError(std::string(files[j].first) + " " + files[j].second.string() + " and " + files[i].first + " " +
+                         files[i].second.string() + " are the same file: give each a name of its own");
+}
+
 /// Throws before rendering when the folder of an output or a library for its format is missing.
 void check_outputs(const Options& options) {
   if (options.denoise && !has_denoiser())
@@ -65,6 +88,7 @@ void check_outputs(const Options& options) {
   require_folder(options.statistics_file, "--stats");
   require_folder(options.log_file, "--log");
   require_folder(options.checkpoint_file, "--checkpoint");
+  require_different_files(options);
   for (const auto& output : options.outputs) require_writable(output);
   if (!options.statistics_file.empty()) require_writable(options.statistics_file);
   if (!options.log_file.empty()) require_writable(options.log_file);
@@ -74,6 +98,20 @@ void check_outputs(const Options& options) {
   std::filesystem::create_directories(options.techniques_folder, error);
   if (!std::filesystem::is_directory(options.techniques_folder))
     throw InputError(options.techniques_folder.string() + ": this folder of --techniques cannot be created");
+}
+
+bool is_gltf(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".gltf" || ending == ".glb";
+}
+
+std::filesystem::path scene_file_of(const Options& options) {
+  std::filesystem::path file = find_scene(options.scene);
+  if (options.load.seconds && !is_gltf(file))
+    throw InputError("--at needs a .gltf or .glb file: " + file.string() + " has no animations");
+  return file;
 }
 
 /// The film's file name, in the current folder; as .pfm when its own format cannot be written.
@@ -89,30 +127,28 @@ std::filesystem::path default_output(const BuiltScene& scene, bool is_quiet) {
   return file;
 }
 
-/// The bytes of a regular file.
-std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error))
-    throw InputError(file.string() + ": there is no such file, or it is no regular file");
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream || text.empty()) throw InputError(file.string() + ": this file cannot be read or is empty");
-  std::vector<std::byte> bytes(text.size());
-  std::memcpy(bytes.data(), text.data(), text.size());
-  return bytes;
-}
-
-/// The scene as checkpoints name it: what it describes, a digest of each of its files, and how
-/// lights are chosen.
-void identify_scene(RenderRequest& request, const LoadedScene& loaded, const Options& options) {
-  request.scene_name = loaded.built->summary() + ", half diagonal " + std::to_string(loaded.built->half_diagonal());
-  for (const std::filesystem::path& file : loaded.files) {
-    char digest[17];
-    std::snprintf(digest, sizeof digest, "%016llx", static_cast<unsigned long long>(gmis::digest_of(bytes_of(file))));
-    request.scene_properties.emplace_back("the content of " + file.filename().string(), digest);
-  }
-  request.scene_properties.emplace_back("the choice of lights", name_of(options.lights));
-  request.scene_properties.emplace_back("the version", GMIS_VERSION);
+/// The run as checkpoints name it: the scene, and what the command line says of the samples.
+void identify_run(RenderRequest& request, const LoadedScene& loaded, const Options& options) {
+  identify_scene(request, loaded);
+  const auto add = [&](const char* name, std::string value) {
+    request.scene_properties.emplace_back(name, std::move(value));
+  };
+  const auto number = [](double value) {
+    std::string text = std::to_string(value);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.back() == '.') text.pop_back();
+    return text;
+  };
+  // `gmis` that does not split is `vcm`.
+  const bool is_vcm = options.integrator == IntegratorChoice::gmis && options.split == SplitChoice::none;
+  add("the integrator", name_of(is_vcm ? IntegratorChoice::vcm : options.integrator));
+  if (options.integrator == IntegratorChoice::gmis && !is_vcm) add("the way to split", name_of(options.split));
+  add("the number of connections", options.connects_paired_tree ? "paired"
+                                   : options.connections        ? std::to_string(*options.connections)
+                                                                : "auto");
+  add("the number of light paths", options.light_paths ? number(*options.light_paths) : "by default");
+  add("the choice of lights", name_of(options.lights));
+  add("the version", GMIS_VERSION);
 }
 
 /// The first failure to write a file. A failure does not keep the other files from being written.
@@ -281,13 +317,13 @@ int run(Options options, const gmis::RanksRef& ranks) {
       std::printf("%-10s  %s\n", name.c_str(), line_of_scene(name).c_str());
     return done;
   }
-  if (options.check) return print_check(find_scene(options.scene), options.load, options.quiet);
+  if (options.check) return print_check(scene_file_of(options), options.load, options.quiet);
   const bool is_first = ranks.is_first();
   LoadedScene loaded;
   RenderRequest request;
   on_all_ranks(ranks, [&] {
     if (!options.replay && is_first) check_outputs(options);
-    loaded = load_scene(find_scene(options.scene), options.size,
+    loaded = load_scene(scene_file_of(options), options.size,
                         options.lenient ? Strictness::lenient : Strictness::strict, options.lights, options.load);
     request = request_of(options, *loaded.built);
   });
@@ -302,9 +338,15 @@ int run(Options options, const gmis::RanksRef& ranks) {
     reference = read_reference(options.reference_file, request, scene.scene().camera().resolution());
 
   on_all_ranks(ranks, [&] {
-    if (options.outputs.empty() && is_first) options.outputs.push_back(default_output(scene, options.quiet));
+    if (!options.outputs.empty() || !is_first) return;
+    options.outputs.push_back(default_output(scene, options.quiet));
+    require_different_files(options);
   });
 
+  const auto has_layers = [](const std::filesystem::path& file) { return file.extension() == ".exr"; };
+  if (options.layers && is_first && !options.quiet &&
+      std::none_of(options.outputs.begin(), options.outputs.end(), has_layers))
+    std::fprintf(stderr, "gmis-render: --aov layers writes nothing: only an .exr has layers, and no --out names one\n");
   if (options.class_images && is_first) {
     const std::filesystem::path folder = class_folder(options.outputs[0]);
     std::error_code error;
@@ -333,11 +375,12 @@ int run(Options options, const gmis::RanksRef& ranks) {
   const bool is_kept = !options.checkpoint_file.empty() || !options.resume_files.empty();
   request.intervals = !options.quiet || !options.log_file.empty() || !options.statistics_file.empty() || is_kept ||
                       options.layers;  // one layer is the variance
-  if (is_kept || ranks.count() > 1) identify_scene(request, loaded, options);
+  if (is_kept || ranks.count() > 1) identify_run(request, loaded, options);
   on_all_ranks(ranks, [&] {
     if (is_first)
       for (const auto& file : options.resume_files) request.resume.push_back(bytes_of(file));
   });
+  request.resume_files = options.resume_files;
   if (!options.resume_files.empty()) {
     request.resume.resize(options.resume_files.size());
     request.resume[0].resize(ranks.of_first(request.resume[0].size()));

@@ -30,8 +30,11 @@ struct SourcePosition {
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(message) {}
+  /// A place without a file is none.
   InputError(const SourcePosition& where, const std::string& message)
-      : std::runtime_error(where.to_string() + ": " + message), where_(where), message_(message) {}
+      : std::runtime_error(where.file ? where.to_string() + ": " + message : message), message_(message) {
+    if (where.file) where_ = where;
+  }
 
   /// Nothing when the error is of no place in a file.
   [[nodiscard]] const std::optional<SourcePosition>& where() const { return where_; }

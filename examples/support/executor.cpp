@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <mutex>
-#include <thread>
 #include <utility>
 
 #if GMIS_HAS_TBB
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 #endif
@@ -41,9 +41,15 @@ struct ThreadedExecutor::Reporter {
 
 namespace {
 
+/// oneTBB starts no more threads than there are processors, and warns of a request for many more.
 int thread_count_for(int threads) {
-  if (!ThreadedExecutor::has_threads) return 1;
-  return threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+#if GMIS_HAS_TBB
+  const int all = std::max(1, oneapi::tbb::info::default_concurrency());
+  return threads > 0 ? std::min(threads, all) : all;
+#else
+  (void)threads;
+  return 1;
+#endif
 }
 
 }  // namespace

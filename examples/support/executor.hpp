@@ -15,7 +15,7 @@ class ThreadedExecutor {
  public:
   static const bool has_threads;
 
-  /// `threads` 0 stands for all cores.
+  /// `threads` 0 stands for all cores; no more than that are used.
   explicit ThreadedExecutor(int threads, const std::atomic<bool>* stop = nullptr);
   ~ThreadedExecutor();
   ThreadedExecutor(const ThreadedExecutor&) = delete;

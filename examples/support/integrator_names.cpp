@@ -20,17 +20,17 @@ std::optional<double> positive_number_of(const char* begin, const char* end) {
 
 }  // namespace
 
-IntegratorChoice integrator_of(const std::string& name) {
+IntegratorChoice integrator_of(const std::string& name, const std::string& option) {
   if (name == name_of(IntegratorChoice::automatic)) return IntegratorChoice::automatic;
   for (const IntegratorChoice integrator : all_integrators)
     if (name == name_of(integrator)) return integrator;
-  throw InputError("--integrator " + in_quotes(name) + " is not known: use auto, pt, lt, bpt, ppm, bpm, vcm or gmis");
+  throw InputError(option + " " + in_quotes(name) + " is not known: use auto, pt, lt, bpt, ppm, bpm, vcm or gmis");
 }
 
-SplitChoice split_of(const std::string& name) {
+SplitChoice split_of(const std::string& name, const std::string& option) {
   for (const SplitChoice split : {SplitChoice::none, SplitChoice::paper, SplitChoice::budgeted, SplitChoice::local})
     if (name == name_of(split)) return split;
-  throw InputError("--split " + in_quotes(name) + " is not known: use local, none, paper or budgeted");
+  throw InputError(option + " " + in_quotes(name) + " is not known: use local, none, paper or budgeted");
 }
 
 bool connects(IntegratorChoice integrator) {

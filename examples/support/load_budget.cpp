@@ -8,7 +8,10 @@
 namespace gmis::tools {
 namespace {
 
-std::string in_mebibytes(std::uintmax_t bytes) {
+/// In MiB, or in bytes where those are few.
+std::string size_text(std::uintmax_t bytes) {
+  constexpr std::uintmax_t few = 10'000;
+  if (bytes < few) return std::to_string(bytes) + (bytes == 1 ? " byte" : " bytes");
   char text[32];
   const double mebibytes = static_cast<double>(bytes) / (1 << 20);
   std::snprintf(text, sizeof text, mebibytes < 10 ? "%.2g MiB" : "%.0f MiB", mebibytes);
@@ -25,8 +28,8 @@ std::uintmax_t LoadBudget::default_limit() {
 
 void LoadBudget::take(std::uintmax_t bytes, const std::string& what, const SourcePosition& where) {
   if (bytes > limit_ - taken_)
-    throw InputError(where, what + " would take " + in_mebibytes(bytes) + ", and " + in_mebibytes(taken_) + " of " +
-                                in_mebibytes(limit_) + " are taken: make the scene smaller, or see --max-memory");
+    throw InputError(where, what + " would take " + size_text(bytes) + ", and " + size_text(taken_) + " of " +
+                                size_text(limit_) + " are taken: make the scene smaller, or see --max-memory");
   taken_ += bytes;
 }
 

@@ -42,10 +42,10 @@ std::optional<Integer> integer_of(std::string_view text) {
 }
 
 template <class Unsigned>
-Unsigned whole_number_of(const std::string& option, std::string_view text) {
+Unsigned whole_number_of(const std::string& option, std::string_view text, Unsigned least = 0) {
   const auto value = integer_of<Unsigned>(text);
-  if (!value)
-    throw InputError(option + " " + in_quotes(text) + " must be a whole number from 0 to " +
+  if (!value || *value < least)
+    throw InputError(option + " " + in_quotes(text) + " must be a whole number from " + std::to_string(least) + " to " +
                      std::to_string(std::numeric_limits<Unsigned>::max()));
   return *value;
 }
@@ -164,7 +164,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
          "Where light subpaths start: power (in proportion to emitted power) or learned (where their light is needed; "
          "auto's default)")
       ->type_name("power|learned");
-  app.add_option("--threads", options.threads, "Threads (all cores)")->type_name("NUMBER");
+  app.add_option("--threads", options.threads, "Threads (all cores); no more than there are processors are used")
+      ->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations,
                  "Stop after this number of iterations (64); 17..32/64: those of a run of 64, to be joined")
       ->type_name("NUMBER");
@@ -242,7 +243,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("BYTES");
   app.add_flag("--lenient", options.lenient, "Render a scene with unsupported features; warn of each");
   app.add_flag("--explain", options.explain, "Say what will be done, and why");
-  app.add_flag("--quiet", options.quiet, "Print nothing but errors");
+  app.add_flag("--quiet", options.quiet,
+               "Print nothing but errors, and what --explain, --list-rejected and --replay print");
   app.add_flag("--man", raw.manual, "Print the manual page, as man -l - reads it");
   app.add_option("--completion", raw.completion, "Print a script that completes this command line in a shell")
       ->type_name("bash|zsh|fish");
@@ -264,7 +266,8 @@ std::uintmax_t bytes_of(const std::string& text) {
   const std::string_view unit(end, text.data() + text.size());
   const unsigned shift = unit == "G" ? 30 : unit == "M" ? 20 : 0;
   if (error != std::errc{} || (shift == 0 && !unit.empty()) || value == 0 || value > std::uintmax_t{1} << (50 - shift))
-    throw InputError("--max-memory " + in_quotes(text) + " must be a whole number of bytes, or have the suffix M or G");
+    throw InputError("--max-memory " + in_quotes(text) +
+                     " must be a whole number of bytes from 1 to 2^50, or have the suffix M or G");
   return value << shift;
 }
 
@@ -407,8 +410,7 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   if (given("--iterations")) {
     options.part = run_part_of(raw.iterations);
     options.iterations =
-        options.part ? options.part->of : whole_number_of<std::uint32_t>("--iterations", raw.iterations);
-    if (*options.iterations < 1) throw InputError("--iterations must be at least 1");
+        options.part ? options.part->of : whole_number_of<std::uint32_t>("--iterations", raw.iterations, 1);
   }
   if (given("--time")) {
     require_above_zero("--time", raw.seconds);
@@ -418,7 +420,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     require_above_zero("--error", raw.relative_error);
     options.relative_error = raw.relative_error;
   }
-  if (!(options.max_rejected >= 0)) throw InputError("--max-rejected must be a number from 0 on");
+  if (!(options.max_rejected >= 0 && (options.max_rejected <= 1 || std::isinf(options.max_rejected))))
+    throw InputError("--max-rejected must be a share from 0 to 1, or inf");
   if (!(options.write_every >= 0)) throw InputError("--write-every must be a number of seconds from 0 on");
   options.exposure = exposure_of(raw.exposure);
   if (!raw.max_memory.empty()) options.load.max_memory = bytes_of(raw.max_memory);
@@ -431,6 +434,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     throw InputError(
         "--iterations FIRST..LAST/OF needs --checkpoint, which --resume joins, and excludes --time and --error");
   if (!options.iterations && !options.seconds && !options.relative_error) options.iterations = 64;
+  if (options.replay && options.iterations && options.replay->iteration > *options.iterations)
+    throw InputError("--replay " + in_quotes(raw.replay) + ": the run has " + std::to_string(*options.iterations) +
+                     (*options.iterations == 1 ? " iteration" : " iterations") + ": give the --iterations of the run");
   if (!options.list_scenes && options.scene.empty())
     throw InputError("name a scene: a .pbrt, .gltf or .glb file, or one that --list-scenes prints; see --help");
   return options;

@@ -102,9 +102,9 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 [[nodiscard]] bool connects(IntegratorChoice integrator);
 [[nodiscard]] bool merges(IntegratorChoice integrator);
 
-// Parsers of option values; they throw `InputError` for an invalid text.
-[[nodiscard]] IntegratorChoice integrator_of(const std::string& name);
-[[nodiscard]] SplitChoice split_of(const std::string& name);
+// Parsers of option values; they throw `InputError`, which names the option, for an invalid text.
+[[nodiscard]] IntegratorChoice integrator_of(const std::string& name, const std::string& option = "--integrator");
+[[nodiscard]] SplitChoice split_of(const std::string& name, const std::string& option = "--split");
 [[nodiscard]] std::array<int, 2> size_of(const std::string& text);
 [[nodiscard]] PathChoice path_choice_of(const std::string& text);
 [[nodiscard]] RadiusChoice radius_of(const std::string& text);

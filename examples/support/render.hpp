@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,6 +27,7 @@ struct RenderRequest : gmis::RenderRequest {
   /// Checkpoints: none for a new run, one to go on from, several of runs to be joined without
   /// rendering.
   std::vector<std::vector<std::byte>> resume;
+  std::vector<std::filesystem::path> resume_files;  ///< where they are from
 };
 
 /// The part of the image that one technique makes.

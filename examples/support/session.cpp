@@ -1,9 +1,17 @@
 #include "support/session.hpp"
 
+#include <cmath>
 #include <csignal>
 #include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <limits>
+#include <sstream>
+#include <system_error>
 
+#include "gmis/core/state_archive.hpp"
 #include "support/choices.hpp"
 #include "support/image/formats.hpp"
 
@@ -25,6 +33,13 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   if (options.radius)
     request.settings.radius =
         options.radius->value * (options.radius->is_in_scene_units ? 1.0 : median_pixel_width(scene.scene()));
+  const double diagonal = 2 * scene.half_diagonal();
+  if (options.radius && diagonal > 0 && !(*request.settings.radius < diagonal)) {
+    std::ostringstream text;
+    text << "--radius " << argument_of(*options.radius) << " is " << *request.settings.radius
+         << " scene units, and the diagonal of the scene " << diagonal << ": choose less";
+    throw InputError(text.str());
+  }
   request.settings.alpha = options.alpha;
   request.settings.sampler = options.sampler;
   request.settings.emission = options.emission;
@@ -57,7 +72,31 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   return request;
 }
 
-Image read_reference(const std::filesystem::path& file, const RenderRequest& request, glm::ivec2 resolution) {
+std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(file.string() + ": there is no such file, or it is no regular file");
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream || text.empty()) throw InputError(file.string() + ": this file cannot be read or is empty");
+  std::vector<std::byte> bytes(text.size());
+  std::memcpy(bytes.data(), text.data(), text.size());
+  return bytes;
+}
+
+void identify_scene(RenderRequest& request, const LoadedScene& loaded) {
+  request.scene_name = loaded.built->summary() + ", half diagonal " + std::to_string(loaded.built->half_diagonal());
+  for (const std::filesystem::path& file : loaded.files) {
+    char digest[17];
+    std::snprintf(digest, sizeof digest, "%016llx", static_cast<unsigned long long>(digest_of(bytes_of(file))));
+    request.scene_properties.emplace_back("the content of " + file.filename().string(), digest);
+  }
+}
+
+namespace {
+
+/// The reference in the size that `read_reference` says.
+Image fitting_reference(const std::filesystem::path& file, const RenderRequest& request, glm::ivec2 resolution) {
   Image reference = read_image(file);
   const PixelBounds part = request.crop.value_or(PixelBounds{{0, 0}, resolution});
   const glm::ivec2 size = part.upper - part.lower;
@@ -70,6 +109,16 @@ Image read_reference(const std::filesystem::path& file, const RenderRequest& req
     throw InputError(file.string() + ": this reference is " + std::to_string(reference.width) + "x" +
                      std::to_string(reference.height) + ", the picture " + std::to_string(size.x) + "x" +
                      std::to_string(size.y) + ": see --size");
+  return reference;
+}
+
+}  // namespace
+
+Image read_reference(const std::filesystem::path& file, const RenderRequest& request, glm::ivec2 resolution) {
+  Image reference = fitting_reference(file, request, resolution);
+  for (const float value : reference.rgb)
+    if (!(std::abs(value) <= 1e20F))
+      throw InputError(file.string() + ": this reference has a value that is no number or above 1e20");
   return reference;
 }
 

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "gmis/transport/plan/plan.hpp"
+#include "support/load_scene.hpp"
 #include "support/render.hpp"
 #include "support/statistics.hpp"
 
@@ -16,14 +18,20 @@
 namespace gmis::tools {
 
 /// The request that the options make for this scene. Throws `InputError` when the crop lies outside
-/// the picture or --light-paths asks for too many light trees.
+/// the picture, --light-paths asks for too many light trees or --radius is as large as the scene.
 [[nodiscard]] RenderRequest request_of(const Options& options, const BuiltScene& scene);
 
 /// Reads a reference, which has the size of the crop, of the whole picture, or of an integer
 /// multiple of the whole picture. The last is reduced to the means of blocks; both of the latter
-/// are cut to the crop. Throws `InputError` for any other size.
+/// are cut to the crop. Throws `InputError` for any other size, and for a value that is no number.
 [[nodiscard]] Image read_reference(const std::filesystem::path& file, const RenderRequest& request,
                                    glm::ivec2 resolution);
+
+/// The bytes of a regular file. Throws `InputError` when there are none.
+[[nodiscard]] std::vector<std::byte> bytes_of(const std::filesystem::path& file);
+
+/// Names the scene of the request: what it describes, and a digest of each of its files.
+void identify_scene(RenderRequest& request, const LoadedScene& loaded);
 
 /// Set from now on by Ctrl-C, SIGTERM and SIGHUP; a second one ends the program at once.
 [[nodiscard]] const std::atomic<bool>& interrupt_flag();

@@ -76,9 +76,10 @@ void replace_sky(SceneDescription& scene, const std::string& name) {
   std::string ending = std::filesystem::path(name).extension().string();
   if (name == "studio")
     sky.kind = studio_sky();
-  else if (ending == ".exr" || ending == ".pfm")
+  else if (ending == ".exr" || ending == ".pfm") {
     sky.kind = sky_of_image(name);
-  else if (name != "white" && name != "none")
+    add_file(scene, name);
+  } else if (name != "white" && name != "none")
     throw InputError("--sky " + in_quotes(name) + " is not known: use studio, white, none or an .exr or .pfm image");
   std::erase_if(scene.lights, is_sky);
   if (name != "none") scene.lights.push_back(std::move(sky));

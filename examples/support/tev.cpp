@@ -2,8 +2,10 @@
 
 #include <bit>
 #include <cerrno>
+#include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include "diagnostics.hpp"
@@ -87,6 +89,11 @@ TevViewer::TevViewer(const std::string& address, std::string name) : address_(ad
   if (colon == std::string::npos || colon == 0 || colon + 1 == address.size())
     throw InputError("--tev \"" + address + "\" must be HOST:PORT, such as localhost:14158");
   const std::string host = address.substr(0, colon), port = address.substr(colon + 1);
+  unsigned number = 0;
+  const char* const end = port.data() + port.size();
+  if (const auto [next, error] = std::from_chars(port.data(), end, number);
+      error != std::errc{} || next != end || number < 1 || number > 65535)
+    throw InputError("--tev \"" + address + "\": the port must be a whole number from 1 to 65535");
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;

@@ -107,7 +107,13 @@ TEST_CASE("a checkpoint that does not fit: exit code 2, and a message that names
   refused(same + "--resume a.checkpoint --max-depth 3", "the greatest depth differs: 16, not 3");
   refused(same + "--resume a.checkpoint --alpha 0.5", "alpha differs");
   refused(same + "--resume none.checkpoint", "none.checkpoint: there is no such file");
-  refused(same + "--resume a.pfm", "this is no checkpoint of this version");
+  refused(same + "--resume a.pfm", "--resume a.pfm: this is no checkpoint of this version");
+  refused(
+      "cornell --size 8x8 --integrator bpt --connections 1 --iterations 2 --quiet --out a.pfm --resume a.checkpoint",
+      "--resume a.checkpoint: the checkpoint is of another run: the integrator differs: vcm, not bpt");
+  refused(
+      "cornell --size 8x8 --integrator vcm --connections 2 --iterations 2 --quiet --out a.pfm --resume a.checkpoint",
+      "the number of connections differs: 1, not 2");
   refused("paper1 --size 8x8 --integrator vcm --connections 1 --iterations 2 --quiet --out b.pfm --resume a.checkpoint",
           "the scene differs");
   const std::string whole = text_of(folder / "a.checkpoint");
@@ -159,14 +165,15 @@ TEST_CASE("Runs with seeds of their own are joined into one picture") {
     CHECK(outcome.err.find(part) != std::string::npos);
     CHECK_FALSE(fs::exists(folder / "d.pfm"));
   };
-  refused("--resume a.ck --resume b.ck --resume a.ck", "checkpoints 1 and 3 are of runs with the same seed, 1");
+  refused("--resume a.ck --resume b.ck --resume a.ck",
+          "--resume a.ck and a.ck: checkpoints 1 and 3 are of runs with the same seed, 1");
   refused("--resume a.ck --resume b.ck --max-depth 3",
           "checkpoint 1: the checkpoint is of another run: the greatest depth");
   refused("--resume a.ck --resume b.ck --checkpoint d.ck", "several are joined");
   REQUIRE(run(folder, "cornell --size 8x8 --halves --quiet --seed 3 --iterations 2 --out e.pfm --checkpoint e.ck")
               .exit_code == 0);
   refused("--resume a.ck --resume e.ck",
-          "checkpoint 2: the checkpoint is of another run: the size of the picture differs");
+          "--resume e.ck: checkpoint 2: the checkpoint is of another run: the size of the picture differs");
 }
 
 TEST_CASE("A change in any file of the scene is refused by its name") {

@@ -154,7 +154,8 @@ TEST_CASE("a viewer that is not there is a warning, a text that is no address an
   gmis::tools::TevViewer viewer(address, "a picture");
   CHECK(viewer.warning().find(address) != std::string::npos);
   viewer.show(Image(2, 2));
-  for (const char* wrong : {"localhost", ":14158", "localhost:", ""})
+  for (const char* wrong :
+       {"localhost", ":14158", "localhost:", "", "localhost:0", "localhost:65536", "localhost:99999", "localhost:http"})
     CHECK_THROWS_AS(gmis::tools::TevViewer(wrong, "a picture"), gmis::tools::InputError);
 }
 

@@ -1,3 +1,4 @@
+#include <fstream>
 #include <string>
 
 #include "program/program.hpp"
@@ -31,18 +32,46 @@ void check_page(const std::string& page) {
 
 TEST_CASE("Bad usage of gmis-compare: exit code 2 and one line that says what to change") {
   const ScratchFolder folder;
-  for (const auto& [arguments, part] :
-       {std::pair{"", "scenes"}, std::pair{"no_such_scene", "--list-scenes"},
-        std::pair{"cornell --integrators pt,magic", "magic"}, std::pair{"cornell --integrators vcm/paper", "only gmis"},
-        std::pair{"cornell --time 0", "--time"}, std::pair{"cornell --seeds 0", "--seeds"},
-        std::pair{"cornell --size big", "--size"}, std::pair{"cornell paper1 --reference a.pfm", "one scene"},
-        std::pair{"cornell --reference absent.pfm", "absent.pfm"},
-        std::pair{"cornell --reference-integrator bpt,pt", "one for each"},
-        std::pair{"cornell --frobnicate", "--frobnicate"}}) {
-    CAPTURE(arguments, part);
+  std::ofstream(folder / "nan.pfm", std::ios::binary) << "PF\n1 1\n-1.0\n" << std::string(12, '\xFF');
+  struct Case {
+    const char* arguments;
+    const char* start;  ///< of the line, after the name of the program
+    const char* end;    ///< of the line
+  };
+  // Lines of our own are there word by word; of those that end with "see --help" the parser of
+  // options words the middle.
+  for (const auto& [arguments, start, end] :
+       {Case{"", "", "scenes is required; see --help"},
+        Case{"no_such_scene",
+             "no_such_scene: there is no such file and no built-in scene of that name: ", "see --list-scenes"},
+        Case{"cornell --integrators pt,magic",
+             "--integrators \"magic\" is not known: ", "use auto, pt, lt, bpt, ppm, bpm, vcm or gmis"},
+        Case{"cornell --integrators vcm/paper", "\"vcm/paper\": ", "only gmis splits"},
+        Case{"cornell --integrators gmis/odd",
+             "--integrators \"odd\" is not known: ", "use local, none, paper or budgeted"},
+        Case{"cornell --reference-integrator magic",
+             "--reference-integrator \"magic\" is not known: ", "use auto, pt, lt, bpt, ppm, bpm, vcm or gmis"},
+        Case{"cornell --size 1x1 --reference nan.pfm",
+             "nan.pfm: ", "this reference has a value that is no number or above 1e20"},
+        Case{"cornell --out /proc/x", "--out /proc/x: ", "this folder cannot be created"},
+        Case{"cornell cornell.pbrt", "cornell and cornell.pbrt would write the same files, cornell_*: ",
+             "rename one, or compare them one by one, each with a folder of its own in --out"},
+        Case{"cornell --time 0", "--time ", "must be above 0"}, Case{"cornell --seeds 0", "--seeds: ", "; see --help"},
+        Case{"cornell --size big", "--size \"big\" ", "must be WIDTHxHEIGHT, each from 1 to 32768"},
+        Case{"cornell paper1 --reference a.pfm", "--reference is for one scene: ", "name one, or leave the option out"},
+        Case{"cornell --reference absent.pfm", "absent.pfm: ", "this image is missing: check its name"},
+        Case{"cornell --reference-integrator bpt,pt", "--reference-integrator ",
+             "must name one integrator, or one for each scene"},
+        Case{"cornell --frobnicate", "", "--frobnicate; see --help"}}) {
     const Outcome outcome = run(folder, arguments);
+    CAPTURE(arguments, outcome.err);
     CHECK(outcome.exit_code == 2);
-    CHECK(outcome.err.find(part) != std::string::npos);
+    CHECK(outcome.out.empty());
+    CHECK(line_count(outcome.err) == 1);
+    const std::string first = "gmis-compare: " + std::string(start), last = std::string(end) + "\n";
+    CHECK(outcome.err.starts_with(first));
+    CHECK(outcome.err.ends_with(last));
+    if (!last.ends_with("see --help\n")) CHECK(outcome.err == first + last);
   }
 }
 
@@ -75,6 +104,23 @@ TEST_CASE("A comparison leaves a report, its tables, its logs and a reference th
   CHECK(second.exit_code == 0);
   CHECK(second.out.find("making a reference") == std::string::npos);
   CHECK(second.out.find("seed 2 of 2") != std::string::npos);
+}
+
+TEST_CASE("A scene that was edited gets a reference of its own") {
+  const ScratchFolder folder;
+  std::ofstream(folder / "a.pbrt") << "LookAt 0 0 -4 0 0 0 0 1 0 Camera \"perspective\" WorldBegin\n"
+                                      "LightSource \"infinite\" Shape \"sphere\"\n";
+  const std::string command = "a.pbrt --integrators pt --size 8x6 --time 0.05 --seeds 1 --out here";
+  const auto makes_reference = [&] {
+    const Outcome outcome = run(folder, command);
+    INFO(outcome.err);
+    REQUIRE(outcome.exit_code == 0);
+    return outcome.out.find("making a reference") != std::string::npos;
+  };
+  CHECK(makes_reference());
+  CHECK_FALSE(makes_reference());
+  std::ofstream(folder / "a.pbrt", std::ios::app) << "# a word\n";
+  CHECK(makes_reference());
 }
 
 TEST_CASE("The curves of all scenes as one picture") {

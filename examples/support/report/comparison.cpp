@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <thread>
 
+#include "gmis/core/state_archive.hpp"
+#include "gmis/render/run_identity.hpp"
 #include "gmis/result/image_error.hpp"
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
@@ -80,10 +83,23 @@ struct Reference {
   std::optional<double> error;
 };
 
+/// Digest of all that the picture depends on: the content of the scene's files, the settings.
+std::string digest_of_run(RenderRequest request, const LoadedScene& loaded) {
+  identify_scene(request, loaded);
+  RunIdentity identity =
+      identity_of(request, loaded.built->scene().camera().resolution(), SceneSpectrum::length(), sizeof(float));
+  StateWriter writer;
+  writer(identity);
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(digest_of(writer.bytes())));
+  return text;
+}
+
 /// From the folder when the same was made before; else by a long run, which is then kept there.
-std::optional<Reference> make_reference(const ComparisonRequest& request, const BuiltScene& scene,
+std::optional<Reference> make_reference(const ComparisonRequest& request, const LoadedScene& loaded,
                                         const std::string& name, IntegratorChoice integrator,
                                         ThreadedExecutor& executor) {
+  const BuiltScene& scene = *loaded.built;
   RenderRequest render = render_request(request, scene, integrator, SplitChoice::local);
   render.settings.seed = reference_seed;
   const bool is_merging = merges(integrator);
@@ -97,7 +113,7 @@ std::optional<Reference> make_reference(const ComparisonRequest& request, const 
                            ", another seed, " + three_digits(request.reference_seconds) + " processor seconds";
   const std::string stem = "reference_" + name + "_" + std::to_string(size.x) + "x" + std::to_string(size.y) +
                            "_depth" + std::to_string(render.settings.max_depth) + "_" + name_of(integrator) + "_" +
-                           three_digits(request.reference_seconds) + "s";
+                           three_digits(request.reference_seconds) + "s_" + digest_of_run(render, loaded);
   const std::filesystem::path image_file = request.folder / (stem + ".pfm"),
                               error_file = request.folder / (stem + ".txt");
   Reference reference;
@@ -211,6 +227,15 @@ void write_logs(const ComparisonRequest& request, const SceneRecord& scene) {
     }
 }
 
+/// The files of a scene bear its name.
+void refuse_equal_names(const std::vector<std::string>& scenes) {
+  for (std::size_t i = 0; i < scenes.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (file_name_of(scenes[i]) == file_name_of(scenes[j]))
+        throw InputError(scenes[j] + " and " + scenes[i] + " would write the same files, " + file_name_of(scenes[i]) +
+                         "_*: rename one, or compare them one by one, each with a folder of its own in --out");
+}
+
 std::string limits_of(const ComparisonRequest& request) {
   std::string text;
   if (request.cpu_seconds) text = three_digits(*request.cpu_seconds) + " processor seconds";
@@ -223,10 +248,11 @@ std::string limits_of(const ComparisonRequest& request) {
 
 ComparisonRequest::Contender contender_of(const std::string& name) {
   const std::size_t slash = name.find('/');
-  const IntegratorChoice integrator = integrator_of(name.substr(0, slash));
+  const char* const option = "--integrators";
+  const IntegratorChoice integrator = integrator_of(name.substr(0, slash), option);
   if (slash == std::string::npos) return {integrator, SplitChoice::local, name_of(integrator)};
   if (integrator != IntegratorChoice::gmis) throw InputError(in_quotes(name) + ": only gmis splits");
-  return {integrator, split_of(name.substr(slash + 1)), name};
+  return {integrator, split_of(name.substr(slash + 1), option), name};
 }
 
 Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor) {
@@ -239,6 +265,7 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
                        std::to_string(std::max(1U, std::thread::hardware_concurrency())) + " processors";
   comparison.version = GMIS_VERSION;
   comparison.seeds = request.seeds;
+  refuse_equal_names(request.scenes);
   executor.stop_when(request.interrupted);
   for (const std::string& name : request.scenes) {
     const LoadedScene loaded = request.load(find_scene(name), request.size);
@@ -255,7 +282,7 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     } else if (request.reference_seconds > 0) {
       const auto& integrators = request.reference_integrators;
       const std::size_t index = integrators.size() > 1 ? comparison.scenes.size() : 0;
-      reference = make_reference(request, scene, record.name, integrators.at(index), executor);
+      reference = make_reference(request, loaded, record.name, integrators.at(index), executor);
     } else {
       reference = Reference{{}, "none, errors are estimated from the spread between iterations", {}};
     }
