@@ -713,6 +713,7 @@ TEST_CASE("neither a sky nor a sun starves the lamps", "[light]") {
   // power.
   CHECK(of_lamps(1, true, false, 0.05) == Approx(0.5 * 0.05 * lamps / (0.05 * lamps + sky) + 0.5 / 2).epsilon(1e-4));
   CHECK(of_lamps(1, true, false, 1) == Approx(lamps / (lamps + sky)).epsilon(1e-4));
+  CHECK(scene::infinite_share(1, 1, 3, false) == Approx(0.25));
   CHECK(of_lamps(1e4, true, false, 1) == Approx(0.5 / 2).epsilon(1e-4));
   // Among themselves lamps are chosen by power, and so is what is infinitely far.
   const auto alone = chances(1, false, false, 1), small = chances(1, true, true, 1), wide = chances(1e4, true, true, 1);
