@@ -204,8 +204,12 @@ py::dict estimate(const py::object& method, const py::object& f, const py::objec
   });
   using namespace py::literals;
   std::vector<double> means, variances, errors;
+  Rejected rejected{};  // of the channel that has most, by cause
   for (const auto& channel : channels) {
     const Estimate<double> result = channel.result();
+    for (const auto cause : {&Rejected::non_finite_integrand, &Rejected::zero_density, &Rejected::non_finite_density,
+                             &Rejected::non_finite_contribution})
+      rejected.*cause = std::max(rejected.*cause, result.rejected.*cause);
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     means.push_back(result.mean);
     variances.push_back(result.variance.value_or(unknown));
@@ -219,10 +223,10 @@ py::dict estimate(const py::object& method, const py::object& f, const py::objec
                   "rounds"_a = facts.rounds, "samples"_a = facts.samples,
                   "density_evaluations"_a = facts.density_evaluations,
                   "integrand_evaluations"_a = facts.integrand_evaluations,
-                  "rejected"_a = py::dict("non_finite_integrand"_a = facts.rejected.non_finite_integrand,
-                                          "zero_density"_a = facts.rejected.zero_density,
-                                          "non_finite_density"_a = facts.rejected.non_finite_density,
-                                          "non_finite_contribution"_a = facts.rejected.non_finite_contribution));
+                  "rejected"_a = py::dict("non_finite_integrand"_a = rejected.non_finite_integrand,
+                                          "zero_density"_a = rejected.zero_density,
+                                          "non_finite_density"_a = rejected.non_finite_density,
+                                          "non_finite_contribution"_a = rejected.non_finite_contribution));
 }
 
 /// False where the estimate is biased, or its variance a sum over too many draws.

@@ -12,6 +12,7 @@
 #include "gmis/mis/batched_round.hpp"
 #include "gmis/mis/diagnostics.hpp"
 #include "gmis/mis/location_scale.hpp"
+#include "gmis/testing/seeded.hpp"
 #include "mis/statistics.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
@@ -173,7 +174,7 @@ gmis::SchemeChoice which_scheme(const std::vector<Exponential>& proposals) {
 }  // namespace
 
 TEST_CASE("your own proposal is checked", "[mis][docs]") {
-  gmis::Philox source(gmis_test::seed(1));
+  auto source = gmis::seeded("my proposal");
   const gmis::DensityCheck check = gmis::check_proposal(Exponential{2.0}, 0.0, 10.0, source);
   CHECK(check.passes(1e-6));
   CHECK(check.integral == Approx(1.0).margin(1e-4));

@@ -36,6 +36,23 @@ TEST_CASE("check_estimator raises false alarms at its stated rate", "[testing]")
   }
 }
 
+// Rounds of two values: squared deviations about the measured mean would all err alike where both are
+// equally likely. 3 × 1000 checks at the level 0.01; more than 45 failures of 3000 have a probability
+// of 4e-3 at this level, more than 65 one of 2e-9. Too few are no fault: the test is conservative.
+TEST_CASE("check_estimator: rounds of two values keep the rate, and a wrong variance is found", "[testing]") {
+  int failures = 0, found = 0;
+  for (const double share : {0.5, 0.45, 0.1})
+    for (std::uint32_t trial = 0; trial < 1000; ++trial) {
+      gmis::Philox source(gmis_test::seed(74), trial, static_cast<std::uint32_t>(100 * share));
+      const auto round = [&] { return gmis::uniform<double>(source) < share ? 1.0 / share : 0.0; };
+      const double variance = 1.0 / share - 1.0;
+      if (!gmis::check_estimator(round, {1.0, variance}, 4000, 0.01).passes()) ++failures;
+      if (trial < 20 && !gmis::check_estimator(round, {1.0, 1.5 * variance}, 4000, 0.01).passes()) ++found;
+    }
+  CHECK(failures <= 65);
+  CHECK(found == 60);
+}
+
 // 200 seeds each: an error of the size that the check says it sees is seen in 99 of 100. More than
 // 10 misses in 200 have a probability of 8e-6; the t of a variance that is larger has a spread that
 // is larger, so that more are missed there.

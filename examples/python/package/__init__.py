@@ -16,7 +16,7 @@ from . import _mis
 try:
     from . import _render
     from ._render import SceneError
-except ModuleNotFoundError:  # a build without the reader of scene files
+except ImportError:  # a build without the reader of scene files
     _render = None
 
 
