@@ -37,8 +37,8 @@ TEST_CASE("check_estimator raises false alarms at its stated rate", "[testing]")
 }
 
 // Squared deviations about the measured mean would all err alike where both values are equally
-// likely. 3 × 1000 checks at the level 0.01: more than 65 failures have a probability of 2e-9. Fewer
-// than 30 are no fault: where the two figures tell the same, both fail together.
+// likely. 3 × 1000 checks at the level 0.01: more than 65 failures have a probability of 8e-9.
+// Fewer than 30 are no fault: where the two figures tell the same, both fail together.
 TEST_CASE("check_estimator: rounds of two values keep the rate, and a wrong variance is found", "[testing]") {
   int failures = 0, found = 0;
   for (const double share : {0.5, 0.45, 0.1})
