@@ -22,6 +22,7 @@ Writes out/effects/runs.json, and two tables in docs/effects.md: `effects`, of e
 """
 
 import concurrent.futures
+import functools
 import itertools
 import json
 import math
@@ -60,9 +61,7 @@ OLD = "vcm, independent numbers"
 PLAIN = {"vcm": ["--integrator", "vcm"], OLD: ["--integrator", "vcm", "--sampler", "independent"], "auto": ["--integrator", "auto"]}
 
 
-def render(options, scene, extra, stats, keep=False):
-    if keep and stats.exists():
-        return json.loads(stats.read_text())
+def render(options, scene, extra, stats):
     return measuring.render(options, scene, f"--size {options.size}", depth_of(scene), extra, stats=stats, picture=stats.with_suffix(".pfm"))
 
 
@@ -143,17 +142,22 @@ def compare(options, pool, name):
         pace = options.out / f"{name}_pace"
         return render(options, name, [*extra, "--iterations", str(iterations)], pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
 
-    def paced(extra):
-        tried = 32 if "auto" in extra else 8
-        return max(4, round(tried * seconds / cost(extra, tried)))
+    @functools.cache
+    def seconds():
+        return cost(PLAIN[OLD], ITERATIONS_OF_VCM)
 
-    seconds = cost(PLAIN[OLD], ITERATIONS_OF_VCM)
-    iterations = {label: paced(extra) for label, extra in configurations.items()}
+    @functools.cache
+    def iterations(label):
+        extra = configurations[label]
+        tried = 32 if "auto" in extra else 8
+        return max(4, round(tried * seconds() / cost(extra, tried)))
 
     def start(label, seed):
-        place = str(options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}")
-        extra = [*configurations[label], "--iterations", str(iterations[label]), "--seed", str(seed), "--reference", str(reference)]
-        return pool.submit(render, options, name, extra, pathlib.Path(place + ".json"), options.keep)
+        stats = options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}.json"
+        if options.keep and stats.exists():  # its iterations were found when it ran
+            return pool.submit(lambda: json.loads(stats.read_text()))
+        extra = [*configurations[label], "--iterations", str(iterations(label)), "--seed", str(seed), "--reference", str(reference)]
+        return pool.submit(render, options, name, extra, stats)
 
     def runs_of(labels, seeds):  # they take turns
         jobs = {(label, seed): start(label, seed) for seed in seeds for label in labels}
