@@ -142,7 +142,7 @@ class WeightRecursion {
   /// A formula in `Extended` numbers, never inlined. It takes copies, so that what is passed need
   /// not be in memory where it is not called.
   template <auto formula, class... Arguments>
-  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr auto exactly(Arguments... of) const noexcept {
+  [[nodiscard]] GMIS_ALWAYS_INLINE constexpr auto exactly(const Arguments&... of) const noexcept {
     if constexpr (has_plain_path)
       return rarely_called<formula>(of...);
     else
