@@ -13,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/family.hpp"
 #include "support/seed.hpp"
+#include "support/series.hpp"
 
 /// \file
 /// Two scenes that are to have the same picture, rendered independently.
@@ -24,7 +25,7 @@ namespace gmis_test {
 struct TileMeans {
   std::vector<double> mean, squares;
   std::size_t count = 0;
-  OverRuns picture;  ///< the mean of all of them
+  Series picture;  ///< the mean of all of them
 
   void add(const std::vector<double>& values) {
     if (mean.empty()) mean.resize(values.size()), squares.resize(values.size());

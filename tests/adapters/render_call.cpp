@@ -13,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/family.hpp"
 #include "support/seed.hpp"
+#include "support/series.hpp"
 #include "transport/furnace_scene.hpp"
 
 namespace {
@@ -168,7 +169,7 @@ TEST_CASE("in double, and with the counts that a pilot chooses, the furnace has 
   CHECK(automatic.expected_iterations == iterations);
   // The values of each iteration by itself, of every pixel and last of the picture: from the means
   // so far, which are shown after each.
-  std::vector<gmis_test::OverRuns> pixels(101);
+  std::vector<gmis_test::Series> pixels(101);
   std::vector<double> sums(100);
   const auto take_in = [&](const gmis::Picture& means_so_far) {
     REQUIRE(means_so_far.values.size() == sums.size());

@@ -474,7 +474,7 @@ TEST_CASE("a hundredth of the width of a surface with an opacity has that share 
   const auto scene = stack({1}, Texture<float>::constant(glm::dvec3(0.3)));
   constexpr int patches = 20, count = 2000;
   // Family-wise rate 1e-6 over 20 patches, by the normal distribution: 5.5 standard deviations.
-  // Cells of a tenth of a patch would add three times its variance to that of the draws.
+  // Cells of a tenth of a patch would add twenty times the variance of the draws.
   const double limit = 5.5 * std::sqrt(0.3 * 0.7 / count);
   for (int patch = 0; patch < patches; ++patch) {
     const float x = place(random), y = place(random);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 
 #include "gmis/core/statistics.hpp"
@@ -31,27 +30,6 @@ class Family {
  private:
   double level_;
   std::size_t size_, made_ = 0;
-};
-
-/// Values of independent runs.
-class OverRuns {
- public:
-  void add(double value) {
-    ++count_;
-    const double before = value - mean_;
-    mean_ += before / static_cast<double>(count_);
-    squares_ += before * (value - mean_);
-  }
-  [[nodiscard]] std::size_t count() const { return count_; }
-  [[nodiscard]] double mean() const { return mean_; }
-  [[nodiscard]] double standard_error() const {
-    const auto n = static_cast<double>(count_);
-    return std::sqrt(squares_ / (n * (n - 1)));
-  }
-
- private:
-  std::size_t count_ = 0;
-  double mean_ = 0, squares_ = 0;
 };
 
 }  // namespace gmis_test

@@ -8,6 +8,7 @@
 #include "support/catch.hpp"
 #include "support/family.hpp"
 #include "support/seed.hpp"
+#include "support/series.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 
@@ -80,7 +81,7 @@ gmis_test::Family means_of_integrators(1e-3, 5);
 /// show.
 template <class I>
 void check_mean(double power) {
-  gmis_test::OverRuns means;
+  gmis_test::Series means;
   for (std::uint64_t n = 0; n < 4; ++n)
     for (const double one :
          run<I>(gmis::Sampler::sobol, gmis_test::seed(31) + n, 4 * static_cast<int>(replications)).replicated)
@@ -136,7 +137,7 @@ TEST_CASE("low-discrepancy numbers leave less noise, and the stated error is the
   using gmis_test::ways::Pt;
   constexpr int runs = 48, iterations = 8 * 8;
   gmis_test::Family family(1e-3, 2);
-  gmis_test::OverRuns gain, excess;
+  gmis_test::Series gain, excess;
   double independent = 0.0, sobol = 0.0;
   for (int n = 0; n < runs; ++n) {
     const std::uint64_t seed = gmis_test::seed(40) + static_cast<std::uint64_t>(n);

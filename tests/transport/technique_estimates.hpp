@@ -6,31 +6,11 @@
 
 #include "gmis/core/statistics.hpp"
 #include "support/catch.hpp"
+#include "support/series.hpp"
 #include "transport/shifted_lattice.hpp"
 #include "transport/ways.hpp"
 
 namespace gmis_test {
-
-/// Mean and standard error over iterations of one image mean.
-class Series {
- public:
-  void add(double value) {
-    ++count_;
-    const double step = value - mean_;
-    mean_ += step / static_cast<double>(count_);
-    squares_ += step * (value - mean_);
-  }
-  [[nodiscard]] double mean() const { return mean_; }
-  [[nodiscard]] std::size_t count() const { return count_; }
-  [[nodiscard]] double standard_error() const {
-    const auto n = static_cast<double>(count_);
-    return std::sqrt(squares_ / (n * (n - 1.0)));
-  }
-
- private:
-  std::size_t count_ = 0;
-  double mean_ = 0.0, squares_ = 0.0;
-};
 
 /// The image mean (of one channel) that each technique gives by itself, with the weight 1, and what
 /// all of them give together, by number of edges.
