@@ -2,7 +2,6 @@
 // gmis-render-mpi is the same over many machines (gmis_render_mpi.cpp).
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -33,6 +32,7 @@
 #include "support/output.hpp"
 #include "support/plan_text.hpp"
 #include "support/progress_bar.hpp"
+#include "support/read_scene.hpp"
 #include "support/render_program.hpp"
 #include "support/replay_text.hpp"
 #include "support/scene_files.hpp"
@@ -100,13 +100,6 @@ void check_outputs(const Options& options) {
     throw InputError(options.techniques_folder.string() + ": this folder of --techniques cannot be created");
 }
 
-bool is_gltf(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".gltf" || ending == ".glb";
-}
-
 std::filesystem::path scene_file_of(const Options& options) {
   std::filesystem::path file = find_scene(options.scene);
   if (options.load.seconds && !is_gltf(file))
@@ -127,26 +120,16 @@ std::filesystem::path default_output(const BuiltScene& scene, bool is_quiet) {
   return file;
 }
 
-/// The run as checkpoints name it: the scene, and what the command line says of the samples.
+/// The run as checkpoints name it: the scene, and choices that the settings do not name.
 void identify_run(RenderRequest& request, const LoadedScene& loaded, const Options& options) {
   identify_scene(request, loaded);
   const auto add = [&](const char* name, std::string value) {
     request.scene_properties.emplace_back(name, std::move(value));
   };
-  const auto number = [](double value) {
-    std::string text = std::to_string(value);
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.back() == '.') text.pop_back();
-    return text;
-  };
   // `gmis` that does not split is `vcm`.
   const bool is_vcm = options.integrator == IntegratorChoice::gmis && options.split == SplitChoice::none;
   add("the integrator", name_of(is_vcm ? IntegratorChoice::vcm : options.integrator));
   if (options.integrator == IntegratorChoice::gmis && !is_vcm) add("the way to split", name_of(options.split));
-  add("the number of connections", options.connects_paired_tree ? "paired"
-                                   : options.connections        ? std::to_string(*options.connections)
-                                                                : "auto");
-  add("the number of light paths", options.light_paths ? number(*options.light_paths) : "by default");
   add("the choice of lights", name_of(options.lights));
   add("the version", GMIS_VERSION);
 }

@@ -9,12 +9,16 @@
 
 namespace gmis::tools {
 
-SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics, const LoadOptions& options) {
+bool is_gltf(const std::filesystem::path& file) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  SceneDescription scene = ending == ".gltf" || ending == ".glb" ? read_gltf_scene(file, diagnostics, options)
-                                                                 : read_pbrt_scene(file, diagnostics, options);
+  return ending == ".gltf" || ending == ".glb";
+}
+
+SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics, const LoadOptions& options) {
+  SceneDescription scene =
+      is_gltf(file) ? read_gltf_scene(file, diagnostics, options) : read_pbrt_scene(file, diagnostics, options);
   if (!options.sky.empty()) replace_sky(scene, options.sky);
   return scene;
 }

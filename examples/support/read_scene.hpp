@@ -7,6 +7,9 @@
 
 namespace gmis::tools {
 
+/// True for a name that ends in .gltf or .glb.
+[[nodiscard]] bool is_gltf(const std::filesystem::path& file);
+
 /// Reads a scene by the ending of its name: .gltf and .glb, else pbrt's text.
 [[nodiscard]] SceneDescription read_scene(const std::filesystem::path& file, Diagnostics& diagnostics,
                                           const LoadOptions& options = {});

@@ -1,10 +1,8 @@
 #include "support/render.hpp"
 
 #include <filesystem>
-#include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "gmis/render/join_runs.hpp"
@@ -22,19 +20,10 @@ std::unique_ptr<SceneEngine> start(const BuiltScene& scene, const RenderRequest&
 
 namespace {
 
-/// --resume, and the files that a message speaks of: "checkpoint 2 …", "checkpoints 1 and 3 …".
-std::string files_of(const std::string& message, const std::vector<std::filesystem::path>& files) {
+/// --resume with its files, in the order in which messages count them.
+std::string resume_argument(const std::vector<std::filesystem::path>& files) {
   std::string text = "--resume";
-  if (files.size() == 1) return text + " " + files[0].string();
-  constexpr std::string_view start = "checkpoint";
-  if (!message.starts_with(start)) return text;
-  std::stringstream words(message.substr(start.size() + (message.starts_with("checkpoints") ? 1 : 0)));
-  std::string between;
-  std::size_t number = 0;
-  for (bool goes_on = true; goes_on && words >> number && number >= 1 && number <= files.size();) {
-    text += (between.empty() ? " " : " and ") + files[number - 1].string();
-    goes_on = static_cast<bool>(words >> between) && between == "and";
-  }
+  for (const auto& file : files) text += (&file == &files.front() ? " " : ", ") + file.string();
   return text;
 }
 
@@ -47,7 +36,7 @@ gmis::RenderResult rendered(const BuiltScene& scene, const RenderRequest& reques
     if (!request.resume.empty()) rendering.resume(request.resume.front());
     return rendering.run(executor);
   } catch (const std::invalid_argument& error) {
-    if (!request.resume.empty()) throw InputError(files_of(error.what(), request.resume_files) + ": " + error.what());
+    if (!request.resume.empty()) throw InputError(resume_argument(request.resume_files) + ": " + error.what());
     if (request.ranks.count() == 1 && !request.part) throw;
     throw InputError(error.what());
   }

@@ -84,13 +84,16 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
+std::string digest_text(std::span<const std::byte> bytes) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(digest_of(bytes)));
+  return text;
+}
+
 void identify_scene(RenderRequest& request, const LoadedScene& loaded) {
   request.scene_name = loaded.built->summary() + ", half diagonal " + std::to_string(loaded.built->half_diagonal());
-  for (const std::filesystem::path& file : loaded.files) {
-    char digest[17];
-    std::snprintf(digest, sizeof digest, "%016llx", static_cast<unsigned long long>(digest_of(bytes_of(file))));
-    request.scene_properties.emplace_back("the content of " + file.filename().string(), digest);
-  }
+  for (const std::filesystem::path& file : loaded.files)
+    request.scene_properties.emplace_back("the content of " + file.filename().string(), digest_text(bytes_of(file)));
 }
 
 namespace {

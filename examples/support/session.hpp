@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,9 @@ namespace gmis::tools {
 
 /// The bytes of a regular file. Throws `InputError` when there are none.
 [[nodiscard]] std::vector<std::byte> bytes_of(const std::filesystem::path& file);
+
+/// `digest_of` these bytes, in 16 hexadecimal digits.
+[[nodiscard]] std::string digest_text(std::span<const std::byte> bytes);
 
 /// Names the scene of the request: what it describes, and a digest of each of its files.
 void identify_scene(RenderRequest& request, const LoadedScene& loaded);

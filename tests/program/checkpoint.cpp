@@ -113,7 +113,7 @@ TEST_CASE("a checkpoint that does not fit: exit code 2, and a message that names
       "--resume a.checkpoint: the checkpoint is of another run: the integrator differs: vcm, not bpt");
   refused(
       "cornell --size 8x8 --integrator vcm --connections 2 --iterations 2 --quiet --out a.pfm --resume a.checkpoint",
-      "the number of connections differs: 1, not 2");
+      "connections 1, splats 1, merges 1, ");
   refused("paper1 --size 8x8 --integrator vcm --connections 1 --iterations 2 --quiet --out b.pfm --resume a.checkpoint",
           "the scene differs");
   const std::string whole = text_of(folder / "a.checkpoint");
@@ -166,14 +166,14 @@ TEST_CASE("Runs with seeds of their own are joined into one picture") {
     CHECK_FALSE(fs::exists(folder / "d.pfm"));
   };
   refused("--resume a.ck --resume b.ck --resume a.ck",
-          "--resume a.ck and a.ck: checkpoints 1 and 3 are of runs with the same seed, 1");
+          "--resume a.ck, b.ck, a.ck: checkpoints 1 and 3 are of runs with the same seed, 1");
   refused("--resume a.ck --resume b.ck --max-depth 3",
           "checkpoint 1: the checkpoint is of another run: the greatest depth");
   refused("--resume a.ck --resume b.ck --checkpoint d.ck", "several are joined");
   REQUIRE(run(folder, "cornell --size 8x8 --halves --quiet --seed 3 --iterations 2 --out e.pfm --checkpoint e.ck")
               .exit_code == 0);
   refused("--resume a.ck --resume e.ck",
-          "--resume e.ck: checkpoint 2: the checkpoint is of another run: the size of the picture differs");
+          "--resume a.ck, e.ck: checkpoint 2: the checkpoint is of another run: the size of the picture differs");
 }
 
 TEST_CASE("A change in any file of the scene is refused by its name") {

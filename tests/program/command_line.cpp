@@ -1173,8 +1173,9 @@ TEST_CASE("A reference that is a whole number of times as large is compared by i
   }
 
   // The same picture against one that has another value in every texel: 1 + x² + 20 y + x y + c/4,
-  // x to the right, y downwards, c the channel. The mean over the block of 2 × 2 around texel (2 X,
-  // 2 Y) is, by hand, 1 + (4 X² + 2 X + 1/2) + 20 (2 Y + 1/2) + (2 X + 1/2) (2 Y + 1/2) + c/4.
+  // x to the right, y downwards, c the channel. The mean over the block of 2 × 2 that begins at
+  // (2 X, 2 Y) is, by hand,
+  // 1 + (4 X² + 2 X + 1/2) + 20 (2 Y + 1/2) + (2 X + 1/2) (2 Y + 1/2) + c/4.
   Image slope(12, 8);
   for (int y = 0; y < 8; ++y)
     for (int x = 0; x < 12; ++x)

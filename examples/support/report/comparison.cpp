@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <thread>
@@ -90,9 +89,7 @@ std::string digest_of_run(RenderRequest request, const LoadedScene& loaded) {
       identity_of(request, loaded.built->scene().camera().resolution(), SceneSpectrum::length(), sizeof(float));
   StateWriter writer;
   writer(identity);
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(digest_of(writer.bytes())));
-  return text;
+  return digest_text(writer.bytes());
 }
 
 /// From the folder when the same was made before; else by a long run, which is then kept there.
