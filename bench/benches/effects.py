@@ -152,14 +152,23 @@ def compare(options, pool, name):
         tried = 32 if "auto" in extra else 8
         return max(4, round(tried * seconds() / cost(extra, tried)))
 
+    def stats_of(label, seed):
+        return options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}.json"
+
+    def is_kept(label, seed):
+        return options.keep and stats_of(label, seed).exists()
+
     def start(label, seed):
-        stats = options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}.json"
-        if options.keep and stats.exists():  # its iterations were found when it ran
+        stats = stats_of(label, seed)
+        if is_kept(label, seed):  # its iterations were found when it ran
             return pool.submit(lambda: json.loads(stats.read_text()))
         extra = [*configurations[label], "--iterations", str(iterations(label)), "--seed", str(seed), "--reference", str(reference)]
         return pool.submit(render, options, name, extra, stats)
 
     def runs_of(labels, seeds):  # they take turns
+        for label in labels:  # the paces first: no run stands beside one
+            if not all(is_kept(label, seed) for seed in seeds):
+                iterations(label)
         jobs = {(label, seed): start(label, seed) for seed in seeds for label in labels}
         return {label: [jobs[label, seed].result() for seed in seeds] for label in labels}
 
