@@ -1,7 +1,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/random.hpp"
@@ -96,7 +98,10 @@ std::optional<Passing> passing(const Scene& scene, const gmis::EmissionSample<gm
 }  // namespace
 
 TEST_CASE("Guided starts follow the stated density, which is nowhere below its fixed share") {
-  constexpr int count = 60'000, repeats = 40;
+  // A million starts by emission as the lights have it, with the density p, and as many guided
+  // ones, with the density R p, where R is `ratio`. Each of the first counts R / (1 + R) and each
+  // of the second 1 / (1 + R): both sums have the mean Σ p R / (1 + R), and no term is above 1.
+  constexpr int count = 1'000'000;
   // 7 scenes with 12 places each.
   const double level = gmis::sidak_level(1e-3, 7 * 12);
   for (const Lights lights : every_kind) {
@@ -109,36 +114,30 @@ TEST_CASE("Guided starts follow the stated density, which is nowhere below its f
       const float u = gmis::uniform<float>(source);
       return gmis::Vec2<float>{u, gmis::uniform<float>(source)};
     };
-    std::array<double, 12> drawn{}, stated{}, squares{};
     bool is_above_share = true;
-    for (int i = 0; i < count; ++i) {
-      const gmis::GuidedLight<float, gmis::scene::Light<float>>* guided = nullptr;
-      const auto choice = guide.sample_light(scene, gmis::uniform<float>(source), guided);
-      const auto sample = guide.sample(*choice.light, guided, two(), two());
-      if (sample)
-        if (const auto place = passing(scene, *sample)) drawn[place->place] += 1.0 / count;
-      // The same places by emission as the lights have it, each start weighted by the ratio of the
-      // densities.
-      for (int repeat = 0; repeat < repeats; ++repeat) {
-        const auto own = scene.sample_light(gmis::uniform<float>(source));
-        const auto start = own.light->sample_emission(two(), two());
+    std::array<double, 12> own{}, stated{}, squares{};
+    for (const bool is_guided : {false, true})
+      for (int i = 0; i < count; ++i) {
+        const gmis::GuidedLight<float, gmis::scene::Light<float>>* guided = nullptr;
+        const float u = gmis::uniform<float>(source);
+        const auto choice = is_guided ? guide.sample_light(scene, u, guided) : scene.sample_light(u);
+        const auto start = guide.sample(*choice.light, guided, two(), two());
         if (!start) continue;
         const auto place = passing(scene, *start);
         if (!place) continue;
         const double ratio =
-            static_cast<double>(guide.ratio(*own.light, own.selection_probability, start->density.first, start->origin,
-                                            start->direction, place->point));
+            static_cast<double>(guide.ratio(*choice.light, choice.selection_probability, start->density.first,
+                                            start->origin, start->direction, place->point));
         is_above_share = is_above_share && ratio >= static_cast<double>(guide.own_share());
-        stated[place->place] += ratio / (1.0 * repeats * count);
-        squares[place->place] += ratio * ratio / (repeats * count);
+        const double term = (is_guided ? 1 : ratio) / (1 + ratio);
+        (is_guided ? stated : own)[place->place] += term;
+        squares[place->place] += term * term;
       }
-    }
     CHECK(is_above_share);
-    for (std::size_t i = 0; i < drawn.size(); ++i) {
-      const double error = std::sqrt(drawn[i] * (1 - drawn[i]) / count + squares[i] / (repeats * count));
-      CAPTURE(i, drawn[i], stated[i], error);
-      if (drawn[i] * count < 50) continue;  // below, neither number is normal
-      CHECK(gmis::z_test(drawn[i], error, stated[i]).passes(level));
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      CAPTURE(i, own[i], stated[i], squares[i]);
+      if (own[i] + stated[i] < 100) continue;  // below, the sums are not normal
+      CHECK(gmis::z_test(own[i], std::sqrt(squares[i]), stated[i]).passes(level));
     }
   }
 }
@@ -183,6 +182,111 @@ TEST_CASE("A run that goes on later learns the same: its pictures have the same 
   CHECK(std::memcmp(whole.frame().data(), later.frame().data(), whole.frame().size_bytes()) == 0);
 }
 
+TEST_CASE("The share of next events is that of their density per steradian") {
+  constexpr float by_bsdf = 0.2F;
+  for (const Lights lights : every_kind) {
+    CAPTURE(static_cast<int>(lights));
+    const Scene scene = make_scene(lights);
+    const gmis::SurfacePoint<float> receiver{
+        gmis::Vec3<float>(V(-0.4, 0, 0.2) - scene.statistics().world_origin), {0, 1, 0}, {0, 1, 0}, 0.0F};
+    gmis::Philox source(gmis_test::seed(20));
+    int compared = 0;
+    for (int i = 0; i < 200; ++i) {
+      const auto choice = scene.sample_light(gmis::uniform<float>(source));
+      const float u = gmis::uniform<float>(source);
+      const auto sample = choice.light->sample_next_event(receiver, {u, gmis::uniform<float>(source)});
+      if (!sample) continue;
+      const double share = gmis::detail::next_event_share(choice, *sample, receiver, by_bsdf);
+      ++compared;
+      if (choice.light->is_delta()) {
+        CHECK(share == 1);
+        continue;
+      }
+      // The radiance over the weight of the sample is that density.
+      const auto radiance = choice.light->emitted(sample->origin, -sample->to_light).radiance;
+      const double density = static_cast<double>(choice.selection_probability * gmis::mean_channel(radiance) /
+                                                 gmis::mean_channel(sample->weight));
+      CHECK(share == Approx(density / (density + static_cast<double>(by_bsdf))).epsilon(1e-4));
+    }
+    CHECK(compared > 50);
+  }
+}
+
+TEST_CASE("A guide chooses between a sun and a sky by what next events make of them") {
+  // A floor that sees nothing else: all places are alike.
+  constexpr float sky = 0.8F, sun = 2.0F, albedo = 0.2F;
+  Builder builder;
+  add_quad(builder, builder.add_material(gmis::scene::make_diffuse({albedo, albedo, albedo})), {0, 0, 0}, {0, 0, 1},
+           {1, 0, 0});
+  builder.add_environment({sky, sky, sky});
+  builder.add_directional_light(to_sun, {sun, sun, sun});
+  builder.set_camera(gmis::scene::look_at({0, 4, 0}, {0, 0, 0}, {0, 0, 1}, 20, {64, 64}));
+  const Scene scene = builder.build();
+  const Guide guide = learn(scene);
+  REQUIRE(guide.lights().size() == 2);
+
+  // Moments of the masses, without the common factor, where light i is drawn with p_i: of the sky
+  // by a sum over cosines, with its constant density per steradian on the upper half.
+  std::array<double, 2> mean{}, square{};
+  std::size_t number_of_sky = 0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& light = *guide.lights()[i].light;
+    const double p = static_cast<double>(scene.selection_probability(light));
+    if (light.is_delta()) {
+      mean[i] = static_cast<double>(sun) * to_sun.y;
+      square[i] = mean[i] * mean[i] / p;
+      continue;
+    }
+    number_of_sky = i;
+    const gmis::SurfacePoint<float> receiver{
+        gmis::Vec3<float>(-scene.statistics().world_origin), {0, 1, 0}, {0, 1, 0}, 0.0F};
+    const auto sample = light.sample_next_event(receiver, {0.3F, 0.6F});
+    REQUIRE(sample.has_value());
+    const double density = static_cast<double>(sky / gmis::mean_channel(sample->weight));
+    const double survival = static_cast<double>(gmis::camera_survival(albedo));
+    constexpr int steps = 1000;
+    for (int k = 0; k < steps; ++k) {
+      const double cosine = (k + 0.5) / steps, by_bsdf = survival * cosine / std::numbers::pi;
+      const double value = static_cast<double>(sky) * cosine * p * density / (p * density + by_bsdf);
+      mean[i] += 2 * std::numbers::pi * value / steps;
+      square[i] += 2 * std::numbers::pi * value * value / (p * density) / steps;
+    }
+  }
+  const double whole = mean[0] + mean[1], share = mean[number_of_sky] / whole;
+  // Of X / (X + Y), with means over 1024 camera subpaths of one next event each.
+  const double a = mean[0] / whole, b = mean[1] / whole;
+  const double variance = (b * b * (square[0] / (whole * whole) - a * a) +
+                           a * a * (square[1] / (whole * whole) - b * b) + 2 * a * b * a * b) /
+                          1024;
+  const double learned = static_cast<double>(guide.lights()[number_of_sky].probability);
+  CAPTURE(share, learned, std::sqrt(variance));
+  CHECK(share < 0.7 * sky * std::numbers::pi / (sky * std::numbers::pi + sun * to_sun.y));
+  CHECK(gmis::z_test(learned, std::sqrt(variance), share).passes(1e-4));
+  CHECK(std::sqrt(variance) < 0.1 * share);
+}
+
+TEST_CASE("The moment of a guide counts each arrival by its share of next events") {
+  const Scene scene = make_scene(Lights::all);
+  using Arrivals = std::vector<gmis::Arrival<float, Scene::Light>>;
+  Arrivals arrivals;
+  for (std::uint32_t i = 0; i < 576; ++i)
+    gmis::detail::find_arrivals(scene, {static_cast<int>(i % 24), static_cast<int>(i / 24)}, 4,
+                                gmis::Philox(gmis_test::seed(21), 0, i, 6),
+                                [&](const auto& arrival) { arrivals.push_back(arrival); });
+  Arrivals scaled = arrivals;
+  bool is_any_shared = false;
+  for (auto& arrival : scaled) {
+    is_any_shared = is_any_shared || arrival.next_event_share < 0.5;
+    arrival.mass *= std::exchange(arrival.next_event_share, 1.0);
+  }
+  CHECK(is_any_shared);
+  const Guide guide = learn(scene);
+  const double moment = gmis::relative_moment<Scene>(scene, guide, arrivals);
+  CHECK(moment == Approx(gmis::relative_moment<Scene>(scene, guide, scaled)));
+  for (auto& arrival : arrivals) arrival.next_event_share = 1;
+  CHECK(std::abs(gmis::relative_moment<Scene>(scene, guide, arrivals) / moment - 1) > 0.01);
+}
+
 TEST_CASE("Nothing is guided where most of the emitted light is of use") {
   Builder builder;
   const auto grey = builder.add_material(gmis::scene::make_diffuse({0.5, 0.5, 0.5}));
@@ -220,8 +324,11 @@ TEST_CASE("Learned emission keeps the energy, with every technique and under eve
   for (const Lights lights : every_kind) {
     if (lights == Lights::all) continue;  // by power, hardly a tree starts on the small lights
     const Scene scene = make_scene(lights);
+    // Path tracing finds each path but the mirror's light from lights that no ray can hit.
+    const bool has_delta_lights = lights == Lights::sun || lights == Lights::spot_and_point;
     for (const auto* const counts : {&gmis::integrators::bpt, &gmis::integrators::vcm}) {
-      const Mean truth = mean_of(scene, *counts, gmis::Emission::power, 1000);
+      const Mean truth =
+          mean_of(scene, has_delta_lights ? *counts : gmis::integrators::pt, gmis::Emission::power, 1000);
       const Mean learned = mean_of(scene, *counts, gmis::Emission::learned, 400);
       const double error = std::hypot(truth.standard_error, learned.standard_error);
       const double bias = counts->merges ? 0.003 : 0.0;

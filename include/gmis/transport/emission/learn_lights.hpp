@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gmis/core/light_choice.hpp"
+#include "gmis/core/measure.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/transport/emission/any_learned_lights.hpp"
 #include "gmis/transport/emission/emission_guide.hpp"
@@ -31,12 +32,30 @@ struct Arrival {
   Vec3<T> receiver;                ///< x_1
   T first;                         ///< the light's `EmissionDensity::first`
   double mass;                     ///< estimated contribution to the picture
+  double next_event_share = 1;     ///< see `detail::next_event_share`
   double chosen = 1;               ///< probability with which the light was chosen
   double by_power = 1;             ///< probability with which light subpaths choose it
   bool has_narrow_lobe = false;    ///< x_1
 };
 
 namespace detail {
+
+/// Share of an arrival that next events make by the balance heuristic. The rest is made by rays
+/// that meet the light by chance, drawn with `density` per steradian by the BSDF of `receiver`:
+/// much of a uniform sky, all but nothing of a small lamp. Light subpaths are not needed for it. 1
+/// for a delta light.
+template <class S, class L>
+[[nodiscard]] ScalarOf<S> next_event_share(const LightChoice<ScalarOf<S>, L>& choice, const NextEventSample<S>& sample,
+                                           const SurfacePoint<ScalarOf<S>>& receiver, ScalarOf<S> density) {
+  using T = ScalarOf<S>;
+  if (choice.light->is_delta()) return T(1);
+  if (!choice.light->is_infinite()) {
+    const Vec3<T> offset = sample.origin.position - receiver.position;
+    density *=
+        solid_angle_per_area(glm::dot(sample.origin.geometric_normal, sample.to_light), glm::dot(offset, offset));
+  }
+  return T(1) / (T(1) + density / (choice.selection_probability * sample.next_event_density));
+}
 
 /// Follows one camera subpath and takes one sample of the lights at each of its vertices, also at
 /// specular ones, where next events are impossible: light subpaths are needed there most. At a
@@ -62,19 +81,24 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
     const auto choice = sample_light_for(scene, hit->point, u_light, true);
     if (choice.light != nullptr)
       if (const auto light = choice.light->sample_next_event(hit->point, Vec2<T>{u_x, u_y})) {
+        const T cosine = std::abs(glm::dot(hit->point.shading_normal, light->to_light));
         T response = mean_channel(hit->bsdf.albedo()) / pi<T>;
+        T density = cosine / pi<T>;
         const bool is_narrow = hit->bsdf.is_purely_delta() || has_narrow_lobe(hit->bsdf);
-        if (!is_narrow)
-          response = mean_channel(hit->bsdf.evaluate(-direction, light->to_light, TransportMode::radiance).value);
-        const double mass = static_cast<double>(
-            throughput * response * mean_channel(light->weight) *
-            (std::abs(glm::dot(hit->point.shading_normal, light->to_light)) / choice.selection_probability));
-        if (mass > 0 && std::isfinite(mass) &&
+        if (!is_narrow) {
+          const auto bsdf = hit->bsdf.evaluate(-direction, light->to_light, TransportMode::radiance);
+          response = mean_channel(bsdf.value);
+          density = bsdf.pdf.forward.value;
+        }
+        const double mass = static_cast<double>(throughput * response * mean_channel(light->weight) *
+                                                (cosine / choice.selection_probability));
+        if (mass > 0 && std::isfinite(mass) && is_usable_density(light->next_event_density) &&
             scene.visible(choice.light->is_infinite() ? leave(hit->point, light->to_light)
                                                       : segment(hit->point, light->origin, light->to_light)))
           found(Arrival<T, typename Sc::Light>{
               choice.light, choice.light->start_numbers(light->origin, -light->to_light), light->origin,
               -light->to_light, hit->point.position, light->density.first, mass,
+              static_cast<double>(next_event_share(choice, *light, hit->point, survival * density)),
               static_cast<double>(choice.selection_probability),
               static_cast<double>(scene.selection_probability(*choice.light)), is_narrow});
       }
@@ -171,7 +195,7 @@ template <Scene Sc>
   for (const auto& arrival : arrivals) total += arrival.mass;
   const double most = largest * total / static_cast<double>(std::max<std::size_t>(1, arrivals.size()));
   total = 0;
-  for (auto& arrival : arrivals) total += arrival.mass = std::min(arrival.mass, most);
+  for (auto& arrival : arrivals) total += (arrival.mass = std::min(arrival.mass, most)) * arrival.next_event_share;
 
   // By light, and the lights in the order of their first arrival.
   std::vector<std::pair<const L*, std::size_t>> first_arrivals;
@@ -187,7 +211,7 @@ template <Scene Sc>
   std::vector<Part> parts;
   for (const auto& [light, place] : first_arrivals) {
     if (parts.empty() || parts.back().arrivals.back().light != light) parts.push_back({0, place, {}});
-    parts.back().mass += arrivals[place].mass;
+    parts.back().mass += arrivals[place].mass * arrivals[place].next_event_share;
     parts.back().arrivals.push_back(arrivals[place]);
   }
   std::erase_if(parts, [&](const Part& part) {
@@ -220,8 +244,8 @@ template <Scene Sc>
     std::span<const Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
   double sum = 0, total = 0;
   for (const auto& arrival : arrivals) {
-    total += arrival.mass;
-    sum += arrival.mass /
+    total += arrival.mass * arrival.next_event_share;
+    sum += arrival.mass * arrival.next_event_share /
            static_cast<double>(guide.ratio(*arrival.light, scene.selection_probability(*arrival.light), arrival.first,
                                            arrival.origin, arrival.direction, arrival.receiver));
   }
