@@ -31,7 +31,7 @@ import pathlib
 import statistics
 
 import measuring
-from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
+from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, squared_bias, write_pfm
 
 PROGRAM = "gmis-render"
 OPTIONS = {"seeds": 4, "size": "128x128", "scenes": ALL}
@@ -65,6 +65,13 @@ def render(options, scene, extra, stats):
     return measuring.render(options, scene, f"--size {options.size}", depth_of(scene), extra, stats=stats, picture=stats.with_suffix(".pfm"))
 
 
+def halves_of_reference(options, name):
+    """Two pictures whose mean is the reference; those of other renderers stand for both."""
+    if name in FOREIGN:
+        return [pathlib.Path(FOREIGN[name]).with_suffix(".pfm")] * 2
+    return [options.out / "references" / f"{name}_{half}.pfm" for half in "ab"]
+
+
 def make_reference(options, pool, name):
     """The mean of two runs, kept for the next time; how far they are apart says how noisy it is."""
     if name in FOREIGN:
@@ -78,7 +85,7 @@ def make_reference(options, pool, name):
     extra = ["--integrator", integrator, "--time", str(options.reference_time)]
     if integrator == "gmis":
         extra += ["--radius", "0.8"]
-    halves = [folder / f"{name}_{half}.pfm" for half in "ab"]
+    halves = halves_of_reference(options, name)
     jobs = [pool.submit(render, options, name, [*extra, "--seed", str(1000 + i)], half.with_suffix(".json")) for i, half in enumerate(halves)]
     for job in jobs:
         job.result()
@@ -132,8 +139,8 @@ def add_options(parser):
 def compare(options, pool, name):
     """Runs all configurations for the same processor time. The best of each of POOLS by each
     measure is picked on some seeds; it and the plain ones are scored on further ones. Returns the
-    names of the best, the works by measure and configuration, and the statistics of a run of
-    auto."""
+    names of the best, the works by measure and configuration, and the statistics of the runs of
+    auto with their pictures."""
     reference = make_reference(options, pool, name)
     candidates, others = POOLS["any"], PLAIN if name in EIGHTEEN else {"auto": PLAIN["auto"]}
     configurations = candidates | others
@@ -176,7 +183,20 @@ def compare(options, pool, name):
     best = {(of, m): min(labels, key=lambda label: work(picked[label], m)[0]) for of, labels in POOLS.items() for m in MEASURES}
     scored = dict.fromkeys([*best.values(), *others])
     runs = runs_of(scored, range(options.picking_seeds, options.picking_seeds + options.seeds))
-    return best, {(m, label): work(runs[label], m) for m in MEASURES for label in scored}, runs["auto"][0]
+    of_auto = [(stats, stats_of("auto", options.picking_seeds + i).with_suffix(".pfm")) for i, stats in enumerate(runs["auto"])]
+    return best, {(m, label): work(runs[label], m) for m in MEASURES for label in scored}, of_auto
+
+
+def bounds_held(options, name, runs):
+    """In how many of the runs that merge, with their pictures, the stated bound of the bias is not
+    surely broken, by two standard errors; and how many merge."""
+    merging = [(stats["estimate"]["merging_bias_bound"], picture) for stats, picture in runs if stats["sample_counts"]["merges"]]
+    if len(merging) < 2:
+        return 0, 0
+    width = int(options.size.split("x")[0])
+    bias, error = squared_bias([read_pfm(picture) for _, picture in merging], [read_pfm(half) for half in halves_of_reference(options, name)], width)
+    print(f"{name}: squared bias {bias:.2g} ± {error:.2g}, bounds", *(f"{bound:.4f}" for bound, _ in merging), flush=True)
+    return sum(bound**2 >= bias - 2 * error for bound, _ in merging), len(merging)
 
 
 def cell(value):
@@ -211,8 +231,10 @@ def table_of_regret(options, rows):
     for row in rows:
         table.add(row["name"], *(text for m in MEASURES for text in (row["best"]["any", m], cell(row[m, "any"]))))
     table.add("geometric mean", *(cell for m in MEASURES for cell in ("", of_all(rows, (m, "any")))))
+    held, merging = (sum(column) for column in zip(*(row["bounds"] for row in rows)))
     table.note(f"As above. Auto is not surely more than 1.10 times as dear as the best in {not_surely_dear(rows, ('relmse', 'any'))}, trimmed in "
-               f"{not_surely_dear(rows, ('relmse_trimmed', 'any'))}.")
+               f"{not_surely_dear(rows, ('relmse_trimmed', 'any'))}. Bounds of the bias of merging, as auto's runs state them, were not broken in {held} "
+               f"of {merging} runs that merge.")
     publish(options, table, DOCUMENT, "regret")
 
 
@@ -222,10 +244,10 @@ def run(options):
     rows, all_runs = [], {}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
-            best, works, stats = compare(options, pool, name)
+            best, works, of_auto = compare(options, pool, name)
             all_runs[name] = {f"{m} {label}": value for (m, label), value in works.items()}
-            choice, share = describe(stats)
-            row = {"name": name, "choice": choice, "pilot": share, "best": best}
+            choice, share = describe(of_auto[0][0])
+            row = {"name": name, "choice": choice, "pilot": share, "best": best, "bounds": bounds_held(options, name, of_auto)}
             for m in MEASURES:
                 for other in (*POOLS, *((OLD, "vcm") if name in EIGHTEEN else ())):
                     row[m, other] = ratio(works[m, "auto"], works[m, best[other, m] if other in POOLS else other], options.seeds)

@@ -15,7 +15,6 @@ Writes out/interiors/runs.json, and the table in docs/effects.md.
 import concurrent.futures
 import itertools
 import json
-import math
 import os
 import pathlib
 import statistics
@@ -51,39 +50,14 @@ def iterations_for(options, scene, size, extra, seconds, stem):
     return max(4, round(tried * seconds / render(options, scene, size, [*extra, f"--iterations {tried}"], stem)["seconds"]["cpu"]))
 
 
-def products(one, other, references):
-    """Products of two relative errors, each against its own reference: one for each pixel, the
-    mean over channels."""
-    terms = [(x - a) * (y - b) / (((a + b) / 2) ** 2 + 0.01) for x, y, a, b in zip(one, other, *references)]
-    return [sum(terms[k:k + 3]) / 3 for k in range(0, len(terms), 3)]
-
-
-def mean_of_blocks(values, width):
-    """The mean over pixels without the thousandth that lie farthest off on either side, and its
-    standard error from blocks of 8 × 8 pixels: merging spreads a photon over neighbours, and what
-    the reference has hardly found lies in a few pixels."""
-    order = sorted(range(len(values)), key=values.__getitem__)
-    few = max(1, len(values) // 1000)
-    left = order[few:-few]
-    sums = {}
-    for pixel in left:
-        block = (pixel // width // 8, pixel % width // 8)
-        sums[block] = sums.get(block, 0.0) + values[pixel]
-    mean = sum(sums.values()) / len(left)
-    of_block = mean * len(left) / len(sums)
-    return mean, math.sqrt(sum((s - of_block)**2 for s in sums.values())) / len(left)
-
-
 def summary(runs, references, width):
     """Mean figures of the runs of one configuration; bias² with its standard error."""
     pictures = [read_pfm(picture) for _, picture in runs]
-    squares = [products(p, p, references) for p in pictures]
+    squares = [measuring.products(p, p, references) for p in pictures]
     trimmed = [statistics.fmean(sorted(s)[:len(s) - max(1, len(s) // 1000)]) for s in squares]
-    # Each pair both ways round: one seed against one half, the other against the other.
-    pairs = [products(a, b, references) for a, b in itertools.permutations(pictures, 2)]
     cpu = statistics.fmean(stats["seconds"]["cpu"] for stats, _ in runs)
     error = statistics.fmean(map(statistics.fmean, squares))
-    bias, spread = mean_of_blocks([statistics.fmean(values) for values in zip(*pairs)], width) if pairs else (math.nan, math.nan)
+    bias, spread = measuring.squared_bias(pictures, references, width)
     return {"relmse": error, "work": error * cpu, "work_trimmed": statistics.fmean(trimmed) * cpu, "bias2": bias, "bias2_error": spread,
             "noise2": error - bias,
             "energy": statistics.fmean(map(sum, pictures)) / statistics.fmean(map(sum, references)) - 1,
