@@ -3,13 +3,11 @@ counts of instructions."""
 
 import array
 import concurrent.futures
-import itertools
 import json
 import math
 import os
 import pathlib
 import re
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -197,36 +195,3 @@ def compiler_name():
     compiler = os.environ.get("CXX", "g++")
     version = subprocess.run([compiler, "-dumpfullversion", "-dumpversion"], capture_output=True, text=True, check=True).stdout
     return f"{os.path.basename(compiler)} {version.strip()}"
-
-
-def products(one, other, references):
-    """Products of two relative errors, each against its own reference: one for each pixel, the
-    mean over channels."""
-    terms = [(x - a) * (y - b) / (((a + b) / 2) ** 2 + 0.01) for x, y, a, b in zip(one, other, *references)]
-    return [sum(terms[k:k + 3]) / 3 for k in range(0, len(terms), 3)]
-
-
-def mean_of_blocks(values, width):
-    """The mean over pixels without the thousandth that lie farthest off on either side, and its
-    standard error from blocks of 8 × 8 pixels: merging spreads a photon over neighbours, and what
-    the reference has hardly found lies in a few pixels."""
-    order = sorted(range(len(values)), key=values.__getitem__)
-    few = max(1, len(values) // 1000)
-    left = order[few:-few]
-    sums = {}
-    for pixel in left:
-        block = (pixel // width // 8, pixel % width // 8)
-        sums[block] = sums.get(block, 0.0) + values[pixel]
-    mean = sum(sums.values()) / len(left)
-    of_block = mean * len(left) / len(sums)
-    return mean, math.sqrt(sum((s - of_block)**2 for s in sums.values())) / len(left)
-
-
-def squared_bias(pictures, references, width):
-    """The squared relative bias that pictures of several seeds share, and its standard error: the
-    mean product of the errors of two seeds, one against either reference, so that no noise of a
-    picture or of a reference is in it."""
-    pairs = [products(a, b, references) for a, b in itertools.permutations(pictures, 2)]
-    if not pairs:
-        return math.nan, math.nan
-    return mean_of_blocks([statistics.fmean(values) for values in zip(*pairs)], width)

@@ -30,8 +30,9 @@ import os
 import pathlib
 import statistics
 
+import errors
 import measuring
-from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, squared_bias, write_pfm
+from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
 
 PROGRAM = "gmis-render"
 OPTIONS = {"seeds": 4, "size": "128x128", "scenes": ALL}
@@ -194,9 +195,9 @@ def bounds_held(options, name, runs):
     if len(merging) < 2:
         return 0, 0
     width = int(options.size.split("x")[0])
-    bias, error = squared_bias([read_pfm(picture) for _, picture in merging], [read_pfm(half) for half in halves_of_reference(options, name)], width)
-    print(f"{name}: squared bias {bias:.2g} ± {error:.2g}, bounds", *(f"{bound:.4f}" for bound, _ in merging), flush=True)
-    return sum(bound**2 >= bias - 2 * error for bound, _ in merging), len(merging)
+    square, error = errors.squared_bias([read_pfm(picture) for _, picture in merging], [read_pfm(half) for half in halves_of_reference(options, name)], width)
+    print(f"{name}: squared bias {square:.2g} ± {error:.2g}, bounds", *(f"{bound:.4f}" for bound, _ in merging), flush=True)
+    return sum(bound**2 >= square - 2 * error for bound, _ in merging), len(merging)
 
 
 def cell(value):

@@ -19,6 +19,7 @@ import os
 import pathlib
 import statistics
 
+import errors
 import measuring
 from benches.effects import FIXED, geometric_mean
 from interiors.prepare import prepare
@@ -53,11 +54,11 @@ def iterations_for(options, scene, size, extra, seconds, stem):
 def summary(runs, references, width):
     """Mean figures of the runs of one configuration; bias² with its standard error."""
     pictures = [read_pfm(picture) for _, picture in runs]
-    squares = [measuring.products(p, p, references) for p in pictures]
+    squares = [errors.products(p, p, references) for p in pictures]
     trimmed = [statistics.fmean(sorted(s)[:len(s) - max(1, len(s) // 1000)]) for s in squares]
     cpu = statistics.fmean(stats["seconds"]["cpu"] for stats, _ in runs)
     error = statistics.fmean(map(statistics.fmean, squares))
-    bias, spread = measuring.squared_bias(pictures, references, width)
+    bias, spread = errors.squared_bias(pictures, references, width)
     return {"relmse": error, "work": error * cpu, "work_trimmed": statistics.fmean(trimmed) * cpu, "bias2": bias, "bias2_error": spread,
             "noise2": error - bias,
             "energy": statistics.fmean(map(sum, pictures)) / statistics.fmean(map(sum, references)) - 1,
