@@ -29,12 +29,14 @@ def command_of(root, program, scene, integrator, iterations, *more):
 
 
 def facts_of(root, program, scene, integrator, out):
-    """Picture, counts and errors of a run, as its statistics state them, without times."""
+    """Picture, counts, choices and errors of a run, as its statistics state them, without times."""
     stats = out / f"{root.name}_{scene}_{integrator}.json"
     subprocess.run(list(map(str, command_of(root, program, scene, integrator, 16, "--stats", stats, "--out", stats.with_suffix(".pfm")))),
                    check=True, stdin=subprocess.DEVNULL)
     facts = json.loads(stats.read_text(encoding="utf-8"))
-    return {key: facts[key] for key in ("image_hash", "iterations", "sample_counts", "light_use", "counts")} | {
+    return {key: facts[key] for key in ("image_hash", "iterations", "sample_counts", "counts")} | {
+        # Not the gains that decided: they cost nothing and are in no table.
+        "light_use": {key: chosen for key, chosen in facts["light_use"].items() if isinstance(chosen, bool)},
         "estimate": {key: float(f"{value:.8g}") for key, value in facts["estimate"].items() if isinstance(value, float)}}
 
 
