@@ -24,8 +24,8 @@ import statistics
 import subprocess
 import sys
 
-from benches.interiors import products
 from cycles import description
+from errors import products
 from measuring import Table, processor_cost, publish, read_pfm
 
 PROGRAM = "gmis-render"
