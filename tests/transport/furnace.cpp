@@ -17,8 +17,8 @@
 // t: a false alarm of all cases together in a thousandth of the seeds.
 //
 // Merging is biased by the curvature, and the bias has a bound. The part of a sphere of radius 1
-// within the distance r of a point of it has the area π r² exactly: the number of photons is right.
-// But one that lies d away has another normal, turned by an angle θ with 2 (1 − cos θ) = d².
+// within the distance r of a point of it has the area π r² exactly, so the number of photons is
+// right. But one that lies d away has another normal, turned by an angle θ with 2 (1 − cos θ) = d².
 // The share (1 − cos θ)/2 = d²/4 of the light there comes from below the surface at the point:
 // black. The mean over the disk, where d² is r²/2, is r²/8 of the merged light.
 

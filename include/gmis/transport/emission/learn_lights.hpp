@@ -32,7 +32,7 @@ struct Arrival {
   Vec3<T> receiver;                ///< x_1
   T first;                         ///< the light's `EmissionDensity::first`
   double mass;                     ///< estimated contribution to the picture
-  double next_event_share = 1;     ///< see `detail::next_event_share`
+  double next_event_share = 1;     ///< of `mass`: `detail::next_event_share`
   double chosen = 1;               ///< probability with which the light was chosen
   double by_power = 1;             ///< probability with which light subpaths choose it
   bool has_narrow_lobe = false;    ///< x_1
@@ -180,9 +180,10 @@ template <std::floating_point T, class L>
 
 }  // namespace detail
 
-/// Learns the guide from arrivals of all lights. The order of the lights in it does not depend on
-/// addresses. A light with less than a thousandth of the mass keeps its own emission, and so do all
-/// but the 64 with the most mass.
+/// Learns the guide from arrivals of all lights: a light is chosen by the mass that next events
+/// make (`next_event_share`), its table and aim follow all of the mass. The order of the lights in
+/// it does not depend on addresses. A light with less than a thousandth of the mass keeps its own
+/// emission, and so do all but the 64 with the most mass.
 template <Scene Sc>
 [[nodiscard]] EmissionGuide<Sc> guide_from(
     std::vector<Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
@@ -236,8 +237,8 @@ template <Scene Sc>
 }
 
 /// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide,
-/// over that without it. It is taken for an f that is proportional to the density of the arrivals:
-/// below 1 the guide makes emission better, on the whole.
+/// over that without it. It is taken for an f that is proportional to the density of the arrivals,
+/// each counted by its `next_event_share`: below 1 the guide makes emission better, on the whole.
 template <Scene Sc>
 [[nodiscard]] double relative_moment(
     const Sc& scene, const EmissionGuide<Sc>& guide,
