@@ -137,8 +137,42 @@ TEST_CASE("compare: a contender with a wrong mean is named, others are not", "[b
   CHECK(broken.has_wrong_mean(1.0));
 }
 
+TEST_CASE("compare: a variance that is too small, and weights that do not sum to one, are named", "[benchmark]") {
+  const auto round = [](gmis::UniformSource auto& source) { return 2.0 * gmis::uniform<double>(source); };
+  auto settings = deterministic();
+  settings.measure_seconds = 1e4;
+  // Measured within 1 % of 1/3; a tenth of it is some 500 standard errors off.
+  const auto given = gmis::compare("given", 1.0, {{"right", round, 1.0 / 3.0}, {"tenth", round, 1.0 / 30.0}}, settings);
+  CHECK_FALSE(given.rows[0].has_wrong_variance());
+  CHECK(given.rows[1].has_wrong_variance());
+  CHECK(given.text().find("\ntenth: measured variance 0.33") != std::string::npos);
+  CHECK(given.text().find("right: measured") == std::string::npos);
+
+  // Off by a thousandth, which no measured mean of a few rounds shows.
+  struct TooLarge {
+    void weights(gmis::CountsByProposal counts, std::span<const double> densities, std::span<double> out) const {
+      gmis::RatioWeights<gmis::Balance>{}.weights(counts, densities, out);
+      for (double& weight : out) weight *= factor;
+    }
+    double factor;
+  };
+  const std::vector<std::uint32_t> counts{1, 2, 1};
+  const auto weighted = gmis::compare(
+      case_b, {case_b.weights("sound", TooLarge{1.0}, counts), case_b.weights("off", TooLarge{1.001}, counts)},
+      deterministic());
+  CHECK_FALSE(weighted.rows[0].has_wrong_mean(weighted.integral));
+  CHECK(weighted.rows[1].has_wrong_mean(weighted.integral));
+  CHECK(weighted.text().find("\noff: mean 1.001: ") != std::string::npos);
+  CHECK_THROWS_AS(case_b.weights("none", TooLarge{std::nan("")}, counts), std::invalid_argument);
+}
+
 TEST_CASE("compare: what cannot serve is rejected", "[benchmark]") {
   const std::vector<gmis::Contender> one{{"one", [](auto&) { return 1.0; }}};
+  const auto with_variance = [](double variance) {
+    return std::vector<gmis::Contender>{{"one", [](auto&) { return 1.0; }, variance}};
+  };
+  CHECK_THROWS_AS(gmis::compare("negative", 1.0, with_variance(-1.0)), std::invalid_argument);
+  CHECK_THROWS_AS(gmis::compare("nan", 1.0, with_variance(std::nan(""))), std::invalid_argument);
   CHECK_THROWS_AS(gmis::compare("none", 1.0, {}), std::invalid_argument);
   CHECK_THROWS_AS(gmis::compare("zero", 0.0, one), std::invalid_argument);
   auto settings = deterministic();

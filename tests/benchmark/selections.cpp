@@ -64,6 +64,34 @@ TEST_CASE("marginal probabilities of a selection", "[benchmark]") {
   CHECK_THROWS_AS(gmis::marginal_probabilities(test::WithReplacement{9}, 9, 1000), std::invalid_argument);
 }
 
+TEST_CASE("a selection whose probabilities are none is refused under every weighting", "[benchmark]") {
+  struct Lacking {
+    double first, second;
+    std::size_t sample_count() const { return 2; }
+    void next_probabilities(std::span<const std::uint32_t>, std::span<double> out) const {
+      out[0] = first, out[1] = second;
+    }
+  };
+  const auto problem = problem_of(2);
+  for (const auto weighting : gmis::all_weightings) {
+    CAPTURE(name_of(weighting));
+    for (const Lacking& selection : {Lacking{0.5, 0.4}, {0.0, 0.0}, {1.5, -0.5}, {std::nan(""), 0.5}}) {
+      CHECK_THROWS_AS(gmis::exact_moments(selection, weighting, problem), std::invalid_argument);
+      CHECK_THROWS_AS(gmis::SelectedRounds(selection, weighting, 2), std::invalid_argument);
+    }
+    CHECK_NOTHROW(gmis::exact_moments(Lacking{0.5, 0.5}, weighting, problem));
+  }
+  // A later sample counts, too.
+  struct Later {
+    std::size_t sample_count() const { return 2; }
+    void next_probabilities(std::span<const std::uint32_t> drawn, std::span<double> out) const {
+      out[0] = 0.5, out[1] = drawn.empty() ? 0.5 : 0.4;
+    }
+  };
+  for (const auto weighting : gmis::all_weightings)
+    CHECK_THROWS_AS(gmis::exact_moments(Later{}, weighting, problem), std::invalid_argument);
+}
+
 // Rounds that are drawn against the sum over all outcomes: 2 selections × 5 weightings, false-alarm
 // rate 1e-4 in all.
 TEST_CASE("rounds of your own selection have its exact moments", "[benchmark]") {

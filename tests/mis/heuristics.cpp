@@ -22,6 +22,22 @@ std::vector<T> weights_of(const H& heuristic, const Counts& counts, const std::v
   return weights;
 }
 
+/// Uniform up to 1 or `infinite_from`, from where it states an infinite density.
+struct Stating {
+  double infinite_from;
+  double sample(auto& source) const { return std::min(infinite_from, 1.0) * gmis::uniform<double>(source); }
+  double pdf(double x) const {
+    if (x >= infinite_from) return std::numeric_limits<double>::infinity();
+    return 1.0 / std::min(infinite_from, 1.0);
+  }
+};
+/// Uniform over an interval of the length 1 / `density`.
+struct Narrow {
+  float density;
+  float sample(auto& source) const { return gmis::uniform<float>(source) / density; }
+  float pdf(float) const { return density; }
+};
+
 template <class H>
 void check_sums(const H& heuristic) {
   gmis::Philox source(gmis_test::seed(10));
@@ -123,6 +139,28 @@ TEST_CASE("the multi-sample form is unbiased under every heuristic, with partial
   check(gmis::Cutoff{});
   check(gmis::Cutoff{0.8});
   check(gmis::Maximum{});
+}
+
+TEST_CASE("a sample that densities without a finite value take away is counted", "[mis]") {
+  // The second proposal, never drawn beyond .9, states an infinite density there.
+  const std::array<Stating, 2> proposals{{{2.0}, {0.9}}};
+  const auto one = [](double) { return 1.0; };
+  const auto count = [&](const auto& heuristic) {
+    gmis::Philox source(gmis_test::seed(56));
+    return gmis::estimate_weighted(heuristic, one, proposals, 2000, source).rejected.non_finite_density;
+  };
+  const auto drawn_beyond = count(gmis::Balance{});
+  CHECK(drawn_beyond > 100);
+  CHECK(count(gmis::Power{}) == drawn_beyond);
+  CHECK(count(gmis::Cutoff{}) == drawn_beyond);
+  CHECK(count(gmis::Maximum{}) == drawn_beyond);
+
+  // Densities near the largest float: what the division takes beyond it is counted, too.
+  const std::array<Narrow, 2> dense{{{3e38F}, {1.5e38F}}};
+  gmis::Philox source(gmis_test::seed(57));
+  const auto estimate = gmis::estimate_weighted(
+      gmis::Power{}, [](float) { return 1.5e38F; }, dense, 100, source);
+  CHECK(estimate.rejected.non_finite_density == 100);
 }
 
 TEST_CASE("the balance heuristic is N3", "[mis]") {

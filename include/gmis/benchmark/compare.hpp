@@ -9,6 +9,7 @@
 #include <functional>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,7 @@ struct ComparisonRow {
   bool is_exact = false;             ///< `variance` is by quadrature, not measured
   double variance = 0.0;             ///< of one round
   double half_width = 0.0;           ///< of the interval of `variance`: 95 % if measured, 99 % if averaged, else 0
+  std::optional<double> exact_mean;  ///< by quadrature, where weights may not sum to one
   double measured_mean = 0.0;        ///< over the rounds below
   double mean_error = 0.0;           ///< standard error of `measured_mean`
   double measured_variance = 0.0;    ///< over the rounds below, also where the variance is exact
@@ -50,10 +52,17 @@ struct ComparisonRow {
   double seconds_to_1_percent =
       0.0;  ///< to a relative standard error of 1 %: 100 times less to 10 %, 100 times more to 0.1 %
 
-  /// True when the measured mean is off by more than five standard errors, and by more than
-  /// rounding.
+  /// True when the exact mean is off by more than a millionth, or the measured one by more than
+  /// five standard errors and by more than rounding.
   [[nodiscard]] bool has_wrong_mean(double integral) const noexcept {
+    if (exact_mean && !(std::abs(*exact_mean - integral) <= 1e-6 * std::abs(integral))) return true;
     return !(std::abs(measured_mean - integral) <= 5.0 * mean_error + 1e-9 * std::abs(integral));
+  }
+  /// True when the measured variance is above the one that was given by more than five standard
+  /// errors of both.
+  [[nodiscard]] bool has_wrong_variance() const noexcept {
+    return is_exact &&
+           !(measured_variance - variance <= 2.5 * (measured_half_width + half_width) + 1e-6 * measured_variance);
   }
 };
 
@@ -63,7 +72,8 @@ struct Comparison {
   double integral = 0.0;            ///< by quadrature
   std::vector<ComparisonRow> rows;  ///< in the order of the contenders
 
-  /// A table with one line for each contender, and one below for each whose measured mean is off.
+  /// A table with one line for each contender, and one below for each whose mean is off or whose
+  /// variance is larger than it says.
   /// Measured variances are marked with ~.
   [[nodiscard]] std::string text() const {
     int width = 10;
@@ -84,10 +94,17 @@ struct Comparison {
                     time(row.seconds_to_1_percent).c_str(), time(row.seconds_to_1_percent * 100.0).c_str());
       result += line;
     }
-    for (const ComparisonRow& row : rows)
-      if (row.has_wrong_mean(integral))
-        result += joined({row.name, ": mean ", number(row.measured_mean, "%.6g"), ", standard error ",
-                          number(row.mean_error, "%.2g"), ": its variance and times are those of another estimator\n"});
+    for (const ComparisonRow& row : rows) {
+      if (row.has_wrong_mean(integral)) {
+        const bool is_exact_off = row.exact_mean && std::abs(*row.exact_mean - integral) > 1e-6 * std::abs(integral);
+        result += joined({row.name, ": mean ", number(is_exact_off ? *row.exact_mean : row.measured_mean, "%.6g"),
+                          is_exact_off ? "" : ", standard error ", is_exact_off ? "" : number(row.mean_error, "%.2g"),
+                          ": its variance and times are those of another estimator\n"});
+      } else if (row.has_wrong_variance()) {
+        result += joined({row.name, ": measured variance ", number(row.measured_variance, "%.6g"), " ± ",
+                          number(row.measured_half_width, "%.2g"), ": its variance and times are too small\n"});
+      }
+    }
     return result;
   }
   /// The rows as comma-separated values, with the names of the columns first.
@@ -200,12 +217,15 @@ struct Comparison {
 /// several slices that are interleaved in random order, so that a busy machine is fair to each;
 /// what follows from both; and the densities of a round.
 ///
-/// Throws std::invalid_argument for an integral of 0 (errors are relative to it), no contenders,
-/// and settings that are not positive.
+/// Throws std::invalid_argument for an integral of 0 (errors are relative to it), no contenders, an
+/// exact variance that is negative or not a number, and settings that are not positive.
 [[nodiscard]] inline Comparison compare(std::string problem, double integral, std::vector<Contender> contenders,
                                         const ComparisonSettings& settings = {}) {
   require_argument(integral != 0.0 && std::isfinite(integral), "errors are relative to the integral, which is 0 here");
   require_argument(!contenders.empty(), "give at least one contender to compare");
+  for (const Contender& contender : contenders)
+    require_argument(!contender.exact_variance || *contender.exact_variance >= 0.0,
+                     "the exact variance of a contender is negative or not a number");
   require_argument(settings.slices > 0 && settings.slice_seconds > 0.0 && settings.measure_seconds > 0.0,
                    "a comparison needs at least one slice and positive times");
   const std::size_t count = contenders.size();
@@ -259,6 +279,7 @@ struct Comparison {
     row.measured_half_width = two_sided_95 * std::sqrt(std::max(0.0, fourths - squares * squares) / n);
     row.mean_error = std::sqrt(row.measured_variance / n);
     row.is_exact = contenders[i].exact_variance.has_value();
+    row.exact_mean = contenders[i].exact_mean;
     row.variance = contenders[i].exact_variance.value_or(row.measured_variance);
     row.half_width = row.is_exact ? contenders[i].half_width : row.measured_half_width;
     const double seconds = row.nanoseconds * 1e-9;

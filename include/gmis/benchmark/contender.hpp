@@ -68,6 +68,7 @@ struct Contender {
   Run run;           ///< all rounds of a slice in one call, so that no call through a pointer is in the time of a round
   std::optional<double> exact_variance;  ///< of one round; without it the variance is measured
   double half_width = 0.0;  ///< of the 99 % interval of `exact_variance`, where that is itself an average over draws
+  std::optional<double> exact_mean;  ///< of one round, where weights may not sum to one
 
   /// Your own round. `round` is any function of a source: with a `source` parameter of type
   /// `auto&`, or `ComparisonSource&`.
@@ -183,7 +184,7 @@ class ComparedProblem {
     const std::size_t n = table().proposal_count();
     (void)checked_total(counts, n);
     require_fits(heuristic, counts);
-    const auto variance = exact_moments_with_weights(heuristic, counts, table()).variance;
+    const ExactMoments moments = exact_moments_with_weights(heuristic, counts, table());
     const auto shared = shared_;
     Contender contender(std::move(name), [shared, heuristic = std::move(heuristic), counts = std::move(counts),
                                           densities = std::vector<double>(n), out = std::vector<double>(n),
@@ -199,7 +200,8 @@ class ComparedProblem {
           });
       return RoundValue{sum, static_cast<double>(cost.density_evaluations)};
     });
-    contender.exact_variance = variance;
+    contender.exact_variance = moments.variance;
+    contender.exact_mean = moments.mean;
     return contender;
   }
 

@@ -28,6 +28,16 @@ concept IndexSelection = requires(const S& selection, std::span<const std::uint3
   selection.next_probabilities(drawn, out);
 };
 
+/// Throws std::invalid_argument unless these are probabilities: none negative, their sum one.
+inline void require_probabilities(std::span<const double> next) {
+  double sum = 0.0;
+  for (const double p : next) {
+    require_argument(p >= 0.0, "a probability of the selection is negative or not a number");
+    sum += p;
+  }
+  require_argument(sum > 1.0 - 1e-9 && sum < 1.0 + 1e-9, "the probabilities of the selection do not sum to one");
+}
+
 /// Marginal probabilities of every sample: at [m N + i] the probability that sample m is of
 /// proposal i, by a sum over all prefixes j_1 … j_{m−1} of a round. Throws
 /// std::invalid_argument for a selection with more than `most_beginnings` prefixes, and for next
@@ -46,12 +56,7 @@ template <IndexSelection S>
     require_argument(++beginnings <= most_beginnings, "the selection has too many outcomes to sum over");
     const std::span<double> out(next.data() + m * proposal_count, proposal_count);
     selection.next_probabilities(std::span<const std::uint32_t>(drawn), out);
-    double sum = 0.0;
-    for (const double p : out) {
-      require_argument(p >= 0.0, "a probability of the selection is negative or not a number");
-      sum += p;
-    }
-    require_argument(sum > 1.0 - 1e-9 && sum < 1.0 + 1e-9, "the probabilities of the selection do not sum to one");
+    require_probabilities(out);
     for (std::size_t i = 0; i < proposal_count; ++i) {
       if (out[i] == 0.0) continue;
       marginals[m * proposal_count + i] += probability * out[i];
@@ -72,7 +77,8 @@ template <IndexSelection S>
 class SelectedRounds {
  public:
   /// Sums the marginal probabilities where W3 or W5 needs them. Throws as `marginal_probabilities`
-  /// does.
+  /// does; under the other weightings, where only the probabilities of the first sample are looked
+  /// at, as `require_probabilities` does.
   SelectedRounds(S selection, Weighting weighting, std::size_t proposal_count)
       : selection_(std::move(selection)),
         weighting_(weighting),
@@ -84,6 +90,8 @@ class SelectedRounds {
     require_argument(samples_ > 0 && proposals_ > 0, "a selection needs at least one sample and one proposal");
     if (weighting == Weighting::W3 || weighting == Weighting::W5)
       marginals_ = marginal_probabilities(selection_, proposals_);
+    selection_.next_probabilities(std::span<const std::uint32_t>(), std::span<double>(next_));
+    require_probabilities(next_);
     if (weighting == Weighting::W5)
       for (std::size_t i = 0; i < proposals_; ++i) {
         double mean = 0.0;

@@ -58,22 +58,33 @@ sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& 
       ++counts.zero_density;
       continue;
     }
+    // A density of another proposal that is not finite would make the weight 0 and the sample
+    // vanish.
+    bool are_finite = true;
+    for (const D density : densities)
+      are_finite = are_finite && state_of(DensitiesAt<Set>::as_denominator(density)) != DensityState::non_finite;
     const std::span<const D> values(densities);
     if constexpr (is_log_set<Set>)
       heuristic_weights_from_logs(heuristic, sample_counts, values, densities);
     else
       heuristic_weights(heuristic, sample_counts, values, densities);
     const D weight = densities[index];
-    if (state_of(own) == DensityState::non_finite || !(weight >= D(0))) {
+    if (!are_finite || !(weight >= D(0))) {
       ++counts.non_finite_density;
       continue;
     }
     if (weight == D(0)) continue;
     const D factor = static_cast<D>(sample_counts[index]) / static_cast<D>(sample_count) / weight;
+    Denominator<Set> denominator = own;
     if constexpr (is_log_set<Set>)
-      visit(*x, Denominator<Set>{own.log + std::log(factor)}, index);
+      denominator.log += std::log(factor);
     else
-      visit(*x, own * factor, index);
+      denominator *= factor;
+    if (state_of(denominator) == DensityState::non_finite) {
+      ++counts.non_finite_density;
+      continue;
+    }
+    visit(*x, denominator, index);
   }
   return counts;
 }

@@ -32,8 +32,10 @@ struct ProblemCheck {
       if (mass < 1.0 - tolerance && !can_fail)
         return "a density integrates to less than one: the range cuts it off, or too few nodes";
     }
-    if (!(integral_change <= tolerance)) return "the finer rule has another integral: too few nodes";
-    if (!(variance_change <= tolerance)) return "the finer rule has another variance of N3: too few nodes";
+    if (!(integral_change <= tolerance))
+      return "the finer rule has another integral: too few nodes, or an infinite one";
+    if (!(variance_change <= tolerance))
+      return "the finer rule has another variance of N3: too few nodes, or an infinite one";
     if (end_share > tolerance && end_share_of_mixture < 0.01 * end_share)
       return "the integrand has mass at the ends of the range, where the proposals have none: the range cuts it off";
     return {};

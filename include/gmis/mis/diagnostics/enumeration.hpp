@@ -110,6 +110,7 @@ class OutcomeSum {
     }
     const std::span<double> next(next_.data() + m * proposals_, proposals_);
     selection_.next_probabilities(std::span<const std::uint32_t>(drawn_), next);
+    require_probabilities(next);
     const Terms* terms = nullptr;
     if (weighting_ == Weighting::W1) terms = &terms_of({next.begin(), next.end()});
     if (weighting_ == Weighting::W3 || weighting_ == Weighting::W5) terms = by_place_[m];
@@ -151,7 +152,7 @@ class OutcomeSum {
 /// Mean and variance of one round of your own selection under any of the five weightings, by
 /// a sum over all outcomes of the selection. Holds for partial support too. Eight samples drawn
 /// from eight proposals with replacement take a few seconds. Throws std::invalid_argument for more
-/// than `max_outcomes` outcomes, and as `marginal_probabilities` does.
+/// than `max_outcomes` outcomes, and as `marginal_probabilities` and `require_probabilities` do.
 template <IndexSelection S>
 [[nodiscard]] ExactMoments exact_moments(const S& selection, Weighting weighting, const TabulatedProblem& problem) {
   require_enumerator(Selection::S1, weighting);

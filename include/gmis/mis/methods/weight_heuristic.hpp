@@ -102,7 +102,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
 }
 
 /// Mean and variance of one round of `estimate_with_weights`. The mean shows whether the weights
-/// sum to one.
+/// sum to one. Throws std::invalid_argument for a weight that is not finite where it is used.
 template <WeightHeuristic H>
 [[nodiscard]] ExactMoments exact_moments_with_weights(const H& heuristic, CountsByProposal counts,
                                                       const TabulatedProblem& problem) {
@@ -116,8 +116,10 @@ template <WeightHeuristic H>
     for (std::size_t k = 0; k < n; ++k) densities[k] = problem.densities(k)[i] / psi[i];
     heuristic.weights(counts, densities, weights);
     for (std::size_t k = 0; k < n; ++k)
-      if (densities[k] > 0.0 && counts[k] > 0)
+      if (densities[k] > 0.0 && counts[k] > 0) {
+        require_argument(std::isfinite(weights[k]), "a weight of the heuristic is not finite");
         contributions[k * nodes + i] = weights[k] / (counts[k] * densities[k]) * (problem.values()[i] / psi[i]);
+      }
   }
   return moments_of_contributions(problem, counts,
                                   [&](std::size_t k, std::size_t i) { return contributions[k * nodes + i]; });
