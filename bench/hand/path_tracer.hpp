@@ -12,7 +12,8 @@
 
 /// \file
 /// A path tracer as one writes it over the built-in scene without this library's transport: next
-/// event and emitter hits, combined by the balance heuristic, roulette by albedo, at least a half.
+/// event and emitter hits, combined by the balance heuristic, roulette from the second non-specular
+/// vertex on.
 /// It draws the same random numbers in the same order, so that it makes the same picture but for
 /// rounding; it passes a surface that the camera stands in. Nothing is counted and nothing is
 /// checked, but that a pixel is finite.
@@ -52,6 +53,7 @@ struct PathTracer {
     Vec3<float> direction = start->direction;
     Vec3<float> throughput = start->weight;
     bool is_last_delta = true;  // or the camera
+    bool is_specular = true;    // all events so far
     float last_density = 0;     // per steradian
 
     for (int depth = 1; depth <= max_depth; ++depth) {
@@ -91,7 +93,7 @@ struct PathTracer {
       const auto& bsdf = hit->bsdf;
       const float albedo = gmis::max_channel(bsdf.albedo());
       if (albedo <= 0.0F) break;
-      const float survival = std::clamp(albedo, 0.5F, 1.0F);
+      const float survival = is_specular ? 1.0F : 0.9F * albedo;
       const std::uint32_t number = 2 * static_cast<std::uint32_t>(depth);
       if (!bsdf.is_purely_delta()) {
         source.at_vertex(number);
@@ -106,6 +108,7 @@ struct PathTracer {
       if (!next) break;
       throughput *= next->weight / survival;
       is_last_delta = next->is_delta;
+      is_specular = is_specular && is_last_delta;
       last_density = survival * next->pdf.forward.value;
       from = point;
       direction = next->to_next;

@@ -28,21 +28,21 @@ struct Pinned {
 
 const std::vector<Pinned> pinned{
     // clang-format off
-    {"--integrator pt", "a980661c81a446f8", "94c9cb91d37e9c89"},
+    {"--integrator pt", "3f96870b3ed92567", "d276b1cf8206c0c4"},
     {"--integrator lt", "88665426eea08a52", "f897f5372ce06bad"},
-    {"--integrator bpt --connections 1", "3f42ad9fd3c6e71b", "ae7820985643826f"},
-    {"--integrator bpt --connections 2", "965cfcbe36322db4", "1bb4de54d995983c"},
-    {"--integrator bpt --connections 4", "471678e8918025ef", "7161735952c03c1e"},
-    {"--integrator bpt --connections paired", "647a5061063f9a05", "3b3b8a18669b53cf"},
+    {"--integrator bpt --connections 1", "7d2777f5d91e0ab0", "5027e5d811072dec"},
+    {"--integrator bpt --connections 2", "57a3a49f88b0a618", "787e07719ce22b95"},
+    {"--integrator bpt --connections 4", "dd600aabae1d3ec3", "de291d9bc6ccab5e"},
+    {"--integrator bpt --connections paired", "b4857d5349348519", "df5a12408bfcd839"},
     {"--integrator ppm", "73f50d5db804ed37", "36f489a76734c4a7"},
-    {"--integrator bpm", "d723c0ac700c7cd2", "5d523594809a2ee7"},
-    {"--integrator vcm --connections 1", "207a363b06b0b415", "830e54afe91120a5"},
-    {"--integrator vcm --connections 2", "355794398f6d45b2", "c5ee738c329f1638"},
-    {"--integrator vcm --connections 4", "1ff2fe3c40048eb9", "fab41114c41b7a51"},
-    {"--integrator vcm --connections paired", "0395b106783027b9", "2ac0fbaec0a290ba"},
-    {"--integrator gmis --split none --connections 1", "207a363b06b0b415", "830e54afe91120a5"},
-    {"--integrator gmis --split budgeted --connections 1", "777e36c000dd0d7b", "b3350d7485d29401"},
-    {"--integrator gmis --split paper --scheme R2 --connections 2", "d97bc2fbf546f84d", "65af1fff51899981"},
+    {"--integrator bpm", "1b70283e25e8579d", "fd1241ad424585fd"},
+    {"--integrator vcm --connections 1", "a88faed2e2d6c081", "cbe19edbb0ff797a"},
+    {"--integrator vcm --connections 2", "f10dea171d30cde2", "0e2d1b578ae0dc87"},
+    {"--integrator vcm --connections 4", "85d9e9557af97552", "e53e288b27e21aa1"},
+    {"--integrator vcm --connections paired", "9cbc90859eaae192", "d67e1e2f33a0be0d"},
+    {"--integrator gmis --split none --connections 1", "a88faed2e2d6c081", "cbe19edbb0ff797a"},
+    {"--integrator gmis --split budgeted --connections 1", "ef07d76347fa3598", "3ddc06d05e4c594b"},
+    {"--integrator gmis --split paper --scheme R2 --connections 2", "dba819de566e358d", "7e51919aac1fd51c"},
     // clang-format on
 };
 

@@ -212,6 +212,45 @@ TEST_CASE("The share of next events is that of their density per steradian") {
   }
 }
 
+TEST_CASE("Arrivals at later vertices count the rays that roulette lets go on") {
+  // A floor and a wall under a sky: next events at the first vertex of a camera subpath, and at the
+  // second, where nine tenths of the albedo goes on.
+  constexpr float sky = 0.8F, albedo = 0.5F;
+  Builder builder;
+  const auto grey = builder.add_material(gmis::scene::make_diffuse({albedo, albedo, albedo}));
+  add_quad(builder, grey, {0, 0, 0}, {0, 0, 2}, {2, 0, 0});
+  add_quad(builder, grey, {0, 2, 2}, {0, 2, 0}, {2, 0, 0});
+  builder.add_environment({sky, sky, sky});
+  builder.set_camera(gmis::scene::look_at({0, 3, -5}, {0, 1, 1}, {0, 1, 0}, 30, {16, 16}));
+  const Scene scene = builder.build();
+  int first = 0, later = 0;
+  for (std::uint32_t i = 0; i < 256; ++i) {
+    bool is_past_first = false;
+    gmis::detail::find_arrivals(
+        scene, {static_cast<int>(i % 16), static_cast<int>(i / 16)}, 4, gmis::Philox(gmis_test::seed(23), 0, i, 6),
+        [&](const auto& arrival) {
+          const V at = V(arrival.receiver) + scene.statistics().world_origin;
+          const gmis::Vec3<float> normal = at.y < 1e-3 ? gmis::Vec3<float>(0, 1, 0) : gmis::Vec3<float>(0, 0, -1);
+          const gmis::SurfacePoint<float> receiver{arrival.receiver, normal, normal, 0.0F};
+          const auto sample = arrival.light->sample_next_event(receiver, {0.3F, 0.6F});
+          REQUIRE(sample.has_value());
+          const double density = static_cast<double>(sky / gmis::mean_channel(sample->weight));
+          const double cosine = static_cast<double>(-glm::dot(normal, arrival.direction));
+          const auto share = [&](double survival) {
+            return density / (density + survival * cosine / std::numbers::pi);
+          };
+          const bool is_first = arrival.next_event_share == Approx(share(1.0)).epsilon(1e-4);
+          if (!is_first)
+            CHECK(arrival.next_event_share == Approx(share(0.9 * static_cast<double>(albedo))).epsilon(1e-4));
+          CHECK_FALSE((is_first && is_past_first));
+          is_past_first = true;
+          ++(is_first ? first : later);
+        });
+  }
+  CHECK(first > 50);
+  CHECK(later > 20);
+}
+
 TEST_CASE("A guide chooses between a sun and a sky by what next events make of them") {
   // A floor that sees nothing else: all places are alike.
   constexpr float sky = 0.8F, sun = 2.0F, albedo = 0.2F;
@@ -243,7 +282,7 @@ TEST_CASE("A guide chooses between a sun and a sky by what next events make of t
     const auto sample = light.sample_next_event(receiver, {0.3F, 0.6F});
     REQUIRE(sample.has_value());
     const double density = static_cast<double>(sky / gmis::mean_channel(sample->weight));
-    const double survival = static_cast<double>(gmis::camera_survival(albedo));
+    constexpr double survival = 1;  // at the first vertex
     constexpr int steps = 1000;
     for (int k = 0; k < steps; ++k) {
       const double cosine = (k + 0.5) / steps, by_bsdf = survival * cosine / std::numbers::pi;

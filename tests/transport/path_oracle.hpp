@@ -160,7 +160,7 @@ class PathOracle {
     const bool is_smooth = path.lobes[i] == Tag::smooth;
     const long double albedo = atlas_.albedo(node);
     const long double children =
-        is_camera ? std::max(albedo, 0.5L) * camera_children(path, i) : albedo * light_children(node);
+        is_camera ? camera_survival(path, i) * camera_children(path, i) : albedo * light_children(node);
     const bool has_lobe = nominal_.has_lobe && nominal_.has_lobe(node);
     const long double share = has_lobe ? nominal_.lobe_share(node, to_prev, is_camera) : 0.0L;
     const long double lobe = has_lobe ? nominal_.lobe_pdf(node, to_prev, to_next, is_camera) : 0.0L;
@@ -190,6 +190,12 @@ class PathOracle {
   [[nodiscard]] long double light_children(std::size_t node) const {
     if (nominal_.light_per_lobe == 0.0L || is_purely_specular(node)) return 1.0L;
     return nominal_.light_per_lobe * static_cast<long double>(lobes_of(node));
+  }
+  /// 1 where all events between the vertex and the camera are specular, else 9/10 of the albedo.
+  [[nodiscard]] long double camera_survival(const DiscretePath& path, std::size_t i) const {
+    for (std::size_t k = i + 1; k + 1 < path.nodes.size(); ++k)
+      if (path.lobes[k] == Tag::smooth) return 0.9L * atlas_.albedo(path.nodes[i]);
+    return 1.0L;
   }
   [[nodiscard]] long double camera_children(const DiscretePath& path, std::size_t i) const {
     if (nominal_.camera_stops && path.lobes[i] == Tag::smooth) return 0.0L;

@@ -25,8 +25,8 @@ namespace gmis {
 /// - `is_purely_delta()`: `evaluate` is zero everywhere, so that connections and merging are
 ///   impossible here.
 /// - `albedo()`: approximate share of the light that is scattered, a function of the surface point
-///   alone. Its largest channel is the continuation probability of Russian roulette, for camera
-///   subpaths at least a half.
+///   alone. Russian roulette takes its continuation probability from the largest channel; 0 ends
+///   subpaths of both kinds.
 template <class B>
 concept Bsdf = std::copyable<B> && requires {
   typename B::Spectrum;

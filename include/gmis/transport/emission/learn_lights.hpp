@@ -70,12 +70,13 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
   SurfacePoint<T> from = sample->origin;
   Vec3<T> direction = sample->direction;
   T throughput = mean_channel(sample->weight);
+  bool is_specular = true;  // all events so far
   for (int depth = 1; depth < max_depth; ++depth) {
     const auto hit = depth == 1 ? first_hit(scene, from, direction) : scene.intersect(leave(from, direction));
     if (!hit) return;
     const T albedo = survival_probability(hit->bsdf);
     if (albedo == T(0)) return;
-    const T survival = camera_survival(albedo);
+    const T survival = camera_survival(albedo, is_specular);
     source.at_vertex(static_cast<std::uint32_t>(2 * depth));
     const auto [u_light, u_x, u_y] = uniforms<T, 3>(source);
     const auto choice = sample_light_for(scene, hit->point, u_light, true);
@@ -110,6 +111,7 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
         source);
     if (!next) return;
     throughput *= mean_channel(next->weight);
+    is_specular = is_specular && next->is_delta;
     from = hit->point;
     direction = next->to_next;
   }

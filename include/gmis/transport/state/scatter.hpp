@@ -35,11 +35,15 @@ template <Bsdf B>
   return std::clamp(max_channel(typename B::Spectrum(bsdf.albedo())), T(0), T(1));
 }
 /// Continuation probability of a camera subpath where `survival`, the one of a light subpath, is
-/// above 0: at least a half. A camera subpath that a dark surface ends early wastes what its first
-/// vertices have cost.
+/// above 0. `is_first`: all events before were specular. Up to its first non-specular vertex a
+/// camera subpath always goes on, and from there, too: to end it there wastes the rays that led to
+/// it. Later vertices contribute less for the same cost: nine tenths of the albedo.
+///
+/// Path weights may contain it: the first non-specular vertex is known wherever two subpaths meet.
+/// Either the camera subpath contains it, or the light subpath ends there, in a splat.
 template <std::floating_point T>
-[[nodiscard]] constexpr T camera_survival(T survival) noexcept {
-  return std::max(survival, T(0.5));
+[[nodiscard]] constexpr T camera_survival(T survival, bool is_first) noexcept {
+  return is_first ? T(1) : T(0.9) * survival;
 }
 
 /// A step of a subpath.

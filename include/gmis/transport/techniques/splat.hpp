@@ -49,7 +49,7 @@ struct Splat {
     // b_{k−1}: density of the pixel's camera rays per area at the light vertex
     const T camera_density = response * std::abs(glm::dot(light.point.geometric_normal, seen->to_camera));
     // c of the camera subpath at x_{k−1}, which is its first non-specular vertex
-    const T camera_children = context.camera_children(camera_survival(survival_probability(light.bsdf)));
+    const T camera_children = context.camera_children(T(1));
     // b_{k−2} = c ψ(x_{k−1} → x_{k−2}) g_{k−2}; its first two factors are passed
     // [Georgiev TR 37, 46, 47].
     const auto weight = context.recursion.splat(light.weights, {.is_photon = light.is_photon,

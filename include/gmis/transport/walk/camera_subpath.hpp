@@ -65,6 +65,7 @@ class CameraSubpath {
     CameraPartial weights_behind;  ///< partial weights at `from`
     std::int16_t depth;            ///< edges from the camera to the far end
     HalfPath path{};               ///< the events at `from` and before it
+    bool is_specular = true;       ///< all events up to `from` are specular
   };
 
   /// Subpaths that do not end at the first non-specular vertex, in a run that does not classify
@@ -101,7 +102,7 @@ class CameraSubpath {
       const auto& bsdf = vertex.hit.bsdf;
       const T light_survival = survival_probability(bsdf);
       if (light_survival == T(0)) return;  // the surface absorbs everything
-      const T survival = camera_survival(light_survival);
+      const T survival = camera_survival(light_survival, edge.is_specular);
       const T light_children = context_.light_children(bsdf, light_survival);
       vertex.children = {is_plain ? survival : context_.camera_children(survival), light_children};
       const auto number = 2 * static_cast<std::uint32_t>(edge.depth);  // keys the random numbers of the vertex
@@ -125,6 +126,7 @@ class CameraSubpath {
         edge.path = context_.filter.after_event(edge.path, bsdf, next->is_delta);
         if (!context_.filter.keeps_camera(edge.path)) return;
       }
+      edge.is_specular = edge.is_specular && next->is_delta;
       edge.step = *next;
       edge.throughput = edge.throughput * next->weight;
       edge.from = vertex.hit.point;
