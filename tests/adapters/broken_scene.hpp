@@ -47,6 +47,8 @@ enum class Mistake {
   densities_with_light_choice,
   next_event_density_with_light_choice,
   next_event_density_doubled,
+  next_event_missing,
+  emission_missing,
   next_event_weight_with_light_choice,
   next_event_weight_with_cosine,
   next_event_states_other_emission,
@@ -217,6 +219,8 @@ class BrokenLight {
                                                                                  const gmis::Vec2<T>& uv) const {
     auto s = inner_.sample_next_event(from, uv);
     if (!s) return s;
+    const bool is_area = !is_delta() && !is_infinite();
+    if (mistake_ == Mistake::next_event_missing && is_area) return std::nullopt;
     s->next_event_density *= next_event_factor();
     s->density = changed(s->density);
     if (mistake_ == Mistake::next_event_weight_with_light_choice) s->weight = s->weight * (T(1) / choice_);
@@ -232,6 +236,7 @@ class BrokenLight {
                                                                               const gmis::Vec2<T>& uv_direction) const {
     auto s = inner_.sample_emission(uv_origin, uv_direction);
     if (!s) return s;
+    if (mistake_ == Mistake::emission_missing && !is_delta() && !is_infinite()) return std::nullopt;
     s->density = changed(s->density);
     if (mistake_ == Mistake::emission_density_doubled) s->density.first *= T(2);
     if (mistake_ == Mistake::emission_weight_without_density) s->weight = s->weight * s->density.first;

@@ -140,6 +140,46 @@ TEST_CASE("a compact form that stands for another BSDF is named") {
   }
 }
 
+namespace {
+/// Scatters uniformly over the hemisphere with the density p = 1/2π, which is symmetric: f is
+/// .7 p / |cos| of the direction that light arrives from in the mode of the call. With `as_delta`
+/// it calls that a delta lobe.
+struct Fuzz {
+  using Spectrum = double;
+  bool as_delta;
+  static constexpr double density = 1 / (2 * pi<double>);
+  [[nodiscard]] BsdfValue<double> evaluate(const V& to_prev, const V& to_next, TransportMode mode) const {
+    if (as_delta || to_prev.z <= 0 || to_next.z <= 0) return {};
+    return {0.7 * density / (mode == TransportMode::radiance ? to_next : to_prev).z, {{density}, {density}}};
+  }
+  [[nodiscard]] std::optional<ScatterSample<double>> sample(const V& to_prev, double, const Vec2<double>& uv,
+                                                            TransportMode mode) const {
+    const double sine = std::sqrt(1 - uv.x * uv.x), turn = 2 * pi<double> * uv.y;
+    const V to_next(sine * std::cos(turn), sine * std::sin(turn), uv.x);
+    if (as_delta) return ScatterSample<double>{to_next, 0.7, {{1.0}, {1.0}}, true, 1.0};
+    const double weight = mode == TransportMode::radiance ? 0.7 : 0.7 * to_next.z / to_prev.z;
+    return ScatterSample<double>{to_next, weight, {{density}, {density}}, false, 1.0};
+  }
+  [[nodiscard]] bool is_purely_delta() const { return as_delta; }
+  [[nodiscard]] double albedo() const { return 0.7; }
+};
+}  // namespace
+
+TEST_CASE("a sound lobe whose modes differ by cosines passes; called a delta lobe, it is named") {
+  const SurfacePoint<double> point{V(0, 0, 0), V(0, 0, 1), V(0, 0, 1)};
+  for (const bool as_delta : {false, true}) {
+    const auto bsdf_for = [&](const V&) { return std::optional(Fuzz{as_delta}); };
+    Philox source(gmis_test::seed(610));
+    Findings findings;
+    const V to_prev = glm::normalize(V(0.3, 0.2, 0.7));
+    for (int i = 0; i < 8; ++i)
+      SurfaceCheck<decltype(bsdf_for), double, Philox>(bsdf_for, point, to_prev, source, findings).run(16);
+    CHECK(findings.tried(Convention::bsdf_cosine) + findings.tried(Convention::bsdf_delta) > 100);
+    CHECK(findings.is_broken(Convention::bsdf_delta) == as_delta);
+    if (!as_delta) CHECK(findings.text() == "");
+  }
+}
+
 TEST_CASE("a mixture of caps integrates to one and draws what it states") {
   Philox source(gmis_test::seed(400));
   std::vector<V> draws;

@@ -93,6 +93,8 @@ inline const std::vector<Planted> planted{
     {Mistake::densities_with_light_choice, Convention::next_event_distribution},
     {Mistake::next_event_density_with_light_choice, Convention::next_event_distribution},
     {Mistake::next_event_density_doubled, Convention::next_event_distribution},
+    {Mistake::next_event_missing, Convention::next_event_distribution},
+    {Mistake::emission_missing, Convention::emission_origin_distribution},
     {Mistake::next_event_weight_with_light_choice, Convention::next_event_weight},
     {Mistake::next_event_weight_with_cosine, Convention::next_event_weight},
     {Mistake::next_event_states_other_emission, Convention::next_event_emission_density},

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <type_traits>
+#include <vector>
 
 #include "gmis/check/compare.hpp"
 #include "gmis/check/findings.hpp"
@@ -56,6 +57,8 @@ class SurfaceCheck {
     }
     findings_.look_along(V(0));
     if (pairs >= 8) findings_.count(Convention::bsdf_albedo, albedo == 0.0 || succeeded_ > 0, albedo, 0.0);
+    // A surface has few delta lobes, and each of them one direction.
+    if (pairs >= 8) findings_.judge(Convention::bsdf_delta, delta_directions_.size() <= 4);
     if (smooth_ >= 8 && !is_refracting_) findings_.count(Convention::bsdf_through, through_ < smooth_);
   }
 
@@ -125,6 +128,9 @@ class SurfaceCheck {
     const BsdfValue<S> f = bsdf.evaluate(to_prev_, sample.to_next, mode_);
     findings_.count(Convention::bsdf_value, is_sound(f));
     findings_.count(Convention::bsdf_delta, !bsdf.is_purely_delta() || (sample.is_delta && is_black(f.value)));
+    if (sample.is_delta && std::none_of(delta_directions_.begin(), delta_directions_.end(),
+                                        [&](const V& other) { return glm::length(other - next) < 0.01; }))
+      delta_directions_.push_back(next);
     if (cosine < least_cosine) return;
     // Where shading and geometric normal disagree about the side of a direction, light leaks or is
     // lost: no check.
@@ -216,7 +222,14 @@ class SurfaceCheck {
       return x > 0.0 && y > 0.0 &&
              (detail::nearly(x * cos_prev, y * cos_next, 0.005) || detail::nearly(x * cos_next, y * cos_prev, 0.005));
     };
-    const bool has_cosine = differ_by_cosines(f.value, swapped.value) || differ_by_cosines(f.value, there.value);
+    // The modes may differ by a ratio of cosines without a mistake, where the density of `sample`
+    // is symmetric: the weights of radiance are the albedo then, and fit f.
+    const double weight = static_cast<double>(max_channel(sample.weight)), pdf = number(f.pdf.forward);
+    const bool is_unlike = mode_ == TransportMode::radiance && differ_by_cosines(f.value, there.value);
+    const bool is_sound_weight =
+        detail::nearly(weight, static_cast<double>(max_channel(back.albedo())), 0.03) &&
+        detail::nearly(weight * pdf, static_cast<double>(max_channel(f.value)) * cos_next, 0.03);
+    const bool has_cosine = differ_by_cosines(f.value, swapped.value) || (is_unlike && !is_sound_weight);
     findings_.count(Convention::bsdf_cosine, !has_cosine, static_cast<double>(max_channel(f.value)),
                     static_cast<double>(max_channel(f.value)) / cos_next);
   }
@@ -252,6 +265,7 @@ class SurfaceCheck {
   Source& source_;
   Findings& findings_;
   TransportMode mode_ = TransportMode::radiance;
+  std::vector<V> delta_directions_;  // that differ
   std::size_t through_ = 0, smooth_ = 0, succeeded_ = 0;
   bool is_refracting_ = false;
 };

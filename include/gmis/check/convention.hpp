@@ -128,7 +128,8 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "Light: sample_next_event and next_event_density must state the same density (neither holds the probability "
       "of choosing the light)",
       "Light::next_event_density must be the density with which sample_next_event makes the point, per area (for an "
-      "infinite light: of the direction, per steradian), without the probability of choosing the light",
+      "infinite light: of the direction, per steradian), without the probability of choosing the light; where rays "
+      "meet the light and no sample comes, a sign or the normal of its points is turned",
       "Light::sample_emission: the direction must have unit length and leave the light",
       "Light: sample_emission and emitted must state the same densities for the same start (origin: per area, "
       "first: per steradian; for an infinite light origin: per steradian, first: per area on the disk)",
@@ -159,7 +160,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "ScatterSample::pdf.forward must be the density that Bsdf::evaluate states for the same directions, with the "
       "probability of choosing the lobe; a delta lobe must set is_delta",
       "Bsdf: is_purely_delta must be true exactly where evaluate is 0 everywhere and sample makes delta directions "
-      "only",
+      "only; a lobe whose direction is drawn is no delta lobe",
       "ScatterSample::pdf.reverse must be the reverse density that Bsdf::evaluate states for the same directions",
       "Bsdf: pdf.forward must be the density per steradian with which sample makes to_next (forward and reverse "
       "swapped, not normalised, or without a factor of a change of variables: 4 (h · to_next), eta²)",

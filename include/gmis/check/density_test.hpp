@@ -36,6 +36,8 @@ namespace gmis::detail {
 class CapMixture {
  public:
   using V = Vec3<double>;
+  /// With fewer draws it is uniform over the sphere.
+  static constexpr std::size_t least_draws = 40;
 
   /// Uniform over the sphere.
   CapMixture() = default;
@@ -43,7 +45,7 @@ class CapMixture {
   /// directions have enough digits.
   template <UniformSource Source>
   CapMixture(std::span<const V> draws, double least_drop, Source& source) {
-    if (draws.size() < 40) return;
+    if (draws.size() < least_draws) return;
     std::vector<double> drops(draws.size());
     for (std::size_t k = 0; k < caps; ++k) {
       const V& center = draws[uniform_index(source, static_cast<std::uint32_t>(draws.size()))];

@@ -135,8 +135,14 @@ class LightDirections {
     const auto emission_density = [&](const Point& point, const V& to) {
       return number(light_.emitted(point, Vec3<T>(-to)).density.origin);
     };
-    test_points(Convention::next_event_distribution, from, radius, next_event, next_event_density, next_events_);
-    test_points(Convention::emission_origin_distribution, from, radius, emission, emission_density, emissions_);
+    // Where a sampler gives too few points, those of the other one say where the light is.
+    std::vector<V> by_next_event = pilot_of(from, radius, next_event), by_emission = pilot_of(from, radius, emission);
+    if (by_next_event.size() < CapMixture::least_draws) by_next_event = by_emission;
+    if (by_emission.size() < CapMixture::least_draws) by_emission = by_next_event;
+    test_points(Convention::next_event_distribution, from, radius, by_next_event, next_event, next_event_density,
+                next_events_);
+    test_points(Convention::emission_origin_distribution, from, radius, by_emission, emission, emission_density,
+                emissions_);
   }
   /// Verdicts on all draws of `from_receiver` together.
   void judge_receivers() {
@@ -219,14 +225,20 @@ class LightDirections {
     if (!seen || glm::length(V(seen->position) - V(point.position)) > tolerance) return std::nullopt;
     return std::pair{direction, *seen};
   }
-  /// A sampler of points against its density per area; the draws are added to `all`.
-  template <class Sample, class Density>
-  void test_points(Convention convention, const Point& from, double radius, const Sample& sample,
-                   const Density& density, DensityTest& all) {
+  /// Directions from `from` to points that a sampler makes.
+  template <class Sample>
+  [[nodiscard]] std::vector<V> pilot_of(const Point& from, double radius, const Sample& sample) {
     std::vector<V> pilot;
     for (int i = 0; i < 400; ++i)
       if (const auto point = sample())
         if (const auto seen = seen_from(from, *point, radius)) pilot.push_back(seen->first);
+    return pilot;
+  }
+  /// A sampler of points against its density per area; the draws are added to `all`. `pilot`:
+  /// directions in which the light lies.
+  template <class Sample, class Density>
+  void test_points(Convention convention, const Point& from, double radius, const std::vector<V>& pilot,
+                   const Sample& sample, const Density& density, DensityTest& all) {
     const CapMixture known(pilot, rounding_of_directions, source_);
     DensityTest result;
     for (std::size_t i = 0; i < ray_samples_; ++i) {
