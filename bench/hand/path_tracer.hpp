@@ -13,10 +13,9 @@
 /// \file
 /// A path tracer as one writes it over the built-in scene without this library's transport: next
 /// event and emitter hits, combined by the balance heuristic, roulette from the second non-specular
-/// vertex on.
-/// It draws the same random numbers in the same order, so that it makes the same picture but for
-/// rounding; it passes a surface that the camera stands in. Nothing is counted and nothing is
-/// checked, but that a pixel is finite.
+/// vertex on. It draws the same random numbers in the same order, so that it makes the same picture
+/// but for rounding; it passes a surface that the camera stands in. Nothing is counted and nothing
+/// is checked, but that a pixel is finite.
 
 namespace hand {
 

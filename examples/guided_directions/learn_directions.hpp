@@ -31,14 +31,14 @@ void follow_subpath(const Sc& scene, TransportMode mode, SurfacePoint<ScalarOf<t
                     Vec3<ScalarOf<typename Sc::Spectrum>> direction, ScalarOf<typename Sc::Spectrum> throughput,
                     int max_depth, Source& source, Found&& found) {
   using T = ScalarOf<typename Sc::Spectrum>;
-  bool is_specular = true;  // all events so far
+  bool always_goes_on = mode == TransportMode::radiance;  // up to the first non-specular vertex and from there
   for (int depth = 1; depth < max_depth; ++depth) {
     const auto hit = depth == 1 ? first_hit(scene, from, direction) : scene.intersect(leave(from, direction));
     if (!hit) return;
     if (!hit->bsdf.is_purely_delta()) found(*hit, -direction, throughput, depth);
     const T albedo = survival_probability(hit->bsdf);
     if (albedo == T(0)) return;
-    const T survival = mode == TransportMode::radiance ? camera_survival(albedo, is_specular) : albedo;
+    const T survival = always_goes_on ? T(1) : mode == TransportMode::radiance ? camera_survival(albedo) : albedo;
     source.at_vertex(static_cast<std::uint32_t>(depth));
     const Vec3<T> to_prev = -direction;
     const auto next = scatter<false>(
@@ -46,7 +46,7 @@ void follow_subpath(const Sc& scene, TransportMode mode, SurfacePoint<ScalarOf<t
         source);
     if (!next) return;
     throughput *= mean_channel(next->weight);
-    is_specular = is_specular && next->is_delta;
+    always_goes_on = always_goes_on && next->is_delta;
     from = hit->point;
     direction = next->to_next;
   }

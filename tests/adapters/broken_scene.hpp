@@ -219,8 +219,7 @@ class BrokenLight {
                                                                                  const gmis::Vec2<T>& uv) const {
     auto s = inner_.sample_next_event(from, uv);
     if (!s) return s;
-    const bool is_area = !is_delta() && !is_infinite();
-    if (mistake_ == Mistake::next_event_missing && is_area) return std::nullopt;
+    if (mistake_ == Mistake::next_event_missing && !is_delta() && !is_infinite()) return std::nullopt;
     s->next_event_density *= next_event_factor();
     s->density = changed(s->density);
     if (mistake_ == Mistake::next_event_weight_with_light_choice) s->weight = s->weight * (T(1) / choice_);

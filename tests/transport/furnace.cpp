@@ -18,9 +18,9 @@
 //
 // Merging is biased by the curvature, and the bias has a bound. The part of a sphere of radius 1
 // within the distance r of a point of it has the area π r² exactly, so the number of photons is
-// right. But one that lies d away has another normal, turned by an angle θ with 2 (1 − cos θ) = d².
-// The share (1 − cos θ)/2 = d²/4 of the light there comes from below the surface at the point:
-// black. The mean over the disk, where d² is r²/2, is r²/8 of the merged light.
+// right. But the normal at the distance d is turned by an angle whose cosine is 1 - d²/2, and a
+// share of the light there, half of 1 less this cosine or d²/4, comes from below the surface at
+// the point: black. The mean over the disk, where d² is r²/2, is r²/8 of the merged light.
 
 namespace {
 

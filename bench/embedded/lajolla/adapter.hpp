@@ -45,9 +45,8 @@ struct Traits {
   bool reflects_only = false;
   bool is_specular = false;     ///< so narrow that the adapter calls it a delta lobe
   double coat_reflectance = 0;  ///< Schlick's, mean over directions by the cosine
-  double least_albedo;          ///< where it scatters at all; 1: no Russian roulette
 
-  Traits(const Material& material, double least) : least_albedo(least) {
+  explicit Traits(const Material& material) {
     if (std::holds_alternative<Lambertian>(material)) {
       reflects_only = true;
     } else if (const auto* plastic = std::get_if<RoughPlastic>(&material)) {
@@ -134,7 +133,6 @@ class Bsdf {
   [[nodiscard]] std::uint64_t check_group() const { return std::uint64_t(vertex_.material_id); }
   [[nodiscard]] Spectrum albedo() const {
     if (is_black_) return {};
-    if (traits_->least_albedo == 1) return Spectrum(1);
     const auto colour = [this](const TextureSpectrum& texture) {
       return ours(eval(texture, vertex_.uv, vertex_.uv_screen_size, scene_->texture_pool));
     };
@@ -396,12 +394,12 @@ class Scene {
   using Light = adapter::Light;
   using Camera = adapter::Camera;
 
-  explicit Scene(const ::Scene& scene, double least_albedo = 0)
+  explicit Scene(const ::Scene& scene)
       : scene_(&scene), camera_(scene.camera), epsilon_(get_intersection_epsilon(scene)) {
     for (const ::Light& light : scene.lights) lights_.emplace_back(scene, light);
     for (const Light& light : lights_)
       if (light.is_infinite()) infinite_.push_back(&light);
-    for (const Material& material : scene.materials) traits_.emplace_back(material, least_albedo);
+    for (const Material& material : scene.materials) traits_.emplace_back(material);
     for (const Traits& material : traits_) {
       effects_.diffuse |= material.is_diffuse;
       effects_.purely_glossy |= !material.is_diffuse && !material.is_specular;

@@ -17,8 +17,7 @@
 // One of lajolla's scenes, rendered on one thread by lajolla's path tracer or by the engine over
 // the adapter. Prints processor seconds without the construction of the scene, and rays.
 // Usage: PROGRAM FILE WIDTH MAX_DEPTH lajolla|pt|bpt|vcm|auto COUNT SEED PICTURE
-// COUNT: samples of a pixel, or iterations. With NO_ROULETTE in the environment paths go on to
-// MAX_DEPTH on either side.
+// COUNT: samples of a pixel, or iterations.
 
 namespace {
 using Picture = std::vector<glm::dvec3>;  // rows from above
@@ -88,9 +87,7 @@ int main(int argc, char* argv[]) {
   theirs->camera.height = theirs->camera.height * width / theirs->camera.width;
   theirs->camera.width = width;
   theirs->options.max_depth = max_depth;
-  const bool all_go_on = std::getenv("NO_ROULETTE") != nullptr;
-  if (all_go_on) theirs->options.rr_depth = 1 << 20;
-  const adapter::Scene scene(*theirs, all_go_on ? 1 : 0);
+  const adapter::Scene scene(*theirs);
   const int count = std::atoi(argv[5]), seed = std::atoi(argv[6]);
   gmis::RenderSettings settings;
   settings.seed = std::uint64_t(seed);

@@ -52,14 +52,18 @@ struct ComparisonRow {
   double seconds_to_1_percent =
       0.0;  ///< to a relative standard error of 1 %: 100 times less to 10 %, 100 times more to 0.1 %
 
-  /// True when the exact mean is off by more than a millionth, or the measured one by more than
-  /// five standard errors and by more than rounding.
+  /// True when the exact mean is off by more than a millionth.
+  [[nodiscard]] bool has_wrong_exact_mean(double integral) const noexcept {
+    return exact_mean && !(std::abs(*exact_mean - integral) <= 1e-6 * std::abs(integral));
+  }
+  /// True when the exact mean is off, or the measured one by more than five standard errors and by
+  /// more than rounding.
   [[nodiscard]] bool has_wrong_mean(double integral) const noexcept {
-    if (exact_mean && !(std::abs(*exact_mean - integral) <= 1e-6 * std::abs(integral))) return true;
+    if (has_wrong_exact_mean(integral)) return true;
     return !(std::abs(measured_mean - integral) <= 5.0 * mean_error + 1e-9 * std::abs(integral));
   }
-  /// True when the measured variance is above the one that was given by more than five standard
-  /// errors of both.
+  /// True when the measured variance is above the exact one by more than five standard errors of
+  /// both.
   [[nodiscard]] bool has_wrong_variance() const noexcept {
     return is_exact &&
            !(measured_variance - variance <= 2.5 * (measured_half_width + half_width) + 1e-6 * measured_variance);
@@ -73,8 +77,7 @@ struct Comparison {
   std::vector<ComparisonRow> rows;  ///< in the order of the contenders
 
   /// A table with one line for each contender, and one below for each whose mean is off or whose
-  /// variance is larger than it says.
-  /// Measured variances are marked with ~.
+  /// variance is larger than it says. Measured variances are marked with ~.
   [[nodiscard]] std::string text() const {
     int width = 10;
     for (const ComparisonRow& row : rows) width = std::max(width, static_cast<int>(row.name.size()));
@@ -95,11 +98,12 @@ struct Comparison {
       result += line;
     }
     for (const ComparisonRow& row : rows) {
-      if (row.has_wrong_mean(integral)) {
-        const bool is_exact_off = row.exact_mean && std::abs(*row.exact_mean - integral) > 1e-6 * std::abs(integral);
-        result += joined({row.name, ": mean ", number(is_exact_off ? *row.exact_mean : row.measured_mean, "%.6g"),
-                          is_exact_off ? "" : ", standard error ", is_exact_off ? "" : number(row.mean_error, "%.2g"),
-                          ": its variance and times are those of another estimator\n"});
+      constexpr std::string_view is_another = ": its variance and times are those of another estimator\n";
+      if (row.has_wrong_exact_mean(integral)) {
+        result += joined({row.name, ": mean ", number(*row.exact_mean, "%.6g"), is_another});
+      } else if (row.has_wrong_mean(integral)) {
+        result += joined({row.name, ": mean ", number(row.measured_mean, "%.6g"), ", standard error ",
+                          number(row.mean_error, "%.2g"), is_another});
       } else if (row.has_wrong_variance()) {
         result += joined({row.name, ": measured variance ", number(row.measured_variance, "%.6g"), " ± ",
                           number(row.measured_half_width, "%.2g"), ": its variance and times are too small\n"});

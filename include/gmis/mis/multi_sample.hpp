@@ -50,19 +50,18 @@ sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& 
 
     DensitiesAt<Set> at(set, *x, densities.data());
     at.expect_all();
-    for (std::size_t i = 0; i < proposal_count; ++i)
+    bool are_finite = true;
+    for (std::size_t i = 0; i < proposal_count; ++i) {
       densities[i] = sample_counts[i] > 0 ? at[i] : (is_log_set<Set> ? -std::numeric_limits<D>::infinity() : D(0));
+      // One of another proposal that is not finite would make the weight 0 and the sample vanish.
+      are_finite = are_finite && state_of(DensitiesAt<Set>::as_denominator(densities[i])) != DensityState::non_finite;
+    }
     counts.density_evaluations += at.evaluations();
     const Denominator<Set> own = DensitiesAt<Set>::as_denominator(densities[index]);
     if (state_of(own) == DensityState::zero) {
       ++counts.zero_density;
       continue;
     }
-    // A density of another proposal that is not finite would make the weight 0 and the sample
-    // vanish.
-    bool are_finite = true;
-    for (const D density : densities)
-      are_finite = are_finite && state_of(DensitiesAt<Set>::as_denominator(density)) != DensityState::non_finite;
     const std::span<const D> values(densities);
     if constexpr (is_log_set<Set>)
       heuristic_weights_from_logs(heuristic, sample_counts, values, densities);

@@ -118,7 +118,7 @@ struct IterationContext {
   template <Bsdf B>
   [[nodiscard]] constexpr NominalChildren<T> children_of_light_vertex(const B& bsdf) const noexcept {
     const T survival = survival_probability(bsdf);
-    return {light_children(bsdf, survival), camera_children(camera_survival(survival, false))};
+    return {light_children(bsdf, survival), camera_children(camera_survival(survival))};
   }
 };
 

@@ -76,7 +76,7 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
     if (!hit) return;
     const T albedo = survival_probability(hit->bsdf);
     if (albedo == T(0)) return;
-    const T survival = camera_survival(albedo, is_specular);
+    const T survival = is_specular ? T(1) : camera_survival(albedo);
     source.at_vertex(static_cast<std::uint32_t>(2 * depth));
     const auto [u_light, u_x, u_y] = uniforms<T, 3>(source);
     const auto choice = sample_light_for(scene, hit->point, u_light, true);

@@ -34,16 +34,17 @@ template <Bsdf B>
   using T = ScalarOf<typename B::Spectrum>;
   return std::clamp(max_channel(typename B::Spectrum(bsdf.albedo())), T(0), T(1));
 }
-/// Continuation probability of a camera subpath where `survival`, the one of a light subpath, is
-/// above 0. `is_first`: all events before were specular. Up to its first non-specular vertex a
-/// camera subpath always goes on, and from there, too: to end it there wastes the rays that led to
-/// it. Later vertices contribute less for the same cost: nine tenths of the albedo.
+/// Continuation probability of a camera subpath beyond its first non-specular vertex, where
+/// `survival` is the one of a light subpath: these vertices contribute less for the same cost than
+/// those before. Up to its first non-specular vertex and from there a camera subpath always goes
+/// on, where `survival` is above 0: to end it there would waste the rays that led to it.
 ///
-/// Path weights may contain it: the first non-specular vertex is known wherever two subpaths meet.
-/// Either the camera subpath contains it, or the light subpath ends there, in a splat.
+/// Path weights may tell the two apart: the first non-specular vertex is known wherever two
+/// subpaths meet. Either the camera subpath contains it, or the light subpath ends there, in a
+/// splat.
 template <std::floating_point T>
-[[nodiscard]] constexpr T camera_survival(T survival, bool is_first) noexcept {
-  return is_first ? T(1) : T(0.9) * survival;
+[[nodiscard]] constexpr T camera_survival(T survival) noexcept {
+  return T(0.9) * survival;
 }
 
 /// A step of a subpath.

@@ -102,7 +102,7 @@ class CameraSubpath {
       const auto& bsdf = vertex.hit.bsdf;
       const T light_survival = survival_probability(bsdf);
       if (light_survival == T(0)) return;  // the surface absorbs everything
-      const T survival = camera_survival(light_survival, edge.is_specular);
+      const T survival = edge.is_specular ? T(1) : camera_survival(light_survival);
       const T light_children = context_.light_children(bsdf, light_survival);
       vertex.children = {is_plain ? survival : context_.camera_children(survival), light_children};
       const auto number = 2 * static_cast<std::uint32_t>(edge.depth);  // keys the random numbers of the vertex

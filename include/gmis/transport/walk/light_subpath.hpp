@@ -52,7 +52,7 @@ class LightSubpath {
             TransportMode::importance,
             survival,
             at.children,
-            {at.children.forward, camera_survival(survival, false)}};
+            {at.children.forward, camera_survival(survival)}};
   }
 
   /// Draws x_0 and x_1. Returns x_1, or nothing when the ray leaves the scene or a density is
