@@ -39,7 +39,7 @@ TEST_CASE("A 128-bit product is that of four 64-bit ones") {
   }
 }
 
-TEMPLATE_TEST_CASE("seed, iteration, path, stream and vertex each lead to numbers of their own", "", gmis::PhiloxBlocks,
+TEMPLATE_TEST_CASE("seed, iteration, path, stream and vertex each lead to numbers of their own", "", gmis::Philox,
                    gmis::WyrandBlocks) {
   std::set<std::uint64_t> seen;
   int sources = 0;
@@ -47,7 +47,7 @@ TEMPLATE_TEST_CASE("seed, iteration, path, stream and vertex each lead to number
                         std::uint32_t vertex) {
     TestType blocks(seed, iteration, path, stream);
     blocks.at_vertex(vertex);
-    const auto block = blocks.next();
+    const auto block = blocks.next_block();
     seen.insert(std::uint64_t{block[0]} << 32U | block[1]);
     ++sources;
   };
@@ -59,18 +59,18 @@ TEMPLATE_TEST_CASE("seed, iteration, path, stream and vertex each lead to number
   CHECK(seen.size() == static_cast<std::size_t>(sources));  // 432 of 2^64: by chance alike once in 2e14
 }
 
-TEMPLATE_TEST_CASE("the numbers of a vertex do not depend on what was drawn before", "", gmis::PhiloxBlocks,
+TEMPLATE_TEST_CASE("the numbers of a vertex do not depend on what was drawn before", "", gmis::Philox,
                    gmis::WyrandBlocks) {
   TestType source(7, 1, 2, 1);
   source.at_vertex(5);
   std::array<typename TestType::Block, 3> first{};
-  for (auto& block : first) block = source.next();
+  for (auto& block : first) block = source.next_block();
   source.at_vertex(6);
-  CHECK(source.next() != first[0]);
+  CHECK(source.next_block() != first[0]);
   source.at_vertex(5);
   std::set<std::uint32_t> words;
   for (const auto& block : first) {
-    CHECK(source.next() == block);
+    CHECK(source.next_block() == block);
     words.insert(block.begin(), block.end());
   }
   CHECK(words.size() == 12);
@@ -96,7 +96,7 @@ TEST_CASE("the words are the same with every compiler") {
   for (std::uint32_t i = 0; i < 1000; ++i) {
     gmis::WyrandBlocks blocks(i / 7, i % 8, i, i % 3);
     blocks.at_vertex(i % 5);
-    for (const auto& block : {blocks.next(), blocks.next()})
+    for (const auto& block : {blocks.next_block(), blocks.next_block()})
       for (const std::uint32_t word : block) hash = (hash ^ word) * 0x100000001B3U;
   }
   CHECK(hash == 0xD6FF10FED54CB63FU);
@@ -142,14 +142,14 @@ typename Blocks::Block block_at(Moves moves, std::uint32_t i, std::uint32_t base
   source.at_vertex(moves == Moves::vertex ? (base + i) & 0xFFFFFFU : 5U);
   if (moves == Moves::block) {  // eight blocks a vertex
     source.at_vertex(i >> 3U);
-    for (std::uint32_t skipped = 0; skipped < (i & 7U); ++skipped) static_cast<void>(source.next());
+    for (std::uint32_t skipped = 0; skipped < (i & 7U); ++skipped) static_cast<void>(source.next_block());
   }
-  return source.next();
+  return source.next_block();
 }
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uniform", "", gmis::PhiloxBlocks,
+TEMPLATE_TEST_CASE("whichever part of the key moves, numbers and pairs of numbers are uniform", "", gmis::Philox,
                    gmis::WyrandBlocks) {
   // Cells of 16 × 16 for each pair among the four numbers of a block and those of the block before
   // it: χ² each.
@@ -257,7 +257,7 @@ double weight_p_value(const std::vector<std::uint32_t>& words, std::size_t lag) 
 
 TEMPLATE_TEST_CASE(
     "whichever part of the key moves, birthday spacings, ranks and weights are those of independent words", "",
-    gmis::PhiloxBlocks, gmis::WyrandBlocks) {
+    gmis::Philox, gmis::WyrandBlocks) {
   const double alpha = gmis::sidak_level(false_alarms, all_moves.size() * 4);
   const auto base = static_cast<std::uint32_t>(gmis_test::seed(23));
   for (const Moves moves : all_moves) {

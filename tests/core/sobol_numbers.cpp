@@ -40,10 +40,10 @@ TEST_CASE(
   for (const std::uint32_t vertex : {0U, 5U, 1U}) {
     blocks.at_vertex(vertex);
     numbers.at_vertex(vertex);
-    for (const std::uint32_t word : blocks.next()) CHECK(word == numbers());
-    CHECK(blocks.next()[0] == numbers());
-    CHECK(blocks.next() == numbers.next_block());
-    CHECK(blocks.next()[0] == numbers());
+    for (const std::uint32_t word : blocks.next_block()) CHECK(word == numbers());
+    CHECK(blocks.next_block()[0] == numbers());
+    CHECK(blocks.next_block() == numbers.next_block());
+    CHECK(blocks.next_block()[0] == numbers());
   }
 }
 

@@ -134,23 +134,46 @@ template <int rounds>
   return counter;
 }
 
-/// Blocks of four random 32-bit words, keyed by (seed, iteration, path, stream) and laid out by
-/// vertex; made by `philox2x64<7>`: one round more than the tests of its authors ask for.
-class PhiloxBlocks {
+/// A counter-based uniform source: a number is a pure function of the place where it is used, and
+/// does not depend on earlier draws. It is keyed by (seed, iteration, path, stream) and laid out by
+/// vertex: `at_vertex(v)` starts the numbers of vertex `v`, whatever its siblings used. A
+/// `std::uniform_random_bit_generator` of 32-bit words, made in blocks of four by `philox2x64<7>`:
+/// one round more than the tests of its authors ask for.
+///
+/// Outside a renderer, (iteration, path) number the streams of a seed: disjoint parts of its
+/// sequence, 2^34 words each (then they repeat). `Philox(seed, 0, i)` is the source of the i-th of
+/// several threads or blocks.
+class Philox {
  public:
+  using result_type = std::uint32_t;
   using Block = std::array<std::uint32_t, 4>;
+  static constexpr result_type min() noexcept { return 0; }
+  static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
 
-  /// The blocks of one path: the same arguments give the same blocks.
-  constexpr PhiloxBlocks(std::uint64_t seed, std::uint32_t iteration, std::uint32_t path, std::uint32_t stream) noexcept
+  /// The numbers of one path: the same arguments give the same numbers, and others independent
+  /// ones.
+  constexpr explicit Philox(std::uint64_t seed = 0, std::uint32_t iteration = 0, std::uint32_t path = 0,
+                            std::uint32_t stream = 0) noexcept
       : key_(seed), path_(std::uint64_t{iteration} << 32U | path), place_(std::uint64_t{stream} << 56U) {}
 
-  /// Moves to the first block of vertex `vertex` (below 2^24).
+  /// Moves to the first number of vertex `vertex` (below 2^24) of this path.
   constexpr void at_vertex(std::uint32_t vertex) noexcept {
     place_ = (place_ & 0xFF00000000000000U) | std::uint64_t{vertex & 0x00FFFFFFU} << 32U;
+    used_ = 4;
   }
 
-  /// The next four words.
-  constexpr Block next() noexcept {
+  constexpr result_type operator()() noexcept {
+    if (used_ == 4) {
+      block_ = next_block();
+      used_ = 0;
+    }
+    return block_[used_++];
+  }
+
+  /// The next four words that no call has begun to use: words of a block that is partly used are
+  /// passed over.
+  constexpr Block next_block() noexcept {
+    used_ = 4;
     const std::array<std::uint64_t, 2> words = philox2x64<7>({place_, path_}, key_);
     // The number of the block is the low half of the counter; it wraps without touching the vertex.
     place_ = (place_ & 0xFFFFFFFF00000000U) | static_cast<std::uint32_t>(place_ + 1);
@@ -161,52 +184,6 @@ class PhiloxBlocks {
   std::uint64_t key_;
   std::uint64_t path_;   // iteration, path
   std::uint64_t place_;  // stream, vertex, block within the vertex
-};
-
-/// A counter-based uniform source: a number is a pure function of the place where it is used, and
-/// does not depend on earlier draws. It is keyed by (seed, iteration, path) and laid out by vertex:
-/// `at_vertex(v)` starts the numbers of vertex `v`, whatever its siblings used. A
-/// `std::uniform_random_bit_generator` of 32-bit words, made in blocks of four (`PhiloxBlocks`).
-///
-/// Outside a renderer, (iteration, path) number the streams of a seed: disjoint parts of its
-/// sequence, 2^34 words each (then they repeat). `Philox(seed, 0, i)` is the source of the i-th of
-/// several threads or blocks.
-class Philox {
- public:
-  using result_type = std::uint32_t;
-  using Block = PhiloxBlocks::Block;
-  static constexpr result_type min() noexcept { return 0; }
-  static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
-
-  /// The numbers of one path: the same arguments give the same numbers, and others independent
-  /// ones.
-  constexpr explicit Philox(std::uint64_t seed = 0, std::uint32_t iteration = 0, std::uint32_t path = 0,
-                            std::uint32_t stream = 0) noexcept
-      : blocks_(seed, iteration, path, stream) {}
-
-  /// Moves to the first number of vertex `vertex` (below 2^24) of this path.
-  constexpr void at_vertex(std::uint32_t vertex) noexcept {
-    blocks_.at_vertex(vertex);
-    used_ = 4;
-  }
-
-  constexpr result_type operator()() noexcept {
-    if (used_ == 4) {
-      block_ = blocks_.next();
-      used_ = 0;
-    }
-    return block_[used_++];
-  }
-
-  /// The next four words that no call has begun to use: words of a block that is partly used are
-  /// passed over.
-  constexpr Block next_block() noexcept {
-    used_ = 4;
-    return blocks_.next();
-  }
-
- private:
-  PhiloxBlocks blocks_;
   Block block_{};
   std::uint32_t used_ = 4;
 };

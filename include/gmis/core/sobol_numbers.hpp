@@ -178,7 +178,7 @@ class SampleNumbers {
   Block next_block() noexcept {
     used_ = 4;
     if (is_sobol_) return point(blocks_.next_words(), reversed_index_);
-    return blocks_.next();
+    return blocks_.next_block();
   }
 
  private:

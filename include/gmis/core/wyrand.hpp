@@ -32,7 +32,7 @@ class WyrandBlocks {
     return words;
   }
   /// The next four words.
-  constexpr Block next() noexcept { return detail::halves_of(next_words()); }
+  constexpr Block next_block() noexcept { return detail::halves_of(next_words()); }
 
   static constexpr std::uint64_t step = 0xA0761D6478BD642FU;         ///< from word to word
   static constexpr std::uint64_t vertex_step = 0xD1B54A32D192ED03U;  ///< from vertex to vertex

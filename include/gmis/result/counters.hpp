@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 namespace gmis {
@@ -23,45 +24,27 @@ struct Counters {
   std::uint64_t rejected_negative = 0;    ///< contributions left out: negative
   std::uint64_t rejected_zero_pdf = 0;    ///< samples whose own density is zero or not finite
 
+  /// Every count, once.
+  static constexpr auto all() noexcept {
+    using C = Counters;
+    return std::array{
+        &C::camera_paths,     &C::light_subpaths, &C::rays,          &C::shadow_rays,         &C::connections,
+        &C::connection_rays,  &C::projections,    &C::splats,        &C::merge_queries,       &C::merges,
+        &C::photons_stored,   &C::grids_built,    &C::contributions, &C::rejected_non_finite, &C::rejected_negative,
+        &C::rejected_zero_pdf};
+  }
+
   /// Adds another count.
   constexpr Counters& operator+=(const Counters& other) noexcept {
-    camera_paths += other.camera_paths;
-    light_subpaths += other.light_subpaths;
-    rays += other.rays;
-    shadow_rays += other.shadow_rays;
-    connections += other.connections;
-    connection_rays += other.connection_rays;
-    projections += other.projections;
-    splats += other.splats;
-    merge_queries += other.merge_queries;
-    merges += other.merges;
-    photons_stored += other.photons_stored;
-    grids_built += other.grids_built;
-    contributions += other.contributions;
-    rejected_non_finite += other.rejected_non_finite;
-    rejected_negative += other.rejected_negative;
-    rejected_zero_pdf += other.rejected_zero_pdf;
+    for (const auto count : all()) this->*count += other.*count;
     return *this;
   }
 
   /// Operations since `earlier`.
   [[nodiscard]] constexpr Counters operator-(const Counters& earlier) const noexcept {
-    return {camera_paths - earlier.camera_paths,
-            light_subpaths - earlier.light_subpaths,
-            rays - earlier.rays,
-            shadow_rays - earlier.shadow_rays,
-            connections - earlier.connections,
-            connection_rays - earlier.connection_rays,
-            projections - earlier.projections,
-            splats - earlier.splats,
-            merge_queries - earlier.merge_queries,
-            merges - earlier.merges,
-            photons_stored - earlier.photons_stored,
-            grids_built - earlier.grids_built,
-            contributions - earlier.contributions,
-            rejected_non_finite - earlier.rejected_non_finite,
-            rejected_negative - earlier.rejected_negative,
-            rejected_zero_pdf - earlier.rejected_zero_pdf};
+    Counters result = *this;
+    for (const auto count : all()) result.*count -= earlier.*count;
+    return result;
   }
 
   /// All rejections.
