@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -348,7 +349,11 @@ Mean mean_of(const Scene& scene, const gmis::SampleCounts& counts, gmis::Emissio
   settings.emission = emission;
   settings.seed = gmis_test::seed(emission == gmis::Emission::learned ? 43 : 44);
   gmis::Engine<Scene> engine(scene, settings);
-  if (emission == gmis::Emission::learned) engine.use_emission_guide(learn(scene, settings.seed));
+  if (emission == gmis::Emission::learned) {
+    const auto lights = std::make_shared<gmis::LearnedLights<Scene>>();
+    lights->guide = learn(scene, settings.seed);
+    engine.use_lights(lights);
+  }
   const Mean mean = gmis_test::mean_of_iterations(engine, iterations);
   CHECK(engine.counters().rejected() == 0);
   CHECK((engine.emission_guide() != nullptr) == (emission == gmis::Emission::learned));

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -183,7 +184,11 @@ Outcome run(bool has_parallel_rays, const ways::Settings& render_settings, int i
 
   typename I::template Engine<World> engine(world, I::settings(render_settings));
   engine.keep_contributions(true);
-  if (render_settings.emission == gmis::Emission::learned) engine.use_emission_guide(guide);
+  if (render_settings.emission == gmis::Emission::learned) {
+    const auto lights = std::make_shared<gmis::LearnedLights<World>>();
+    lights->guide = guide;
+    engine.use_lights(lights);
+  }
   gmis::SerialExecutor executor;
   engine.iterate(executor);
   const bool uses_cache = I::has(gmis::Technique::connect) && !render_settings.counts.connects_paired_tree;

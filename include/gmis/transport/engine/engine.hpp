@@ -77,14 +77,6 @@ class Engine : public AnyEngine<typename Sc::Spectrum> {
 
   GMIS_RARE void iterate(ExecutorRef executor) override;
 
-  /// Guides emission by `guide` from the next iteration on; the engine then learns no guide of its
-  /// own. The guide must not depend on samples of the iterations that it serves. With
-  /// `Emission::learned`, call it before the first iteration.
-  void use_emission_guide(EmissionGuide<Sc> guide) {
-    auto lights = std::make_shared<LearnedLights<Sc>>();
-    lights->guide = std::move(guide);
-    lights_ = std::move(lights);
-  }
   /// The guide of emission, which is learned before the first iteration; null without one.
   [[nodiscard]] const EmissionGuide<Sc>* emission_guide() const noexcept {
     return lights_ == nullptr || lights_->guide.is_empty() ? nullptr : &lights_->guide;

@@ -29,15 +29,6 @@ struct TechniqueDensities {
   Technique own;             ///< made the path
   PerTechnique<T> relative;  ///< without unit; all 0 when the density of `own` is 0
 
-  /// Σ factor · relative density: the sum over all techniques after each count is multiplied by its
-  /// factor. A technique with the factor 0 is left out, even where its relative density is
-  /// infinite.
-  [[nodiscard]] constexpr T total(const PerTechnique<T>& factors) const noexcept {
-    T sum(0);
-    for (std::size_t i = 0; i < technique_count; ++i)
-      if (factors[i] > T(0)) sum += factors[i] * relative[i];  // 0 times infinity is not meant
-    return sum;
-  }
   /// The balance weight 1 / Σ relative with the counts of the rendering; 0 when the density of
   /// `own` is 0.
   [[nodiscard]] constexpr T weight() const noexcept {
