@@ -7,6 +7,7 @@
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
+#include "transport/mean_of_iterations.hpp"
 
 // A picture under a compensated sky has the energy of the one under a plain sky, whatever renders
 // it: rays that scatter bring the light of the directions that next-event samples leave out.
@@ -15,30 +16,15 @@ namespace {
 
 using Scene = gmis::scene::BvhScene<float>;
 
-struct Measured {
-  double mean, standard_error;
-};
-
 template <class Engine>
-Measured render(const Scene& scene, const gmis::SampleCounts& counts, std::uint64_t seed, int iterations) {
+gmis_test::Mean render(const Scene& scene, const gmis::SampleCounts& counts, std::uint64_t seed, int iterations) {
   gmis::RenderSettings settings;
   settings.counts = counts;
   settings.max_depth = 5;
   settings.radius = 0.005;
   settings.seed = seed;
   Engine engine(scene, settings);
-  gmis::SerialExecutor executor;
-  double sum = 0, squares = 0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0;
-    for (const auto& pixel : engine.frame()) mean += static_cast<double>(gmis::mean_channel(pixel));
-    mean /= static_cast<double>(engine.frame().size());
-    sum += mean;
-    squares += mean * mean;
-  }
-  const double mean = sum / iterations;
-  return {mean, std::sqrt(std::max(0.0, squares / iterations - mean * mean) / (iterations - 1))};
+  return gmis_test::mean_of_iterations(engine, iterations);
 }
 
 }  // namespace
@@ -54,10 +40,11 @@ TEST_CASE("a compensated sky gives no more and no less light", "[environment]") 
     const Scene plain = sky_world::make_scene(sky, 1.0, 24), compensated = sky_world::make_scene(sky, 0.5, 24);
     const auto reference =
         render<gmis::Engine<Scene, gmis::CameraSide>>(plain, gmis::integrators::pt, seed++, 4 * iterations);
-    const auto agrees = [&](const Measured& m) {
-      CAPTURE(m.mean, m.standard_error, reference.mean, reference.standard_error);
-      CHECK(gmis::t_test(m.mean - reference.mean, std::hypot(m.standard_error, reference.standard_error), iterations, 0)
-                .passes(level));
+    const auto agrees = [&](const gmis_test::Mean& m) {
+      CAPTURE(m.value, m.standard_error, reference.value, reference.standard_error);
+      CHECK(
+          gmis::t_test(m.value - reference.value, std::hypot(m.standard_error, reference.standard_error), iterations, 0)
+              .passes(level));
     };
     agrees(render<gmis::Engine<Scene, gmis::CameraSide>>(compensated, gmis::integrators::pt, seed++, iterations));
     agrees(render<gmis::Engine<Scene, gmis::BothSides>>(compensated, gmis::integrators::bpt, seed++, iterations));

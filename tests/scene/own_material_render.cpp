@@ -8,6 +8,7 @@
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/mean_of_iterations.hpp"
 #include "transport/ways.hpp"
 
 // Cloth and the materials of the library in one scene: path tracing, bidirectional path tracing and
@@ -15,6 +16,7 @@
 
 namespace {
 
+using gmis_test::Mean;
 using Bsdf = gmis::scene::EitherBsdf<gmis::scene::SurfaceBsdf<float>, own::ClothBsdf>;
 using Scene = gmis::scene::BvhScene<float, Bsdf>;
 
@@ -40,31 +42,17 @@ Scene make_scene() {
   return builder.build();
 }
 
-struct Measured {
-  double mean, standard_error;
-};
-
 template <class I>
-Measured render(const Scene& scene, std::uint64_t seed, int iterations) {
+Mean render(const Scene& scene, std::uint64_t seed, int iterations) {
   gmis::RenderSettings settings;
   settings.max_depth = 8;
   settings.radius = 0.02;
   settings.alpha = 1.0;
   settings.seed = gmis_test::seed(seed);
   typename I::template Engine<Scene> engine(scene, I::settings(settings));
-  gmis::SerialExecutor executor;
-  double sum = 0, squares = 0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0;
-    for (const auto& pixel : engine.frame()) mean += static_cast<double>(gmis::mean_channel(pixel));
-    mean /= static_cast<double>(engine.frame().size());
-    sum += mean;
-    squares += mean * mean;
-  }
+  const Mean mean = gmis_test::mean_of_iterations(engine, iterations);
   CHECK(engine.counters().rejected_non_finite + engine.counters().rejected_negative == 0);
-  const double mean = sum / iterations;
-  return {mean, std::sqrt(std::max(0.0, squares / iterations - mean * mean) / (iterations - 1))};
+  return mean;
 }
 
 }  // namespace
@@ -73,16 +61,16 @@ TEST_CASE("cloth and the library's materials: pt, bpt and vcm have one mean") {
   using namespace gmis_test::ways;
   const Scene scene = make_scene();
   constexpr int iterations = 400;
-  const Measured pt = render<Pt>(scene, 71, iterations), bpt = render<Bpt>(scene, 72, iterations),
-                 vcm = render<Vcm>(scene, 73, iterations);
+  const Mean pt = render<Pt>(scene, 71, iterations), bpt = render<Bpt>(scene, 72, iterations),
+             vcm = render<Vcm>(scene, 73, iterations);
   // Student's t with the degrees of one run: a false alarm of the three comparisons together in a
   // thousandth of the seeds.
   const double limit = gmis::student_t_quantile(1 - gmis::sidak_level(1e-3, 3) / 2, iterations - 1);
-  const auto compare = [&](const Measured& a, const Measured& b, double bias) {
+  const auto compare = [&](const Mean& a, const Mean& b, double bias) {
     const double error = std::hypot(a.standard_error, b.standard_error);
-    CAPTURE(a.mean, b.mean, error);
-    CHECK(std::abs(a.mean - b.mean) < limit * error + bias * a.mean);
-    CHECK(limit * error < 0.02 * a.mean);  // so that an error of 2 % would show: it is 1.7 ± 0.06 %
+    CAPTURE(a.value, b.value, error);
+    CHECK(std::abs(a.value - b.value) < limit * error + bias * a.value);
+    CHECK(limit * error < 0.02 * a.value);  // so that an error of 2 % would show: it is 1.7 ± 0.06 %
   };
   compare(pt, bpt, 0);
   compare(pt, vcm, 0.001);  // what merging within 0.02 of walls some 3 apart may be off by

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/image_error.hpp"
+#include "support/series.hpp"
 
 namespace gmis_test {
 
@@ -43,18 +42,15 @@ class MeasuredVariance {
 
   [[nodiscard]] const std::vector<double>& mean() const { return mean_; }
   [[nodiscard]] RelativeVariance relative_to(const std::vector<double>& truth) const {
-    const auto batches = static_cast<double>(variance_.size());
-    double sum = 0, squares = 0;
+    Series batches;
     for (const auto& variance : variance_) {
       double relative = 0;
       for (std::size_t p = 0; p < truth.size(); ++p)
         relative +=
             variance[p] / (truth[p] * truth[p] + gmis::relative_error_floor) / static_cast<double>(truth.size());
-      sum += relative;
-      squares += relative * relative;
+      batches.add(relative);
     }
-    const double mean = sum / batches;
-    return {mean, std::sqrt(std::max(0.0, squares / batches - mean * mean) / (batches - 1)) / mean};
+    return {batches.mean(), batches.standard_error() / batches.mean()};
   }
 
  private:

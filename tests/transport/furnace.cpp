@@ -10,6 +10,7 @@
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/mean_of_iterations.hpp"
 #include "transport/ways.hpp"
 
 // The uniform furnace has a closed form at every depth, for every integrator, scalar and way of
@@ -24,6 +25,7 @@
 
 namespace {
 
+constexpr int iterations = 64;
 constexpr std::size_t sections = 19, depths = 5;
 // The sections at every depth, merging alone, and the second and third iteration.
 gmis_test::Family family(1e-3, sections* depths + 1 + 2);
@@ -33,33 +35,15 @@ double merging_bias(double radius) {
   return radius * radius / 8;
 }
 
-struct Measured {
-  double mean, standard_error;
-  int iterations;
-  gmis::Counters counters;
-};
-
 template <class I, class T>
-Measured render(const gmis_test::FurnaceScene<T>& scene, const gmis_test::ways::Settings& settings, int iterations) {
+gmis_test::Mean render(const gmis_test::FurnaceScene<T>& scene, const gmis_test::ways::Settings& settings) {
   typename I::template Engine<gmis_test::FurnaceScene<T>> engine(scene, I::settings(settings));
-  gmis::SerialExecutor executor;
-  double sum = 0.0, squares = 0.0;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(executor);
-    double mean = 0.0;
-    for (const T value : engine.frame()) mean += static_cast<double>(value);
-    mean /= static_cast<double>(engine.frame().size());
-    sum += mean;
-    squares += mean * mean;
-  }
-  const double mean = sum / iterations;
-  const double variance = std::max(0.0, squares / iterations - mean * mean) / (iterations - 1);
-  return {mean, std::sqrt(variance), iterations, engine.counters()};
+  return gmis_test::mean_of_iterations(engine, iterations);
 }
 
 /// The largest difference between a mean and its true value that chance explains.
-double chance(const Measured& measured) {
-  return family.limit(static_cast<std::size_t>(measured.iterations)) * measured.standard_error;
+double chance(double standard_error, std::size_t count = iterations) {
+  return family.limit(count) * standard_error;
 }
 
 double truth(double albedo, int depth) {
@@ -77,11 +61,11 @@ void check(int lobes, gmis_test::ways::Settings settings = {}) {
   const double bias = I::has(gmis::Technique::merge) ? merging_bias(settings.radius.value()) : 0.0;
   for (const int depth : {1, 2, 3, 4, 8}) {
     settings.max_depth = depth;
-    const Measured measured = render<I>(scene, settings, 64);
-    const double expected = truth(albedo, depth), by_chance = chance(measured);
-    CAPTURE(depth, lobes, measured.mean, expected, measured.standard_error);
+    const gmis_test::Mean measured = render<I>(scene, settings);
+    const double expected = truth(albedo, depth), by_chance = chance(measured.standard_error);
+    CAPTURE(depth, lobes, measured.value, expected, measured.standard_error);
     // Photons make what has been reflected; in a picture of constant pixels float rounds.
-    CHECK(std::abs(measured.mean - expected) < by_chance + bias * (expected - 1.0) + 1e-6);
+    CHECK(std::abs(measured.value - expected) < by_chance + bias * (expected - 1.0) + 1e-6);
     CHECK(by_chance < 0.08 * expected);  // so that 8 % would show in every case
     CHECK(measured.counters.rejected_non_finite + measured.counters.rejected_negative == 0);
   }
@@ -153,10 +137,10 @@ TEST_CASE("where merging makes nearly all of the light it makes the right amount
   settings.counts.light_paths = 64.0;
   settings.seed = gmis_test::seed(22);
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 16);
-  const Measured measured = render<gmis_test::ways::Bpm>(scene, settings, 64);
-  const double expected = truth(0.7, 4), by_chance = chance(measured);
-  CAPTURE(measured.mean, measured.standard_error, expected);
-  CHECK(std::abs(measured.mean - expected) < by_chance + merging_bias(settings.radius.value()) * (expected - 1.0));
+  const gmis_test::Mean measured = render<gmis_test::ways::Bpm>(scene, settings);
+  const double expected = truth(0.7, 4), by_chance = chance(measured.standard_error);
+  CAPTURE(measured.value, measured.standard_error, expected);
+  CHECK(std::abs(measured.value - expected) < by_chance + merging_bias(settings.radius.value()) * (expected - 1.0));
   CHECK(by_chance < 0.01 * expected);  // so that 2 % of the merged light would show
   CHECK(measured.counters.merges > measured.counters.camera_paths);
 }
@@ -173,23 +157,17 @@ TEST_CASE("each iteration merges within the radius of its own") {
   const gmis_test::FurnaceScene<float> scene(0.7F, 1.0F, 8);
   constexpr int runs = 60;
   for (const int last : {2, 3}) {
-    double sum = 0.0, squares = 0.0;
+    gmis_test::Series measured;
     for (int run = 0; run < runs; ++run) {
       settings.seed = gmis_test::seed(static_cast<std::uint64_t>(1000 * last + run));
       gmis::Engine<gmis_test::FurnaceScene<float>> engine(scene, gmis_test::ways::Bpm::settings(settings));
       gmis::SerialExecutor executor;
       for (int i = 0; i < last; ++i) engine.iterate(executor);
-      double mean = 0.0;
-      for (const float value : engine.frame()) mean += static_cast<double>(value);
-      mean /= static_cast<double>(engine.frame().size());
-      sum += mean;
-      squares += mean * mean;
+      measured.add(gmis_test::mean_of_pixels(engine.frame()));
     }
-    const double mean = sum / runs;
-    const Measured measured{mean, std::sqrt(std::max(0.0, squares / runs - mean * mean) / (runs - 1)), runs, {}};
-    const double expected = truth(0.7, 4), by_chance = chance(measured);
-    CAPTURE(last, measured.mean, measured.standard_error, expected);
-    CHECK(std::abs(measured.mean - expected) < by_chance + merging_bias(settings.radius.value()) * (expected - 1.0));
+    const double expected = truth(0.7, 4), by_chance = chance(measured.standard_error(), runs);
+    CAPTURE(last, measured.mean(), measured.standard_error(), expected);
+    CHECK(std::abs(measured.mean() - expected) < by_chance + merging_bias(settings.radius.value()) * (expected - 1.0));
     CHECK(by_chance < 0.03 * expected);
   }
 }

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "gmis/core/concepts.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/counters.hpp"
+#include "support/series.hpp"
 
 namespace gmis_test {
 
@@ -16,20 +14,32 @@ struct Mean {
   gmis::Counters counters;    ///< of all iterations
 };
 
-/// Renders `iterations` iterations, at least 2, with a gmis::Engine or a gmis::AnyEngine.
+/// The mean of one picture over pixels and channels.
+template <class Frame>
+[[nodiscard]] double mean_of_pixels(const Frame& frame) {
+  double mean = 0;
+  for (const auto& pixel : frame)
+    mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(frame.size());
+  return mean;
+}
+
+/// Renders `iterations` iterations with a gmis::Engine or a gmis::AnyEngine: the mean of each.
 template <class Engine>
-[[nodiscard]] Mean mean_of_iterations(Engine& engine, int iterations) {
+[[nodiscard]] Series means_of_iterations(Engine& engine, int iterations) {
   gmis::SerialExecutor executor;
-  double sum = 0, squares = 0;
+  Series means;
   for (int i = 0; i < iterations; ++i) {
     engine.iterate(executor);
-    double mean = 0;
-    for (const auto& pixel : engine.frame())
-      mean += static_cast<double>(gmis::mean_channel(pixel)) / static_cast<double>(engine.frame().size());
-    sum += mean / iterations;
-    squares += mean * mean / iterations;
+    means.add(mean_of_pixels(engine.frame()));
   }
-  return {sum, std::sqrt(std::max(0.0, squares - sum * sum) / (iterations - 1)), engine.counters()};
+  return means;
+}
+
+/// Renders `iterations` iterations, at least 2: their mean, and what the engine counted.
+template <class Engine>
+[[nodiscard]] Mean mean_of_iterations(Engine& engine, int iterations) {
+  const Series means = means_of_iterations(engine, iterations);
+  return {means.mean(), means.standard_error(), engine.counters()};
 }
 
 }  // namespace gmis_test

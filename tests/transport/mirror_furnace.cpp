@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -7,6 +6,7 @@
 #include "gmis/scene.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "support/series.hpp"
 #include "transport/built_in_engines.hpp"
 #include "transport/ways.hpp"
 
@@ -44,31 +44,15 @@ constexpr gmis::SampleCounts connect_splat_merge = gmis::integrators::vcm.only(
     [](gmis::Technique t) { return t != gmis::Technique::emitter_hit && t != gmis::Technique::next_event; });
 constexpr gmis::SampleCounts connect_splat =
     connect_splat_merge.only([](gmis::Technique t) { return t != gmis::Technique::merge; });
+using gmis_test::Series;
 using ConnectSplat = gmis_test::ways::Way<gmis::BothSides, connect_splat>;
 using ConnectSplatMerge = gmis_test::ways::Way<gmis::BothSides, connect_splat_merge>;
-
-/// The mean of a part of the picture over iterations.
-struct Mean {
-  double sum = 0, squares = 0;  ///< of the differences from a number that is near the mean
-  int count = 0;
-
-  static constexpr double near = 1.5;
-  void add(double value) {
-    sum += value - near;
-    squares += gmis::square(value - near);
-    ++count;
-  }
-  [[nodiscard]] double value() const { return near + sum / count; }
-  [[nodiscard]] double standard_error() const {
-    return std::sqrt(std::max(0.0, squares / count - gmis::square(sum / count)) / (count - 1));
-  }
-};
 
 constexpr int tile = 5, tiles_across = 20 / tile;
 
 struct Measured {
-  Mean picture;
-  std::vector<Mean> tiles;  ///< of 5 × 5 pixels
+  Series picture;             ///< means over the iterations
+  std::vector<Series> tiles;  ///< of 5 × 5 pixels
 };
 
 template <class I>
@@ -109,20 +93,20 @@ constexpr std::size_t comparisons = pictures_with_balls * (1 + tiles_across * ti
 const double level = gmis::sidak_level(1e-3, comparisons);
 
 /// The difference from the true value that chance explains.
-double chance(const Mean& mean) {
-  return gmis::student_t_quantile(1 - level / 2, mean.count - 1) * mean.standard_error();
+double chance(const Series& mean) {
+  return gmis::student_t_quantile(1 - level / 2, double(mean.count()) - 1) * mean.standard_error();
 }
 
 /// `bias`: what merging may be off by, of the whole; in a tile it may be more.
 void check(const Measured& measured, double bias) {
   const double error = measured.picture.standard_error();
-  CAPTURE(measured.picture.value(), error);
-  CHECK(std::abs(measured.picture.value() - 2.0) < chance(measured.picture) + 2.0 * bias);
+  CAPTURE(measured.picture.mean(), error);
+  CHECK(std::abs(measured.picture.mean() - 2.0) < chance(measured.picture) + 2.0 * bias);
   CHECK(error < 0.006);  // so that 1.5 % would show
   for (std::size_t t = 0; t < measured.tiles.size(); ++t) {
-    const Mean& mean = measured.tiles[t];
-    CAPTURE(t, mean.value(), mean.standard_error());
-    CHECK(std::abs(mean.value() - 2.0) < chance(mean) + 4.0 * bias);
+    const Series& mean = measured.tiles[t];
+    CAPTURE(t, mean.mean(), mean.standard_error());
+    CHECK(std::abs(mean.mean() - 2.0) < chance(mean) + 4.0 * bias);
     CHECK(mean.standard_error() < 0.04);
   }
 }
@@ -153,22 +137,22 @@ TEST_CASE("light that only connections, splats and merges make is right in a fur
   // 1 = 1. Every such path has a splat; connections and merges share the longer ones.
   using namespace gmis_test::ways;
   SECTION("connect and splat") {
-    const Mean mean = render<ConnectSplat>(1.0, 0.0, 600, false).picture;
-    CAPTURE(mean.value(), mean.standard_error());
-    CHECK(std::abs(mean.value() - 1.0) < chance(mean));
+    const Series mean = render<ConnectSplat>(1.0, 0.0, 600, false).picture;
+    CAPTURE(mean.mean(), mean.standard_error());
+    CHECK(std::abs(mean.mean() - 1.0) < chance(mean));
     CHECK(mean.standard_error() < 0.0045);  // so that 2 % would show
   }
   SECTION("connect, splat and merge") {
     // Along the edges of the box a part of each disk has no photons. Over 20 seeds 1.36 % of the
     // light was missing at radius 0.1 and 0.30 % at 0.05, nearly in proportion to its square: the
     // combination that is free of such a loss was off by 0.05 %, a seventh of its standard error.
-    const Mean wide = render<ConnectSplatMerge>(1.0, 0.1, 600, false).picture;
-    const Mean narrow = render<ConnectSplatMerge>(1.0, 0.05, 1500, false).picture;
-    const double mean = (4.0 * narrow.value() - wide.value()) / 3.0;
+    const Series wide = render<ConnectSplatMerge>(1.0, 0.1, 600, false).picture;
+    const Series narrow = render<ConnectSplatMerge>(1.0, 0.05, 1500, false).picture;
+    const double mean = (4.0 * narrow.mean() - wide.mean()) / 3.0;
     const double error = std::hypot(4.0 * narrow.standard_error(), wide.standard_error()) / 3.0;
-    CAPTURE(wide.value(), narrow.value(), mean, error);
+    CAPTURE(wide.mean(), narrow.mean(), mean, error);
     // Welch's degrees of freedom are at least those of the shorter run.
-    CHECK(std::abs(mean - 1.0) < gmis::student_t_quantile(1 - level / 2, wide.count - 1) * error);
+    CHECK(std::abs(mean - 1.0) < gmis::student_t_quantile(1 - level / 2, double(wide.count()) - 1) * error);
     CHECK(error < 0.0045);  // so that 2 % would show
   }
 }

@@ -12,8 +12,10 @@
 #include "support/catch.hpp"
 #include "support/measured_variance.hpp"
 #include "support/seed.hpp"
+#include "support/series.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
+#include "transport/mean_of_iterations.hpp"
 #include "transport/ways.hpp"
 
 // What a pilot forecasts, against the variance that renderings with each candidate then have, pixel
@@ -23,6 +25,7 @@
 namespace {
 
 using Scene = gmis_test::FurnaceScene<float>;
+using gmis_test::Series;
 constexpr float albedo = 0.7F;
 constexpr int size = 12, pixels = size * size;
 /// From here all pixels are alike: the pilot draws two children in a quarter of them, and these
@@ -92,15 +95,7 @@ Measured measure(const Scene& scene, gmis::RenderSettings settings, const gmis::
 
 /// The mean of independent pilots' forecasts, of one candidate.
 struct Forecasts {
-  double variance = 0, squares = 0, cost = 0;
-  void add(const gmis::Forecast& forecast) {
-    variance += forecast.variance / batches;
-    squares += forecast.variance * forecast.variance / batches;
-    cost += forecast.cost / batches;
-  }
-  [[nodiscard]] double relative_error() const {
-    return std::sqrt(std::max(0.0, squares - variance * variance) / (batches - 1)) / variance;
-  }
+  Series variance, cost;
 };
 
 void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
@@ -117,14 +112,17 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
     for (int i = 0; i < pilot_iterations; ++i) pilot.iterate(executor);
     const std::vector<gmis::Forecast> all = pilot.forecasts(costs);
     for (std::size_t c = 0; c < candidates.size(); ++c) {
-      forecasts[c].add(all[c]);
+      forecasts[c].variance.add(all[c].variance);
+      forecasts[c].cost.add(all[c].cost);
       CHECK(all[c].missing_share == 0.0);
     }
   }
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const gmis::SampleCounts& candidate = candidates[c];
     const double value = measured[c].variance.value;
-    const double error = std::hypot(measured[c].variance.relative_error, forecasts[c].relative_error());
+    const double variance = forecasts[c].variance.mean(), cost = forecasts[c].cost.mean();
+    const double error =
+        std::hypot(measured[c].variance.relative_error, forecasts[c].variance.standard_error() / variance);
     // A connection is worth V / (m n_L), V the vertices of that iteration; a forecast has the mean
     // of V in place of V, and so a second moment of connections that is too small by up to the
     // relative variance of V. Welch's t has at least `batches` − 1 degrees of freedom.
@@ -132,10 +130,10 @@ void check_forecasts(const Scene& scene, gmis::RenderSettings settings,
     const double limit = gmis::student_t_quantile(1 - level / 2, batches - 1) * error + model;
     CAPTURE(candidate.light_paths, candidate.connections, candidate.merges, candidate.local_merges,
             candidate.radius_factor);
-    CAPTURE(forecasts[c].variance / value, error, model, forecasts[c].cost, measured[c].cost);
-    CHECK(std::abs(forecasts[c].variance / value - 1) < limit);
+    CAPTURE(variance / value, error, model, cost, measured[c].cost);
+    CHECK(std::abs(variance / value - 1) < limit);
     CHECK(limit < 0.15);  // so that it says something
-    CHECK(std::abs(forecasts[c].cost / measured[c].cost - 1) < 0.02);
+    CHECK(std::abs(cost / measured[c].cost - 1) < 0.02);
   }
 }
 
@@ -226,15 +224,6 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
   const Scene all(albedo, 1.0F, 45, 2, centre), larger(albedo, 1.0F, 64, 2, centre);
   const std::vector<gmis::SampleCounts> candidates{
       {0.0, 0, false, false}, {1.0, 1, true, false}, {0.5, 0, true, false}, {0.5, 2, true, false}};
-  struct Series {
-    double sum = 0, squares = 0;
-    void add(double value) { sum += value, squares += value * value; }
-    [[nodiscard]] double mean() const { return sum / batches; }
-    /// Squared standard error of the mean.
-    [[nodiscard]] double squared_error() const {
-      return std::max(0.0, squares / batches - mean() * mean()) / (batches - 1);
-    }
-  };
   // The value that errors are relative to: the truth, or that of the pictures themselves.
   std::array<std::vector<Series>, 4> variances, costs;
   for (auto* each : {&variances, &costs}) each->fill(std::vector<Series>(candidates.size()));
@@ -262,7 +251,7 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     CAPTURE(c);
     const auto check_equal = [&](const Series& a, const Series& b, double most) {
-      const double limit = t * std::sqrt(a.squared_error() + b.squared_error()) / b.mean();
+      const double limit = t * std::hypot(a.standard_error(), b.standard_error()) / b.mean();
       CAPTURE(a.mean() / b.mean(), limit);
       CHECK(std::abs(a.mean() / b.mean() - 1) < limit);
       CHECK(limit < most);  // so that it says something
@@ -273,7 +262,7 @@ TEST_CASE("A pilot that takes every second pixel forecasts what one that takes a
       // The mean of 1 / value² is larger than with the true value [Jensen], by a few per cent here:
       // noise that pixels share.
       const Series &own_picture = variances[2 + kind][c], &with_truth = variances[kind][c];
-      const double limit = t * std::sqrt(own_picture.squared_error() + with_truth.squared_error());
+      const double limit = t * std::hypot(own_picture.standard_error(), with_truth.standard_error());
       CHECK(own_picture.mean() > with_truth.mean() - limit);
       CHECK(own_picture.mean() < 1.15 * with_truth.mean() + limit);
     }
@@ -326,63 +315,50 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   gmis::SerialExecutor executor;
   constexpr std::size_t count = 90;  // enough that limits hardly vary
   constexpr int iterations = 125;
-  const auto add = [](double value, double& sum, double& squares) {
-    sum += value / count;
-    squares += value * value / count;
-  };
-  const auto error = [](double sum, double squares) {
-    return std::sqrt(std::max(0.0, squares - sum * sum) / (count - 1));
-  };
   const auto loss_with = [&](const gmis::SampleCounts& counts) {
     ++rendered.seed;
     rendered.counts = counts;
     rendered.counts.light_paths = 1.0;  // no part in the bias
     gmis::Engine<Scene> engine(scene, rendered);
-    double mean = 0;
-    for (int i = 0; i < iterations; ++i) {
-      engine.iterate(executor);
-      for (const float pixel : engine.frame()) mean += static_cast<double>(pixel) / (pixels * iterations);
-    }
-    return 1 - mean / truth(wide.max_depth).front();
+    return 1 - gmis_test::means_of_iterations(engine, iterations).mean() / truth(wide.max_depth).front();
   };
-  double loss = 0, loss_squares = 0, forecast = 0, forecast_squares = 0, of_half = 0;
+  Series losses, of_merges, of_half;
   for (std::size_t batch = 0; batch < count; ++batch) {
-    add(4.0 / 3 * (loss_with(merges) - loss_with(half)), loss, loss_squares);
+    losses.add(4.0 / 3 * (loss_with(merges) - loss_with(half)));
     ++wide.seed;
     gmis::RenderPilot<Scene> pilot(scene, wide, {merges, half}, 1);
     pilot.compare_with(truth(wide.max_depth));
     for (int i = 0; i < iterations; ++i) pilot.iterate(executor);
     const auto forecasts = pilot.forecasts();
-    add(forecasts[0].squared_bias, forecast, forecast_squares);
-    of_half += forecasts[1].squared_bias / count;
+    of_merges.add(forecasts[0].squared_bias);
+    of_half.add(forecasts[1].squared_bias);
   }
   // The pilot's bias is relative to the light that merging leaves, which makes it 8 % larger. The
   // forecast is a lower bound, but noise takes less than 0.3 of the loss away.
+  const double loss = losses.mean(), forecast = of_merges.mean();
   const double limit = gmis::student_t_quantile(1 - level / 2, count - 1) *
-                       std::hypot(2 * loss * error(loss, loss_squares), error(forecast, forecast_squares));
+                       std::hypot(2 * loss * losses.standard_error(), of_merges.standard_error());
   CAPTURE(loss, std::sqrt(forecast), limit);
   CHECK(forecast < gmis::square(1.08 * loss) + limit);
   CHECK(forecast > gmis::square(0.7 * loss) - limit);
-  CHECK(of_half < forecast / 4);            // a sixteenth, and noise
+  CHECK(of_half.mean() < forecast / 4);     // a sixteenth, and noise
   CHECK(limit < gmis::square(0.5 * loss));  // so that it says something: it is 0.17 ± 0.02 of the squared loss
 
   // In two iterations no tile shows the bias, but the whole of a larger picture does. The bound is
   // one standard error below a noisy estimate: at least half of the loss is seen.
   constexpr int side = 24, short_pilots = 10;
   const Scene larger(albedo, 1.0F, side, 2, centre);
-  double seen = 0, seen_squares = 0;
+  Series seen;
   for (int i = 0; i < short_pilots; ++i) {
     ++wide.seed;
     gmis::RenderPilot<Scene> pilot(larger, wide, {merges, half}, 1);
     pilot.compare_with(std::vector<double>(side * side, truth(wide.max_depth).front()));
     for (int k = 0; k < 2; ++k) pilot.iterate(executor);
-    const double squared_bias = pilot.forecasts()[0].squared_bias;
-    seen += squared_bias / short_pilots;
-    seen_squares += gmis::square(squared_bias) / short_pilots;
+    seen.add(pilot.forecasts()[0].squared_bias);
   }
-  const double seen_error = std::sqrt(std::max(0.0, seen_squares - seen * seen) / (short_pilots - 1));
-  CAPTURE(std::sqrt(seen), seen_error);
-  CHECK(seen + gmis::student_t_quantile(1 - level / 2, short_pilots - 1) * seen_error > gmis::square(0.5 * loss));
+  CAPTURE(std::sqrt(seen.mean()), seen.standard_error());
+  CHECK(seen.mean() + gmis::student_t_quantile(1 - level / 2, short_pilots - 1) * seen.standard_error() >
+        gmis::square(0.5 * loss));
 }
 
 TEST_CASE("What pays in a scene, as data", "[pilot]") {
