@@ -10,6 +10,7 @@
 #include "gmis/scene.hpp"
 #include "gmis/transport/engine/engine.hpp"
 #include "gmis/transport/state/integrators.hpp"
+#include "support/backward_executor.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
@@ -136,18 +137,10 @@ TEST_CASE("A furnace with a guide that points anywhere: the closed form") {
   }
 }
 
-namespace {
-struct Backwards {
-  template <class Work>
-  void parallel_for(std::size_t count, Work&& work) const {
-    while (count-- > 0) work(count);
-  }
-};
-}  // namespace
-
 TEST_CASE("What is learned of directions depends on the seed alone, not on who does which part of the work when") {
   const Scene scene = make_room();
-  const Guide forwards = learn(scene, 3), backwards = learn(scene, 3, Backwards()), others = learn(scene, 4);
+  const Guide forwards = learn(scene, 3), backwards = learn(scene, 3, gmis_test::BackwardExecutor()),
+              others = learn(scene, 4);
   REQUIRE(forwards.cells().size() == backwards.cells().size());
   REQUIRE(forwards.cells().size() > 20);
   bool differs = forwards.cells().size() != others.cells().size();

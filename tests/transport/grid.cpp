@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gmis/transport/photons/light_vertex_grid.hpp"
+#include "support/backward_executor.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -235,13 +236,7 @@ TEST_CASE("whatever the layout, the grid finds exactly the points within the rad
 
 namespace {
 
-/// Runs the work from the back, or on several threads, in turns of any length.
-struct BackwardExecutor {
-  template <class Work>
-  void parallel_for(std::size_t count, Work&& work) const {
-    while (count-- > 0) work(count);
-  }
-};
+/// Runs the work on several threads, in turns of any length.
 struct ThreadExecutor {
   std::size_t threads;
   template <class Work>
@@ -281,7 +276,7 @@ TEST_CASE("a grid is the same whoever builds it, and answers by the names of its
     CAPTURE(count, serial.size());
     CHECK(serial.size() > 2 * count / 7);
     CHECK(std::all_of(serial.begin(), serial.end(), [](std::uint32_t name) { return name == 0 || name % 3 == 1; }));
-    CHECK(answers(points, 0.05F, BackwardExecutor{}) == serial);
+    CHECK(answers(points, 0.05F, gmis_test::BackwardExecutor{}) == serial);
     CHECK(answers(points, 0.05F, ThreadExecutor{2}) == serial);
     CHECK(answers(points, 0.05F, ThreadExecutor{5}) == serial);
   }

@@ -13,6 +13,7 @@
 #include "gmis/transport/emission/learn_lights.hpp"
 #include "gmis/transport/engine/engine.hpp"
 #include "gmis/transport/state/integrators.hpp"
+#include "support/backward_executor.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
@@ -143,18 +144,9 @@ TEST_CASE("Guided starts follow the stated density, which is nowhere below its f
   }
 }
 
-namespace {
-struct Backwards {
-  template <class Work>
-  void parallel_for(std::size_t count, Work&& work) const {
-    while (count-- > 0) work(count);
-  }
-};
-}  // namespace
-
 TEST_CASE("What is learned depends on the seed alone, not on who does which part of the work when") {
   const Scene scene = make_scene(Lights::all);
-  Backwards executor;
+  gmis_test::BackwardExecutor executor;
   const Guide forwards = learn(scene, 3), backwards = gmis::learn_lights(scene, 3, 8, executor, 1e9)->guide;
   REQUIRE(forwards.lights().size() == backwards.lights().size());
   REQUIRE(forwards.lights().size() >= 2);

@@ -7,6 +7,7 @@
 
 #include "gmis/result/rejection_limit.hpp"
 #include "gmis/transport/replay/replay.hpp"
+#include "support/backward_executor.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 #include "transport/provoking_scene.hpp"
@@ -24,14 +25,6 @@ using Record = gmis::Contribution<glm::vec2>;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr int size = 12;
-
-/// The last chunk first.
-struct BackwardExecutor {
-  template <class Work>
-  void parallel_for(std::size_t count, Work&& work) const {
-    for (std::size_t i = count; i-- > 0;) work(i);
-  }
-};
 
 gmis::RenderSettings settings() {
   gmis::RenderSettings result;
@@ -200,7 +193,7 @@ TEST_CASE("The first paths of which something was rejected are known by name, wh
     check_names<gmis::SerialExecutor>();
   }
   SECTION("backward") {
-    check_names<BackwardExecutor>();
+    check_names<gmis_test::BackwardExecutor>();
   }
 }
 

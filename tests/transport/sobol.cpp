@@ -5,6 +5,7 @@
 
 #include "gmis/core/math.hpp"
 #include "gmis/result/error_estimate.hpp"
+#include "support/backward_executor.hpp"
 #include "support/catch.hpp"
 #include "support/family.hpp"
 #include "support/seed.hpp"
@@ -93,14 +94,6 @@ void check_mean(double power) {
   CHECK(by_chance < power * truth());
 }
 
-/// Runs the work from the back.
-struct BackwardExecutor {
-  template <class Work>
-  void parallel_for(std::size_t count, Work&& work) const {
-    while (count-- > 0) work(count);
-  }
-};
-
 }  // namespace
 
 TEST_CASE("with low-discrepancy numbers every integrator finds the closed form") {
@@ -126,7 +119,7 @@ TEST_CASE("pictures of low-discrepancy numbers do not depend on who renders them
   using gmis_test::ways::Vcm;
   const auto of = [](gmis::Sampler sampler, auto executor) { return run<Vcm>(sampler, 5, 10, executor).pixels; };
   const auto serial = of(gmis::Sampler::sobol, gmis::SerialExecutor{});
-  CHECK(of(gmis::Sampler::sobol, BackwardExecutor{}) == serial);
+  CHECK(of(gmis::Sampler::sobol, gmis_test::BackwardExecutor{}) == serial);
   CHECK(of(gmis::Sampler::independent, gmis::SerialExecutor{}) != serial);
 }
 
