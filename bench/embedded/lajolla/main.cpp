@@ -1,15 +1,10 @@
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <memory>
+#include <optional>
 #include <string_view>
-#include <vector>
 
-#include "gmis/render/automatic_request.hpp"
-#include "gmis/render/render.hpp"
-#include "gmis/transport/engine/engine.hpp"
-#include "gmis/transport/state/integrators.hpp"
-
+#include "../pictures.hpp"
 #include "adapter.hpp"
 #include "parsers/parse_scene.h"
 #include "path_tracing.h"
@@ -20,13 +15,7 @@
 // COUNT: samples of a pixel, or iterations.
 
 namespace {
-using Picture = std::vector<glm::dvec3>;  // rows from above
-
-double processor_seconds() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
-}
+using embedded::Picture;
 
 Picture by_lajolla(const Scene& scene, int samples, std::uint64_t seed) {
   Picture picture;
@@ -38,44 +27,6 @@ Picture by_lajolla(const Scene& scene, int samples, std::uint64_t seed) {
       picture.emplace_back(sum.x / samples, sum.y / samples, sum.z / samples);
     }
   return picture;
-}
-
-template <class EngineType>
-Picture by_engine(const adapter::Scene& scene, const gmis::RenderSettings& settings, int iterations) {
-  EngineType engine(scene, settings);
-  gmis::SerialExecutor serial;
-  Picture picture;
-  for (int i = 0; i < iterations; ++i) {
-    engine.iterate(serial);
-    picture.resize(engine.frame().size());
-    for (std::size_t p = 0; p < picture.size(); ++p) picture[p] += glm::dvec3(engine.frame()[p]) / double(iterations);
-  }
-  return picture;
-}
-
-Picture by_auto(const adapter::Scene& scene, int max_depth, int iterations, std::uint64_t seed) {
-  gmis::RenderSettings settings = gmis::settings_with(gmis::Sampler::sobol);
-  settings.seed = seed;
-  settings.max_depth = max_depth;
-  gmis::SerialExecutor serial;
-  const auto request = gmis::automatic_request(scene, {.iterations = std::uint32_t(iterations)}, 1, settings);
-  const gmis::RenderResult result = gmis::Render(scene, request).run(serial);
-  Picture picture;
-  for (std::size_t p = 0; p < result.picture.values.size(); p += 3)
-    picture.emplace_back(result.picture.values[p], result.picture.values[p + 1], result.picture.values[p + 2]);
-  return picture;
-}
-
-bool write(const char* file, const Picture& picture, int width, int height) {
-  std::FILE* out = std::fopen(file, "wb");
-  if (!out) return false;
-  std::fprintf(out, "PF\n%d %d\n-1\n", width, height);
-  for (int y = height - 1; y >= 0; --y)
-    for (int x = 0; x < width; ++x) {
-      const glm::vec3 pixel(picture[std::size_t(y * width + x)]);
-      std::fwrite(&pixel, sizeof pixel, 1, out);
-    }
-  return std::fclose(out) == 0;
 }
 }  // namespace
 
@@ -89,25 +40,15 @@ int main(int argc, char* argv[]) {
   theirs->options.max_depth = max_depth;
   const adapter::Scene scene(*theirs);
   const int count = std::atoi(argv[5]), seed = std::atoi(argv[6]);
-  gmis::RenderSettings settings;
-  settings.seed = std::uint64_t(seed);
-  settings.max_depth = max_depth;
   rays_traced = 0;
-  const double before = processor_seconds();
-  Picture picture;
+  const double before = embedded::processor_seconds();
+  std::optional<Picture> picture;
   if (what == "lajolla") {
-    picture = by_lajolla(*theirs, count, settings.seed);
-  } else if (what == "pt") {
-    settings.counts = gmis::integrators::pt;
-    picture = by_engine<gmis::PathTracer<adapter::Scene>>(scene, settings, count);
-  } else if (what == "bpt" || what == "vcm") {
-    settings.counts = what == "bpt" ? gmis::integrators::bpt : gmis::integrators::vcm;
-    picture = by_engine<gmis::Engine<adapter::Scene>>(scene, settings, count);
-  } else if (what == "auto") {
-    picture = by_auto(scene, max_depth, count, settings.seed);
+    picture = by_lajolla(*theirs, count, std::uint64_t(seed));
   } else {
-    return EXIT_FAILURE;
+    picture = embedded::by_gmis(what, scene, max_depth, count, std::uint64_t(seed));
   }
-  std::printf("%.4f %.0f\n", processor_seconds() - before, double(rays_traced));
-  return write(argv[7], picture, theirs->camera.width, theirs->camera.height) ? EXIT_SUCCESS : EXIT_FAILURE;
+  if (!picture) return EXIT_FAILURE;
+  std::printf("%.4f %.0f\n", embedded::processor_seconds() - before, double(rays_traced));
+  return embedded::write(argv[7], *picture, theirs->camera.width, theirs->camera.height) ? EXIT_SUCCESS : EXIT_FAILURE;
 }
