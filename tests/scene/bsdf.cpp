@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/density_tests.hpp"
+#include "scene/bsdf_checks.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -39,14 +39,6 @@ Vec3<T> at_cosine(double cosine) {
       {std::sqrt(1 - cosine * cosine) * 0.6, std::sqrt(1 - cosine * cosine) * 0.8, cosine}));
 }
 
-CheckSettings settings(double precision) {
-  CheckSettings result;
-  result.samples = 40'000;
-  result.bins = 200;
-  result.precision = precision;
-  return result;
-}
-
 // False-alarm rate of all χ² tests of this case and the next together: 1e-3.
 const double level = sidak_level(1e-3, 200);
 
@@ -59,16 +51,8 @@ TEMPLATE_TEST_CASE("samplers make the densities they state, reciprocal and witho
     const SurfaceBsdf<T> bsdf(material, normal, normal);
     for (const double cosine : {0.97, 0.5, 0.1, -0.6}) {
       INFO(name << ", cos = " << cosine);
-      const Vec3<T> to_prev = at_cosine<T>(cosine);
-      const auto check = check_bsdf(bsdf, normal, to_prev, source, settings(std::same_as<T, float> ? 1e-5 : 1e-6));
-      CHECK(check.directions.outside == 0);
-      CHECK(check.directions.test.p_value > level);
-      CHECK(check.directions.integral < 1 + 1e-3);
-      CHECK(check.reverse_error < 2e-3);
-      CHECK(check.reciprocity_error < 2e-3);
-      CHECK(check.sample_error < 5e-3);
-      CHECK(check.reflected_share < 1 + 1e-3);
-      CHECK_FALSE(bsdf.is_purely_delta());
+      scene_test::check_at_point(bsdf, normal, at_cosine<T>(cosine), source, std::same_as<T, float> ? 1e-5 : 1e-6,
+                                 level, {2e-3, 5e-3, 1e-3});
     }
   }
 }
@@ -78,27 +62,10 @@ TEST_CASE("each lobe alone makes its density, and the lobes with their weights m
   Philox source(gmis_test::seed(42));
   for (const auto& [name, material] : rough_materials<T>()) {
     const SurfaceBsdf<T> bsdf(material, axis, axis);
-    T sum = 0;
-    for (int k = 0; k < bsdf.lobe_count(); ++k) sum += bsdf.lobe_weight(k);
-    CHECK(sum == Approx(1));
     for (const double cosine : {0.9, 0.3, -0.4}) {
+      INFO(name << ", cos = " << cosine);
       const Vec3<T> to_prev = at_cosine<T>(cosine);
-      for (int k = 0; k < bsdf.lobe_count(); ++k) {
-        INFO(name << ", lobe " << k << ", cos = " << cosine);
-        const auto check = check_directions<T>(
-            axis,
-            [&] {
-              const T x = uniform<T>(source);
-              return bsdf.sample_lobe(k, to_prev, {x, uniform<T>(source)}, TransportMode::radiance);
-            },
-            [&](const Vec3<T>& w) {
-              std::array<T, 2> pdfs{};
-              bsdf.lobe_pdfs(to_prev, w, pdfs.data());
-              return pdfs[static_cast<std::size_t>(k)];
-            },
-            settings(1e-6));
-        CHECK(check.passes(level, 1e-3));
-      }
+      scene_test::check_lobes(bsdf, axis, to_prev, source, 1e-6, level);
       if (material.kind == Material<T>::Kind::smooth_coated) continue;  // its pdf counts the delta lobe
       for (int i = 0; i < 200; ++i) {
         const Vec2<T> uv{uniform<T>(source), uniform<T>(source)};

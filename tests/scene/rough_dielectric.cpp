@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/density_tests.hpp"
 #include "gmis/scene/bsdf.hpp"
+#include "scene/bsdf_checks.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -31,14 +31,6 @@ Vec3<double> at(double cosine, double turn = 0.9) {
   return Frame<double>::around(axis).to_world({sine * std::cos(turn), sine * std::sin(turn), cosine});
 }
 
-CheckSettings settings(double precision) {
-  CheckSettings result;
-  result.samples = 40'000;
-  result.bins = 200;
-  result.precision = precision;
-  return result;
-}
-
 // False-alarm rate of all χ² tests of this file together: 1e-3.
 const double level = sidak_level(1e-3, 70);
 
@@ -49,18 +41,11 @@ TEMPLATE_TEST_CASE("rough glass draws with the densities it states, both ways, a
   const Vec3<T> normal(axis);
   for (const auto& [name, material] : glasses<T>()) {
     const SurfaceBsdf<T> bsdf(material, normal, normal);
-    CHECK_FALSE(bsdf.is_purely_delta());
     constexpr bool is_single = std::same_as<T, float>;
     for (const double cosine : is_single ? std::vector{0.4, -0.3} : std::vector{0.95, 0.4, 0.06, -0.9, -0.3}) {
       INFO(name << ", cos = " << cosine);
-      const auto check = check_bsdf(bsdf, normal, Vec3<T>(at(cosine)), source, settings(is_single ? 1e-5 : 1e-6));
-      CHECK(check.directions.outside == 0);
-      CHECK(check.directions.test.p_value > level);
-      CHECK(check.directions.integral < 1 + 1e-3);
-      CHECK(check.reverse_error < 5e-3);
-      CHECK(check.reciprocity_error < 5e-3);
-      CHECK(check.sample_error < 1e-2);
-      CHECK(check.reflected_share < 1 + 1e-3);
+      scene_test::check_at_point(bsdf, normal, Vec3<T>(at(cosine)), source, is_single ? 1e-5 : 1e-6, level,
+                                 {5e-3, 1e-2, 1e-3});
     }
   }
 }
@@ -71,25 +56,10 @@ TEST_CASE("each lobe of rough glass alone makes its density", "[bsdf][glass][lob
   for (const auto& [name, material] : glasses<T>()) {
     const SurfaceBsdf<T> bsdf(material, axis, axis);
     REQUIRE(bsdf.lobe_count() == 2);
-    CHECK(bsdf.lobe_weight(0) + bsdf.lobe_weight(1) == Approx(1));
-    for (const double cosine : {0.7, -0.6})
-      for (int k = 0; k < 2; ++k) {
-        INFO(name << ", lobe " << k << ", cos = " << cosine);
-        const Vec3<T> to_prev = at(cosine);
-        const auto check = check_directions<T>(
-            axis,
-            [&] {
-              const T x = uniform<T>(source);
-              return bsdf.sample_lobe(k, to_prev, {x, uniform<T>(source)}, TransportMode::radiance);
-            },
-            [&](const Vec3<T>& w) {
-              std::array<T, 2> pdfs{};
-              bsdf.lobe_pdfs(to_prev, w, pdfs.data());
-              return pdfs[static_cast<std::size_t>(k)];
-            },
-            settings(1e-6));
-        CHECK(check.passes(level, 1e-3));
-      }
+    for (const double cosine : {0.7, -0.6}) {
+      INFO(name << ", cos = " << cosine);
+      scene_test::check_lobes(bsdf, axis, at(cosine), source, 1e-6, level);
+    }
   }
 }
 

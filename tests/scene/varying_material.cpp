@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "gmis/core/density_tests.hpp"
 #include "gmis/core/statistics.hpp"
 #include "gmis/scene/bsdf.hpp"
 #include "gmis/scene/scene_builder.hpp"
+#include "scene/bsdf_checks.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -24,14 +24,6 @@ const glm::dvec3 copper_eta{0.2, 0.92, 1.1}, copper_k{3.9, 2.45, 2.14};
 Vec3<double> at_cosine(double cosine) {
   return Frame<double>::around(axis).to_world(
       {std::sqrt(1 - cosine * cosine) * 0.6, std::sqrt(1 - cosine * cosine) * 0.8, cosine});
-}
-
-CheckSettings settings() {
-  CheckSettings result;
-  result.samples = 40'000;
-  result.bins = 200;
-  result.precision = 1e-6;
-  return result;
 }
 
 /// Red grows with u and green with v: every colour once.
@@ -99,15 +91,7 @@ TEST_CASE("sheets, coated metals and varying materials draw with the densities t
       for (const double cosine : {0.9, 0.3, -0.5}) {
         INFO(name << ", cos = " << cosine << ", u = " << u);
         const SurfaceBsdf<double> bsdf(material, axis, axis, at_uv(u, 0.6));
-        CHECK_FALSE(bsdf.is_purely_delta());
-        const auto check = check_bsdf(bsdf, axis, at_cosine(cosine), source, settings());
-        CHECK(check.directions.outside == 0);
-        CHECK(check.directions.test.p_value > level);
-        CHECK(check.directions.integral < 1 + 1e-3);
-        CHECK(check.reverse_error < 5e-3);
-        CHECK(check.reciprocity_error < 5e-3);
-        CHECK(check.sample_error < 1e-2);
-        CHECK(check.reflected_share < 1 + 2e-3);
+        scene_test::check_at_point(bsdf, axis, at_cosine(cosine), source, 1e-6, level, {5e-3, 1e-2, 2e-3});
       }
 }
 
@@ -131,27 +115,10 @@ TEST_CASE("each lobe of a sheet and of a coated metal makes its density") {
   Philox source(gmis_test::seed(312));
   for (const auto& [name, material] : new_lobes()) {
     const SurfaceBsdf<double> bsdf(material, axis, axis, at_uv(0.3, 0.6));
-    double sum = 0;
-    for (int k = 0; k < bsdf.lobe_count(); ++k) sum += bsdf.lobe_weight(k);
-    CHECK(sum == Approx(1));
-    for (const double cosine : {0.7, -0.6})
-      for (int k = 0; k < bsdf.lobe_count(); ++k) {
-        INFO(name << ", lobe " << k << ", cos = " << cosine);
-        const Vec3<double> to_prev = at_cosine(cosine);
-        const auto check = check_directions<double>(
-            axis,
-            [&] {
-              const double x = uniform<double>(source);
-              return bsdf.sample_lobe(k, to_prev, {x, uniform<double>(source)}, TransportMode::radiance);
-            },
-            [&](const Vec3<double>& w) {
-              std::array<double, 2> pdfs{};
-              bsdf.lobe_pdfs(to_prev, w, pdfs.data());
-              return pdfs[static_cast<std::size_t>(k)];
-            },
-            settings());
-        CHECK(check.passes(level, 1e-3));
-      }
+    for (const double cosine : {0.7, -0.6}) {
+      INFO(name << ", cos = " << cosine);
+      scene_test::check_lobes(bsdf, axis, at_cosine(cosine), source, 1e-6, level);
+    }
   }
 }
 
