@@ -10,6 +10,7 @@
 #include "gmis/core/statistics.hpp"
 #include "gmis/render.hpp"
 #include "support/catch.hpp"
+#include "support/message_of.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
@@ -61,12 +62,7 @@ gmis::RenderResult joined(const gmis::RenderRequest& request, const std::vector<
 }
 
 std::string refusal(const gmis::RenderRequest& request, const std::vector<std::vector<std::byte>>& checkpoints) {
-  try {
-    (void)joined(request, checkpoints);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return gmis_test::message_of([&] { return joined(request, checkpoints); });
 }
 
 /// The rounding of a mean of floats to float, with one of each step before.
@@ -354,16 +350,11 @@ TEST_CASE("A file that the scene refers to is part of the run's identity") {
   gmis::RenderRequest with_file = request(1, 2);
   with_file.scene_properties = {{"the content of bricks.png", "1234"}};
   const Run run(with_file);
-  const auto refused_by = [&](std::vector<std::pair<std::string, std::string>> properties) -> std::string {
+  const auto refused_by = [&](std::vector<std::pair<std::string, std::string>> properties) {
     gmis::RenderRequest other = request(1, 2);
     other.scene_properties = std::move(properties);
     Render render(furnace, other);
-    try {
-      render.resume(run.checkpoint);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
+    return gmis_test::message_of([&] { render.resume(run.checkpoint); });
   };
   CHECK(refused_by({{"the content of bricks.png", "1234"}}).empty());
   CHECK(refused_by({{"the content of bricks.png", "1235"}}) ==

@@ -11,6 +11,7 @@
 #include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
 #include "support/gltf/reader.hpp"
+#include "support/message_of.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/read_scene.hpp"
 
@@ -29,22 +30,12 @@ void write(const ScratchFolder& folder, const std::string& name, const std::stri
 /// The error that ends the reading; empty when all is read.
 std::string error_of(const std::filesystem::path& file, const LoadOptions& options = {}) {
   Diagnostics diagnostics;
-  try {
-    (void)read_scene(file, diagnostics, options);
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return gmis_test::message_of<InputError>([&] { return read_scene(file, diagnostics, options); });
 }
 
 std::string pbrt_error(const std::string& text, const LoadOptions& options = {}) {
   Diagnostics diagnostics;
-  try {
-    (void)read_pbrt_text(text, "t.pbrt", ".", diagnostics, options);
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return gmis_test::message_of<InputError>([&] { return read_pbrt_text(text, "t.pbrt", ".", diagnostics, options); });
 }
 
 const std::string triangle =

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gmis/result/image_error.hpp"
+#include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
 #include "support/diagnostics.hpp"
 #include "support/image/formats.hpp"
@@ -29,15 +30,10 @@
 
 using namespace gmis::tools;
 namespace fs = std::filesystem;
+using gmis_test::ScratchFolder;
+using gmis_test::text_of;
 
 namespace {
-
-/// A folder of this test's own, gone at the end.
-struct ScratchFolder {
-  fs::path path = fs::temp_directory_path() / ("gmis_image_test_" + std::to_string(std::random_device{}()));
-  ScratchFolder() { fs::create_directories(path); }
-  ~ScratchFolder() { fs::remove_all(path); }
-};
 
 Image noise(int width, int height) {
   Image image(width, height);
@@ -50,11 +46,6 @@ Image noise(int width, int height) {
 bool same_bits(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height && a.rgb.size() == b.rgb.size() &&
          std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
-}
-
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 #if GMIS_HAS_PNG

@@ -9,6 +9,7 @@
 
 #include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
+#include "support/message_of.hpp"
 #include "support/read_file.hpp"
 #include "support/seed.hpp"
 
@@ -30,12 +31,7 @@ MeshDescription parsed(const std::string& content) {
 
 /// Empty when it is read.
 std::string error_of(const std::string& content) {
-  try {
-    (void)parsed(content);
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return gmis_test::message_of<InputError>([&] { return parsed(content); });
 }
 
 template <class Number>

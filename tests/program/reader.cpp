@@ -1,26 +1,23 @@
 #include "support/pbrt/reader.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <numbers>
-#include <random>
 #include <string>
 
+#include "program/read_scene.hpp"
+#include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
 #include "support/image/image.hpp"
+#include "support/message_of.hpp"
 
 using namespace gmis::tools;
 namespace fs = std::filesystem;
+using gmis_test::Read;
 
 namespace {
-
-struct Read {
-  SceneDescription scene;
-  Diagnostics diagnostics;
-};
 
 Read read(const std::string& text, const fs::path& folder = ".") {
   Read result;
@@ -59,15 +56,7 @@ bool near(const glm::dvec3& a, const glm::dvec3& b, double tolerance = 1e-12) {
   return glm::length(a - b) <= tolerance * (1 + glm::length(b));
 }
 
-bool has_message(const Read& result, const std::string& part) {
-  return std::any_of(result.diagnostics.all().begin(), result.diagnostics.all().end(),
-                     [&](const Diagnostic& d) { return d.to_string().find(part) != std::string::npos; });
-}
-
-struct ScratchFolder {
-  fs::path path = fs::temp_directory_path() / ("gmis_reader_test_" + std::to_string(std::random_device{}()));
-  ScratchFolder() { fs::create_directories(path); }
-  ~ScratchFolder() { fs::remove_all(path); }
+struct ScratchFolder : gmis_test::ScratchFolder {
   void write(const std::string& name, const std::string& text) const {
     fs::create_directories((path / name).parent_path());
     std::ofstream(path / name, std::ios::binary) << text;
@@ -92,10 +81,10 @@ TEST_CASE("The picture: film, filter, camera") {
   CHECK(near(glm::dvec3(m[2]), {0, 0, 1}));  // forward
   CHECK(near(glm::dvec3(m[1]), {0, 1, 0}));  // up
   CHECK(near(glm::dvec3(m[0]), {1, 0, 0}));  // right: camera space is left-handed
-  CHECK(has_message(result, "t.pbrt:2: note: Sampler"));
-  CHECK(has_message(result, "t.pbrt:3: note: Integrator"));
-  CHECK(has_message(result, "t.pbrt:4: note: ColorSpace"));
-  CHECK_FALSE(has_message(result, "warning: PixelFilter"));
+  CHECK(result.says("t.pbrt:2: note: Sampler"));
+  CHECK(result.says("t.pbrt:3: note: Integrator"));
+  CHECK(result.says("t.pbrt:4: note: ColorSpace"));
+  CHECK_FALSE(result.says("warning: PixelFilter"));
 }
 
 TEST_CASE("Scale -1 1 1 before LookAt mirrors the picture, and WorldBegin forgets it") {
@@ -133,11 +122,11 @@ TEST_CASE("Lenses and parallel rays") {
   CHECK_FALSE(lens.scene.camera.is_orthographic);
   CHECK(lens.scene.camera.lens_radius == 0.25);
   CHECK(lens.scene.camera.focal_distance == 7);
-  CHECK_FALSE(has_message(lens, "Camera"));
+  CHECK_FALSE(lens.says("Camera"));
   const auto parallel = read("Camera \"orthographic\" \"float screenwindow\" [ -3 3 -2 2 ]\nWorldBegin\n" + triangle);
   CHECK(parallel.scene.camera.is_orthographic);
   CHECK(picture_window(parallel.scene.camera, 600, 400)[1] == 3);
-  CHECK_FALSE(has_message(parallel, "Camera"));
+  CHECK_FALSE(parallel.says("Camera"));
 }
 
 TEST_CASE("Transforms compose as pbrt's do") {
@@ -217,9 +206,8 @@ TEST_CASE("Shapes") {
     REQUIRE(mesh(result).triangles.size() == 2);
     CHECK(near(normal_of(mesh(result), 0), {0, 0, 1}));
     CHECK(near(normal_of(mesh(result), 1), {0, 0, 1}));
-    CHECK_FALSE(has_message(result, "not flat"));
-    CHECK(
-        has_message(read("WorldBegin Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0  1 1 1 ]"), "not flat"));
+    CHECK_FALSE(result.says("not flat"));
+    CHECK(read("WorldBegin Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0  1 1 1 ]").says("not flat"));
   }
   SECTION("PLY meshes") {
     const ScratchFolder folder;
@@ -260,7 +248,7 @@ TEST_CASE("Objects are copied at their instances") {
   const Read dark =
       read("WorldBegin ObjectBegin \"o\" AreaLightSource \"diffuse\" " + triangle + "ObjectEnd ObjectInstance \"o\"");
   CHECK_FALSE(dark.scene.shapes[0].emission.has_value());
-  CHECK(has_message(dark, "does not shine"));
+  CHECK(dark.says("does not shine"));
 }
 
 TEST_CASE("Materials") {
@@ -400,16 +388,11 @@ TEST_CASE("Lights") {
     REQUIRE(sky.image.radiance.size() == 4);
     CHECK(sky.image.radiance[0] == glm::vec3(0, 0, 3));
     CHECK(sky.image.radiance[3] == glm::vec3(24, 27, 30));
-    CHECK(has_message(square, "negative"));
+    CHECK(square.says("negative"));
     CHECK(near(sky.world_from_sky[0], {0, 1, 0}));
     CHECK(lit_by("\"wide.pfm\"\n").scene.lights.empty());  // black
-    CHECK(has_message(lit_by("\"wide.pfm\"\n"), "latitude"));
-    std::string message;
-    try {
-      static_cast<void>(lit_by("\"odd.pfm\"\n"));
-    } catch (const InputError& error) {
-      message = error.what();
-    }
+    CHECK(lit_by("\"wide.pfm\"\n").says("latitude"));
+    const std::string message = gmis_test::message_of<InputError>([&] { return lit_by("\"odd.pfm\"\n"); });
     CHECK(message.find("t.pbrt:1: ") == 0);
     CHECK(message.find("5 by 3") != std::string::npos);
   }
@@ -437,7 +420,7 @@ TEST_CASE("Lights") {
         read_world("LightSource \"point\" \"rgb I\" [ 0 0 0 ]\nAreaLightSource \"diffuse\" \"float scale\" 0\n");
     CHECK(result.scene.lights.empty());
     CHECK_FALSE(result.scene.shapes[0].emission.has_value());
-    CHECK(has_message(result, "no light"));
+    CHECK(result.says("no light"));
   }
 }
 
@@ -464,9 +447,8 @@ TEST_CASE("What is not understood but harmless is said once, with its place") {
   };
   CHECK(count("t.pbrt:3: warning: Shape \"sphere\": parameter \"radious\"") == 1);
   CHECK(count("radious") == 1);
-  CHECK(has_message(read("PixelFilter \"gaussian\" WorldBegin " + triangle), "t.pbrt:1: warning: PixelFilter"));
-  CHECK(has_message(read("Camera \"orthographic\" \"float lensradius\" .1 WorldBegin " + triangle),
-                    "a lens is not supported"));
+  CHECK(read("PixelFilter \"gaussian\" WorldBegin " + triangle).says("t.pbrt:1: warning: PixelFilter"));
+  CHECK(read("Camera \"orthographic\" \"float lensradius\" .1 WorldBegin " + triangle).says("a lens is not supported"));
 }
 
 TEST_CASE("The reference scenes and the example scenes are read without a warning") {

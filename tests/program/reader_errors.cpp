@@ -5,17 +5,20 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
+#include "support/message_of.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/seed.hpp"
 
 using namespace gmis::tools;
 namespace fs = std::filesystem;
+using gmis_test::message_of;
+using gmis_test::ScratchFolder;
 
 namespace {
 
@@ -25,12 +28,7 @@ const std::string triangle =
 /// The message with which reading `text` fails, or nothing when it succeeds.
 std::string error_of(const std::string& text) {
   Diagnostics diagnostics;
-  try {
-    (void)read_pbrt_text(text, "t.pbrt", ".", diagnostics);
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return message_of<InputError>([&] { return read_pbrt_text(text, "t.pbrt", ".", diagnostics); });
 }
 
 struct Case {
@@ -49,17 +47,6 @@ void check(const std::vector<Case>& cases) {
     CHECK(error.find('\n') == std::string::npos);
   }
 }
-
-std::string file_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-struct ScratchFolder {
-  fs::path path = fs::temp_directory_path() / ("gmis_reader_errors_test_" + std::to_string(std::random_device{}()));
-  ScratchFolder() { fs::create_directories(path); }
-  ~ScratchFolder() { fs::remove_all(path); }
-};
 
 }  // namespace
 
@@ -198,12 +185,8 @@ TEST_CASE("An include that includes itself ends in an error") {
   const ScratchFolder folder;
   std::ofstream(folder.path / "loop.pbrt") << "\nInclude \"loop.pbrt\"\n";
   Diagnostics diagnostics;
-  std::string message;
-  try {
-    (void)read_pbrt_scene(folder.path / "loop.pbrt", diagnostics);
-  } catch (const InputError& error) {
-    message = error.what();
-  }
+  const std::string message =
+      message_of<InputError>([&] { return read_pbrt_scene(folder.path / "loop.pbrt", diagnostics); });
   CHECK(message.find((folder.path / "loop.pbrt").string() + ":2: ") == 0);
   CHECK(message.find("include") != std::string::npos);
   CHECK_THROWS_AS(read_pbrt_scene(folder.path / "absent.pbrt", diagnostics), InputError);
@@ -228,7 +211,7 @@ TEST_CASE("An error in an included file names the line that includes it, once") 
 }
 
 TEST_CASE("A scene cut short anywhere gives an error or a scene, never a crash") {
-  const std::string text = file_text(fs::path(GMIS_REFERENCE_FOLDER) / "tung2.pbrt");
+  const std::string text = gmis_test::text_of(fs::path(GMIS_REFERENCE_FOLDER) / "tung2.pbrt");
   REQUIRE(text.size() > 2000);
   int whole = 0;
   for (std::size_t length = 0; length < text.size(); length += 3) {
@@ -245,7 +228,7 @@ TEST_CASE("A scene cut short anywhere gives an error or a scene, never a crash")
 }
 
 TEST_CASE("A scene with bytes changed at random gives an error or a scene, never a crash") {
-  const std::string text = file_text(fs::path(GMIS_REFERENCE_FOLDER) / "tung1.pbrt");
+  const std::string text = gmis_test::text_of(fs::path(GMIS_REFERENCE_FOLDER) / "tung1.pbrt");
   std::mt19937 random(gmis_test::seed(1));
   for (int round = 0; round < 1000; ++round) {
     std::string broken = text;
@@ -273,12 +256,9 @@ TEST_CASE("What is no scene is refused without a word of it") {
     std::ofstream(folder.path / "key", std::ios::binary) << secret;
     for (const std::string& directive : {std::string("Include"), std::string("Import")}) {
       Diagnostics diagnostics;
-      std::string message;
-      try {
-        (void)read_pbrt_text("WorldBegin\n" + triangle + directive + " \"key\"\n", "t.pbrt", folder.path, diagnostics);
-      } catch (const InputError& error) {
-        message = error.what();
-      }
+      const std::string text = "WorldBegin\n" + triangle + directive + " \"key\"\n";
+      const std::string message =
+          message_of<InputError>([&] { return read_pbrt_text(text, "t.pbrt", folder.path, diagnostics); });
       CHECK(message.find("no pbrt-v4 scene") != std::string::npos);
       CHECK(message.find("s3cret") == std::string::npos);
       for (const Diagnostic& diagnostic : diagnostics.all())
@@ -301,12 +281,8 @@ TEST_CASE("Files that are no regular files are refused, and never waited for") {
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
   const auto error_in_world = [&](const std::string& statement) {
     Diagnostics diagnostics;
-    try {
-      (void)read_pbrt_text("WorldBegin\n" + triangle + statement, "t.pbrt", folder.path, diagnostics);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return message_of<InputError>(
+        [&] { return read_pbrt_text("WorldBegin\n" + triangle + statement, "t.pbrt", folder.path, diagnostics); });
   };
   for (const char* name : {"pipe.pfm", "/dev/zero"}) {
     CAPTURE(name);

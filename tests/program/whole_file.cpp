@@ -10,29 +10,22 @@
 #include <random>
 #include <string>
 
+#include "program/scratch_folder.hpp"
 #include "support/catch.hpp"
 #include "support/diagnostics.hpp"
 #include "support/image/image.hpp"
 
 using namespace gmis::tools;
 namespace fs = std::filesystem;
+using gmis_test::text_of;
 
 namespace {
 
-struct ScratchFolder {
-  fs::path path = fs::temp_directory_path() / ("gmis_whole_file_test_" + std::to_string(std::random_device{}()));
-  ScratchFolder() { fs::create_directories(path); }
-  ~ScratchFolder() { fs::remove_all(path); }
-
+struct ScratchFolder : gmis_test::ScratchFolder {
   [[nodiscard]] std::ptrdiff_t file_count() const {
     return std::distance(fs::directory_iterator(path), fs::directory_iterator());
   }
 };
-
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// While it lives no file can grow beyond this number of bytes, as on a full disk.
 class LimitedFiles {

@@ -19,6 +19,7 @@
 #include "gmis/render/thread_executor.hpp"
 #include "gmis/transport/splitting/gmis_engines.hpp"
 #include "support/catch.hpp"
+#include "support/message_of.hpp"
 #include "support/seed.hpp"
 #include "support/thread_ranks.hpp"
 #include "transport/furnace_engines.hpp"
@@ -263,11 +264,8 @@ TEST_CASE("Ranks with another run are refused, and the message names the rank an
       gmis::RenderRequest request = request_with(gmis::integrators::vcm);
       request.ranks = ranks;
       if (ranks.rank() == 2) change(request);
-      try {
-        Run run(gmis::engines_with_pilot(furnace), furnace.camera().resolution(), request);
-      } catch (const std::invalid_argument& error) {
-        messages[static_cast<std::size_t>(ranks.rank())] = error.what();
-      }
+      messages[static_cast<std::size_t>(ranks.rank())] = gmis_test::message_of(
+          [&] { Run run(gmis::engines_with_pilot(furnace), furnace.camera().resolution(), request); });
     });
     CHECK(messages[0] == messages[1]);
     CHECK(messages[0] == messages[2]);
@@ -280,17 +278,14 @@ TEST_CASE("Ranks with another run are refused, and the message names the rank an
         "rank 2 has another run than rank 0: the greatest depth differs: 5, not 4");
   CHECK(refusal([](gmis::RenderRequest& request) { request.halves = false; }).find("what is kept differs") !=
         std::string::npos);
-  std::string message;
-  try {
+  const std::string message = gmis_test::message_of([&] {
     gmis_test::on_ranks(2, [&](const gmis::RanksRef& ranks) {
       gmis::RenderRequest request = request_with(gmis::integrators::vcm);
       request.ranks = ranks;
       request.techniques = true;
       Run run(gmis::engines_with_pilot(furnace), furnace.camera().resolution(), request);
     });
-  } catch (const std::invalid_argument& error) {
-    message = error.what();
-  }
+  });
   CHECK(message.find("pictures of techniques") != std::string::npos);
 }
 
@@ -335,13 +330,9 @@ TEST_CASE("Parts that are missing, there twice or of another run are refused, an
     part.request.part = gmis::RunPart{first, last, of};
     return outcome_of(part, 1).checkpoint;
   };
-  const auto refusal = [&](const std::vector<std::vector<std::byte>>& checkpoints) -> std::string {
-    try {
-      (void)gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
+  const auto refusal = [&](const std::vector<std::vector<std::byte>>& checkpoints) {
+    return gmis_test::message_of(
+        [&] { return gmis::join_runs<float>(one.request, furnace.camera().resolution(), checkpoints); });
   };
   const auto a = part_of(1, 3, 8), b = part_of(4, 6, 8), c = part_of(7, 8, 8);
   CHECK(refusal({c, a, b}).empty());

@@ -16,6 +16,7 @@
 #include "gmis/transport/plan/plan.hpp"
 #include "gmis/transport/splitting/gmis_engines.hpp"
 #include "support/catch.hpp"
+#include "support/message_of.hpp"
 #include "support/seed.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
@@ -23,8 +24,11 @@
 
 namespace {
 
+using gmis_test::message_of;
+
 using Scene = gmis_test::FurnaceScene<float>;
 using gmis::Technique;
+using gmis_test::message_of;
 
 gmis::SampleCounts counts_for(const gmis::Plan& plan) {
   return gmis::integrators::vcm.only([&](Technique technique) { return plan.has(technique); });
@@ -36,16 +40,6 @@ gmis::RenderSettings settings() {
   result.radius = 0.1;
   result.seed = gmis_test::seed(17);
   return result;
-}
-
-/// The message of the exception that `call` throws; empty when it throws none.
-std::string message_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
 }
 
 }  // namespace
