@@ -16,6 +16,7 @@
 #include "support/measured_variance.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/seed.hpp"
+#include "support/series.hpp"
 
 // `--integrator auto`: what the pilot forecasts against what renderings then have, and that nothing
 // is missing in scenes that tempt it.
@@ -147,7 +148,8 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
     vertex_variance.push_back(vertices > 0 ? squares * frames / (vertices * vertices) - 1 : 0.0);
   }
   const gmis::OperationCosts costs;
-  std::vector<double> variance(some.size()), squares(some.size()), forecast_cost(some.size());
+  std::vector<gmis_test::Series> forecast(some.size());
+  std::vector<double> forecast_cost(some.size());
   for (std::size_t batch = 0; batch < batches; ++batch) {
     ++settings.seed;
     gmis::RenderPilot<BuiltScene::SceneType> pilot(scene->scene(), settings, some, 64);
@@ -155,8 +157,7 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
     for (int i = 0; i < 8; ++i) pilot.iterate(executor);
     const std::vector<Forecast> forecasts = pilot.forecasts(costs);
     for (std::size_t c = 0; c < some.size(); ++c) {
-      variance[c] += forecasts[c].variance / batches;
-      squares[c] += forecasts[c].variance * forecasts[c].variance / batches;
+      forecast[c].add(forecasts[c].variance);
       forecast_cost[c] += forecasts[c].cost / batches;
       CHECK(forecasts[c].missing_share == 0.0);
     }
@@ -167,14 +168,13 @@ TEST_CASE("Forecasts of variance and cost are what renderings then have", "[auto
   for (std::size_t c = 0; c < some.size(); ++c) {
     INFO(some[c].light_paths << " light paths, " << some[c].connections << " connections, merging " << some[c].merges);
     const gmis_test::RelativeVariance own = all[c].relative_to(all[0].mean());
-    const double pilot_error =
-        std::sqrt(std::max(0.0, squares[c] - variance[c] * variance[c]) / (batches - 1)) / variance[c];
+    const double variance = forecast[c].mean(), pilot_error = forecast[c].standard_error() / variance;
     // A forecast takes the mean number of light vertices for that of each iteration
     // (test_transport_pilot).
     const double model = some[c].connections > 0 ? vertex_variance[c] : 0.0;
     const double limit = t * std::hypot(own.relative_error, pilot_error) + model;
-    CAPTURE(variance[c] / own.value, own.relative_error, pilot_error, model, limit);
-    CHECK(std::abs(variance[c] / own.value - 1) < limit);
+    CAPTURE(variance / own.value, own.relative_error, pilot_error, model, limit);
+    CHECK(std::abs(variance / own.value - 1) < limit);
     CHECK(limit < 0.12);  // so that it says something
     CHECK(std::abs(forecast_cost[c] / forecast_cost[0] * cost[0] / cost[c] - 1) < 0.05);
   }
@@ -213,14 +213,14 @@ TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto][long
     request.settings.seed = gmis_test::seed(6);
     const auto chosen = start(*scene, request);
     constexpr int iterations = 200, blocks = 9;
-    std::vector<std::vector<double>> a(blocks), b(blocks);
-    const auto add = [&](SceneEngine& source, std::vector<std::vector<double>>& sums) {
+    std::vector<gmis_test::Series> a(blocks), b(blocks);
+    const auto add = [&](SceneEngine& source, std::vector<gmis_test::Series>& sums) {
       source.iterate(executor);
       std::vector<double> block(blocks, 0.0);
       for (std::size_t p = 0; p < source.engine().frame().size(); ++p)
         block[(p / 24 / 8) * 3 + p % 24 / 8] +=
             static_cast<double>(gmis::mean_channel(source.engine().frame()[p])) / 64;
-      for (std::size_t k = 0; k < blocks; ++k) sums[k].push_back(block[k]);
+      for (std::size_t k = 0; k < blocks; ++k) sums[k].add(block[k]);
     };
     for (int i = 0; i < iterations; ++i) {
       add(*vcm, a);
@@ -228,22 +228,12 @@ TEST_CASE("Auto is right in the mean: against vcm, block by block", "[auto][long
     }
     REQUIRE(chosen->choice() != nullptr);
     for (std::size_t k = 0; k < blocks; ++k) {
-      const auto mean_of = [](const std::vector<double>& x) {
-        double sum = 0;
-        for (const double v : x) sum += v;
-        return sum / static_cast<double>(x.size());
-      };
-      const auto error_of = [&](const std::vector<double>& x) {
-        double sum = 0;
-        const double mean = mean_of(x);
-        for (const double v : x) sum += (v - mean) * (v - mean);
-        return sum / static_cast<double>(x.size() * (x.size() - 1));
-      };
-      const double difference = mean_of(a[k]) - mean_of(b[k]);
-      INFO("block " << k << ": " << mean_of(a[k]) << " and " << mean_of(b[k]));
+      const double difference = a[k].mean() - b[k].mean();
+      INFO("block " << k << ": " << a[k].mean() << " and " << b[k].mean());
       // 27 comparisons at 1e-3 in all are 4.1 standard errors each. Merging has a bias, of another
       // radius in each of the two: 1 % of a block is let pass.
-      CHECK(std::abs(difference) <= 4.1 * std::sqrt(error_of(a[k]) + error_of(b[k])) + 0.01 * mean_of(a[k]));
+      CHECK(std::abs(difference) <=
+            4.1 * std::hypot(a[k].standard_error(), b[k].standard_error()) + 0.01 * a[k].mean());
     }
   }
 }

@@ -17,6 +17,7 @@
 #include "support/read_scene.hpp"
 #include "support/render.hpp"
 #include "support/seed.hpp"
+#include "support/series.hpp"
 
 // One small scene for each feature of the scene format, rendered by paths from the camera alone and
 // by paths from both ends. The picture of nearly all of them is known: a surface that fills the
@@ -166,15 +167,11 @@ fs::path file_of(const std::string& name) {
   return fs::exists(text) ? text : folder / (name + ".gltf");
 }
 
-struct Measured {
-  std::vector<double> means, standard_errors;  ///< of quarters and channels
-};
-
 // 31 degrees of freedom: the quantile of the comparisons below is 6.3, and was 16 with the same
 // work in eight runs.
 constexpr int runs = 32, iterations = 4;
 
-Measured measured(const std::string& name, IntegratorChoice integrator) {
+std::vector<gmis_test::Series> measured(const std::string& name, IntegratorChoice integrator) {
   Diagnostics diagnostics;
   const bool is_gltf = file_of(name).extension() == ".gltf";
   LoadOptions load;
@@ -197,7 +194,7 @@ Measured measured(const std::string& name, IntegratorChoice integrator) {
   set_counts(request, options, *scene);
   request.budget.iterations = iterations;
   ThreadedExecutor executor(1);
-  std::vector<std::vector<double>> values(12);
+  std::vector<gmis_test::Series> means(12);  // of quarters and channels
   for (std::uint64_t run = 0; run < runs; ++run) {
     request.settings.seed = gmis_test::seed(500 + run);
     const RenderResult result = render(*scene, request, executor);
@@ -210,17 +207,9 @@ Measured measured(const std::string& name, IntegratorChoice integrator) {
           const std::size_t quarter = (x >= image.width / 2 ? 1U : 0U) + (y >= image.height / 2 ? 2U : 0U);
           sums[quarter * 3 + c] += double(image.rgb[image.index(x, y) + c]) * 4 / (image.width * image.height);
         }
-    for (std::size_t i = 0; i < 12; ++i) values[i].push_back(sums[i]);
+    for (std::size_t i = 0; i < 12; ++i) means[i].add(sums[i]);
   }
-  Measured result;
-  for (const std::vector<double>& one : values) {
-    double mean = 0, squares = 0;
-    for (const double value : one) mean += value / runs;
-    for (const double value : one) squares += (value - mean) * (value - mean);
-    result.means.push_back(mean);
-    result.standard_errors.push_back(std::sqrt(squares / (runs - 1) / runs));
-  }
-  return result;
+  return means;
 }
 
 /// The means of the expected picture, by quarters and channels.
@@ -253,22 +242,23 @@ TEST_CASE("every small scene shows what it must, by paths from the camera and fr
   std::size_t comparisons = 0;
   for (const auto& [name, picture] : pictures) {
     CAPTURE(name);
-    const Measured camera = measured(name, IntegratorChoice::pt), both = measured(name, IntegratorChoice::bpt);
+    const std::vector<gmis_test::Series> camera = measured(name, IntegratorChoice::pt),
+                                         both = measured(name, IntegratorChoice::bpt);
     std::vector<double> known;
     if (picture) known = expected(picture);
     for (std::size_t i = 0; i < 12; ++i) {
       comparisons += known.empty() ? 1 : 3;
-      CAPTURE(i, camera.means[i], camera.standard_errors[i], both.means[i], both.standard_errors[i]);
-      const double both_errors = std::hypot(camera.standard_errors[i], both.standard_errors[i]);
-      CHECK(std::abs(camera.means[i] - both.means[i]) <= quantile * both_errors + 1e-5 * (1 + both.means[i]));
+      CAPTURE(i, camera[i].mean(), camera[i].standard_error(), both[i].mean(), both[i].standard_error());
+      const double both_errors = std::hypot(camera[i].standard_error(), both[i].standard_error());
+      CHECK(std::abs(camera[i].mean() - both[i].mean()) <= quantile * both_errors + 1e-5 * (1 + both[i].mean()));
       // So that 6 % would show; the one pixel that has all of the light has it all or not at all.
-      if (name != "bright_pixel") CHECK(quantile * both_errors < 0.06 * (1 + both.means[i]));
+      if (name != "bright_pixel") CHECK(quantile * both_errors < 0.06 * (1 + both[i].mean()));
       if (known.empty()) continue;
       CAPTURE(known[i]);
       // Quadrature, polygons for circles, and the codes of a JPEG.
       const double slack = name == "imagemap_jpeg" ? 0.01 : 0.002;
-      CHECK(std::abs(camera.means[i] - known[i]) <= quantile * camera.standard_errors[i] + slack);
-      CHECK(std::abs(both.means[i] - known[i]) <= quantile * both.standard_errors[i] + slack);
+      CHECK(std::abs(camera[i].mean() - known[i]) <= quantile * camera[i].standard_error() + slack);
+      CHECK(std::abs(both[i].mean() - known[i]) <= quantile * both[i].standard_error() + slack);
     }
   }
   CHECK(comparisons == comparison_count());
