@@ -54,10 +54,11 @@ struct Estimate {
 template <Summable F>
 class EstimateAccumulator {
   using Traits = SpectrumTraits<F>;
-  using A = AccumulatorOf<typename Traits::Scalar>;
-  static constexpr int channel_count = Traits::channel_count;
 
  public:
+  using A = AccumulatorOf<typename Traits::Scalar>;
+  static constexpr std::size_t channel_count = static_cast<std::size_t>(Traits::channel_count);
+  using Channels = std::array<A, channel_count>;
   using Mean = typename Rebound<std::conditional_t<channel_count == 1, A, F>, A>::Type;
 
   /// Runs one round with `run_round(visit)`, which is to call `visit(x, denominator, index)` and to
@@ -81,7 +82,7 @@ class EstimateAccumulator {
     std::uint64_t integrand_evaluations = 0;
     RoundCounts counts;
     for (std::uint64_t round = 0; round < rounds; ++round) {
-      std::array<A, static_cast<std::size_t>(channel_count)> sum{};
+      Channels sum{};
       run_round(counts, [&](const auto& x, auto denominator, std::size_t) {
         ++integrand_evaluations;
         const F value = value_of(f, x);
@@ -91,11 +92,34 @@ class EstimateAccumulator {
         }
         add_contribution(value, denominator, sum);
       });
-      for (std::size_t c = 0; c < sum.size(); ++c) moments[c].add(sum[c] / samples_of_round);
+      for (std::size_t c = 0; c < channel_count; ++c) moments[c].add(sum[c] / samples_of_round);
     }
     moments_ = moments;
     integrand_evaluations_ += integrand_evaluations;
-    samples_ += rounds * sample_count;
+    add_cost(rounds * sample_count, counts);
+  }
+
+  /// f / denominator in every channel, for rounds that are more than a mean of f / φ: add the
+  /// estimate of each with `add_estimate`. All zeros, and the fault counted, when f or the quotient
+  /// is not finite.
+  template <class D>
+  [[nodiscard]] Channels quotient(const F& value, D denominator) noexcept {
+    ++integrand_evaluations_;
+    Channels result{};
+    if (has_finite_channels(value)) [[likely]]
+      add_contribution(value, denominator, result);
+    else
+      ++rejected_.non_finite_integrand;
+    return result;
+  }
+  /// Adds one round: its estimate in every channel, and what it cost.
+  void add_estimate(const Channels& estimate, std::uint64_t sample_count, const RoundCounts& counts) noexcept {
+    for (std::size_t c = 0; c < channel_count; ++c) moments_[c].add(estimate[c]);
+    add_cost(sample_count, counts);
+  }
+  /// Adds what was spent on no estimate (a warm-up).
+  void add_cost(std::uint64_t sample_count, const RoundCounts& counts) noexcept {
+    samples_ += sample_count;
     density_evaluations_ += counts.density_evaluations;
     failed_samples_ += counts.failed_samples;
     rejected_.zero_density += counts.zero_density;
@@ -116,13 +140,20 @@ class EstimateAccumulator {
 
   /// The estimate from the rounds so far.
   [[nodiscard]] Estimate<Mean> result() const {
+    return result([&](std::size_t c) { return moments_[c].mean(); },
+                  [&](std::size_t c) { return moments_[c].variance(); });
+  }
+  /// The same with `mean_of(channel)` and `variance_of(channel)`, where the estimate is not the
+  /// mean of the rounds.
+  template <class MeanOf, class VarianceOf>
+  [[nodiscard]] Estimate<Mean> result(MeanOf mean_of, VarianceOf variance_of) const {
     Estimate<Mean> estimate;
     estimate.rounds = moments_[0].count();
-    estimate.mean = gather([](const Moments<A>& m) { return m.mean(); });
+    estimate.mean = gather(mean_of);
     if (estimate.rounds > 1) {
-      estimate.variance = gather([](const Moments<A>& m) { return m.variance(); });
+      estimate.variance = gather(variance_of);
       estimate.standard_error =
-          gather([](const Moments<A>& m) { return std::sqrt(m.variance() / static_cast<A>(m.count())); });
+          gather([&](std::size_t c) { return std::sqrt(variance_of(c) / static_cast<A>(estimate.rounds)); });
     }
     estimate.samples = samples_;
     estimate.density_evaluations = density_evaluations_;
@@ -133,34 +164,34 @@ class EstimateAccumulator {
   }
 
  private:
-  template <class D, class Sum>
-  void add_contribution(const F& value, D denominator, Sum& sum) noexcept {
-    Sum contribution;
-    for (std::size_t c = 0; c < sum.size(); ++c)
+  template <class D>
+  void add_contribution(const F& value, D denominator, Channels& sum) noexcept {
+    Channels contribution;
+    for (std::size_t c = 0; c < channel_count; ++c)
       contribution[c] = ratio<A>(Traits::channel(value, static_cast<int>(c)), denominator);
     A difference = contribution[0] - contribution[0];  // zero for finite numbers alone, so one sum tests all channels
-    for (std::size_t c = 1; c < sum.size(); ++c) difference += contribution[c] - contribution[c];
+    for (std::size_t c = 1; c < channel_count; ++c) difference += contribution[c] - contribution[c];
     if (difference != A(0)) [[unlikely]] {
       ++rejected_.non_finite_contribution;
       return;
     }
-    for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += contribution[c];
+    for (std::size_t c = 0; c < channel_count; ++c) sum[c] += contribution[c];
   }
 
   template <class Get>
-  [[nodiscard]] Mean gather(Get get) const {
+  [[nodiscard]] static Mean gather(Get get) {
     if constexpr (channel_count == 1) {
-      return get(moments_[0]);
+      return static_cast<Mean>(get(0));
     } else {
       Mean mean;
-      for (std::size_t c = 0; c < moments_.size(); ++c)
+      for (std::size_t c = 0; c < channel_count; ++c)
         mean[static_cast<typename std::conditional_t<requires { Mean{}.length(); }, int, std::size_t>>(c)] =
-            get(moments_[c]);
+            static_cast<A>(get(c));
       return mean;
     }
   }
 
-  std::array<Moments<A>, static_cast<std::size_t>(channel_count)> moments_;
+  std::array<Moments<A>, channel_count> moments_;
   std::uint64_t samples_ = 0;
   std::uint64_t density_evaluations_ = 0;
   std::uint64_t integrand_evaluations_ = 0;

@@ -11,8 +11,8 @@
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/estimate.hpp"
 #include "gmis/mis/methods/semidefinite_solve.hpp"
-#include "gmis/mis/round_moments.hpp"
 
 /// \file
 /// The densities of the proposals as control variates of a mixture [Owen, Zhou: Safe and effective
@@ -26,8 +26,8 @@ namespace gmis {
 template <Summable F>
 class ControlFit {
  public:
-  using Channels = typename RoundMoments<F>::Channels;
-  static constexpr std::size_t channel_count = RoundMoments<F>::channel_count;
+  using Channels = typename EstimateAccumulator<F>::Channels;
+  static constexpr std::size_t channel_count = EstimateAccumulator<F>::channel_count;
 
   /// A fit for this number of proposals.
   explicit ControlFit(std::size_t proposal_count)
@@ -100,9 +100,9 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
   require_rounds(rounds);
-  RoundMoments<F> moments;
-  using Channels = typename RoundMoments<F>::Channels;
-  using A = typename RoundMoments<F>::A;
+  EstimateAccumulator<F> moments;
+  using Channels = typename EstimateAccumulator<F>::Channels;
+  using A = typename EstimateAccumulator<F>::A;
   require_argument(coefficients.size() == n * moments.channel_count,
                    "give one coefficient for each proposal and channel");
   detail::require_coefficients(coefficients);
@@ -124,7 +124,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
       sum[c] /= static_cast<A>(total);
       for (std::size_t k = 0; k < n; ++k) sum[c] += static_cast<A>(coefficients[c * n + k]);
     }
-    moments.add_round(sum, total, cost);
+    moments.add_estimate(sum, total, cost);
   }
   return moments.result();
 }

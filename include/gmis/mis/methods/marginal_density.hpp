@@ -43,13 +43,13 @@ requires TechniqueFamily<Family, Source>
                                      std::uint64_t rounds, Source& source) {
   using X = FamilyValue<Family, Source>;
   using F = SummandOf<Integrand, X>;
-  using A = typename RoundMoments<F>::A;
+  using A = typename EstimateAccumulator<F>::A;
   if (samples == 0) reject_argument("give a round at least one sample");
   require_rounds(rounds);
   if (!(bound > 0.0 && std::isfinite(bound))) reject_argument("the bound must be a positive number");
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   for (std::uint64_t round = 0; round < rounds; ++round) {
-    typename RoundMoments<F>::Channels sum{};
+    typename EstimateAccumulator<F>::Channels sum{};
     RoundCounts cost;
     for (std::size_t i = 0; i < samples; ++i) {
       const X x = family.sample(family.draw(source), source);
@@ -62,7 +62,7 @@ requires TechniqueFamily<Family, Source>
       const auto value = moments.quotient(value_of(f, x), 1.0 / inverse.value);
       for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += value[c] / static_cast<A>(samples);
     }
-    moments.add_round(sum, samples, cost);
+    moments.add_estimate(sum, samples, cost);
   }
   return moments.result();
 }

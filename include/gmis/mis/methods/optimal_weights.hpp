@@ -42,13 +42,13 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   using F = SummandOf<Integrand, typename Set::Value>;
-  using Channels = typename RoundMoments<F>::Channels;
-  using A = typename RoundMoments<F>::A;
+  using Channels = typename EstimateAccumulator<F>::Channels;
+  using A = typename EstimateAccumulator<F>::A;
   static_assert(!set_can_fail<Set, Source>, "optimal weights need proposals that always make a sample");
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
   require_rounds(rounds);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   ControlFit<F> fit(n);
   std::vector<double> coefficients;
   std::uint64_t next_fit = 4 * n;
@@ -82,7 +82,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
       if (!coefficients.empty())
         for (std::size_t k = 0; k < n; ++k) sum[c] += static_cast<A>(coefficients[c * n + k]);
     }
-    moments.add_round(sum, total, cost);
+    moments.add_estimate(sum, total, cost);
   }
   return moments.result();
 }
@@ -98,17 +98,17 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   using F = SummandOf<Integrand, typename Set::Value>;
-  using Channels = typename RoundMoments<F>::Channels;
+  using Channels = typename EstimateAccumulator<F>::Channels;
   static_assert(!set_can_fail<Set, Source>, "optimal weights need proposals that always make a sample");
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
   require_rounds(rounds);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   ControlFit<F> fit(n);
 
   // Means over a round of f/ψ in every channel and of every q_k/ψ; their means and products over
   // rounds.
-  constexpr std::size_t channels = RoundMoments<F>::channel_count;
+  constexpr std::size_t channels = EstimateAccumulator<F>::channel_count;
   const std::size_t width = channels + n;
   std::vector<double> row(width), mean(width), products(width * width);
   CountedWorkspace<Set> workspace;
@@ -124,7 +124,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
         });
     for (std::size_t c = 0; c < channels; ++c) {
       row[c] = static_cast<double>(sum[c]);
-      sum[c] /= static_cast<typename RoundMoments<F>::A>(total);
+      sum[c] /= static_cast<typename EstimateAccumulator<F>::A>(total);
     }
     for (std::size_t i = 0; i < width; ++i) {
       row[i] = row[i] / static_cast<double>(total) - mean[i];  // from the mean so far [Welford]
@@ -133,7 +133,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
     const double factor = static_cast<double>(round) / static_cast<double>(round + 1);
     for (std::size_t i = 0; i < width; ++i)
       for (std::size_t j = 0; j < width; ++j) products[i * width + j] += factor * row[i] * row[j];
-    moments.add_round(sum, total, cost);
+    moments.add_estimate(sum, total, cost);
   }
 
   const std::vector<double> coefficients = fit.coefficients();

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "gmis/mis/counted_round.hpp"
+#include "gmis/mis/estimate.hpp"
 #include "gmis/mis/methods/reservoir.hpp"
-#include "gmis/mis/round_moments.hpp"
 
 namespace gmis {
 
@@ -31,16 +31,16 @@ requires(detail::explain_arguments<Integrand, std::vector<P>, Source>())
                                            Relocation relocation = Relocation::local) {
   using X = ValueOf<P, Source>;
   using F = SummandOf<Integrand, X>;
-  using A = typename RoundMoments<F>::A;
+  using A = typename EstimateAccumulator<F>::A;
   const std::size_t n = proposals.size();
   const std::vector<std::uint32_t> counts(n, samples_each);
   const std::size_t total = checked_total(counts, n);
   require_rounds(iterations);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   for (std::uint64_t iteration = 0; iteration < iterations; ++iteration) {
     const auto set = as_proposal_set<Source>(proposals);
     CountedWorkspace<std::remove_cvref_t<decltype(set)>> workspace;
-    typename RoundMoments<F>::Channels sum{};
+    typename EstimateAccumulator<F>::Channels sum{};
     // One reservoir for each proposal: local ones hear of its own samples, global ones of all.
     std::vector<Reservoir<X>> chosen(n);
     const RoundCounts cost =
@@ -56,7 +56,7 @@ requires(detail::explain_arguments<Integrand, std::vector<P>, Source>())
           else
             for (Reservoir<X>& reservoir : chosen) (void)reservoir.add(x, weight, source);
         });
-    moments.add_round(sum, total, cost);
+    moments.add_estimate(sum, total, cost);
     for (std::size_t k = 0; k < n; ++k)
       if (chosen[k].sample()) proposals[k] = move(proposals[k], *chosen[k].sample());
   }

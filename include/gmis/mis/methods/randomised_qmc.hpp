@@ -5,8 +5,8 @@
 #include <type_traits>
 
 #include "gmis/mis/counted_round.hpp"
+#include "gmis/mis/estimate.hpp"
 #include "gmis/mis/methods/scrambled_sobol.hpp"
-#include "gmis/mis/round_moments.hpp"
 
 namespace gmis {
 
@@ -39,15 +39,15 @@ requires(detail::explain_arguments<Integrand, P, Points>())
   const auto& set = as_proposal_set<Points>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   using F = SummandOf<Integrand, typename Set::Value>;
-  using A = typename RoundMoments<F>::A;
+  using A = typename EstimateAccumulator<F>::A;
   const std::size_t total = checked_total(counts, set.size());
   require_rounds(rounds);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     points.start_round(round);
     if constexpr (HasStartRound<Set>) set.start_round(round);
-    typename RoundMoments<F>::Channels sum{};
+    typename EstimateAccumulator<F>::Channels sum{};
     const RoundCounts cost = sample_counted_round(
         set, counts, points, workspace,
         [&](const auto& x, auto psi, auto, std::size_t) {
@@ -56,7 +56,7 @@ requires(detail::explain_arguments<Integrand, P, Points>())
         },
         [&](std::size_t k, std::uint32_t i) { points.start_sample(k, i); });
     for (A& channel : sum) channel /= static_cast<A>(total);
-    moments.add_round(sum, total, cost);
+    moments.add_estimate(sum, total, cost);
   }
   return moments.result();
 }

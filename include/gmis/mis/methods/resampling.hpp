@@ -9,8 +9,8 @@
 #include "gmis/core/argument_error.hpp"
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/estimate.hpp"
 #include "gmis/mis/methods/reservoir.hpp"
-#include "gmis/mis/round_moments.hpp"
 
 /// \file
 /// Resampled importance sampling [Talbot, Cline, Egbert 2005]: many cheap candidates, of which one
@@ -55,15 +55,15 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   using F = SummandOf<Integrand, typename Set::Value>;
   const std::size_t total = checked_total(counts, set.size());
   require_rounds(rounds);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     RoundCounts cost;
     const auto reservoir = resample(target, set, counts, source, workspace, cost);
-    typename RoundMoments<F>::Channels value{};
+    typename EstimateAccumulator<F>::Channels value{};
     if (reservoir.contribution_weight() > 0.0)
       value = moments.quotient(value_of(f, *reservoir.sample()), 1.0 / reservoir.contribution_weight());
-    moments.add_round(value, total, cost);
+    moments.add_estimate(value, total, cost);
   }
   return moments.result();
 }

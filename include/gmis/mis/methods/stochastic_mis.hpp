@@ -8,7 +8,7 @@
 
 #include "gmis/core/argument_error.hpp"
 #include "gmis/core/random.hpp"
-#include "gmis/mis/round_moments.hpp"
+#include "gmis/mis/estimate.hpp"
 
 /// \file
 /// Multiple importance sampling over a continuum of techniques [West, Georgiev, Gruson, Hachisuka:
@@ -54,13 +54,13 @@ requires TechniqueFamily<Family, Source>
   using F = SummandOf<Integrand, X>;
   if (techniques == 0) reject_argument("give a round at least one technique");
   require_rounds(rounds);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   std::vector<TechniqueOf<Family, Source>> drawn;
   drawn.reserve(techniques);
   for (std::uint64_t round = 0; round < rounds; ++round) {
     drawn.clear();
     for (std::size_t i = 0; i < techniques; ++i) drawn.push_back(family.draw(source));
-    typename RoundMoments<F>::Channels sum{};
+    typename EstimateAccumulator<F>::Channels sum{};
     RoundCounts cost;
     for (const auto& own : drawn) {
       const X x = family.sample(own, source);
@@ -74,7 +74,7 @@ requires TechniqueFamily<Family, Source>
       const auto value = moments.quotient(value_of(f, x), density);
       for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += value[c];
     }
-    moments.add_round(sum, techniques, cost);
+    moments.add_estimate(sum, techniques, cost);
   }
   return moments.result();
 }
@@ -88,12 +88,12 @@ requires KnownMarginal<Family, Source>
                                        Source& source) {
   using X = FamilyValue<Family, Source>;
   using F = SummandOf<Integrand, X>;
-  using A = typename RoundMoments<F>::A;
+  using A = typename EstimateAccumulator<F>::A;
   if (samples == 0) reject_argument("give a round at least one sample");
   require_rounds(rounds);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   for (std::uint64_t round = 0; round < rounds; ++round) {
-    typename RoundMoments<F>::Channels sum{};
+    typename EstimateAccumulator<F>::Channels sum{};
     RoundCounts cost;
     for (std::size_t i = 0; i < samples; ++i) {
       const X x = family.sample(family.draw(source), source);
@@ -106,7 +106,7 @@ requires KnownMarginal<Family, Source>
       const auto value = moments.quotient(value_of(f, x), density);
       for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += value[c] / static_cast<A>(samples);
     }
-    moments.add_round(sum, samples, cost);
+    moments.add_estimate(sum, samples, cost);
   }
   return moments.result();
 }

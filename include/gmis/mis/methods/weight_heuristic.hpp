@@ -10,8 +10,8 @@
 
 #include "gmis/mis/counted_round.hpp"
 #include "gmis/mis/diagnostics/counted_variance.hpp"
+#include "gmis/mis/estimate.hpp"
 #include "gmis/mis/heuristic.hpp"
-#include "gmis/mis/round_moments.hpp"
 
 namespace gmis {
 
@@ -77,16 +77,16 @@ requires(detail::explain_arguments<Integrand, P, Source>())
   const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   using F = SummandOf<Integrand, typename Set::Value>;
-  using A = typename RoundMoments<F>::A;
+  using A = typename EstimateAccumulator<F>::A;
   const std::size_t n = set.size();
   const std::size_t total = checked_total(counts, n);
   require_rounds(rounds);
   require_fits(heuristic, counts);
   std::vector<double> densities(n), weights(n);
-  RoundMoments<F> moments;
+  EstimateAccumulator<F> moments;
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {
-    typename RoundMoments<F>::Channels sum{};
+    typename EstimateAccumulator<F>::Channels sum{};
     const RoundCounts cost = sample_counted_round(
         set, counts, source, workspace, [&](const auto& x, auto psi, auto relative, std::size_t index) {
           for (std::size_t k = 0; k < n; ++k) densities[k] = static_cast<double>(relative[k]);
@@ -96,7 +96,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
           const A factor = static_cast<A>(weights[index] / (counts[index] * densities[index]));
           for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += factor * value[c];
         });
-    moments.add_round(sum, total, cost);
+    moments.add_estimate(sum, total, cost);
   }
   return moments.result();
 }
