@@ -60,7 +60,7 @@ template <class Integrand, class P, NodeRange Nodes>
     for (std::size_t node = 0; node < count; ++node) mass += fine.weights()[node] * fine.densities(i)[node];
     check.density_integrals.push_back(mass);
   }
-  const std::vector<double> psi = detail::mixture(fine);
+  const std::vector<double> psi = mixture_of(std::vector<double>(n, 1.0 / static_cast<double>(n)), fine);
   double absolute = 0.0, second = 0.0, mass = 0.0;
   for (std::size_t node = 0; node < count; ++node) {
     const double value = std::abs(fine.values()[node]);

@@ -17,13 +17,12 @@
 
 namespace gmis {
 
-/// The largest N for which R2 (over multisets) and N2 (over subsets) are summed exactly with one
-/// sample of each proposal: a second of work or less at a thousand nodes.
+/// The largest number of multisets (R2), or of sub-multisets (N2), that are summed exactly: a
+/// second of work or less at a thousand nodes.
+inline constexpr double max_exact_terms = 100'000;
+/// The largest N of R2 and of N2 within `max_exact_terms`, with one sample of each proposal.
 inline constexpr std::size_t max_exact_r2 = 10;
 inline constexpr std::size_t max_exact_n2 = 16;
-/// The largest number of multisets, or of sub-multisets, that are summed for R2 and N2 with a
-/// sample allocation.
-inline constexpr double max_exact_terms = 100'000;
 
 /// Mean and variance of the estimate of one round.
 struct ExactMoments {
@@ -170,10 +169,65 @@ class SubsetSum {
   double second_moment_ = 0.0;
 };
 
-/// ψ at all nodes.
-[[nodiscard]] inline std::vector<double> mixture(const TabulatedProblem& problem) {
-  const std::size_t n = problem.proposal_count();
-  return mixture_of(std::vector<double>(n, 1.0 / static_cast<double>(n)), problem);
+/// Mean and variance of one round of n = Σ n_i samples: R1, R2 and R3 draw proposal i with the
+/// probability w_i/`weight_sum`, N1, N2 and N3 give it n_i = `counts[i]`.
+[[nodiscard]] inline ExactMoments moments_of_round(Scheme scheme, const TabulatedProblem& problem,
+                                                   const std::vector<double>& weights, double weight_sum,
+                                                   const std::vector<std::uint32_t>& counts) {
+  const std::size_t proposals = problem.proposal_count();
+  std::size_t samples = 0;
+  for (const std::uint32_t count : counts) samples += count;
+  const double n = static_cast<double>(samples);
+  std::vector<double> shares = weights, divided(problem.node_count());
+  for (double& share : shares) share /= weight_sum;
+  switch (scheme) {
+    case Scheme::R1:
+    case Scheme::N1: {  // (1/n) (Σ α_i ∫ f²/q_i − I²), or (1/n²) Σ n_i (∫ f²/q_i − I_i²)
+      double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
+      for (std::size_t i = 0; i < proposals; ++i) {
+        if (weights[i] == 0.0) continue;
+        problem.divide(1.0, problem.densities(i), divided.data());
+        const double covered = problem.covered_integral(problem.densities(i));
+        second_moment += weights[i] * problem.squared_over(divided.data()) / weight_sum;
+        mean += weights[i] * covered / weight_sum;
+        squared_means += weights[i] * covered * covered / weight_sum;
+      }
+      return {mean, variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
+    }
+    case Scheme::R2: {
+      double terms = 1.0;  // binomial(n + N − 1, n)
+      for (std::size_t i = 1; i <= samples; ++i)
+        terms *= static_cast<double>(proposals - 1 + i) / static_cast<double>(i);
+      require_argument(
+          terms <= max_exact_terms,
+          "too many proposals and samples for an exact R2: with one sample of each, use averaged_variance");
+      return MultisetSum(problem, shares, samples).moments();
+    }
+    case Scheme::N2: {
+      double terms = 1.0;
+      for (std::size_t i = 0; i < proposals; ++i) {
+        terms *= counts[i] + 1.0;
+        require_argument(counts[i] == 0 || problem.covers(problem.densities(i)),
+                         "the exact variance of N2 needs full support");
+      }
+      require_argument(
+          terms <= max_exact_terms,
+          "too many proposals and samples for an exact N2: with one sample of each, use averaged_variance");
+      // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and n I²/n² is
+      // subtracted. The printed form leaves out a part of the noise, see docs/paper-corrections.md
+      // [Elvira, corrected].
+      const SubsetSum subsets(problem, counts);
+      return {subsets.mean(), variance_from(subsets.second_moment() / n, subsets.mean() * subsets.mean() / n)};
+    }
+    case Scheme::R3:
+    case Scheme::N3:
+      break;
+  }
+  const std::vector<double> psi = mixture_of(shares, problem);
+  problem.divide(1.0, psi.data(), divided.data());
+  const double mean = problem.covered_integral(psi.data());
+  if (scheme == Scheme::R3) return {mean, variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
+  return {mean, conditional_variance(problem, divided.data(), n, [&](std::size_t i) { return counts[i]; })};
 }
 
 }  // namespace detail
@@ -187,49 +241,9 @@ class SubsetSum {
 /// partial support.
 [[nodiscard]] inline ExactMoments exact_moments(Scheme scheme, const TabulatedProblem& problem) {
   require_enumerator(scheme);
-  const double n = static_cast<double>(problem.proposal_count());
-  std::vector<double> divided(problem.node_count());
-  switch (scheme) {
-    case Scheme::R1:
-    case Scheme::N1: {
-      // (1/N²) Σ_i ∫ f²/q_i minus the squared means: I²/N for random indices,
-      // (1/N²) Σ_i I_i² for one sample of each.
-      double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
-      for (std::size_t i = 0; i < problem.proposal_count(); ++i) {
-        problem.divide(1.0, problem.densities(i), divided.data());
-        const double covered = problem.covered_integral(problem.densities(i));
-        second_moment += problem.squared_over(divided.data()) / n;
-        mean += covered / n;
-        squared_means += covered * covered / n;
-      }
-      return {mean, detail::variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
-    }
-    case Scheme::R2: {
-      require_argument(problem.proposal_count() <= max_exact_r2,
-                       "too many proposals for an exact R2: use averaged_variance");
-      const std::size_t count = problem.proposal_count();
-      return detail::MultisetSum(problem, std::vector<double>(count, 1.0 / n), count).moments();
-    }
-    case Scheme::N2: {
-      require_argument(problem.proposal_count() <= max_exact_n2,
-                       "too many proposals for an exact N2: use averaged_variance");
-      require_argument(problem.has_full_support(), "the exact variance of N2 needs full support");
-      // f(x_n)/p_n − I is a martingale difference: the draws are uncorrelated, and N I²/N² is
-      // subtracted. The printed form leaves out a part of the noise, see docs/paper-corrections.md
-      // [Elvira, corrected].
-      const detail::SubsetSum sum(problem, std::vector<std::uint32_t>(problem.proposal_count(), 1));
-      return {sum.mean(), detail::variance_from(sum.second_moment() / n, sum.mean() * sum.mean() / n)};
-    }
-    case Scheme::R3:
-    case Scheme::N3:
-      break;
-  }
-  const std::vector<double> psi = detail::mixture(problem);
-  problem.divide(1.0, psi.data(), divided.data());
-  const double mean = problem.covered_integral(psi.data());
-  if (scheme == Scheme::R3)
-    return {mean, detail::variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
-  return {mean, detail::conditional_variance(problem, divided.data(), n, [](auto) { return 1.0; })};
+  const std::size_t n = problem.proposal_count();
+  return detail::moments_of_round(scheme, problem, std::vector<double>(n, 1.0), static_cast<double>(n),
+                                  std::vector<std::uint32_t>(n, 1));
 }
 
 /// The mean that `scheme` converges to: ∫ f when the proposals cover f as the scheme needs, else
@@ -258,8 +272,7 @@ template <std::floating_point T, std::size_t Capacity>
   const Selection selection = cheapest_pair(scheme).selection;
   const std::size_t proposals = problem.proposal_count();
   allocation.require_fits(proposals, selection);
-  const std::size_t samples = allocation.sample_count(proposals);
-  const double n = static_cast<double>(samples);
+  const double n = static_cast<double>(allocation.sample_count(proposals));
   // α_i of S1, n_i/n of S2 and S3.
   std::vector<double> shares(proposals);
   std::vector<std::uint32_t> counts(proposals);
@@ -270,50 +283,7 @@ template <std::floating_point T, std::size_t Capacity>
     sum += shares[i];
   }
   for (double& share : shares) share /= sum;
-
-  std::vector<double> divided(problem.node_count());
-  switch (scheme) {
-    case Scheme::R1:
-    case Scheme::N1: {  // (1/n) (Σ α_i ∫ f²/q_i − I²), or (1/n²) Σ n_i (∫ f²/q_i − I_i²)
-      double second_moment = 0.0, mean = 0.0, squared_means = 0.0;
-      for (std::size_t i = 0; i < proposals; ++i) {
-        if (shares[i] == 0.0) continue;
-        problem.divide(1.0, problem.densities(i), divided.data());
-        const double covered = problem.covered_integral(problem.densities(i));
-        second_moment += shares[i] * problem.squared_over(divided.data());
-        mean += shares[i] * covered;
-        squared_means += shares[i] * covered * covered;
-      }
-      return {mean, detail::variance_from(second_moment / n, (scheme == Scheme::R1 ? mean * mean : squared_means) / n)};
-    }
-    case Scheme::R2: {
-      double terms = 1.0;  // binomial(n + N − 1, n)
-      for (std::size_t i = 1; i <= samples; ++i)
-        terms *= static_cast<double>(proposals - 1 + i) / static_cast<double>(i);
-      require_argument(terms <= max_exact_terms, "too many proposals and samples for an exact R2");
-      return detail::MultisetSum(problem, shares, samples).moments();
-    }
-    case Scheme::N2: {
-      double terms = 1.0;
-      for (std::size_t i = 0; i < proposals; ++i) {
-        terms *= counts[i] + 1.0;
-        require_argument(counts[i] == 0 || problem.covers(problem.densities(i)),
-                         "the exact variance of N2 needs full support");
-      }
-      require_argument(terms <= max_exact_terms, "too many proposals and samples for an exact N2");
-      const detail::SubsetSum subsets(problem, counts);
-      return {subsets.mean(), detail::variance_from(subsets.second_moment() / n, subsets.mean() * subsets.mean() / n)};
-    }
-    case Scheme::R3:
-    case Scheme::N3:
-      break;
-  }
-  const std::vector<double> psi = mixture_of(shares, problem);
-  problem.divide(1.0, psi.data(), divided.data());
-  const double mean = problem.covered_integral(psi.data());
-  if (scheme == Scheme::R3)
-    return {mean, detail::variance_from(problem.squared_over(divided.data()) / n, mean * mean / n)};
-  return {mean, detail::conditional_variance(problem, divided.data(), n, [&](std::size_t i) { return counts[i]; })};
+  return detail::moments_of_round(scheme, problem, shares, 1.0, counts);
 }
 
 /// True when the mixture of every group covers f, as the partial deterministic mixture needs it.
