@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -10,6 +11,34 @@
 #include "gmis/mis/diagnostics/exact_variance.hpp"
 
 namespace gmis {
+
+namespace detail {
+/// E h(x), x ~ q: sums `value(i)`, h at node i, over the nodes with q > 0. Values that are not
+/// finite are left out.
+template <class Value>
+[[nodiscard]] double mean_under(const TabulatedProblem& problem, const double* q, Value value) {
+  double mean = 0.0;
+  for (std::size_t i = 0; i < problem.node_count(); ++i)
+    if (q[i] > 0.0)
+      if (const double h = value(i); std::isfinite(h)) mean += problem.weights()[i] * q[i] * h;
+  return mean;
+}
+/// Var h(x), about its mean, so that nothing cancels. What is missing of the mass of q is samples
+/// that fail, and contribute zero.
+template <class Value>
+[[nodiscard]] double variance_under(const TabulatedProblem& problem, const double* q, double mean, Value value) {
+  double mass = 0.0;
+  for (std::size_t i = 0; i < problem.node_count(); ++i)
+    if (q[i] > 0.0) mass += problem.weights()[i] * q[i];
+  double variance = std::max(0.0, 1.0 - mass) * mean * mean;
+  for (std::size_t i = 0; i < problem.node_count(); ++i) {
+    if (!(q[i] > 0.0)) continue;
+    const double difference = value(i) - mean;
+    variance += problem.weights()[i] * q[i] * difference * difference;
+  }
+  return variance_from(variance, 0.0);
+}
+}  // namespace detail
 
 /// Mean and variance of Σ_k Σ_{i ≤ n_k} h_k(x_ki), x_ki ~ q_k independent: Σ n_k E h_k and Σ n_k
 /// Var h_k. Every estimator that gives proposal k a fixed number of samples and weights each by a
@@ -23,24 +52,11 @@ template <class Contribution>
   ExactMoments moments{0.0, 0.0};
   for (std::size_t k = 0; k < counts.size(); ++k) {
     if (counts[k] == 0) continue;
+    const auto value = [&](std::size_t i) { return contribution(k, i); };
     const double* const q = problem.densities(k);
-    double mass = 0.0, mean = 0.0;
-    for (std::size_t i = 0; i < problem.node_count(); ++i) {
-      if (!(q[i] > 0.0)) continue;
-      mass += problem.weights()[i] * q[i];
-      const double value = contribution(k, i);
-      if (std::isfinite(value)) mean += problem.weights()[i] * q[i] * value;
-    }
-    // About the mean, so that nothing cancels; what is missing of the mass is samples that failed,
-    // and contribute zero.
-    double variance = std::max(0.0, 1.0 - mass) * mean * mean;
-    for (std::size_t i = 0; i < problem.node_count(); ++i) {
-      if (!(q[i] > 0.0)) continue;
-      const double difference = contribution(k, i) - mean;
-      variance += problem.weights()[i] * q[i] * difference * difference;
-    }
+    const double mean = detail::mean_under(problem, q, value);
     moments.mean += counts[k] * mean;
-    moments.variance += counts[k] * detail::variance_from(variance, 0.0);
+    moments.variance += counts[k] * detail::variance_under(problem, q, mean, value);
   }
   return moments;
 }
@@ -70,19 +86,10 @@ template <class Contribution>
                                                            const TabulatedProblem& problem) {
   require_argument(samples > 0, "a round of no samples: ask for at least one");
   const std::vector<double> psi = mixture_of(fractions, problem);
-  double mean = 0.0, mass = 0.0;
-  for (std::size_t i = 0; i < psi.size(); ++i) {
-    if (!(psi[i] > 0.0)) continue;
-    mean += problem.weights()[i] * problem.values()[i];
-    mass += problem.weights()[i] * psi[i];
-  }
-  double variance = std::max(0.0, 1.0 - mass) * mean * mean;
-  for (std::size_t i = 0; i < psi.size(); ++i) {
-    if (!(psi[i] > 0.0)) continue;
-    const double difference = problem.values()[i] / psi[i] - mean;
-    variance += problem.weights()[i] * psi[i] * difference * difference;
-  }
-  return {mean, detail::variance_from(variance, 0.0) / static_cast<double>(samples)};
+  const double mean = problem.covered_integral(psi.data());
+  const double variance =
+      detail::variance_under(problem, psi.data(), mean, [&](std::size_t i) { return problem.values()[i] / psi[i]; });
+  return {mean, variance / static_cast<double>(samples)};
 }
 
 }  // namespace gmis

@@ -16,18 +16,8 @@ namespace detail {
 [[nodiscard]] inline double moment_over_variance(const TabulatedProblem& problem, std::size_t k, const double* divisor,
                                                  double largest) {
   const double* const q = problem.densities(k);
-  double mass = 0.0, mean = 0.0;
-  for (std::size_t i = 0; i < problem.node_count(); ++i) {
-    if (!(q[i] > 0.0)) continue;
-    mass += problem.weights()[i] * q[i];
-    mean += problem.weights()[i] * q[i] * (problem.values()[i] / divisor[i]);
-  }
-  double variance = std::max(0.0, 1.0 - mass) * mean * mean;
-  for (std::size_t i = 0; i < problem.node_count(); ++i) {
-    if (!(q[i] > 0.0)) continue;
-    const double difference = problem.values()[i] / divisor[i] - mean;
-    variance += problem.weights()[i] * q[i] * difference * difference;
-  }
+  const auto value = [&](std::size_t i) { return problem.values()[i] / divisor[i]; };
+  const double mean = mean_under(problem, q, value), variance = variance_under(problem, q, mean, value);
   const double second = variance + mean * mean;
   if (!(second > 0.0 && std::isfinite(second))) return 1.0;
   return variance * largest > second ? second / variance : largest;
