@@ -98,7 +98,7 @@ TEST_CASE("variances are numbers on domains where densities are denormal", "[mis
   for (const Scheme scheme : gmis::all_schemes) {
     CAPTURE(name_of(scheme));
     const auto moments = exact_moments(scheme, table);
-    CHECK(moments.has_finite_variance());
+    CHECK(std::isfinite(moments.variance));
     CHECK(moments.variance == Approx(static_cast<double>(of(expected, scheme))).epsilon(1e-9));
     CHECK(moments.mean == Approx(4.0 / 3.0).epsilon(1e-9));
   }
@@ -120,7 +120,7 @@ TEST_CASE("a variance beyond the range of double is infinite", "[mis]") {
     if (scheme == Scheme::N2 && !table.has_full_support()) continue;
     CAPTURE(name_of(scheme));
     const auto moments = exact_moments(scheme, table);
-    CHECK_FALSE(moments.has_finite_variance());
+    CHECK_FALSE(std::isfinite(moments.variance));
     CHECK(moments.variance == std::numeric_limits<double>::infinity());
   }
   gmis::Philox source(1);

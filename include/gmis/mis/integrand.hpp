@@ -39,10 +39,6 @@ concept IntegrandOf = requires {
   requires Summable<SummandOf<F, X>>;
 };
 
-/// An integrand for a set of proposals.
-template <class F, class Set>
-concept IntegrandFor = IntegrandOf<F, typename Set::Value>;
-
 /// f(x), as it is added up.
 template <class Integrand, class X>
 [[nodiscard]] GMIS_ALWAYS_INLINE constexpr SummandOf<Integrand, X> value_of(Integrand& f, const X& x) {

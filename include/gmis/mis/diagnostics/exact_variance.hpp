@@ -28,9 +28,6 @@ inline constexpr std::size_t max_exact_n2 = 16;
 struct ExactMoments {
   double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
   double variance;  ///< about that mean; +infinity where it leaves the range of double, never NaN
-
-  /// False when ∫ f²/φ leaves the range of double: φ nearly vanishes where f does not.
-  [[nodiscard]] bool has_finite_variance() const noexcept { return std::isfinite(variance); }
 };
 
 namespace detail {

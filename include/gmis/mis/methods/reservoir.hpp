@@ -42,8 +42,6 @@ class Reservoir {
   [[nodiscard]] const std::optional<X>& sample() const noexcept { return sample_; }
   /// W, an unbiased estimate of 1/p(y). 0 without a sample.
   [[nodiscard]] double contribution_weight() const noexcept { return contribution_weight_; }
-  /// Sum of all weights that were offered.
-  [[nodiscard]] double weight_sum() const noexcept { return weight_sum_; }
   /// M, the number of candidates that the sample stands for.
   [[nodiscard]] double sample_count() const noexcept { return sample_count_; }
   /// Offers whose weight was negative or not finite.
