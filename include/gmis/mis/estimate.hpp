@@ -56,8 +56,11 @@ class EstimateAccumulator {
   using Traits = SpectrumTraits<F>;
 
  public:
+  /// The type that sums are kept in.
   using A = AccumulatorOf<typename Traits::Scalar>;
+  /// Channels of f.
   static constexpr std::size_t channel_count = static_cast<std::size_t>(Traits::channel_count);
+  /// One number for each channel.
   using Channels = std::array<A, channel_count>;
   using Mean = typename Rebound<std::conditional_t<channel_count == 1, A, F>, A>::Type;
 
@@ -143,8 +146,8 @@ class EstimateAccumulator {
     return result([&](std::size_t c) { return moments_[c].mean(); },
                   [&](std::size_t c) { return moments_[c].variance(); });
   }
-  /// The same with `mean_of(channel)` and `variance_of(channel)`, where the estimate is not the
-  /// mean of the rounds.
+  /// The estimate from a mean `mean_of(channel)` and a variance of one round
+  /// `variance_of(channel)`, where these are not the ones of the rounds.
   template <class MeanOf, class VarianceOf>
   [[nodiscard]] Estimate<Mean> result(MeanOf mean_of, VarianceOf variance_of) const {
     Estimate<Mean> estimate;
