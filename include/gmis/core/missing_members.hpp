@@ -21,14 +21,17 @@ template <class S> struct from_scalar; // explicit S(T): all channels alike
 namespace bsdf_lacks {
 template <class B> struct copies; // copy construction and assignment
 template <class B> struct Spectrum; // using Spectrum = glm::vec3; (or another type that meets gmis::Spectrum)
-template <class B> struct evaluate; // BsdfValue<Spectrum> evaluate(Vec3<T> to_prev, Vec3<T> to_next, TransportMode) const
-template <class B> struct sample; // std::optional<ScatterSample<Spectrum>> sample(Vec3<T> to_prev, T u, Vec2<T> uv, TransportMode) const
+template <class B>
+struct evaluate; // BsdfValue<Spectrum> evaluate(Vec3<T> to_prev, Vec3<T> to_next, TransportMode) const
+template <class B>
+struct sample; // std::optional<ScatterSample<Spectrum>> sample(Vec3<T> to_prev, T u, Vec2<T> uv, TransportMode) const
 template <class B> struct is_purely_delta; // bool is_purely_delta() const
 template <class B> struct albedo; // Spectrum albedo() const
 template <class B> struct max_lobes; // static constexpr int max_lobes
 template <class B> struct lobe_count; // int lobe_count() const
 template <class B> struct lobe_weight; // T lobe_weight(int) const
-template <class B> struct sample_lobe; // std::optional<Vec3<T>> sample_lobe(int, Vec3<T> to_prev, Vec2<T> uv, TransportMode) const
+template <class B>
+struct sample_lobe; // std::optional<Vec3<T>> sample_lobe(int, Vec3<T> to_prev, Vec2<T> uv, TransportMode) const
 template <class B> struct lobe_pdfs; // void lobe_pdfs(Vec3<T> to_prev, Vec3<T> to_next, T* pdfs) const
 template <class B> struct has_delta_lobes; // bool has_delta_lobes() const
 template <class B> struct lobes_have_full_support; // bool lobes_have_full_support() const
@@ -37,16 +40,21 @@ namespace light_lacks {
 template <class L> struct Spectrum; // using Spectrum = glm::vec3; (or another type that meets gmis::Spectrum)
 template <class L> struct is_delta; // bool is_delta() const
 template <class L> struct is_infinite; // bool is_infinite() const
-template <class L> struct sample_next_event; // std::optional<NextEventSample<Spectrum>> sample_next_event(SurfacePoint<T>, Vec2<T>) const
-template <class L> struct sample_emission; // std::optional<EmissionSample<Spectrum>> sample_emission(Vec2<T>, Vec2<T>) const
+template <class L>
+struct sample_next_event; // std::optional<NextEventSample<Spectrum>> sample_next_event(SurfacePoint<T>, Vec2<T>) const
+template <class L>
+struct sample_emission; // std::optional<EmissionSample<Spectrum>> sample_emission(Vec2<T>, Vec2<T>) const
 template <class L> struct emitted; // Emitted<Spectrum> emitted(SurfacePoint<T> origin, Vec3<T> direction) const
-template <class L> struct next_event_density; // T next_event_density(SurfacePoint<T> origin, Vec3<T>, SurfacePoint<T> from) const
+template <class L>
+struct next_event_density; // T next_event_density(SurfacePoint<T> origin, Vec3<T>, SurfacePoint<T> from) const
 }
 namespace camera_lacks {
 template <class C> struct Spectrum; // using Spectrum = glm::vec3; (or another type that meets gmis::Spectrum)
 template <class C> struct resolution; // glm::ivec2 resolution() const
-template <class C> struct sample_ray; // std::optional<CameraSample<Spectrum>> sample_ray(glm::ivec2, Vec2<T>, Vec2<T>) const
-template <class C> struct project; // std::optional<CameraProjection<Spectrum>> project(Vec3<T> point, Vec2<T> uv_lens) const
+template <class C>
+struct sample_ray; // std::optional<CameraSample<Spectrum>> sample_ray(glm::ivec2, Vec2<T>, Vec2<T>) const
+template <class C>
+struct project; // std::optional<CameraProjection<Spectrum>> project(Vec3<T> point, Vec2<T> uv_lens) const
 template <class C> struct has_parallel_rays; // bool has_parallel_rays() const
 }
 namespace scene_lacks {
