@@ -100,7 +100,7 @@ def run(options):
         for depth in (16, 64, 256):
             connections = {"pt": "", "bpt": "--connections 1", "vcm": "--connections 1 --radius 0.05"}[integrator]
             run = stats_of(options, ball, f"--integrator {integrator} {connections} --sampler independent --iterations {1024 // depth} --max-depth {depth}")
-            add(f"depth, {integrator}: a segment of a camera subpath", depth, 1e9 * run["seconds"]["cpu"] / (run["counts"]["camera_paths"] * depth), "ns")
+            add(f"depth, {integrator}: a segment of a subpath", depth, 1e9 * run["seconds"]["cpu"] / run["counts"]["rays"], "ns")
     table.note(f"128x128 pixels, the least of {options.runs} runs, one thread.")
     publish(options, table, DOCUMENT)
 
