@@ -7,10 +7,11 @@
 
 #include "four_problems.hpp"
 #include "gmis/mis.hpp"
+#include "gmis/mis/diagnostics/best_scheme.hpp"
 #include "gmis/mis/methods/adaptive_mis.hpp"
 #include "gmis/mis/methods/best_groups.hpp"
-#include "gmis/mis/methods/best_plan.hpp"
 #include "gmis/mis/methods/compensation.hpp"
+#include "gmis/mis/methods/optimal_allocation.hpp"
 #include "gmis/mis/methods/optimal_weights.hpp"
 #include "gmis/mis/methods/pairwise.hpp"
 #include "gmis/mis/methods/population.hpp"

@@ -184,8 +184,6 @@ TEST_CASE("methods: arguments of their own", "[mis]") {
   REJECTED(gmis::inverse_variance_fractions(table, Numbers{1.0, 0.0, 1.0}));
   REJECTED(gmis::optimal_counts(table, 0));
   REJECTED(gmis::best_groups(table, 4));
-  REJECTED(gmis::best_plan(table, {1.0, 1.0}, 0, source));
-  REJECTED(gmis::best_plan(table, {-1.0, 1.0}, 6, source));
 }
 
 TEST_CASE("methods: what goes wrong with samples is counted", "[mis]") {
@@ -262,4 +260,3 @@ TEST_CASE("scaled balance weights keep their factors", "[mis]") {
   CHECK(gmis::exact_moments_with_weights(from_temporary, ones, table).variance ==
         gmis::exact_moments_with_weights(gmis::ScaledBalance{factors}, ones, table).variance);
 }
-static_assert(std::same_as<decltype(std::declval<gmis::PlanChoice>().chosen()), gmis::PlanCandidate>);

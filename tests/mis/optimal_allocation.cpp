@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "gmis/mis/estimate.hpp"
-#include "gmis/mis/methods/best_plan.hpp"
 #include "mis/method_oracles.hpp"
 #include "support/catch.hpp"
 
@@ -231,20 +230,6 @@ TEST_CASE("allocation: costs count", "[mis]") {
     };
     search(search, 0, 6);
     CHECK(score(gmis::optimal_counts(table, 6, costs)) <= 1.05 * least);
-
-    // What a plan says of its own cost.
-    gmis::Philox source(1);
-    const auto plan = gmis::best_plan(table, {2.0, 7.0}, 12, source);
-    bool has_counts = false;
-    for (const auto& candidate : plan.candidates) {
-      std::size_t used = 0;
-      for (const auto count : candidate.counts) used += count > 0 ? 1 : 0;
-      for (const double fraction : candidate.fractions) used += fraction > 0.0 ? 1 : 0;
-      if (used == 0) continue;
-      has_counts = true;
-      CHECK(candidate.round.cost == Approx(12.0 * static_cast<double>(used) * 2.0 + 12.0 * 7.0));
-    }
-    CHECK(has_counts);
   }
   // Two halves: no fractions or counts that leave out one of them.
   const std::vector<four::Density> halves{four::uniform(0.0, 0.5), four::uniform(0.5, 1.0), four::uniform(0.0, 1.0)};
@@ -252,53 +237,6 @@ TEST_CASE("allocation: costs count", "[mis]") {
   const auto counts = gmis::optimal_counts(split, 2);
   CHECK((counts[2] > 0 || (counts[0] > 0 && counts[1] > 0)));
   CHECK(gmis::inverse_variance_fractions(split)[0] == 0.0);
-  const std::vector<four::Density> two{four::uniform(0.0, 0.5), four::uniform(0.5, 1.0)};
-  const gmis::TabulatedProblem faint([](double x) { return x < 0.5 ? 1.0 : 1e-9; }, two, problems[3].nodes());
-  gmis::Philox any(2);
-  for (const auto& candidate : gmis::best_plan(faint, {1.0, 1.0}, 8, any).candidates)
-    CHECK((candidate.fractions.empty() || candidate.fractions[1] > 0.0));
   const auto defended = gmis::optimal_fractions(split, {}, 0.2);
   for (const double fraction : defended) CHECK(fraction >= 0.2);
-}
-
-TEST_CASE("best plan: scheme, groups and allocation from one pilot", "[mis]") {
-  gmis::Philox source(gmis_test::seed(52));
-  const gmis::CostModel costs{.per_density = 1.0, .per_sample = 4.0};
-  for (const four::Problem& problem : problems) {
-    CAPTURE(problem.name);
-    const auto table = test::tabulated(problem);
-    const auto exact = gmis::best_plan(table, costs, 12, source);
-    const gmis::PilotSamples pilot(problem.f, problem.proposals, 200, source);
-    const auto measured = gmis::best_plan(pilot.problem(), costs, 12, source);
-    const auto& chosen = measured.chosen();
-    for (const auto& candidate : exact.candidates)
-      if (candidate.round.is_unbiased)
-        CHECK(exact.chosen().round.variance_times_cost() <= 1.000001 * candidate.round.variance_times_cost());
-    // The pilot's choice, judged by quadrature, is not much worse than the best, and never worse
-    // than N3.
-    double judged = 0.0;
-    if (!chosen.counts.empty()) {
-      const auto moments = gmis::exact_moments(gmis::CountsByProposal(chosen.counts), table);
-      CHECK(moments.mean == Approx(problem.integral).epsilon(1e-6));
-      judged = moments.variance * chosen.round.cost;
-    } else if (!chosen.fractions.empty()) {
-      judged = gmis::exact_moments_of_mixture(chosen.fractions, 12, table).variance * chosen.round.cost;
-    } else if (chosen.round.group_size > 0) {
-      judged = exact_moments(gmis::Groups<>(problem.proposals.size(), chosen.round.group_size), table).variance *
-               chosen.round.cost;
-    } else {
-      judged = exact_variance(chosen.round.scheme, table) * chosen.round.cost;
-    }
-    const double n3 = exact.candidates[5].round.variance_times_cost();
-    CHECK(judged <= 1.02 * n3);
-    if (problem.f == four::span)
-      CHECK(judged < 0.1 * n3);  // the best is zero
-    else
-      CHECK(judged <= 1.5 * exact.chosen().round.variance_times_cost());
-    if (exact.chosen().counts.empty()) continue;
-    // The counts do what the plan says of them.
-    const gmis::SampleAllocation<double> allocation{std::span<const std::uint32_t>(exact.chosen().counts)};
-    const auto run = gmis::estimate<gmis::Scheme::N3>(problem.f, problem.proposals, 4000, source, allocation);
-    CHECK(std::abs(run.mean - problem.integral) < 6.0 * std::sqrt(exact.chosen().round.variance / 4000.0) + 1e-9);
-  }
 }

@@ -8,7 +8,6 @@
 #include "gmis/mis/diagnostics/counted_variance.hpp"
 #include "gmis/mis/methods/adaptive_mis.hpp"
 #include "gmis/mis/methods/best_groups.hpp"
-#include "gmis/mis/methods/best_plan.hpp"
 #include "gmis/mis/methods/compensation.hpp"
 #include "gmis/mis/methods/control_variate.hpp"
 #include "gmis/mis/methods/correlation_aware.hpp"

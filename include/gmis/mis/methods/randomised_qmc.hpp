@@ -10,13 +10,6 @@
 
 namespace gmis {
 
-/// A set that randomises points of its own: `start_round(round)`, const, is called at the start of
-/// every round.
-template <class Set>
-concept HasStartRound = requires(const Set& set, std::uint64_t round) {
-  set.start_round(round);
-};
-
 /// A uniform source made of points: `start_round(round)` draws a new randomisation,
 /// `start_sample(stream, index)` moves to the first coordinate of a point. `ScrambledSobol` is one.
 template <class S>
@@ -46,7 +39,6 @@ requires(detail::explain_arguments<Integrand, P, Points>())
   CountedWorkspace<Set> workspace;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     points.start_round(round);
-    if constexpr (HasStartRound<Set>) set.start_round(round);
     typename EstimateAccumulator<F>::Channels sum{};
     const RoundCounts cost = sample_counted_round(
         set, counts, points, workspace,
