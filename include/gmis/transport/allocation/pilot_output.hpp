@@ -42,23 +42,20 @@ class PilotGrid {
     step_ = static_cast<std::uint32_t>(std::max<std::int64_t>(1, pixels / wanted));
     tile_side_ = static_cast<int>(std::lround(8.0 * std::sqrt(static_cast<double>(step_))));
     tiles_ = (size_ + tile_side_ - 1) / tile_side_;
+    is_taken_.resize(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y));
+    std::uint32_t group = 0;
+    for (std::int64_t first = 0; first < pixels; first += step_, ++group) {
+      const std::uint32_t hash = (group ^ group >> 16U) * 0x85EBCA6BU;
+      const std::int64_t number = first + (hash ^ hash >> 13U) % std::min<std::int64_t>(step_, pixels - first);
+      const glm::ivec2 at = crop.lower + glm::ivec2(number % size_.x, number / size_.x);
+      is_taken_[static_cast<std::size_t>(at.y) * width_ + static_cast<std::size_t>(at.x)] = true;
+    }
   }
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
   /// Pixels in the crop for each one that is taken.
   [[nodiscard]] std::uint32_t step() const noexcept { return step_; }
-  /// True when the pixel lies in the crop and is taken.
-  [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept {
-    const glm::ivec2 at = place(pixel);
-    if (at.x < 0 || at.y < 0 || at.x >= size_.x || at.y >= size_.y) return false;
-    const auto number =
-        static_cast<std::uint32_t>(at.y) * static_cast<std::uint32_t>(size_.x) + static_cast<std::uint32_t>(at.x);
-    const std::uint32_t group = number / step_;
-    const auto rest =
-        static_cast<std::uint64_t>(size_.x) * static_cast<std::uint64_t>(size_.y) - group * std::uint64_t{step_};
-    const auto in_group = static_cast<std::uint32_t>(std::min<std::uint64_t>(step_, rest));
-    const std::uint32_t hash = (group ^ group >> 16U) * 0x85EBCA6BU;
-    return number % step_ == (hash ^ hash >> 13U) % in_group;
-  }
+  /// True when the pixel is taken.
+  [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept { return is_taken_[pixel]; }
   /// Index of the tile of a pixel, which must lie in the crop; bias is estimated per tile of about
   /// 64 pixels that are taken.
   [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
@@ -81,6 +78,7 @@ class PilotGrid {
   int tile_side_ = 8;
   PixelBounds crop_;
   glm::ivec2 size_{0, 0}, tiles_{0, 0};
+  std::vector<bool> is_taken_;  // of all pixels of the frame
 };
 
 /// The candidates of a pilot, in lanes that are worked on at once: no compiler turned loops over
