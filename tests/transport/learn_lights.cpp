@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gmis/scene.hpp"
@@ -72,6 +73,35 @@ TEST_CASE("The gain leaves out the largest hundredth, narrow lobes and lights wi
   const double gain = gmis::receiver_gain(std::span<const Arrival>(arrivals));
   CHECK(gain == Approx((100 * 2 + 98 * 4 * 0.5) / (100 + 98 * 4.0)));
   CHECK(gmis::receiver_gain(std::span<const Arrival>()) == 1);
+}
+
+TEST_CASE("Quantiles of values with masses are those of their sums in order") {
+  gmis::Philox source(gmis_test::seed(301));
+  for (const std::size_t count : {1U, 2U, 31U, 32U, 33U, 64U, 1000U, 4097U})
+    for (const bool has_ties : {false, true}) {
+      // Masses are whole numbers, so that sums are exact in any order.
+      std::vector<std::pair<double, double>> values;
+      for (std::size_t i = 0; i < count; ++i) {
+        const double u = gmis::uniform<double>(source);
+        values.emplace_back(has_ties ? std::floor(8 * u) : u, std::floor(4 * gmis::uniform<double>(source)));
+      }
+      auto sorted = values;
+      std::sort(sorted.begin(), sorted.end());
+      double total = 0;
+      for (const auto& [value, mass] : values) total += mass;
+      std::vector<double> wanted, found(19), expected;
+      for (std::size_t k = 0; k < found.size(); ++k)
+        wanted.push_back(std::floor(total * static_cast<double>(k) / 16.0));
+      for (const double least : wanted) {
+        double sum = sorted[0].second;
+        std::size_t at = 0;
+        while (sum < least && at + 1 < count) sum += sorted[++at].second;
+        expected.push_back(sorted[at].first);
+      }
+      gmis::detail::find_quantiles<double>(values, 0.0, wanted, found);
+      CAPTURE(count, has_ties);
+      CHECK(found == expected);
+    }
 }
 
 TEST_CASE("The gain of a choice for the receiver is that of a sum over all lights and places") {

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -117,66 +118,89 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
   }
 }
 
-/// Values with masses, in increasing order; the value below which a share of all mass lies.
+/// The quantiles of values with masses: `found[i]` is the least value that together with those
+/// below it has at least the mass `wanted[i]`, or the largest value where all have less. `wanted`
+/// increases; `below` is mass that counts as below all values. Reorders the values.
 template <std::floating_point T>
-class Quantiles {
- public:
-  explicit Quantiles(std::vector<std::pair<T, double>> values) : values_(std::move(values)) {
-    std::sort(values_.begin(), values_.end());
-    double sum = 0;
-    for (auto& [value, mass] : values_) mass = sum += mass;
+void find_quantiles(std::span<std::pair<T, double>> values, double below, std::span<const double> wanted,
+                    std::span<T> found) {
+  if (wanted.empty()) return;
+  const auto is_less = [](const auto& a, const auto& b) { return a.first < b.first; };
+  if (values.size() > 32) {
+    const std::size_t middle = values.size() / 2;
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle), values.end(), is_less);
+    double left = below;
+    for (const auto& [value, mass] : values.first(middle)) left += mass;
+    const auto split = static_cast<std::size_t>(std::upper_bound(wanted.begin(), wanted.end(), left) - wanted.begin());
+    find_quantiles(values.first(middle), below, wanted.first(split), found.first(split));
+    find_quantiles(values.subspan(middle), left, wanted.subspan(split), found.subspan(split));
+    return;
   }
-  [[nodiscard]] T operator()(double share) const {
-    const double wanted = share * values_.back().second;
-    const auto found = std::lower_bound(values_.begin(), values_.end() - 1, wanted,
-                                        [](const auto& a, double mass) { return a.second < mass; });
-    return found->first;
+  std::sort(values.begin(), values.end(), is_less);
+  std::size_t at = 0;
+  double sum = below + values[0].second;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    while (sum < wanted[i] && at + 1 < values.size()) sum += values[++at].second;
+    found[i] = values[at].first;
   }
+}
 
- private:
-  std::vector<std::pair<T, double>> values_;
+/// An arrival, and what of its mass counts.
+template <std::floating_point T, class L>
+struct BoundedArrival {
+  const Arrival<T, L>* arrival;
+  double mass;
+
+  const Arrival<T, L>* operator->() const noexcept { return arrival; }
 };
 
 /// The aim of one light: the centre is the median of the receivers in each coordinate, and the
 /// rings have the same mass. Nothing when no line comes towards the centre. All arrivals are of one
 /// light.
 template <std::floating_point T, class L>
-[[nodiscard]] std::optional<Aim<T>> aim_at(std::span<const Arrival<T, L>> arrivals) {
+[[nodiscard]] std::optional<Aim<T>> aim_at(std::span<const BoundedArrival<T, L>> arrivals) {
   constexpr T narrowest = T(1e-3), least_growth = T(1.05);
+  constexpr std::size_t rings = Aim<T>::rings;
   std::vector<std::pair<T, double>> values;
+  const auto sum_of_masses = [&] {
+    return std::accumulate(values.begin(), values.end(), 0.0, [](double sum, const auto& v) { return sum + v.second; });
+  };
   Vec3<T> centre;
   for (int axis = 0; axis < 3; ++axis) {
     values.clear();
-    for (const auto& arrival : arrivals) values.emplace_back(arrival.receiver[axis], arrival.mass);
-    centre[axis] = Quantiles<T>(values)(0.5);
+    for (const auto& arrival : arrivals) values.emplace_back(arrival->receiver[axis], arrival.mass);
+    const double half = 0.5 * sum_of_masses();
+    find_quantiles<T>(values, 0.0, std::span(&half, 1), std::span(&centre[axis], 1));
   }
   values.clear();
   for (const auto& arrival : arrivals) {
     const bool is_towards =
-        arrival.light->is_infinite() || glm::dot(centre - arrival.origin.position, arrival.direction) > T(0);
+        arrival->light->is_infinite() || glm::dot(centre - arrival->origin.position, arrival->direction) > T(0);
     if (is_towards)
-      values.emplace_back(glm::length(glm::cross(centre - arrival.receiver, arrival.direction)), arrival.mass);
+      values.emplace_back(glm::length(glm::cross(centre - arrival->receiver, arrival->direction)), arrival.mass);
   }
   if (values.empty()) return std::nullopt;
-  const Quantiles<T> distances(std::move(values));
-  if (!(distances(1.0) > T(0))) return std::nullopt;
+  const double mass = sum_of_masses();
+  std::array<double, rings> wanted{};
+  std::array<T, rings> distances{};
+  for (std::size_t k = 0; k < rings; ++k) wanted[k] = mass * (static_cast<double>(k + 1) / static_cast<double>(rings));
+  find_quantiles<T>(values, 0.0, wanted, distances);
+  if (!(distances.back() > T(0))) return std::nullopt;
   typename Aim<T>::Radii radii{};
-  radii[1] = narrowest * distances(1.0);
-  for (std::size_t k = 1; k < radii.size(); ++k) {
-    const T quantile = distances(static_cast<double>(k) / static_cast<double>(Aim<T>::rings));
-    radii[k] = std::max({quantile, radii[k], radii[k - 1] * least_growth});
-  }
+  radii[1] = narrowest * distances.back();
+  for (std::size_t k = 1; k < radii.size(); ++k)
+    radii[k] = std::max({distances[k - 1], radii[k], radii[k - 1] * least_growth});
   return Aim<T>(centre, radii);
 }
 
 /// The table over `start_numbers` of one light: the masses in the bins, spread by (1 2 1)/4 along
 /// either axis.
 template <std::floating_point T, class L>
-[[nodiscard]] SquareTable<T> table_of(std::span<const Arrival<T, L>> arrivals) {
+[[nodiscard]] SquareTable<T> table_of(std::span<const BoundedArrival<T, L>> arrivals) {
   using Table = SquareTable<T>;
   std::array<double, Table::size> masses{};
   for (const auto& arrival : arrivals)
-    if (arrival.numbers) masses[Table::bin_of(*arrival.numbers)] += arrival.mass;
+    if (arrival->numbers) masses[Table::bin_of(*arrival->numbers)] += arrival.mass;
   return Table(Table::smoothed(masses), 0.1);
 }
 
@@ -188,7 +212,7 @@ template <std::floating_point T, class L>
 /// emission, and so do all but the 64 with the most mass.
 template <Scene Sc>
 [[nodiscard]] EmissionGuide<Sc> guide_from(
-    std::vector<Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
+    std::span<const Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
   using L = typename Sc::Light;
   using T = ScalarOf<typename Sc::Spectrum>;
   constexpr std::size_t most_lights = 64, least_arrivals = 16;
@@ -197,25 +221,22 @@ template <Scene Sc>
   double total = 0;
   for (const auto& arrival : arrivals) total += arrival.mass;
   const double most = largest * total / static_cast<double>(std::max<std::size_t>(1, arrivals.size()));
-  total = 0;
-  for (auto& arrival : arrivals) total += (arrival.mass = std::min(arrival.mass, most)) * arrival.next_event_share;
-
-  // By light, and the lights in the order of their first arrival.
-  std::vector<std::pair<const L*, std::size_t>> first_arrivals;
-  for (std::size_t i = 0; i < arrivals.size(); ++i) first_arrivals.emplace_back(arrivals[i].light, i);
-  std::sort(first_arrivals.begin(), first_arrivals.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? std::less<>{}(a.first, b.first) : a.second < b.second;
-  });
   struct Part {
     double mass = 0;
     std::size_t first = 0;  ///< number of the first arrival
-    std::vector<Arrival<T, L>> arrivals;
+    std::vector<detail::BoundedArrival<T, L>> arrivals;
   };
   std::vector<Part> parts;
-  for (const auto& [light, place] : first_arrivals) {
-    if (parts.empty() || parts.back().arrivals.back().light != light) parts.push_back({0, place, {}});
-    parts.back().mass += arrivals[place].mass * arrivals[place].next_event_share;
-    parts.back().arrivals.push_back(arrivals[place]);
+  std::unordered_map<const L*, std::size_t> part_of;
+  total = 0;
+  for (std::size_t i = 0; i < arrivals.size(); ++i) {
+    const auto [found, is_new] = part_of.try_emplace(arrivals[i].light, parts.size());
+    if (is_new) parts.push_back({0, i, {}});
+    Part& part = parts[found->second];
+    const double mass = std::min(arrivals[i].mass, most);
+    total += mass * arrivals[i].next_event_share;
+    part.mass += mass * arrivals[i].next_event_share;
+    part.arrivals.push_back({&arrivals[i], mass});
   }
   std::erase_if(parts, [&](const Part& part) {
     return !(part.mass > 0) || part.mass < least_share * total || part.arrivals.size() < least_arrivals;
@@ -228,7 +249,7 @@ template <Scene Sc>
   std::vector<double> masses;
   for (const Part& part : parts)
     if (const auto aim = detail::aim_at<T, L>(part.arrivals)) {
-      lights.push_back({part.arrivals.front().light, T(0), detail::table_of<T, L>(part.arrivals), *aim});
+      lights.push_back({part.arrivals.front()->light, T(0), detail::table_of<T, L>(part.arrivals), *aim});
       masses.push_back(part.mass);
     }
   const double guided = std::accumulate(masses.begin(), masses.end(), 0.0);
@@ -318,6 +339,9 @@ template <Scene Sc, Executor E>
     }
   });
   Found all;
+  std::size_t count = 0;
+  for (const Found& part : parts) count += part.size();
+  all.reserve(count);
   for (const Found& part : parts) all.insert(all.end(), part.begin(), part.end());
   auto learned = std::make_shared<LearnedLights<Sc>>();
   learned->receiver_gain = receiver_gain<T, typename Sc::Light>(all);
