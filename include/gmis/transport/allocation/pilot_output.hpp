@@ -48,14 +48,14 @@ class PilotGrid {
       const std::uint32_t hash = (group ^ group >> 16U) * 0x85EBCA6BU;
       const std::int64_t number = first + (hash ^ hash >> 13U) % std::min<std::int64_t>(step_, pixels - first);
       const glm::ivec2 at = crop.lower + glm::ivec2(number % size_.x, number / size_.x);
-      is_taken_[static_cast<std::size_t>(at.y) * width_ + static_cast<std::size_t>(at.x)] = true;
+      is_taken_[static_cast<std::size_t>(at.y) * width_ + static_cast<std::size_t>(at.x)] = 1;
     }
   }
   [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
   /// Pixels in the crop for each one that is taken.
   [[nodiscard]] std::uint32_t step() const noexcept { return step_; }
   /// True when the pixel is taken.
-  [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept { return is_taken_[pixel]; }
+  [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept { return is_taken_[pixel] != 0; }
   /// Index of the tile of a pixel, which must lie in the crop; bias is estimated per tile of about
   /// 64 pixels that are taken.
   [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
@@ -78,7 +78,7 @@ class PilotGrid {
   int tile_side_ = 8;
   PixelBounds crop_;
   glm::ivec2 size_{0, 0}, tiles_{0, 0};
-  std::vector<bool> is_taken_;  // of all pixels of the frame
+  std::vector<std::uint8_t> is_taken_;  // of all pixels of the frame
 };
 
 /// The candidates of a pilot, in lanes that are worked on at once: no compiler turned loops over

@@ -125,24 +125,18 @@ template <std::floating_point T>
 void find_quantiles(std::span<std::pair<T, double>> values, double below, std::span<const double> wanted,
                     std::span<T> found) {
   if (wanted.empty()) return;
-  const auto is_less = [](const auto& a, const auto& b) { return a.first < b.first; };
-  if (values.size() > 32) {
-    const std::size_t middle = values.size() / 2;
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle), values.end(), is_less);
-    double left = below;
-    for (const auto& [value, mass] : values.first(middle)) left += mass;
-    const auto split = static_cast<std::size_t>(std::upper_bound(wanted.begin(), wanted.end(), left) - wanted.begin());
-    find_quantiles(values.first(middle), below, wanted.first(split), found.first(split));
-    find_quantiles(values.subspan(middle), left, wanted.subspan(split), found.subspan(split));
+  if (values.size() == 1) {
+    std::fill(found.begin(), found.end(), values[0].first);
     return;
   }
-  std::sort(values.begin(), values.end(), is_less);
-  std::size_t at = 0;
-  double sum = below + values[0].second;
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    while (sum < wanted[i] && at + 1 < values.size()) sum += values[++at].second;
-    found[i] = values[at].first;
-  }
+  const std::size_t middle = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle), values.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  double left = below;
+  for (const auto& [value, mass] : values.first(middle)) left += mass;
+  const auto split = static_cast<std::size_t>(std::upper_bound(wanted.begin(), wanted.end(), left) - wanted.begin());
+  find_quantiles(values.first(middle), below, wanted.first(split), found.first(split));
+  find_quantiles(values.subspan(middle), left, wanted.subspan(split), found.subspan(split));
 }
 
 /// An arrival, and what of its mass counts.
