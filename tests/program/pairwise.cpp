@@ -36,10 +36,11 @@
 //   they take part at two segments only, direct light, which all seven make.
 //
 // Merging is biased. Where it takes part, the difference may be larger by a bound on that,
-// `bias_bound` radii over half the scene's diagonal. The bound is known without a photon: by path
-// tracing over `DiskMeans` the coarse ball, which fills a block, has 3.6 radii at most, over the
-// eight lights. The last tests show that photon mapping makes these means, that the bound holds at
-// several radii, and that the bias falls along the schedule.
+// `bias_bound` radii over half the scene's diagonal. The bound is known without a photon: path
+// tracing over `DiskMeans` shows 3.75 ± .06 radii in the worst block of the scenes with rough
+// objects, which the coarse ball fills. Tests below show that photon mapping makes these means,
+// that they stay within the bound, that photons do at several radii, and that the bias falls along
+// the schedule.
 
 using namespace gmis::tools;
 
@@ -243,31 +244,50 @@ TEST_CASE("all integrators agree: the second half of the scenes") {
 // whose faces meet at more than `Merge::least_normal_cosine`: the light beyond their edges is lost,
 // in proportion to the radius, which makes the largest bias. All comparisons together raise a false
 // alarm in a thousandth of the seeds.
-TEST_CASE("photon mapping makes the means over its disks, and their bias stays within its bound") {
+TEST_CASE("photon mapping makes the means over its disks") {
   const Scene scene = scene_of("triangle", "pinhole", "rough");
   const Estimates plain = estimates_of(scene, request_for(scene, {IntegratorChoice::pt, 0, 1}, 5, 9300), 1, 8000);
   constexpr double disks[] = {0.06, 0.02, radius};
-  const double level = gmis::sidak_level(family_level, 2 * std::size(disks) * plain.count());
+  const double level = gmis::sidak_level(family_level, std::size(disks) * plain.count());
   for (const double disk : disks) {
     RenderRequest request = request_for(scene, {IntegratorChoice::ppm, 0, 6}, 5, 9301);
     request.settings.radius = disk * scene.built->half_diagonal();
     request.settings.alpha = 1.0;
     const Estimates merged = estimates_of(scene, request, 1, 8000);
     const Estimates expected = disk_means_of(scene, request.settings, 9302, 8000);
-    double smallest = 1.0, smallest_of_plain = 1.0, beyond_bound = 1.0, bias = 0.0;
+    double smallest = 1.0, smallest_of_plain = 1.0;
     for (std::size_t i = 0; i < expected.count(); ++i) {
       smallest = std::min(smallest, p_value_beyond(merged, expected, i, 0.0));
       smallest_of_plain = std::min(smallest_of_plain, p_value_beyond(plain, expected, i, 0.0));
-      beyond_bound = std::min(beyond_bound, p_value_beyond(plain, expected, i, bias_bound * disk * plain.mean(i)));
-      bias = std::max(bias, std::abs(expected.mean(i) / plain.mean(i) - 1.0));
     }
-    std::printf("radius %.4f: smallest p %.1e, of plain path tracing %.1e; largest bias %.4f, %.2f radii\n", disk,
-                smallest, smallest_of_plain, bias, bias / disk);
-    CAPTURE(disk, smallest, smallest_of_plain, beyond_bound);
+    std::printf("radius %.4f: smallest p %.1e, of plain path tracing %.1e\n", disk, smallest, smallest_of_plain);
+    CAPTURE(disk, smallest, smallest_of_plain);
     CHECK(smallest > level);
     CHECK(smallest_of_plain < level);
-    CHECK(beyond_bound > level);
   }
+}
+
+// The scenes with rough objects, where all that a camera ray meets is merged; a false alarm in a
+// thousandth of the seeds.
+TEST_CASE("means over disks stay within the bound on merging's bias") {
+  constexpr double disk = 0.02;
+  double largest = 0.0, smallest = 1.0;
+  std::size_t count = 0;
+  for (const Light& light : lights)
+    for (const char* camera : cameras) {
+      const Scene scene = scene_of(light.name, camera, "rough");
+      const Estimates plain = estimates_of(scene, request_for(scene, {IntegratorChoice::pt, 0, 1}, 5, 9400), 1, 4000);
+      gmis::RenderSettings settings = request_for(scene, {IntegratorChoice::ppm, 0, 1}, 5, 9401).settings;
+      settings.radius = disk * scene.built->half_diagonal();
+      const Estimates expected = disk_means_of(scene, settings, 9402, 4000);
+      for (std::size_t i = 0; i < expected.count(); ++i, ++count) {
+        smallest = std::min(smallest, p_value_beyond(plain, expected, i, bias_bound * disk * plain.mean(i)));
+        largest = std::max(largest, std::abs(expected.mean(i) / plain.mean(i) - 1.0) / disk);
+      }
+    }
+  std::printf("largest bias %.2f radii, smallest p beyond %.1f radii %.1e\n", largest, bias_bound, smallest);
+  CAPTURE(largest, smallest);
+  CHECK(smallest > gmis::sidak_level(family_level, count));
 }
 
 namespace {

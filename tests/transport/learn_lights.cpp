@@ -77,7 +77,7 @@ TEST_CASE("The gain leaves out the largest hundredth, narrow lobes and lights wi
 
 TEST_CASE("Quantiles of values with masses are those of their sums in order") {
   gmis::Philox source(gmis_test::seed(301));
-  for (const std::size_t count : {1U, 2U, 31U, 32U, 33U, 64U, 1000U, 4097U})
+  for (const std::size_t count : {1U, 2U, 3U, 16U, 33U, 1000U, 4097U})
     for (const bool has_ties : {false, true}) {
       // Masses are whole numbers, so that sums are exact in any order.
       std::vector<std::pair<double, double>> values;
