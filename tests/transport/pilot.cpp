@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/statistics.hpp"
@@ -181,10 +184,10 @@ TEST_CASE("A pilot takes one pixel of each group of N, and not always the same o
   };
   for (const Case& one : {Case{{0, 0}, {45, 45}, 64, 1},
                           {{0, 0}, {64, 64}, 64, 2},
-                          {{3, 100}, {67, 501}, 1, 8},
-                          {{0, 0}, {512, 512}, 64, 4},
-                          {{0, 0}, {512, 512}, 1000, 4},
-                          {{5, 7}, {9000, 8}, 64, 3},  // groups at the end of one pixel or two
+                          {{3, 100}, {67, 501}, 1, 12},
+                          {{0, 0}, {512, 512}, 64, 21},    // 3 · 512 · 8 = 12288 pixels
+                          {{0, 0}, {512, 512}, 1000, 17},  // 3 · 512 · √96 = 15050
+                          {{5, 7}, {9000, 8}, 64, 3},      // groups at the end of one pixel or two
                           {{5, 7}, {8992, 8}, 64, 3},
                           {{5, 7}, {8991, 8}, 64, 3},
                           {{5, 7}, {8989, 8}, 64, 3}}) {
@@ -359,6 +362,96 @@ TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
   CAPTURE(std::sqrt(seen.mean()), seen.standard_error());
   CHECK(seen.mean() + gmis::student_t_quantile(1 - level / 2, short_pilots - 1) * seen.standard_error() >
         gmis::square(0.5 * loss));
+}
+
+namespace {
+
+using Colour = gmis::Vec3<float>;
+
+/// An engine without a scene: the test fills its frame.
+struct FilledEngine final : gmis::AnyEngine<Colour> {
+  FilledEngine(const gmis::RenderSettings& settings, int side)
+      : gmis::AnyEngine<Colour>(settings, {side, side}, std::nullopt) {}
+  void fill(const std::vector<Colour>& picture) {
+    frame_ = picture;
+    counters_.camera_paths += picture.size();
+    ++iteration_;
+  }
+  void iterate(gmis::ExecutorRef) override {}
+  void learn_lights(std::uint64_t, gmis::ExecutorRef) override {}
+  std::shared_ptr<const gmis::AnyLearnedLights> learned_lights() const noexcept override { return nullptr; }
+  gmis::LightUse light_use() const noexcept override { return {}; }
+  void use_lights(std::shared_ptr<const gmis::AnyLearnedLights>) override {}
+  void keep_contributions(bool) override {}
+  void for_each_contribution(const std::function<void(const gmis::Contribution<Colour>&)>&) const override {}
+  std::size_t photon_bytes() const noexcept override { return 0; }
+};
+
+/// A pilot whose contributions the test makes.
+class FedPilot final : public gmis::AnyPilot<Colour> {
+ public:
+  FedPilot(const std::vector<gmis::SampleCounts>& candidates, const gmis::RenderSettings& settings, int side)
+      : gmis::AnyPilot<Colour>(candidates, settings.counts), engine_(settings, side) {
+    observe({&output_}, {side, side}, 64);
+  }
+  /// An iteration in which every pixel has one contribution, `make(pixel)`: its value and the
+  /// densities of its path.
+  template <class Make>
+  void iterate_with(Make&& make) {
+    output_.clear();
+    std::vector<Colour> picture;
+    for (std::uint32_t pixel = 0; pixel < engine_.frame().size(); ++pixel) {
+      const auto [value, densities] = make(pixel);
+      output_.begin_pixel(pixel);
+      output_.add({densities.own, 1, 2}, Colour(value), densities);
+      output_.end_vertex();
+      picture.push_back(output_.take_pixel());
+    }
+    engine_.fill(picture);
+    end_iteration(0);
+  }
+  void iterate(gmis::ExecutorRef) override {}
+  void learn_lights(std::uint64_t, gmis::ExecutorRef) override {}
+  const gmis::AnyEngine<Colour>& engine() const noexcept override { return engine_; }
+
+ private:
+  FilledEngine engine_;
+  gmis::PilotOutput<Colour> output_;
+};
+
+}  // namespace
+
+TEST_CASE("Fireflies in one pixel of both iterations do not make path tracing look free of noise", "[pilot]") {
+  // Connections make all paths 99 times as densely as emitter hits do. By the balance heuristic
+  // each pixel is 1, and so is its second moment with connections; with path tracing it is 100. No
+  // pixel has an emitter hit, of which a hundredth would, but in the second pilot one pixel has one
+  // in both iterations: it is worth 100.
+  constexpr int side = 8;
+  gmis::RenderSettings own;
+  own.counts = {1.0, 2, false, false};
+  const gmis::SampleCounts path_tracing{0.0, 0, false, false}, connecting{1.0, 2, false, false};
+  const auto forecast = [&](bool has_fireflies) {
+    FedPilot pilot({path_tracing, connecting}, own, side);
+    pilot.compare_with(std::vector<double>(side * side, 1.0));
+    for (int i = 0; i < 2; ++i)
+      pilot.iterate_with([&](std::uint32_t pixel) {
+        gmis::TechniqueDensities<float> densities{gmis::Technique::connect, {}};
+        densities.relative[static_cast<std::size_t>(gmis::Technique::emitter_hit)] = 1.0F / 99;
+        densities.relative[static_cast<std::size_t>(gmis::Technique::connect)] = 1.0F;
+        if (!has_fireflies || pixel != 20) return std::pair(100.0F / 99, densities);
+        densities.own = gmis::Technique::emitter_hit;
+        for (float& density : densities.relative) density *= 99;
+        return std::pair(100.0F, densities);
+      });
+    return pilot.forecasts();
+  };
+  const auto calm = forecast(false), wild = forecast(true);
+  CHECK(calm[0].variance == Approx(100 / (1 + gmis::relative_error_floor)));
+  CHECK(calm[1].variance == Approx(0).margin(1e-4));
+  // The product of the fireflies is 100², which alone would take 156 from the mean of 64 pixels.
+  CHECK(wild[0].variance > 0.9 * calm[0].variance);
+  CHECK(wild[0].variance <= calm[0].variance);
+  CHECK(wild[1].variance == Approx(0).margin(1e-4));
 }
 
 TEST_CASE("What pays in a scene, as data", "[pilot]") {

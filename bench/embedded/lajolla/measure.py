@@ -41,7 +41,7 @@ SCENES = {
 WIDTH, MAX_DEPTH = 64, 10
 SEEDS, SAMPLES = 8, 256
 # Of bpt: all its runs are the reference. In veach_mi a few bright samples decide: with 4 runs
-# errors come out twice as large as with 16 or 160.
+# errors come out two to three times as large as with 16 or 160.
 REFERENCE_SEEDS, REFERENCE_ITERATIONS = 16, 192
 LESS, MORE = 1, 3  # samples a pixel whose instructions are counted
 

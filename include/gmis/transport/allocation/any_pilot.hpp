@@ -120,6 +120,10 @@ class AnyPilot {
   };
 
   static constexpr std::uint32_t not_taken = 0xFFFFFFFFU;
+  /// Bound on the squared mean of a pixel, which is at most the second moment. The second moment is
+  /// estimated from the samples of all techniques, but the mean from the candidate's own samples: a
+  /// firefly of each of two iterations in one pixel would make the variance of all pixels negative.
+  static constexpr double most_of_second_moment = 4.0;
 
   /// Collects the estimates of the latest iteration.
   void analyse(Analysis& all, std::size_t photon_count) {
@@ -192,11 +196,12 @@ class AnyPilot {
       if (least[i] > most) continue;
       pixels_taken_ += 1.0;
       for (std::size_t k = i * n, c = 0; c < n; ++c, ++k) {
-        variance_[c] +=
-            scales_a[i] * static_cast<double>(a.second_moments[k]) +
-            scales_b[i] * static_cast<double>(b.second_moments[k]) -
-            (scales_a[i] + scales_b[i]) * (static_cast<double>(a.means[k]) * static_cast<double>(b.means[k]) -
-                                           static_cast<double>(covariance_of(a, b, k)) * fewer_trees[c]);
+        const double scale = scales_a[i] + scales_b[i];
+        const double second_moment = scales_a[i] * static_cast<double>(a.second_moments[k]) +
+                                     scales_b[i] * static_cast<double>(b.second_moments[k]);
+        const double squared_mean = scale * static_cast<double>(a.means[k]) * static_cast<double>(b.means[k]);
+        variance_[c] += second_moment - std::min(squared_mean, most_of_second_moment * second_moment) +
+                        scale * static_cast<double>(covariance_of(a, b, k)) * fewer_trees[c];
       }
     }
     add_biases(a, b, values);

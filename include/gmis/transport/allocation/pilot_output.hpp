@@ -21,13 +21,14 @@
 
 namespace gmis {
 
-/// Selects the pixels that a pilot renders, and groups them in tiles. The longer the run, the more
-/// pixels: an eighth to a half of them, but at least about `fewest_pixels` and at most about
-/// `most_pixels`. It takes the pixel at a hashed position in each group of `step()` consecutive
-/// pixels, since a picture may have rows or columns that alternate.
+/// Selects the pixels that a pilot renders, and groups them in tiles: 3 √(pixels × iterations of
+/// the run, at most 96) of them, but at least about `fewest_pixels`. What a wrong choice loses is
+/// in inverse proportion to the number of these pixels, and what they cost, beside the run, in
+/// proportion: their sum is least at a square root. It takes the pixel at a hashed position in each
+/// group of `step()` consecutive pixels, since a picture may have rows or columns that alternate.
 class PilotGrid {
  public:
-  static constexpr std::int64_t fewest_pixels = 1 << 11, most_pixels = 1 << 16;
+  static constexpr std::int64_t fewest_pixels = 1 << 11;
 
   PilotGrid() = default;
   /// `resolution` is that of the whole frame. Pixels are numbered in the whole frame, by rows from
@@ -37,8 +38,8 @@ class PilotGrid {
         crop_(crop),
         size_(glm::max(crop.upper - crop.lower, glm::ivec2(0))) {
     const auto pixels = static_cast<std::int64_t>(size_.x) * size_.y;
-    const std::int64_t of_run = pixels * std::clamp(expected_iterations, 24U, 96U) / 192;
-    const std::int64_t wanted = std::clamp(of_run, fewest_pixels, most_pixels);
+    const double samples = static_cast<double>(pixels) * std::min(expected_iterations, 96U);
+    const std::int64_t wanted = std::max<std::int64_t>(fewest_pixels, std::llround(3.0 * std::sqrt(samples)));
     step_ = static_cast<std::uint32_t>(std::max<std::int64_t>(1, pixels / wanted));
     tile_side_ = static_cast<int>(std::lround(8.0 * std::sqrt(static_cast<double>(step_))));
     tiles_ = (size_ + tile_side_ - 1) / tile_side_;

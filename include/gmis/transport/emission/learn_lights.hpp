@@ -217,7 +217,6 @@ template <Scene Sc>
   const double most = largest * total / static_cast<double>(std::max<std::size_t>(1, arrivals.size()));
   struct Part {
     double mass = 0;
-    std::size_t first = 0;  ///< number of the first arrival
     std::vector<detail::BoundedArrival<T, L>> arrivals;
   };
   std::vector<Part> parts;
@@ -225,18 +224,17 @@ template <Scene Sc>
   total = 0;
   for (std::size_t i = 0; i < arrivals.size(); ++i) {
     const auto [found, is_new] = part_of.try_emplace(arrivals[i].light, parts.size());
-    if (is_new) parts.push_back({0, i, {}});
+    if (is_new) parts.emplace_back();
     Part& part = parts[found->second];
-    const double mass = std::min(arrivals[i].mass, most);
-    total += mass * arrivals[i].next_event_share;
-    part.mass += mass * arrivals[i].next_event_share;
+    const double mass = std::min(arrivals[i].mass, most), of_next_events = mass * arrivals[i].next_event_share;
+    total += of_next_events;
+    part.mass += of_next_events;
     part.arrivals.push_back({&arrivals[i], mass});
   }
   std::erase_if(parts, [&](const Part& part) {
     return !(part.mass > 0) || part.mass < least_share * total || part.arrivals.size() < least_arrivals;
   });
-  std::sort(parts.begin(), parts.end(),
-            [](const Part& a, const Part& b) { return a.mass != b.mass ? a.mass > b.mass : a.first < b.first; });
+  std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.mass > b.mass; });
   if (parts.size() > most_lights) parts.resize(most_lights);
 
   std::vector<GuidedLight<T, L>> lights;
@@ -262,10 +260,10 @@ template <Scene Sc>
     std::span<const Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
   double sum = 0, total = 0;
   for (const auto& arrival : arrivals) {
-    total += arrival.mass * arrival.next_event_share;
-    sum += arrival.mass * arrival.next_event_share /
-           static_cast<double>(guide.ratio(*arrival.light, scene.selection_probability(*arrival.light), arrival.first,
-                                           arrival.origin, arrival.direction, arrival.receiver));
+    const double mass = arrival.mass * arrival.next_event_share;
+    total += mass;
+    sum += mass / static_cast<double>(guide.ratio(*arrival.light, scene.selection_probability(*arrival.light),
+                                                  arrival.first, arrival.origin, arrival.direction, arrival.receiver));
   }
   return total > 0 ? sum / total : 1.0;
 }
