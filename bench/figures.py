@@ -8,6 +8,7 @@ Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --confirm COMMIT    keeps the figures that were measured with the sources of a
                                       commit, where its program and that of now do the same work
                   [--but SCENE...]    in all other scenes: tables with a row of these are not kept
+                                      where they differ with `auto` alone: only figures without it
 
 A figure stands between two marks that name its command. Behind them stand a stamp and a small line
 for the reader:
@@ -231,17 +232,19 @@ class Project:
             return f"from commit {figure.commit}, {figure.date}: its sources have changed"
         return None
 
-    def confirm(self, before, ratios, but=()):
+    def confirm(self, before, ratios, but=(), without_auto=False):
         """Stamps the stale figures anew that were measured with the sources of `before`, the
         project at a commit whose program does the same work, and that rest on nothing else
         (`confirm` in the registry). `ratios`: of the instructions now to those then, as text. A
         figure that is confirmed again is compared with the sources that it was measured with.
         `but`: scenes in which the programs differ; a figure with a row of one of them stays stale.
-        Returns their names."""
+        `without_auto`: only figures for which the registry has `confirm = without auto`. Returns
+        their names."""
         kept = []
         for name in [figure.name for figure in self.figures()]:
             figure = next(one for one in self.figures() if one.name == name)
-            if not self.state(figure) or not self.registry.getboolean(name, "confirm", fallback=False):
+            allowed = self.registry.get(name, "confirm", fallback="no")
+            if not self.state(figure) or allowed not in (("without auto",) if without_auto else ("yes", "without auto")):
                 continue
             if any(f"| {scene} |" in figure.body for scene in but):
                 continue
@@ -372,10 +375,10 @@ def main(arguments):
             found, ratios = same_work.differences(before, project.root, out, options.but)
             for difference in found:
                 print(f"figures: {difference}", file=sys.stderr)
-            if found:
+            if not all(" auto: " in difference for difference in found):
                 print("figures: the programs differ: measure anew", file=sys.stderr)
                 return 1
-            kept = project.confirm(Project(before), ratios, options.but)
+            kept = project.confirm(Project(before), ratios, options.but, without_auto=bool(found))
             print(f"{ratios} of the instructions; kept: " + (", ".join(kept) or "none, for none was measured with the sources of that commit"))
         return 0
     if options.check or options.values:

@@ -131,11 +131,15 @@ class Figures(unittest.TestCase):
             # Again: it is compared with what it was measured with.
             self.write("include/a.hpp", "int d;\n")
             self.assertIn("have changed", self.state())
+            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", without_auto=True), [])
+            self.write("bench/figures.ini", REGISTRY + "confirm = without auto\n")
+            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", without_auto=True), ["speed"])
+            self.write("include/a.hpp", "int e;\n")
             self.assertEqual(self.project().confirm(before, "0.97 to 1.00"), ["speed"])
             self.assertIn("with 0.97 to 1.00 times the instructions.</sub>", self.page.read_text())
             self.assertEqual((self.figure().measured, self.figure().commit), (old.digest, old.commit))
             # It was measured with other sources.
-            self.write("include/a.hpp", "int e;\n")
+            self.write("include/a.hpp", "int g;\n")
             (before.root / "include/a.hpp").write_text("int f;\n")
             self.assertEqual(self.project().confirm(before, "0.99 to 1.01"), [])
             self.assertIn("have changed", self.state())
