@@ -7,8 +7,8 @@ namespace gmis {
 /// Costs of operations relative to a closest-hit ray: a fit to the times of many counts on eighteen
 /// scenes of the built-in scene type (two balls in a box to some thousand triangles;
 /// `./run bench operation_costs`). A choice that uses these constants instead of measured times is
-/// the same on every machine. Within a scene the predicted costs of different counts are off by 5
-/// %, also with constants fitted to the other scenes.
+/// the same on every machine. Within a scene the predicted costs of different counts are off by a
+/// twentieth, also with constants fitted to the other scenes.
 struct OperationCosts {
   double ray = 1.0;            ///< one closest hit, with the vertex made from it
   double shadow_ray = 1.0;     ///< one visibility query, with the light sample before it and its contribution
