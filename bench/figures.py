@@ -8,7 +8,8 @@ Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --confirm COMMIT    keeps the figures that were measured with the sources of a
                                       commit, where its program and that of now do the same work
                   [--but SCENE...]    in all other scenes: tables with a row of these are not kept
-                                      where they differ with `auto` alone: only figures without it
+                                      where they differ in runs alone that choose their counts:
+                                      only figures without such runs
 
 A figure stands between two marks that name its command. Behind them stand a stamp and a small line
 for the reader:
@@ -232,19 +233,19 @@ class Project:
             return f"from commit {figure.commit}, {figure.date}: its sources have changed"
         return None
 
-    def confirm(self, before, ratios, but=(), without_auto=False):
+    def confirm(self, before, ratios, but=(), only_fixed=False):
         """Stamps the stale figures anew that were measured with the sources of `before`, the
         project at a commit whose program does the same work, and that rest on nothing else
         (`confirm` in the registry). `ratios`: of the instructions now to those then, as text. A
         figure that is confirmed again is compared with the sources that it was measured with.
         `but`: scenes in which the programs differ; a figure with a row of one of them stays stale.
-        `without_auto`: only figures for which the registry has `confirm = without auto`. Returns
+        `only_fixed`: only figures for which the registry has `confirm = fixed counts`. Returns
         their names."""
         kept = []
         for name in [figure.name for figure in self.figures()]:
             figure = next(one for one in self.figures() if one.name == name)
             allowed = self.registry.get(name, "confirm", fallback="no")
-            if not self.state(figure) or allowed not in (("without auto",) if without_auto else ("yes", "without auto")):
+            if not self.state(figure) or allowed not in (("fixed counts",) if only_fixed else ("yes", "fixed counts")):
                 continue
             if any(f"| {scene} |" in figure.body for scene in but):
                 continue
@@ -375,10 +376,10 @@ def main(arguments):
             found, ratios = same_work.differences(before, project.root, out, options.but)
             for difference in found:
                 print(f"figures: {difference}", file=sys.stderr)
-            if not all(" auto: " in difference for difference in found):
+            if not all(map(same_work.is_of_a_choice, found)):
                 print("figures: the programs differ: measure anew", file=sys.stderr)
                 return 1
-            kept = project.confirm(Project(before), ratios, options.but, without_auto=bool(found))
+            kept = project.confirm(Project(before), ratios, options.but, only_fixed=bool(found))
             print(f"{ratios} of the instructions; kept: " + (", ".join(kept) or "none, for none was measured with the sources of that commit"))
         return 0
     if options.check or options.values:

@@ -9,7 +9,9 @@ import subprocess
 
 from measuring import ALL, in_parallel, instructions_of
 
-INTEGRATORS = ("pt", "bpt", "vcm", "auto")
+RUNS = {name: ["--integrator", name] for name in ("pt", "bpt", "vcm", "auto")}
+CHOOSING = tuple(name for name in RUNS if name != "pt")  # connections, or all counts, by a pilot
+RUNS |= {f"{name}, 1 connection": [*RUNS[name], "--connections", "1"] for name in ("bpt", "vcm")}
 COUNTED = ("cornell", "paper1", "light_behind_glass", "many_lights")
 LIMIT = 0.01  # as that of instructions.py
 # Half as long as runs of most tables: a statistic at the end of a run must not weigh much more.
@@ -23,15 +25,15 @@ def program_of(root):
     return root / "build/bench/examples/gmis-render"
 
 
-def command_of(root, program, scene, integrator, iterations, *more):
+def command_of(root, program, scene, run, iterations, *more):
     where = ALL[scene] if scene == ALL[scene] else root / ALL[scene]
-    return [program, where, "--integrator", integrator, "--size", "64x64", "--iterations", str(iterations), "--threads", "1", "--quiet", *more]
+    return [program, where, *RUNS[run], "--size", "64x64", "--iterations", str(iterations), "--threads", "1", "--quiet", *more]
 
 
-def facts_of(root, program, scene, integrator, out):
+def facts_of(root, program, scene, run, out):
     """Picture, counts, choices and errors of a run, as its statistics state them, without times."""
-    stats = out / f"{root.name}_{scene}_{integrator}.json"
-    subprocess.run(list(map(str, command_of(root, program, scene, integrator, 16, "--stats", stats, "--out", stats.with_suffix(".pfm")))),
+    stats = out / f"{root.name}_{scene}_{run}.json"
+    subprocess.run(list(map(str, command_of(root, program, scene, run, 16, "--stats", stats, "--out", stats.with_suffix(".pfm")))),
                    check=True, stdin=subprocess.DEVNULL)
     facts = json.loads(stats.read_text(encoding="utf-8"))
     return {key: facts[key] for key in ("image_hash", "iterations", "sample_counts", "counts")} | {
@@ -46,7 +48,7 @@ def differences(before, now, out, but=()):
     out.mkdir(parents=True, exist_ok=True)
     programs = {root: program_of(root) for root in (before, now)}
     found = []
-    cases = [(scene, integrator) for scene in ALL for integrator in INTEGRATORS if scene not in but]
+    cases = [(scene, run) for scene in ALL for run in RUNS if scene not in but]
 
     def changed(case):
         old, new = (facts_of(root, program, *case, out) for root, program in programs.items())
@@ -62,9 +64,14 @@ def differences(before, now, out, but=()):
                     for root, program, file in place)
         return new / old
 
-    ratios = dict(in_parallel(ratio, [(scene, integrator) for scene in COUNTED for integrator in INTEGRATORS]))
+    ratios = dict(in_parallel(ratio, [(scene, run) for scene in COUNTED for run in RUNS]))
     found += [f"{' '.join(case)}: {one:.4f} of the instructions" for case, one in ratios.items() if abs(one - 1) > LIMIT]
     return found, f"{min(ratios.values()):.3f} to {max(ratios.values()):.3f}"
+
+
+def is_of_a_choice(difference):
+    """Whether a line of `differences` is of a run that chooses its counts."""
+    return any(f" {name}: " in difference for name in CHOOSING)
 
 
 @contextlib.contextmanager

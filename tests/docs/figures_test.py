@@ -131,9 +131,9 @@ class Figures(unittest.TestCase):
             # Again: it is compared with what it was measured with.
             self.write("include/a.hpp", "int d;\n")
             self.assertIn("have changed", self.state())
-            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", without_auto=True), [])
-            self.write("bench/figures.ini", REGISTRY + "confirm = without auto\n")
-            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", without_auto=True), ["speed"])
+            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", only_fixed=True), [])
+            self.write("bench/figures.ini", REGISTRY + "confirm = fixed counts\n")
+            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", only_fixed=True), ["speed"])
             self.write("include/a.hpp", "int e;\n")
             self.assertEqual(self.project().confirm(before, "0.97 to 1.00"), ["speed"])
             self.assertIn("with 0.97 to 1.00 times the instructions.</sub>", self.page.read_text())
