@@ -8,8 +8,8 @@ Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --confirm COMMIT    keeps the figures that were measured with the sources of a
                                       commit, where its program and that of now do the same work
                   [--but SCENE...]    in all other scenes: tables with a row of these are not kept
-                                      where they differ in runs alone that choose their counts:
-                                      only figures without such runs
+                                      where only runs differ that choose their counts: figures
+                                      that have no such run are kept
 
 A figure stands between two marks that name its command. Behind them stand a stamp and a small line
 for the reader:
@@ -233,28 +233,30 @@ class Project:
             return f"from commit {figure.commit}, {figure.date}: its sources have changed"
         return None
 
-    def confirm(self, before, ratios, but=(), only_fixed=False):
-        """Stamps the stale figures anew that were measured with the sources of `before`, the
-        project at a commit whose program does the same work, and that rest on nothing else
-        (`confirm` in the registry). `ratios`: of the instructions now to those then, as text. A
-        figure that is confirmed again is compared with the sources that it was measured with.
-        `but`: scenes in which the programs differ; a figure with a row of one of them stays stale.
-        `only_fixed`: only figures for which the registry has `confirm = fixed counts`. Returns
-        their names."""
-        kept = []
-        for name in [figure.name for figure in self.figures()]:
-            figure = next(one for one in self.figures() if one.name == name)
-            allowed = self.registry.get(name, "confirm", fallback="no")
-            if not self.state(figure) or allowed not in (("fixed counts",) if only_fixed else ("yes", "fixed counts")):
-                continue
-            if any(f"| {scene} |" in figure.body for scene in but):
-                continue
+    def confirmable(self, before, but=(), only_fixed=False):
+        """The stale figures that were measured with the sources of `before`, the project at a
+        commit, and hold now if its program does the same work (`confirm` in the registry). A figure
+        that is confirmed again is compared with the sources that it was measured with. `but`:
+        scenes in which the programs differ; a figure with a row of one of them is not among them.
+        `only_fixed`: only figures for which the registry has `confirm = fixed counts`."""
+        allowed = {"fixed counts"} if only_fixed else {"yes", "fixed counts"}
+        return [
+            figure
+            for figure in self.figures()
+            if self.state(figure)
+            and self.registry.get(figure.name, "confirm", fallback="no") in allowed
+            and not any(f"| {scene} |" in figure.body for scene in but)
+            and self.digest(figure.name, "bench") == before.digest(figure.name, "bench")
+            and (figure.measured or figure.digest) == before.digest(figure.name)
+        ]
+
+    def confirm(self, figures, ratios):
+        """Stamps `confirmable` figures anew, and returns their names. `ratios`: of the instructions
+        now to those then, as text."""
+        for figure in figures:
             measured = figure.measured or figure.digest
-            has_same_bench = self.digest(name, "bench") == before.digest(name, "bench")
-            if has_same_bench and measured == before.digest(name):
-                self.put(figure.page, name, figure.command, measured=(measured, figure.commit, figure.date, ratios))
-                kept.append(name)
-        return kept
+            self.put(figure.page, figure.name, figure.command, measured=(measured, figure.commit, figure.date, ratios))
+        return [figure.name for figure in figures]
 
     def take_values(self, write):
         """The quoted values that differ from their tables; takes the tables' where `write` is
@@ -373,14 +375,17 @@ def main(arguments):
 
         out = project.root / "out" / "figures"
         with same_work.checkout(options.confirm, project.root, out / "before") as before:
+            if not project.confirmable(Project(before), options.but):
+                print(f"figures: no stale figure that can be kept was measured with the sources of {options.confirm}", file=sys.stderr)
+                return 1
             found, ratios = same_work.differences(before, project.root, out, options.but)
-            for difference in found:
-                print(f"figures: {difference}", file=sys.stderr)
-            if not all(map(same_work.is_of_a_choice, found)):
+            for scene, run, what in found:
+                print(f"figures: {scene} {run}: {what}", file=sys.stderr)
+            if any(run not in same_work.CHOOSING for _, run, _ in found):
                 print("figures: the programs differ: measure anew", file=sys.stderr)
                 return 1
-            kept = project.confirm(Project(before), ratios, options.but, only_fixed=bool(found))
-            print(f"{ratios} of the instructions; kept: " + (", ".join(kept) or "none, for none was measured with the sources of that commit"))
+            kept = project.confirm(project.confirmable(Project(before), options.but, only_fixed=bool(found)), ratios)
+            print(f"{ratios} of the instructions; kept: " + (", ".join(kept) or "none, for all have runs that choose their counts"))
         return 0
     if options.check or options.values:
         faults = project.check() if options.check else project.take_values(write=True)

@@ -10,7 +10,7 @@ import subprocess
 from measuring import ALL, in_parallel, instructions_of
 
 RUNS = {name: ["--integrator", name] for name in ("pt", "bpt", "vcm", "auto")}
-CHOOSING = tuple(name for name in RUNS if name != "pt")  # connections, or all counts, by a pilot
+CHOOSING = ("bpt", "vcm", "auto")  # their connections, or all counts, by a pilot
 RUNS |= {f"{name}, 1 connection": [*RUNS[name], "--connections", "1"] for name in ("bpt", "vcm")}
 COUNTED = ("cornell", "paper1", "light_behind_glass", "many_lights")
 LIMIT = 0.01  # as that of instructions.py
@@ -43,8 +43,8 @@ def facts_of(root, program, scene, run, out):
 
 
 def differences(before, now, out, but=()):
-    """The differences between the programs of two checkouts, as lines; and the range of the ratio
-    of their instructions, as text. The scenes `but` are left out."""
+    """The differences between the programs of two checkouts: scene, run, what; and the range of the
+    ratio of their instructions, as text. The scenes `but` are left out."""
     out.mkdir(parents=True, exist_ok=True)
     programs = {root: program_of(root) for root in (before, now)}
     found = []
@@ -56,7 +56,7 @@ def differences(before, now, out, but=()):
 
     for case, keys in in_parallel(changed, cases):
         if keys:
-            found.append(f"{' '.join(case)}: other {', '.join(keys)}")
+            found.append((*case, f"other {', '.join(keys)}"))
 
     def ratio(case):
         place = [(root, program, out / f"{root.name}_{'_'.join(case)}") for root, program in programs.items()]
@@ -65,13 +65,8 @@ def differences(before, now, out, but=()):
         return new / old
 
     ratios = dict(in_parallel(ratio, [(scene, run) for scene in COUNTED for run in RUNS]))
-    found += [f"{' '.join(case)}: {one:.4f} of the instructions" for case, one in ratios.items() if abs(one - 1) > LIMIT]
+    found += [(*case, f"{one:.4f} of the instructions") for case, one in ratios.items() if abs(one - 1) > LIMIT]
     return found, f"{min(ratios.values()):.3f} to {max(ratios.values()):.3f}"
-
-
-def is_of_a_choice(difference):
-    """Whether a line of `differences` is of a run that chooses its counts."""
-    return any(f" {name}: " in difference for name in CHOOSING)
 
 
 @contextlib.contextmanager

@@ -109,39 +109,43 @@ class Figures(unittest.TestCase):
         self.assertIn("geometric mean: error -->0.25<!-- /value -->", text)
         self.assertEqual(self.project().check(), [])
 
+    def confirm(self, before, ratios, but=(), only_fixed=False):
+        project = self.project()
+        return project.confirm(project.confirmable(before, but, only_fixed), ratios)
+
     def test_confirm_keeps_what_was_fresh_and_rests_on_the_program(self):
         self.project().put(self.page, "speed", "./measure")
         with tempfile.TemporaryDirectory() as folder:
             shutil.copytree(self.root, folder, dirs_exist_ok=True)
             before = figures.Project(pathlib.Path(folder))
             self.write("include/a.hpp", "int c;\n")
-            self.assertEqual(self.project().confirm(before, "0.99 to 1.01"), [])
+            self.assertEqual(self.confirm(before, "0.99 to 1.01"), [])
             self.write("bench/figures.ini", REGISTRY + "confirm = yes\n")
             old = self.figure()
             self.write("bench/measure.py", "print(2)\n")
-            self.assertEqual(self.project().confirm(before, "0.99 to 1.01"), [])
+            self.assertEqual(self.confirm(before, "0.99 to 1.01"), [])
             self.write("bench/measure.py", "print(1)\n")
             row = next(line for line in self.figure().body.splitlines() if "geometric mean" in line).split("|")[1].strip()
-            self.assertEqual(self.project().confirm(before, "0.99 to 1.01", [row]), [])
-            self.assertEqual(self.project().confirm(before, "0.99 to 1.01", ["another"]), ["speed"])
+            self.assertEqual(self.confirm(before, "0.99 to 1.01", [row]), [])
+            self.assertEqual(self.confirm(before, "0.99 to 1.01", ["another"]), ["speed"])
             self.assertIsNone(self.state())
             self.assertEqual((self.figure().commit, self.figure().date), (old.commit, old.date))
             self.assertIn("makes the same pictures with 0.99 to 1.01 times the instructions.</sub>", self.page.read_text())
-            self.assertEqual(self.project().confirm(before, "0.99 to 1.01"), [])
+            self.assertEqual(self.confirm(before, "0.99 to 1.01"), [])
             # Again: it is compared with what it was measured with.
             self.write("include/a.hpp", "int d;\n")
             self.assertIn("have changed", self.state())
-            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", only_fixed=True), [])
+            self.assertEqual(self.confirm(before, "0.97 to 1.00", only_fixed=True), [])
             self.write("bench/figures.ini", REGISTRY + "confirm = fixed counts\n")
-            self.assertEqual(self.project().confirm(before, "0.97 to 1.00", only_fixed=True), ["speed"])
+            self.assertEqual(self.confirm(before, "0.97 to 1.00", only_fixed=True), ["speed"])
             self.write("include/a.hpp", "int e;\n")
-            self.assertEqual(self.project().confirm(before, "0.97 to 1.00"), ["speed"])
+            self.assertEqual(self.confirm(before, "0.97 to 1.00"), ["speed"])
             self.assertIn("with 0.97 to 1.00 times the instructions.</sub>", self.page.read_text())
             self.assertEqual((self.figure().measured, self.figure().commit), (old.digest, old.commit))
             # It was measured with other sources.
             self.write("include/a.hpp", "int g;\n")
             (before.root / "include/a.hpp").write_text("int f;\n")
-            self.assertEqual(self.project().confirm(before, "0.99 to 1.01"), [])
+            self.assertEqual(self.confirm(before, "0.99 to 1.01"), [])
             self.assertIn("have changed", self.state())
 
     def test_a_command_that_fails_leaves_no_stamp(self):

@@ -22,8 +22,10 @@ namespace gmis_test {
 ///
 /// over the points x' nearer than r that `Merge` does not leave out, f the BSDF at x, n' the
 /// geometric normal at x', n and n_s the normals at x. x' is drawn on lines along n through the
-/// disk, with the density |n'·n| / (π r²) per area. Camera rays are those that start in the plane
-/// of the pinhole or of the lens, or in that of parallel rays: no surface may lie there.
+/// disk, with the density |n'·n| / (π r²) per area.
+///
+/// Camera rays are those that start in the plane of the pinhole or of the lens, or in that of
+/// parallel rays: no surface may lie there.
 template <gmis::Scene Sc>
 class DiskMeans : public gmis::SceneLike<Sc> {
  public:

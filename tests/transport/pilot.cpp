@@ -422,10 +422,10 @@ class FedPilot final : public gmis::AnyPilot<Colour> {
 }  // namespace
 
 TEST_CASE("Fireflies in one pixel of both iterations do not make path tracing look free of noise", "[pilot]") {
-  // Connections make all paths 99 times as densely as emitter hits do. By the balance heuristic
-  // each pixel is 1, and so is its second moment with connections; with path tracing it is 100. No
-  // pixel has an emitter hit, of which a hundredth would, but in the second pilot one pixel has one
-  // in both iterations: it is worth 100.
+  // Connections make each path with 99 times the density of emitter hits, and the light of a pixel
+  // is 1: its second moment is 1 with connections, 100 with path tracing. A connection, weighted
+  // by the balance heuristic, contributes 1. With fireflies, one pixel has an emitter hit in both
+  // iterations instead: its value is 100, its weight 1/100.
   constexpr int side = 8;
   gmis::RenderSettings own;
   own.counts = {1.0, 2, false, false};

@@ -120,9 +120,10 @@ class AnyPilot {
   };
 
   static constexpr std::uint32_t not_taken = 0xFFFFFFFFU;
-  /// Bound on the squared mean of a pixel, which is at most the second moment. The second moment is
-  /// estimated from the samples of all techniques, but the mean from the candidate's own samples: a
-  /// firefly of each of two iterations in one pixel would make the variance of all pixels negative.
+  /// The estimate of a pixel's squared mean counts at most this many times that of its second
+  /// moment. The true squared mean is no larger than the second moment, but its estimate is a
+  /// product of the candidate's own samples: two fireflies in one pixel, one in each iteration,
+  /// could make the variance over all pixels negative.
   static constexpr double most_of_second_moment = 4.0;
 
   /// Collects the estimates of the latest iteration.
