@@ -42,11 +42,15 @@ struct SpectrumTraits<glm::vec<N, T, Q>> {
 template <class S>
 using ScalarOf = typename SpectrumTraits<S>::Scalar;
 
-/// Light in `SpectrumTraits<S>::channel_count` channels: a vector space with a channel-wise
-/// product.
+/// A type whose `SpectrumTraits<S>::channel_count` channels can be read.
 template <class S>
-concept Spectrum = std::copyable<S> && requires(const S& s, S m, ScalarOf<S> scalar, int i) {
+concept HasChannels = std::copyable<S> && requires(const S& s, int i) {
   { SpectrumTraits<S>::channel(s, i) } -> std::convertible_to<ScalarOf<S>>;
+};
+
+/// Light in channels: a vector space with a channel-wise product.
+template <class S>
+concept Spectrum = HasChannels<S> && requires(const S& s, S m, ScalarOf<S> scalar) {
   { s + s } -> std::convertible_to<S>;
   { s* s } -> std::convertible_to<S>;
   { s* scalar } -> std::convertible_to<S>;
@@ -78,7 +82,7 @@ template <Spectrum S>
 }
 
 /// True when every channel is zero.
-template <Spectrum S>
+template <HasChannels S>
 [[nodiscard]] constexpr bool is_black(const S& s) noexcept {
   for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i)
     if (SpectrumTraits<S>::channel(s, i) != ScalarOf<S>(0)) return false;
@@ -86,7 +90,7 @@ template <Spectrum S>
 }
 
 /// True when every channel is finite.
-template <Spectrum S>
+template <HasChannels S>
 [[nodiscard]] inline bool is_finite(const S& s) noexcept {
   // x − x is 0 for a finite x and NaN otherwise, so one sum tests all channels.
   ScalarOf<S> sum(0);

@@ -57,30 +57,10 @@ struct SpectrumTraits<LogValue<T>> {
   static constexpr const LogValue<T>& channel(const LogValue<T>& value, int) noexcept { return value; }
 };
 
-/// True when every channel of f is a finite number. (x − x is 0 for a finite x and NaN otherwise:
-/// one sum tests all.)
-template <class F>
-[[nodiscard]] inline bool has_finite_channels(const F& f) noexcept {
-  auto sum = SpectrumTraits<F>::channel(f, 0) - SpectrumTraits<F>::channel(f, 0);
-  for (int c = 1; c < SpectrumTraits<F>::channel_count; ++c)
-    sum += SpectrumTraits<F>::channel(f, c) - SpectrumTraits<F>::channel(f, c);
-  return sum == 0;
-}
+/// True for zero, in either of its forms.
 template <std::floating_point T>
-[[nodiscard]] inline bool has_finite_channels(const LogValue<T>& value) noexcept {
-  return is_finite(value);
-}
-
-/// True when every channel of f is zero.
-template <class F>
-[[nodiscard]] inline bool is_zero_integrand(const F& f) noexcept {
-  for (int c = 0; c < SpectrumTraits<F>::channel_count; ++c)
-    if (SpectrumTraits<F>::channel(f, c) != 0) return false;
-  return true;
-}
-template <std::floating_point T>
-[[nodiscard]] inline bool is_zero_integrand(const LogValue<T>& f) noexcept {
-  return f.sign == T(0) || f.log_magnitude == -std::numeric_limits<T>::infinity();
+[[nodiscard]] inline bool is_black(const LogValue<T>& value) noexcept {
+  return value.sign == T(0) || value.log_magnitude == -std::numeric_limits<T>::infinity();
 }
 
 }  // namespace gmis

@@ -89,7 +89,7 @@ class EstimateAccumulator {
       run_round(counts, [&](const auto& x, auto denominator, std::size_t) {
         ++integrand_evaluations;
         const F value = value_of(f, x);
-        if (!has_finite_channels(value)) [[unlikely]] {
+        if (!is_finite(value)) [[unlikely]] {
           ++rejected_.non_finite_integrand;
           return;
         }
@@ -109,7 +109,7 @@ class EstimateAccumulator {
   [[nodiscard]] Channels quotient(const F& value, D denominator) noexcept {
     ++integrand_evaluations_;
     Channels result{};
-    if (has_finite_channels(value)) [[likely]]
+    if (is_finite(value)) [[likely]]
       add_contribution(value, denominator, result);
     else
       ++rejected_.non_finite_integrand;

@@ -67,7 +67,7 @@ class PilotSamples {
       made[index] += 1.0;
       const F value = value_of(f, x);
       double relative = std::numeric_limits<double>::quiet_NaN();
-      if (has_finite_channels(value)) relative = ratio<double>(SpectrumTraits<F>::channel(value, 0), psi);
+      if (is_finite(value)) relative = ratio<double>(SpectrumTraits<F>::channel(value, 0), psi);
       if (!std::isfinite(relative)) ++rejected;
       values.push_back(std::isfinite(relative) ? relative : 0.0);
       DensitiesAt<Set> densities(set, x, workspace.densities.data());

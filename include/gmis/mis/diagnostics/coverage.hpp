@@ -51,11 +51,11 @@ template <class Source, class Integrand, class P, class Points, class Judge>
   for (const typename Set::Value& x : points) {
     ++coverage.probes;
     const auto value = value_of(f, x);
-    if (!has_finite_channels(value)) {
+    if (!is_finite(value)) {
       ++coverage.non_finite;
       continue;
     }
-    if (is_zero_integrand(value)) continue;
+    if (is_black(value)) continue;
 
     DensitiesAt<Set> densities(set, x, workspace.densities.data());
     densities.expect_all();

@@ -161,7 +161,7 @@ requires(detail::explain_arguments<Integrand, P, Source>())
     sample_checked_round<pair.selection, pair.weighting>(
         set, allocation, source, workspace, counts, [&](const auto& x, auto denominator, std::size_t index) {
           visit(x, denominator, index);
-          if (!has_finite_channels(*value)) return;
+          if (!is_finite(*value)) return;
           const double contribution = ratio<double>(SpectrumTraits<F>::channel(*value, 0), denominator);
           if (std::isfinite(contribution)) tail.add(contribution);
         });
