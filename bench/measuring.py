@@ -61,6 +61,8 @@ def render(options, scene, *arguments, threads=1, stats=None, picture=None):
 def render_once(options, scene, *arguments, stem):
     """Like `render`, with picture and statistics in STEM.pfm and STEM.json; a run is taken from
     there that was made since the program was built."""
+    if stem.suffix:  # from the dot on, another stem would share its files
+        raise ValueError(f"{stem}: a stem must not have a dot")
     stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
     built = pathlib.Path(options.program).stat().st_mtime
     if all(file.exists() and file.stat().st_mtime > built for file in (stats, picture)):

@@ -75,7 +75,7 @@ def measure(options, name, size):
     configurations = NAMED | ({} if options.no_fixed else FIXED)
 
     def place(label, end):
-        return pathlib.Path(f"{stem}_{label.replace(' ', '_')}_{end}")
+        return pathlib.Path(f"{stem}_{label.replace(' ', '_').replace('.', '')}_{end}")
 
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         paces = {label: pool.submit(iterations_for, options, scene, size, extra, seconds, place(label, "pace")) for label, extra in configurations.items()}
