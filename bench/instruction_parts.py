@@ -2,10 +2,8 @@
 
 The program is instructions/main.cpp compiled with -g1 -no-pie. An instruction belongs to the part
 whose file is innermost in its stack of inlined calls; GLM, the standard library and the C library
-belong to whoever calls them. The table has instructions a pixel and iteration, beside those kept in
-instruction_parts.txt.
+belong to whoever calls them. The table has instructions a pixel and iteration.
 """
-import pathlib
 import re
 
 import callgrind
@@ -50,11 +48,9 @@ def parts_of(program, scene, integrator):
 
 
 def table(program):
-    lines = [line.split("\t") for line in pathlib.Path("bench/instruction_parts.txt").read_text(encoding="utf-8").splitlines()]
-    head = next(words[1:] for words in lines if words[0] == "# part")
-    before = {words[0]: words[1:] for words in lines if not words[0].startswith("#")}
-    now = [column for _, column in in_parallel(lambda case: parts_of(program, *case.split()), head)]
-    result = Table("part", *(f"{case}, {when}" for case in head for when in ("before", "now")), numbers_from=1)
-    for part in now[0]:
-        result.add(part, *(cell for old, column in zip(before[part], now) for cell in (old, f"{column[part]:.0f}")))
+    cases = ["svcm0 vcm", "svcm1 vcm", "svcm1 pt"]
+    columns = dict(in_parallel(lambda case: parts_of(program, *case.split()), cases))
+    result = Table("part", *cases, numbers_from=1)
+    for part in columns[cases[0]]:
+        result.add(part, *(f"{columns[case][part]:.0f}" for case in cases))
     return result

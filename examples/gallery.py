@@ -4,8 +4,8 @@ plan.
 
 Every figure comes from the statistics that gmis-render writes. Usage: gallery.py PROGRAM [--time
 SECONDS] [--width PIXELS] [--out FOLDER] [--docs]; --docs takes small pictures and a number of
-iterations, so that they are the same on all machines, and writes docs/gallery.md with the pictures
-in docs/gallery/.
+iterations, so that they are the same on all machines, and writes them into docs/gallery.md, with
+the pictures in docs/gallery/.
 """
 
 import argparse
@@ -18,6 +18,9 @@ import subprocess
 import sys
 
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(PROJECT / "bench"))
+import figures  # noqa: E402
+
 SCENES = PROJECT / "examples" / "scenes"
 # Name, and what the picture needs besides the options that all have.
 PICTURES = [
@@ -103,16 +106,7 @@ def page_of(pictures):
 
 
 def markdown_of(pictures):
-    lines = [
-        "# Gallery",
-        "",
-        f"The built-in scenes, {pictures[0]['iterations']} iterations each.",
-        "`./run gallery --docs` renders them, and writes this page and its figures; `./run gallery` renders larger pictures, for a given time, to "
-        "`out/gallery/gallery.html`.",
-        "The integrator is `auto`.",
-        "The error is that of the whole picture, estimated without a reference, with its interval of 95 % where it has one.",
-        "",
-    ]
+    lines = [f"The built-in scenes, {pictures[0]['iterations']} iterations each.", ""]
     for p in pictures:
         lines += [
             f"## {p['name']}",
@@ -120,14 +114,8 @@ def markdown_of(pictures):
             f"![{p['title']}](gallery/{p['name']}.png)",
             "",
             p["title"],
-            "",
-            "| | |",
-            "| --- | --- |",
-            f"| size | {p['size']} |",
-            f"| time | {p['time']} |",
-            f"| iterations | {p['iterations']} |",
-            f"| relative error | {p['error']} |",
-            f"| plan | {p['plan']} |",
+            f"{p['size']} pixels in {p['time']}; relative error {p['error']}.",
+            f"By {p['plan']}.",
             "",
         ]
     return "\n".join(lines)
@@ -153,8 +141,7 @@ def main():
         folder.mkdir(exist_ok=True)
         for p in pictures:
             shutil.copy(options.out / f"{p['name']}.png", folder)
-        (PROJECT / "docs" / "gallery.md").write_text(markdown_of(pictures))
-        print(PROJECT / "docs" / "gallery.md")
+        figures.put("gallery", "./run gallery --docs", markdown_of(pictures), PROJECT / "docs" / "gallery.md")
 
 
 if __name__ == "__main__":
