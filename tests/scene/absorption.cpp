@@ -97,6 +97,7 @@ TEST_CASE("what cannot be the boundary of a medium is refused") {
   CHECK_THROWS_AS(with_absorption(make_diffuse<float>(Vec(0.5)), Vec(1)), std::invalid_argument);
   CHECK_THROWS_AS(with_absorption(make_dielectric<float>(1.5), Vec(-1, 0, 0)), std::invalid_argument);
   CHECK_THROWS_AS(with_absorption(make_dielectric<float>(1.5), Vec(0), Vec(std::nan(""))), std::invalid_argument);
+  CHECK_THROWS_AS(with_absorption(gmis::scene::make_thin_dielectric<float>(1.5), Vec(1)), std::invalid_argument);
   const auto glass = with_absorption(make_dielectric<float>(1.5), Vec(1));
   const auto half = gmis::scene::Texture<float>::constant(Vec(0.5));
   CHECK_THROWS_AS(make_mix(glass, make_diffuse<float>(Vec(0.5)), half), std::invalid_argument);

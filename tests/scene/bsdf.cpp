@@ -211,6 +211,34 @@ TEST_CASE("an index of one is not there", "[bsdf][delta]") {
   }
 }
 
+TEST_CASE("a thin pane lets light pass straight on and reflects it at both of its faces", "[bsdf][delta]") {
+  using T = double;
+  const Vec3<T> tint{0.9, 0.5, 0.2};
+  const auto pane = gmis::scene::make_thin_dielectric<T>(1.5, tint);
+  const SurfaceBsdf<T> bsdf(pane, axis, axis);
+  CHECK(bsdf.is_purely_delta());
+  for (const double cosine : {1.0, 0.6, 0.05, -0.3}) {
+    const Vec3<T> to_prev = at_cosine<T>(cosine);
+    const long double face = fresnel_dielectric(std::abs(cosine), 1.5).reflectance;
+    long double reflectance = face, between = (1 - face) * (1 - face) * face;  // once, twice … to and fro
+    for (int k = 0; k < 2000; ++k, between *= face * face) reflectance += between;
+    for (const TransportMode mode : {TransportMode::radiance, TransportMode::importance}) {
+      const auto reflected_part = bsdf.sample(to_prev, 0.0, {0.1, 0.2}, mode);
+      REQUIRE(reflected_part);
+      CHECK(glm::length(reflected_part->to_next - reflect_about(to_prev, axis)) < 1e-14);
+      CHECK(reflected_part->weight == Vec3<T>(1));
+      CHECK(reflected_part->pdf.forward.value == Approx(static_cast<double>(reflectance)));
+      const auto passing = bsdf.sample(to_prev, 0.9999, {0.1, 0.2}, mode);
+      REQUIRE(passing);
+      CHECK(passing->to_next == -to_prev);
+      CHECK(passing->weight == tint);
+      CHECK(passing->eta == 1);
+      CHECK(passing->pdf.forward.value == Approx(static_cast<double>(1 - reflectance)));
+      CHECK(passing->pdf.reverse.value == passing->pdf.forward.value);
+    }
+  }
+}
+
 TEST_CASE("a smooth coat is a delta lobe over a lobe that is none", "[bsdf][delta]") {
   using T = double;
   const auto coated = make_coated_diffuse<T>({0.8, 0.5, 0.2}, 1.5, 0);

@@ -378,6 +378,24 @@ TEST_CASE("coordinates of triangles and spheres are those of finite differences"
 
 namespace {
 
+TEST_CASE("a sheet that only transmits has one lobe, with holes as without") {
+  const auto plain = make_diffuse_transmission<double>({0, 0, 0}, {0.8, 0.8, 0.8});
+  MaterialTextures<double> textures;
+  textures.opacity = Texture<double>::constant(glm::dvec3(0.5));
+  const auto cut = with_textures(plain, textures);
+  const Vec3<double> up(0, 0, 1), to_prev = glm::normalize(Vec3<double>(0.3, 0.2, 0.8));
+  for (const auto* material : {&plain, &cut}) {
+    const SurfaceBsdf<double> bsdf(*material, up, up);
+    REQUIRE(bsdf.lobe_count() == 1);
+    const auto to_next = bsdf.sample_lobe(0, to_prev, {0.3, 0.6}, TransportMode::radiance);
+    REQUIRE(to_next);
+    CHECK(to_next->z < 0);
+    const auto sample = bsdf.sample(to_prev, 0.01, {0.3, 0.6}, TransportMode::radiance);
+    REQUIRE(sample);
+    CHECK(sample->to_next.z < 0);
+  }
+}
+
 /// Squares across the z axis at these heights, with this opacity, over a lambertian floor.
 BvhScene<float> stack(const std::vector<double>& heights, const Texture<float>::Handle& opacity) {
   SceneBuilder<float> builder;

@@ -22,7 +22,8 @@ namespace gmis::scene {
 template <std::floating_point T>
 [[nodiscard]] inline Material<T> with_absorption(const Material<T>& material, const glm::dvec3& inside,
                                                  const glm::dvec3& outside = glm::dvec3(0)) {
-  if (material.kind != Material<T>::Kind::dielectric && material.kind != Material<T>::Kind::rough_dielectric)
+  if ((material.kind != Material<T>::Kind::dielectric && material.kind != Material<T>::Kind::rough_dielectric) ||
+      material.is_thin)
     reject_argument("only a dielectric can be the boundary of a medium that absorbs");
   if (has_opacity(material)) reject_argument("the boundary of a medium cannot have holes");
   Material<T> result = material;

@@ -453,6 +453,8 @@ class SurfaceBsdf {
 
   [[nodiscard]] std::optional<Sample> through_dielectric(const Vec3<T>& to_prev, T cos_prev, T u,
                                                          TransportMode mode) const noexcept {
+    if (material_->is_thin) [[unlikely]]
+      return through_pane(to_prev, cos_prev, u);
     const T eta = cos_prev > T(0) ? material_->eta : T(1) / material_->eta;
     const auto fresnel = fresnel_dielectric(std::abs(cos_prev), eta);
     if (u < fresnel.reflectance) return mirrored(to_prev, cos_prev, Spectrum(T(1)), fresnel.reflectance);
@@ -465,6 +467,15 @@ class SurfaceBsdf {
     const Spectrum weight = material_->specular * (mode == TransportMode::radiance ? T(1) / (eta * eta) : T(1));
     const T chance = T(1) - fresnel.reflectance;
     return Sample{to_next, weight, {{chance}, {chance}}, true, eta};
+  }
+
+  [[nodiscard]] std::optional<Sample> through_pane(const Vec3<T>& to_prev, T cos_prev, T u) const noexcept {
+    const T of_face = fresnel_dielectric(std::abs(cos_prev), material_->eta).reflectance;
+    const T reflectance = T(2) * of_face / (T(1) + of_face);  // R + T²R + T²R³ + …, with T = 1 − R
+    if (u < reflectance) return mirrored(to_prev, cos_prev, Spectrum(T(1)), reflectance);
+    if (!is_usable_side(-to_prev, -cos_prev)) return std::nullopt;
+    const T chance = T(1) - reflectance;
+    return Sample{-to_prev, material_->specular, {{chance}, {chance}}, true, T(1)};
   }
 
   [[nodiscard]] RoughDielectric<T> facets_seen_at(T cos_prev) const noexcept {

@@ -42,6 +42,7 @@ struct PlainMaterial {
 
   Kind kind = Kind::black;                       ///< how it scatters
   bool is_varying = false;                       ///< it is a `Material` with textures
+  bool is_thin = false;                          ///< of a smooth dielectric: a pane, both faces in one
   Masking masking = Masking::height_correlated;  ///< of rough lobes
   /// Chance of the diffuse lobe in `sample`, where there are two lobes.
   T diffuse_probability = 1;
@@ -185,6 +186,17 @@ template <std::floating_point T = float>
   result.reflection_probability = static_cast<T>(std::clamp(fresnel_diffuse_reflectance(eta), 0.1, 0.9));
   result.specular = Vec3<T>(tint);
   result.albedo = Vec3<T>(1);
+  return result;
+}
+
+/// A pane of smooth glass of index `eta`, both faces in one surface: light passes straight on, or
+/// is reflected as by a mirror of reflectance 2R / (1 + R), with R that of one face; the light that
+/// goes to and fro between the faces is in both. `tint`, from 0 to 1, is a factor of the light that
+/// passes.
+template <std::floating_point T = float>
+[[nodiscard]] inline Material<T> make_thin_dielectric(double eta, const glm::dvec3& tint = glm::dvec3(1)) {
+  Material<T> result = make_dielectric<T>(eta, 0, Masking::height_correlated, tint);
+  result.is_thin = true;
   return result;
 }
 

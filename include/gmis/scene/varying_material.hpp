@@ -201,7 +201,9 @@ template <std::floating_point T>
     case Kind::diffuse_transmission: {
       if (textures.color) here.diffuse = color / pi<T>;
       here.albedo = (here.diffuse + here.specular) * pi<T>;
-      here.diffuse_probability = share(max_channel(here.diffuse), max_channel(here.specular));
+      // A sheet of one lobe keeps it.
+      if (textures.color || here.diffuse_probability > T(0))
+        here.diffuse_probability = share(max_channel(here.diffuse), max_channel(here.specular));
       break;
     }
     default:
