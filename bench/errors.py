@@ -12,6 +12,13 @@ def products(one, other, references):
     return [sum(terms[k:k + 3]) / 3 for k in range(0, len(terms), 3)]
 
 
+def relmse(picture, references):
+    """The squared relative error against the mean of two references, without their noise: the mean
+    over all pixels, and that without the worst thousandth of them."""
+    squares = sorted(products(picture, picture, references))
+    return statistics.fmean(squares), statistics.fmean(squares[:len(squares) - len(squares) // 1000])
+
+
 def mean_of_blocks(values, width):
     """The mean over pixels without the thousandth that lie farthest off on either side, and its
     standard error from blocks of 8 × 8 pixels: merging spreads a photon over neighbours, and what

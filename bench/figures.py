@@ -7,7 +7,7 @@ Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --values            takes the values that sentences quote from their tables anew
        figures.py --confirm COMMIT    keeps the figures that were measured with the sources of a
                                       commit, where its program and that of now do the same work
-                  [--but SCENE...]    in all other scenes: tables with a row of these are not kept
+                  [--but SCENE...]    in all other scenes: tables that name these are not kept
                                       where only runs differ that choose their counts: figures
                                       that have no such run are kept
 
@@ -51,7 +51,7 @@ PROJECT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(PROJECT / "tests/words"))
 from sentences import one_sentence_a_line  # noqa: E402
 
-SUFFIXES = {".hpp", ".cpp", ".py", ".sh", ".cmake", ".txt", ".ini", ".pbrt", ".gltf", ".json"}
+SUFFIXES = {".hpp", ".cpp", ".py", ".sh", ".cmake", ".txt", ".ini", ".pbrt", ".gltf", ".json", ".pfm", ".png"}
 
 BEGIN = re.compile(r"<!-- (?P<name>[^:>]+): written by (?P<command>[^>]+?) -->\n")
 STAMP = (
@@ -237,7 +237,7 @@ class Project:
         """The stale figures that were measured with the sources of `before`, the project at a
         commit, and hold now if its program does the same work (`confirm` in the registry). A figure
         that is confirmed again is compared with the sources that it was measured with. `but`:
-        scenes in which the programs differ; a figure with a row of one of them is not among them.
+        scenes in which the programs differ; a figure that names one of them is not among them.
         `only_fixed`: only figures for which the registry has `confirm = fixed counts`."""
         allowed = {"fixed counts"} if only_fixed else {"yes", "fixed counts"}
         return [
@@ -245,7 +245,7 @@ class Project:
             for figure in self.figures()
             if self.state(figure)
             and self.registry.get(figure.name, "confirm", fallback="no") in allowed
-            and not any(f"| {scene} |" in figure.body for scene in but)
+            and not any(re.search(rf"\b{scene}\b", figure.body) for scene in but)
             and self.digest(figure.name, "bench") == before.digest(figure.name, "bench")
             and (figure.measured or figure.digest) == before.digest(figure.name)
         ]
@@ -334,12 +334,21 @@ class Project:
                 print(f"figures: {command} failed", file=sys.stderr)
                 good = False
                 continue
+            written = {figure.name for figure in self.figures() if not self.state(figure)}
             for figure in of_command:
-                self.put(figure.page, figure.name, command)
+                if figure.name not in written:
+                    print(f"figures: {command} did not write {figure.name}", file=sys.stderr)
+                    good = False
         for fault in self.take_values(write=True):
             print(fault, file=sys.stderr)
             good = False
         return good
+
+
+def digests(project=None):
+    """The digests of the sources of all figures."""
+    project = project or Project()
+    return {figure.name: project.digest(figure.name) for figure in project.figures()}
 
 
 def put(name, command, text, document=None):

@@ -3,6 +3,7 @@ counts of instructions."""
 
 import array
 import concurrent.futures
+import hashlib
 import json
 import math
 import os
@@ -28,6 +29,11 @@ TWENTY_FOUR = FOURTEEN | {name: f"bench/scenes/tempting/{name}.pbrt" for name in
 EXAMPLES = {name: f"examples/scenes/{name}.pbrt" for name in ("leaves", "metals", "shade", "studio", "tinted")}
 SMALLVCM = {f"smallvcm_{name}": f"bench/scenes/smallvcm/{name}.pbrt" for name in ("background", "point")}
 ALL = TWENTY_FOUR | FOREIGN | EXAMPLES | SMALLVCM
+
+
+def scene_file(scene):
+    """The file of one of ALL."""
+    return pathlib.Path(f"examples/scenes/{scene}.pbrt" if scene in BUILT_IN else ALL[scene])
 
 
 def depth_of(scene, otherwise=None):
@@ -60,14 +66,18 @@ def render(options, scene, *arguments, threads=1, stats=None, picture=None):
 
 def render_once(options, scene, *arguments, stem):
     """Like `render`, with picture and statistics in STEM.pfm and STEM.json; a run is taken from
-    there that was made since the program was built."""
+    there that was made by the same words, for the same scene file, since the program was built."""
     if stem.suffix:  # from the dot on, another stem would share its files
         raise ValueError(f"{stem}: a stem must not have a dot")
     stats, picture = stem.with_suffix(".json"), stem.with_suffix(".pfm")
-    built = pathlib.Path(options.program).stat().st_mtime
-    if all(file.exists() and file.stat().st_mtime > built for file in (stats, picture)):
+    built, key = pathlib.Path(options.program).stat().st_mtime, stem.with_suffix(".key")
+    file = scene_file(scene) if scene in ALL else pathlib.Path(scene)
+    made_by = hashlib.sha256(f"{arguments} {file.read_text(encoding='utf-8')}".encode()).hexdigest()
+    if all(file.exists() and file.stat().st_mtime > built for file in (stats, picture, key)) and key.read_text() == made_by:
         return json.loads(stats.read_text(encoding="utf-8"))
-    return render(options, scene, *arguments, stats=stats, picture=picture)
+    facts = render(options, scene, *arguments, stats=stats, picture=picture)
+    key.write_text(made_by)
+    return facts
 
 
 # --- Pictures -------------------------------------------------------------------------------------
@@ -137,11 +147,15 @@ class Table:
 
 
 def publish(options, table, document=None, name=None):
-    """Keeps a table in out/, and puts it into a document if the run was a whole one."""
+    """Keeps a table in out/, and puts it into a document if the run had default options."""
     name = name or options.name
     (options.out / (name.replace(" ", "_") + ".md")).write_text(str(table))
-    if document and options.is_whole:
-        write_into(document, name, str(table))
+    if not document or not options.is_whole:
+        return
+    if figures.digests().get(name) != options.digests.get(name):
+        print(f"bench: the sources of {name} have changed meanwhile: the table is only in out/", file=sys.stderr)
+        return
+    write_into(document, name, str(table))
 
 
 def write_into(document, name, table):

@@ -14,8 +14,8 @@ and may have
     add_options(parser)   options of its own
     BY_ITSELF = False     it needs an argument or hours: run by name only
 
-Tables go to out/NAME/table.md, and those of a whole run into the document that has marks for them
-(measuring.publish).
+Tables go to out/NAME/table.md, and those of a run with default options into the document that has
+marks for them (measuring.publish).
 """
 
 import argparse
@@ -24,6 +24,7 @@ import os
 import pathlib
 import sys
 
+import figures
 from measuring import build
 
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
@@ -33,7 +34,7 @@ COMMON = {
     "runs": {"type": int, "help": "runs of each cell; the fastest counts"},
     "size": {"help": "of the picture in pixels, WIDTHxHEIGHT"},
     "iterations": {"type": int, "help": "of a run"},
-    "scenes": {"nargs": "+", "help": "some of them; tables of some scenes stay out of the documents"},
+    "scenes": {"nargs": "+", "help": "some of them"},
 }
 
 
@@ -66,14 +67,17 @@ def parser_of(name, module):
 
 def bench(name, arguments):
     module = load(name)
-    options = parser_of(name, module).parse_args(arguments)
+    parser = parser_of(name, module)
+    options = parser.parse_args(arguments)
     options.name = name
     options.out = pathlib.Path("out") / name
     options.out.mkdir(parents=True, exist_ok=True)
-    # A table of some scenes stays out of the documents.
-    options.is_whole = getattr(options, "scenes", None) == list(getattr(module, "OPTIONS", {}).get("scenes", [])) or not hasattr(options, "scenes")
+    # Other tables stay out of the documents: their command would not say how they were made.
+    options.is_whole = all(getattr(options, action.dest) == action.default for action in parser._actions
+                           if action.option_strings and action.default is not argparse.SUPPRESS)
     if hasattr(module, "PROGRAM") and not options.program:
         options.program = build(module.PROGRAM)
+    options.digests = figures.digests()  # of the sources that are measured, whatever is edited meanwhile
     return module.run(options) or 0
 
 

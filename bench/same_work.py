@@ -13,6 +13,11 @@ RUNS = {name: ["--integrator", name] for name in ("pt", "bpt", "vcm", "auto")}
 CHOOSING = ("bpt", "vcm", "auto")  # their connections, or all counts, by a pilot
 RUNS |= {f"{name}, 1 connection": [*RUNS[name], "--connections", "1"] for name in ("bpt", "vcm")}
 COUNTED = ("cornell", "paper1", "light_behind_glass", "many_lights")
+# In the scenes COUNTED alone.
+FURTHER = {"ppm": ["--integrator", "ppm"], "splitting": ["--integrator", "gmis", "--split", "budgeted", "--connections", "1"],
+           "local": ["--integrator", "gmis", "--split", "local", "--connections", "1", "--light-paths", "0.25"],
+           "independent": ["--integrator", "vcm", "--connections", "1", "--sampler", "independent"],
+           "learned": ["--integrator", "vcm", "--connections", "1", "--emission", "learned", "--lights", "receiver"]}
 LIMIT = 0.01  # as that of instructions.py
 # Half as long as runs of most tables: a statistic at the end of a run must not weigh much more.
 ITERATIONS = 32
@@ -27,7 +32,7 @@ def program_of(root):
 
 def command_of(root, program, scene, run, iterations, *more):
     where = ALL[scene] if scene == ALL[scene] else root / ALL[scene]
-    return [program, where, *RUNS[run], "--size", "64x64", "--iterations", str(iterations), "--threads", "1", "--quiet", *more]
+    return [program, where, *(RUNS | FURTHER)[run], "--size", "64x64", "--iterations", str(iterations), "--threads", "1", "--quiet", *more]
 
 
 def facts_of(root, program, scene, run, out):
@@ -39,7 +44,16 @@ def facts_of(root, program, scene, run, out):
     return {key: facts[key] for key in ("image_hash", "iterations", "sample_counts", "counts")} | {
         # Not the gains that decided: they cost nothing and are in no table.
         "light_use": {key: chosen for key, chosen in facts["light_use"].items() if isinstance(chosen, bool)},
-        "estimate": {key: float(f"{value:.8g}") for key, value in facts["estimate"].items() if isinstance(value, float)}}
+        **{key: without_times(facts.get(key)) for key in ("estimate", "prices", "prediction", "forecast")}}
+
+
+def without_times(value):
+    """A part of the statistics without its seconds, and with eight digits of every number."""
+    if isinstance(value, dict):
+        return {key: without_times(part) for key, part in value.items() if "seconds" not in key}
+    if isinstance(value, list):
+        return [without_times(part) for part in value]
+    return float(f"{value:.8g}") if isinstance(value, float) else value
 
 
 def differences(before, now, out, but=()):
@@ -49,6 +63,7 @@ def differences(before, now, out, but=()):
     programs = {root: program_of(root) for root in (before, now)}
     found = []
     cases = [(scene, run) for scene in ALL for run in RUNS if scene not in but]
+    cases += [(scene, run) for scene in COUNTED for run in FURTHER if scene not in but]
 
     def changed(case):
         old, new = (facts_of(root, program, *case, out) for root, program in programs.items())

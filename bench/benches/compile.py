@@ -147,7 +147,6 @@ def run(options):
     if options.check or options.keep:
         return (check if options.check else keep)(options)
     wanted = lambda name: not options.programs or any(word in name for word in options.programs)
-    options.is_whole = not options.programs
     compilers = [compiler for compiler in options.compilers if shutil.which(compiler)]
     table = Table("", *(f"{compiler}: {what}" for compiler in compilers for what in ("seconds", "ratio", "text, kB", "peak, MB")), numbers_from=1)
     first = {compiler: measure(options, compiler, FIRST, options.runs) for compiler in compilers}

@@ -7,10 +7,11 @@ denoising or adaptive sampling, with paths of at most 10 segments and a box filt
 
 First the pictures of both sides are compared, as a whole and in blocks: where they differ by more
 than chance and 2 %, the run fails. Efficiency is 1 / (relMSE × processor seconds), means over
-seeds, against two long runs of gmis: an error is the product of the differences from the two, so
-that their noise is not in it. Seconds of Cycles are those of a run less those of one sample;
-seconds of gmis are those of its process, less what a run of one iteration spends besides rendering.
-The last table has rays alone: a million triangles, direct light, equal samples.
+seeds, against two long runs of gmis that merge within a quarter of its radius: an error is the
+product of the differences from the two, so that their noise is not in it. Seconds of Cycles are
+those of a run less those of one sample; seconds of gmis are those of its process, less what a run
+of one iteration spends besides rendering. The last table has rays alone: a million triangles,
+direct light, equal samples.
 
 Writes the tables in docs/cycles.md.
 """
@@ -25,7 +26,7 @@ import subprocess
 import sys
 
 from cycles import description
-from errors import products
+from errors import relmse
 from measuring import Table, processor_cost, publish, read_pfm
 
 PROGRAM = "gmis-render"
@@ -37,6 +38,7 @@ OPTIONS = {"seeds": 3, "iterations": 64, "size": "96x96", "scenes": list(SCENES)
 BY_ITSELF = False
 DOCUMENT = "docs/cycles.md"
 INTEGRATORS = ("auto", "pt", "vcm")
+REFERENCE = ("gmis", "--radius", "0.8")
 SEGMENTS = 10
 # Rendered with the meshes of Cycles, too.
 WITH_MESHES = ("glass_balls", "diffuse_balls")
@@ -89,19 +91,18 @@ def by_cycles(options, scene, runs, segments=SEGMENTS):
     return pictures
 
 
-def by_gmis(options, scene, integrator, iterations, seed, segments=SEGMENTS):
+def by_gmis(options, scene, integrator, iterations, seed, *more, segments=SEGMENTS):
     """Picture and processor seconds of a run: those of its process, less what a run of one
-    iteration spends besides rendering; and those that the run states, which leave out the estimate
-    of its error."""
+    iteration spends besides rendering."""
     def cost(n):
         stats, picture = options.out / "stats.json", options.out / "picture.pfm"
-        command = [options.program, str(scene), "--threads", "1", "--quiet", "--integrator", integrator, "--max-depth", str(segments), "--size", options.size,
+        command = [options.program, str(scene), "--threads", "1", "--quiet", "--integrator", integrator, *more, "--max-depth", str(segments), "--size", options.size,
                    "--iterations", str(n), "--seed", str(seed), "--stats", str(stats), "--out", str(picture)]
         return processor_cost(command)[0], json.loads(stats.read_text())["seconds"]["cpu"]
 
     one, stated = cost(1)
-    spent, of_rendering = cost(iterations)
-    return read_pfm(options.out / "picture.pfm"), spent - max(0, one - stated), of_rendering
+    spent, _ = cost(iterations)
+    return read_pfm(options.out / "picture.pfm"), spent - max(0, one - stated)
 
 
 # --- Are the pictures alike? ----------------------------------------------------------------------
@@ -137,12 +138,6 @@ def compare(theirs, ours, size):
 # --- Efficiency -----------------------------------------------------------------------------------
 
 
-def relmse(picture, halves):
-    """Mean over all pixels, and without the worst 0.1 % of them."""
-    squares = sorted(products(picture, picture, halves))
-    return statistics.fmean(squares), statistics.fmean(squares[:len(squares) - len(squares) // 1000])
-
-
 def halves_of(pictures, left_out=None):
     """Means of every second picture and of the others, without one."""
     kept = [picture for k, picture in enumerate(pictures) if k != left_out]
@@ -152,7 +147,8 @@ def halves_of(pictures, left_out=None):
 def measure(options, name, alike):
     """Figures of both sides by label: relMSE, trimmed, against Cycles's own pictures, seconds."""
     scene = prepared(options, name, SCENES[name])
-    halves = [by_gmis(options, scene, "auto", options.long * options.iterations, seed)[0] for seed in (1001, 1002)]
+    integrator, *radius = REFERENCE
+    halves = [by_gmis(options, scene, integrator, options.long * options.iterations, seed, *radius)[0] for seed in (1001, 1002)]
     of_gmis = {integrator: (integrator, scene) for integrator in INTEGRATORS}
     if name in WITH_MESHES:
         meshes = options.out / f"{name}_meshes.pbrt"
@@ -163,13 +159,13 @@ def measure(options, name, alike):
         runs["Cycles"] += by_cycles(options, scene, [(options.samples, seed + 1000 * k) for k in range(options.runs_of_cycles)])
         for label, (integrator, file) in of_gmis.items():
             runs[label].append(by_gmis(options, file, integrator, options.iterations, seed))
-    pictures = {label: [picture for picture, *_ in of_label] for label, of_label in runs.items()}
+    pictures = {label: [picture for picture, _ in of_label] for label, of_label in runs.items()}
     alike.take(name, pictures["Cycles"], pictures["pt"] if name in COMPARED_BY_PT else halves)
     own, figures = halves_of(pictures["Cycles"]), {}
     for label, of_label in runs.items():
         errors = [relmse(picture, halves) for picture in pictures[label]]
         to_own = [relmse(picture, halves_of(pictures["Cycles"], k) if label == "Cycles" else own)[1] for k, picture in enumerate(pictures[label])]
-        figures[label] = [*map(statistics.fmean, zip(*errors)), statistics.fmean(to_own), statistics.fmean(seconds for _, seconds, *_ in of_label)]
+        figures[label] = [*map(statistics.fmean, zip(*errors)), statistics.fmean(to_own), statistics.fmean(seconds for _, seconds in of_label)]
     return figures
 
 
@@ -219,17 +215,16 @@ def rays(options):
     runs = {"Cycles": [], "gmis, pt": []}
     for seed in range(1, options.seeds + 1):
         runs["Cycles"] += by_cycles(options, scene, [(options.samples, seed)], segments=2)
-        picture, spent, of_rendering = by_gmis(options, scene, "pt", options.samples, seed, segments=2)
-        runs["gmis, pt"].append((picture, of_rendering, spent))
-    table = Table("a million triangles, direct light", "processor seconds", "with the estimate of the error", "seconds over Cycles", "relMSE", numbers_from=1)
-    pictures = {label: [picture for picture, *_ in of_label] for label, of_label in runs.items()}
+        runs["gmis, pt"].append(by_gmis(options, scene, "pt", options.samples, seed, segments=2))
+    table = Table("a million triangles, direct light", "processor seconds", "over Cycles", "relMSE", numbers_from=1)
+    pictures = {label: [picture for picture, _ in of_label] for label, of_label in runs.items()}
     base = statistics.fmean(seconds for _, seconds in runs["Cycles"])
     for label, of_label in runs.items():
         # Each run against the others of both sides.
         errors = [relmse(picture, halves_of([p for other in pictures for j, p in enumerate(pictures[other]) if (other, j) != (label, k)]))[0]
                   for k, picture in enumerate(pictures[label])]
-        seconds = [statistics.fmean(column) for column in zip(*(seconds for _, *seconds in of_label))]
-        table.add(label, f"{seconds[0]:.2f}", f"{seconds[1]:.2f}" if len(seconds) > 1 else "–", f"{seconds[0] / base:.2f}", f"{statistics.fmean(errors):.2g}")
+        seconds = statistics.fmean(seconds for _, seconds in of_label)
+        table.add(label, f"{seconds:.2f}", f"{seconds / base:.2f}", f"{statistics.fmean(errors):.2g}")
     ratio = statistics.fmean(map(statistics.fmean, pictures["Cycles"])) / statistics.fmean(map(statistics.fmean, pictures["gmis, pt"]))
     table.note(f"{options.size} pixels, {options.samples} samples a pixel, {options.seeds} seeds, one thread; mean of Cycles over gmis: {ratio:.4f}.")
     return table

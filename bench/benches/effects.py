@@ -4,18 +4,18 @@ auto loses by its own choices.
 Every configuration renders every scene for the processor time of 32 iterations of `vcm`, on one
 thread, several seeds; the configurations of a scene take turns, so that a busy machine is fair to
 all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs less time for the
-same error. The time of an iteration is the least of all seeds, since other
-programs on the machine can only add to it; relMSE × iterations is the mean of all. The best fixed
-configuration is picked on some seeds and scored on others. An interval is one of 90 %, from the
-spread of both over the seeds.
+same error. The time of an iteration is the least of all seeds that do the same work (auto may
+choose other counts with another seed), since other programs on the machine can only add to it. The
+best fixed configuration is picked on some seeds and scored on others. An interval is one of 90 %,
+from the spread of both over the seeds.
 
 The regret is auto's work over that of the best of the fixed configurations and of auto with
 emission by power or learned and lights by power or by the light tree, each fixed.
 
-The errors are against a reference that auto had no part in: svcm0, svcm1, tung1 and tung2 have
-those of other renderers; otherwise it is the mean of two long runs of bpt, which has no bias, or,
-where that cannot make or hardly finds some paths, of gmis, which merges locally, with a quarter of
-its merging radius.
+An error is the product of the differences from two references that auto had no part in, so that
+their noise is not in it: svcm0, svcm1, tung1 and tung2 have those of other renderers; otherwise
+they are two long runs of bpt, which has no bias, or, where that cannot make or hardly finds some
+paths, of gmis, which merges locally, with a quarter of its merging radius.
 
 Writes out/effects/runs.json, and two tables in docs/effects.md: `effects`, of eighteen scenes, and
 `regret`, of all.
@@ -23,6 +23,7 @@ Writes out/effects/runs.json, and two tables in docs/effects.md: `effects`, of e
 
 import concurrent.futures
 import functools
+import hashlib
 import itertools
 import json
 import math
@@ -32,7 +33,7 @@ import statistics
 
 import errors
 import measuring
-from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, write_pfm
+from measuring import ALL, FOREIGN, FOURTEEN, Table, depth_of, publish, read_pfm, scene_file
 
 PROGRAM = "gmis-render"
 OPTIONS = {"seeds": 4, "size": "128x128", "scenes": ALL}
@@ -43,7 +44,7 @@ STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 
 
 # The reference is by bpt, except in these scenes, where bpt hardly finds some of the paths.
 FOUND_BY_MERGING = {"paper1", "paper3", "paper4", "caustic_pool", "light_behind_glass", "mirror_hall", "mixed", "camera_in_water", "panes",
-                    "rare_caustic", "telephoto"}
+                    "rare_caustic", "smallvcm_point", "studio", "telephoto"}
 
 FIXED = {"pt": ["--integrator", "pt"]}
 for name, light_paths, connections in (("bpt", 0.25, 1), ("bpt", 1, 1), ("bpt", 1, 2), ("vcm", 0.25, 1), ("vcm", 1, 1), ("vcm", 1, 2)):
@@ -57,7 +58,7 @@ for light_paths, factor in ((0.25, 4), (0.25, 12), (0.5, 8), (1, 8)):
 OPEN = {f"auto, emission {emission}, lights {lights}": ["--integrator", "auto", "--emission", emission, "--lights", lights]
         for emission, lights in itertools.product(("power", "learned"), ("power", "receiver"))}
 POOLS = {"fixed": FIXED, "any": FIXED | OPEN}
-MEASURES = ("relmse", "relmse_trimmed")
+MEASURES = ("relMSE", "trimmed")
 OLD = "vcm, independent numbers"
 PLAIN = {"vcm": ["--integrator", "vcm"], OLD: ["--integrator", "vcm", "--sampler", "independent"], "auto": ["--integrator", "auto"]}
 
@@ -66,36 +67,24 @@ def render(options, scene, extra, stats):
     return measuring.render(options, scene, f"--size {options.size}", depth_of(scene), extra, stats=stats, picture=stats.with_suffix(".pfm"))
 
 
-def halves_of_reference(options, name):
-    """Two pictures whose mean is the reference; those of other renderers stand for both."""
+def references_of(options, pool, name):
+    """The two references of a scene. References made here are kept, for the same scene file and
+    settings."""
     if name in FOREIGN:
-        return [pathlib.Path(FOREIGN[name]).with_suffix(".pfm")] * 2
-    return [options.out / "references" / f"{name}_{half}.pfm" for half in "ab"]
-
-
-def make_reference(options, pool, name):
-    """The mean of two runs, kept for the next time; how far they are apart says how noisy it is."""
-    if name in FOREIGN:
-        return pathlib.Path(FOREIGN[name]).with_suffix(".pfm")
-    integrator = "gmis" if name in FOUND_BY_MERGING else "bpt"
+        file = pathlib.Path(FOREIGN[name])
+        return [read_pfm(file.with_name(f"{file.stem}_{half}.pfm")) for half in "ab"]
+    extra = ["--time", str(options.reference_time), *("--integrator gmis --radius 0.8" if name in FOUND_BY_MERGING else "--integrator bpt").split()]
     folder = options.out / "references"
     folder.mkdir(parents=True, exist_ok=True)
-    file = folder / f"{name}_{options.size}_{options.reference_time:g}.pfm"
-    if file.exists():
-        return file
-    extra = ["--integrator", integrator, "--time", str(options.reference_time)]
-    if integrator == "gmis":
-        extra += ["--radius", "0.8"]
-    halves = halves_of_reference(options, name)
-    jobs = [pool.submit(render, options, name, [*extra, "--seed", str(1000 + i)], half.with_suffix(".json")) for i, half in enumerate(halves)]
-    for job in jobs:
+    key = hashlib.sha256("\n".join([scene_file(name).read_text(), options.size, *extra]).encode()).hexdigest()[:8]
+    halves = [folder / f"{name}_{key}_{half}.pfm" for half in "ab"]
+    missing = [(k, half) for k, half in enumerate(halves) if not half.exists()]
+    for job in [pool.submit(render, options, name, [*extra, "--seed", str(1000 + k)], half.with_suffix(".json")) for k, half in missing]:
         job.result()
-    a, b = (read_pfm(half) for half in halves)
-    mean = [(x + y) / 2 for x, y in zip(a, b)]
-    write_pfm(file, mean, options.size)
-    noise = statistics.fmean((x - y) ** 2 / 4 / (m * m + 0.01) for x, y, m in zip(a, b, mean))
-    print(f"{name}: reference by {integrator}, relMSE of its own about {noise:.2g}", flush=True)
-    return file
+    pictures = [read_pfm(half) for half in halves]
+    noise = statistics.fmean((x - y) ** 2 / 4 / (((x + y) / 2) ** 2 + 0.01) for x, y in zip(*pictures))
+    print(f"{name}: references with {' '.join(extra)}, relMSE of their mean about {noise:.2g}", flush=True)
+    return pictures
 
 
 def geometric_mean(values):
@@ -115,13 +104,20 @@ def describe(stats):
     return words, choice["pilot_share"]
 
 
+def work_done(stats):
+    """The counts and the use of lights, on which the time of an iteration depends."""
+    return json.dumps([stats["sample_counts"], {key: chosen for key, chosen in stats["light_use"].items() if isinstance(chosen, bool)}], sort_keys=True)
+
+
 def work(runs, measure):
-    """relMSE × processor seconds of runs with several seeds: its estimate and the standard error of
-    its logarithm."""
-    figures = [r["error"][measure] * r["iterations"] for r in runs]
-    mean = statistics.fmean(figures)
-    error = statistics.stdev(figures) / mean / math.sqrt(len(figures)) if len(figures) > 1 else math.inf
-    return mean * min(r["seconds"]["cpu"] / r["iterations"] for r in runs), error
+    """relMSE × processor seconds of runs with several seeds: its mean and the standard error of its
+    logarithm."""
+    least = {}
+    for run in runs:
+        least[run["did"]] = min(run["seconds an iteration"], least.get(run["did"], math.inf))
+    works = [run[measure] * run["iterations"] * least[run["did"]] for run in runs]
+    mean = statistics.fmean(works)
+    return mean, statistics.stdev(works) / mean / math.sqrt(len(works)) if len(works) > 1 else math.inf
 
 
 def ratio(one, other, seeds):
@@ -134,15 +130,14 @@ def ratio(one, other, seeds):
 def add_options(parser):
     parser.add_argument("--reference-time", type=float, default=15, help="seconds of each half of a reference")
     parser.add_argument("--picking-seeds", type=int, default=2)
-    parser.add_argument("--keep", action="store_true", help="take the runs that are there already, and add what is missing")
 
 
 def compare(options, pool, name):
     """Runs all configurations for the same processor time. The best of each of POOLS by each
     measure is picked on some seeds; it and the plain ones are scored on further ones. Returns the
-    names of the best, the works by measure and configuration, and the statistics of the runs of
-    auto with their pictures."""
-    reference = make_reference(options, pool, name)
+    names of the best, the works by measure and configuration, the statistics and pictures of the
+    runs of auto, and the references."""
+    references = references_of(options, pool, name)
     candidates, others = POOLS["any"], PLAIN if name in EIGHTEEN else {"auto": PLAIN["auto"]}
     configurations = candidates | others
 
@@ -160,42 +155,37 @@ def compare(options, pool, name):
         tried = 32 if "auto" in extra else 8
         return max(4, round(tried * seconds() / cost(extra, tried)))
 
-    def stats_of(label, seed):
-        return options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}.json"
-
-    def is_kept(label, seed):
-        return options.keep and stats_of(label, seed).exists()
-
     def start(label, seed):
-        stats = stats_of(label, seed)
-        if is_kept(label, seed):  # its iterations were found when it ran
-            return pool.submit(lambda: json.loads(stats.read_text()))
-        extra = [*configurations[label], "--iterations", str(iterations(label)), "--seed", str(seed), "--reference", str(reference)]
-        return pool.submit(render, options, name, extra, stats)
+        stats = options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}.json"
+        extra = [*configurations[label], "--iterations", str(iterations(label)), "--seed", str(seed)]
+        return pool.submit(render, options, name, extra, stats), stats.with_suffix(".pfm")
 
     def runs_of(labels, seeds):  # they take turns
         for label in labels:  # the paces first: no run stands beside one
-            if not all(is_kept(label, seed) for seed in seeds):
-                iterations(label)
+            iterations(label)
         jobs = {(label, seed): start(label, seed) for seed in seeds for label in labels}
-        return {label: [jobs[label, seed].result() for seed in seeds] for label in labels}
+        return {label: [(jobs[label, seed][0].result(), jobs[label, seed][1]) for seed in seeds] for label in labels}
 
-    picked = runs_of(candidates, range(options.picking_seeds))
+    def scored(runs):
+        return [dict(zip(MEASURES, errors.relmse(read_pfm(picture), references))) | {
+            "did": work_done(stats), "iterations": stats["iterations"], "seconds an iteration": stats["seconds"]["cpu"] / stats["iterations"]}
+            for stats, picture in runs]
+
+    picked = {label: scored(runs) for label, runs in runs_of(candidates, range(options.picking_seeds)).items()}
     best = {(of, m): min(labels, key=lambda label: work(picked[label], m)[0]) for of, labels in POOLS.items() for m in MEASURES}
-    scored = dict.fromkeys([*best.values(), *others])
-    runs = runs_of(scored, range(options.picking_seeds, options.picking_seeds + options.seeds))
-    of_auto = [(stats, stats_of("auto", options.picking_seeds + i).with_suffix(".pfm")) for i, stats in enumerate(runs["auto"])]
-    return best, {(m, label): work(runs[label], m) for m in MEASURES for label in scored}, of_auto
+    runs = runs_of(dict.fromkeys([*best.values(), *others]), range(options.picking_seeds, options.picking_seeds + options.seeds))
+    figures = {label: scored(of_label) for label, of_label in runs.items()}
+    return best, {(m, label): work(of_label, m) for m in MEASURES for label, of_label in figures.items()}, runs["auto"], references
 
 
-def bounds_held(options, name, runs):
+def bounds_held(options, name, runs, references):
     """In how many of the runs that merge, with their pictures, the stated bound of the bias is not
     surely broken, by two standard errors; and how many merge."""
     merging = [(stats["estimate"]["merging_bias_bound"], picture) for stats, picture in runs if stats["sample_counts"]["merges"]]
     if len(merging) < 2:
         return 0, 0
     width = int(options.size.split("x")[0])
-    square, error = errors.squared_bias([read_pfm(picture) for _, picture in merging], [read_pfm(half) for half in halves_of_reference(options, name)], width)
+    square, error = errors.squared_bias([read_pfm(picture) for _, picture in merging], references, width)
     print(f"{name}: squared bias {square:.2g} ± {error:.2g}, bounds", *(f"{bound:.4f}" for bound, _ in merging), flush=True)
     return sum(bound**2 >= square - 2 * error for bound, _ in merging), len(merging)
 
@@ -223,7 +213,7 @@ def table_of_effects(options, rows):
     table.add("geometric mean", "", "", *(cell for m in MEASURES for cell in ("", *(of_all(rows, (m, other)) for other in ("fixed", "vcm", OLD)))))
     table.note(f"{options.size} pixels, the time of {ITERATIONS_OF_VCM} iterations of `vcm` with independent numbers, {options.picking_seeds} seeds to pick "
                f"and {options.seeds} to score; in brackets intervals of 90 %. Auto is not surely more than 1.10 times as dear as the best in "
-               f"{not_surely_dear(rows, ('relmse', 'fixed'))}, trimmed in {not_surely_dear(rows, ('relmse_trimmed', 'fixed'))}.")
+               f"{not_surely_dear(rows, ('relMSE', 'fixed'))}, trimmed in {not_surely_dear(rows, ('trimmed', 'fixed'))}.")
     publish(options, table, DOCUMENT)
 
 
@@ -233,8 +223,8 @@ def table_of_regret(options, rows):
         table.add(row["name"], *(text for m in MEASURES for text in (row["best"]["any", m], cell(row[m, "any"]))))
     table.add("geometric mean", *(cell for m in MEASURES for cell in ("", of_all(rows, (m, "any")))))
     held, merging = (sum(column) for column in zip(*(row["bounds"] for row in rows)))
-    table.note(f"As above. Auto is not surely more than 1.10 times as dear as the best in {not_surely_dear(rows, ('relmse', 'any'))}, trimmed in "
-               f"{not_surely_dear(rows, ('relmse_trimmed', 'any'))}. Bounds of the bias of merging, as auto's runs state them, were not broken in {held} "
+    table.note(f"As above. Auto is not surely more than 1.10 times as dear as the best in {not_surely_dear(rows, ('relMSE', 'any'))}, trimmed in "
+               f"{not_surely_dear(rows, ('trimmed', 'any'))}. Bounds of the bias of merging, as auto's runs state them, were not broken in {held} "
                f"of {merging} runs that merge.")
     publish(options, table, DOCUMENT, "regret")
 
@@ -245,10 +235,10 @@ def run(options):
     rows, all_runs = [], {}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
-            best, works, of_auto = compare(options, pool, name)
+            best, works, of_auto, references = compare(options, pool, name)
             all_runs[name] = {f"{m} {label}": value for (m, label), value in works.items()}
             choice, share = describe(of_auto[0][0])
-            row = {"name": name, "choice": choice, "pilot": share, "best": best, "bounds": bounds_held(options, name, of_auto)}
+            row = {"name": name, "choice": choice, "pilot": share, "best": best, "bounds": bounds_held(options, name, of_auto, references)}
             for m in MEASURES:
                 for other in (*POOLS, *((OLD, "vcm") if name in EIGHTEEN else ())):
                     row[m, other] = ratio(works[m, "auto"], works[m, best[other, m] if other in POOLS else other], options.seeds)

@@ -1,10 +1,11 @@
 """The cost of a pilot: its processor time over that of the iterations of the run.
 
-Every scene is rendered by `auto` with 8, 16 and 64 iterations, in turns. The processor time after
-four iterations, the second point of the log, less that of four such as come later, is the pilot's:
-with it come the first numbers of light vertices, cold caches and whatever else a run begins with.
-Estimates of the error, which the log asks for, are in the times of iterations. The least of several
-runs counts.
+Every scene is rendered by `auto` with 8, 16 and 64 iterations, in turns. The log has the processor
+time after 4, 6, 8, 12, 16 … iterations, with an estimate of the error in each. Between two points
+the least of several runs counts; what an estimate takes is told by intervals of unequal length in
+the longest run. The pilot has the time after four iterations that four iterations and an estimate
+do not explain: with it come the first numbers of light vertices, cold caches and whatever else a
+run begins with.
 
 Writes the table in docs/effects.md.
 """
@@ -21,15 +22,29 @@ LENGTHS = (8, 16, 64)
 FIRST = 4
 
 
-def seconds(options, name, iterations):
-    """Processor seconds of the run's beginning that later iterations do not take, and of one of
-    those."""
+def times_of(options, name, iterations):
+    """Processor seconds of a run up to its point after FIRST iterations, and from each point to the
+    next, by the iteration that it ends with."""
     log = options.out / "log.csv"
     render(options, name, f"--size {options.size} --iterations {iterations} --log {log}")
     with log.open() as file:
-        after = {int(row["iteration"]): float(row["cpu_seconds"]) for row in csv.DictReader(file)}
-    later = (after[iterations] - after[FIRST]) / (iterations - FIRST)
-    return after[FIRST] - FIRST * later, later
+        points = [(int(row["iteration"]), float(row["cpu_seconds"])) for row in csv.DictReader(file)]
+    points = [point for point in points if point[0] >= FIRST]
+    return {points[0][0]: points[0][1]} | {n: seconds - before for (_, before), (n, seconds) in zip(points, points[1:])}
+
+
+def line_through(points):
+    """Slope and height of the line of least squares."""
+    xs, ys = zip(*points)
+    x, y = statistics.fmean(xs), statistics.fmean(ys)
+    slope = sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a in xs)
+    return slope, y - slope * x
+
+
+def lengths(least):
+    """(iterations, seconds) of each interval after the first point."""
+    ends = sorted(least)
+    return [(end - begin, least[end]) for begin, end in zip(ends, ends[1:])]
 
 
 def run(options):
@@ -39,14 +54,17 @@ def run(options):
         runs = {n: [] for n in LENGTHS}
         for _ in range(options.runs):
             for n in LENGTHS:
-                runs[n].append(seconds(options, name, n))
-        cells = [name, f"{1000 * min(later for _, later in runs[LENGTHS[-1]]):.1f}"]
-        for n in LENGTHS:
-            pilot, later = (min(column) for column in zip(*runs[n]))
-            shares[n].append(pilot / (n * later))
+                runs[n].append(times_of(options, name, n))
+        least = {n: {end: min(times[end] for times in runs[n]) for end in runs[n][0]} for n in LENGTHS}
+        iteration, estimate = line_through(lengths(least[LENGTHS[-1]]))
+        cells = [name, f"{1000 * iteration:.1f}"]
+        for n in LENGTHS:  # the counts of shorter runs may be others
+            intervals = lengths(least[n])
+            one = sum(seconds - estimate for _, seconds in intervals) / (n - FIRST)
+            pilot = least[n][FIRST] - FIRST * one - estimate
+            shares[n].append(pilot / (n * one))
             cells += [f"{1000 * pilot:.1f}", f"{100 * shares[n][-1]:.1f} %"]
         table.add(*cells)
     table.add("mean", "", *(cell for n in LENGTHS for cell in ("", f"{100 * statistics.fmean(shares[n]):.1f} %")))
     table.note(f"{options.size} pixels, the least of {options.runs} runs.")
     publish(options, table, DOCUMENT)
-

@@ -2,11 +2,12 @@
 
 For every scene the same run is made with many seeds, and its picture is kept after a sixteenth and
 a quarter of the iterations and at the end, each time from the checkpoint of the last; from one to
-the next the error halves, or nearly so. The error of a run at its end is against the mean of the
-other seeds, which differ from it by noise alone: no reference is needed, and merging's bias, which
-all seeds have alike, is not in it. What the run said that this error costs is divided by what it
-then took: by the pilot's forecast before the run, by its log at a quarter of the iterations (half
-the error), and by its log at a sixteenth (a quarter of the error).
+the next the error halves, or nearly so. The run is planned for the sixteenth: its pilot chooses and
+forecasts for that many iterations, and the rest has the same counts. The error of a run at its end
+is against the mean of the other seeds, which differ from it by noise alone: no reference is needed,
+and merging's bias, which all seeds have alike, is not in it. What the run said that this error
+costs is divided by what it then took: by the pilot's forecast before the run, by its log at a
+quarter of the iterations (half the error), and by its log at a sixteenth (a quarter of the error).
 
 Writes out/prices/runs.json, and the table in docs/accuracy-and-time.md.
 """

@@ -40,7 +40,6 @@ def run_once(options, integrator, ranks):
 
 def run(options):
     options.program = str(pathlib.Path(options.program).resolve())
-    options.is_whole = all(getattr(options, name) == value for name, value in OPTIONS.items())
     table = Table("integrator", "ranks", "wall seconds", "speed-up", "seconds waiting", "MB exchanged", "seconds exchanging",
                   "MB gathered", "seconds gathering", "MB of rank 0", numbers_from=1)
     for integrator in ("vcm", "auto"):

@@ -1,10 +1,10 @@
 """How the time of a run grows with light vertices, lights and the depth of paths.
 
 Light vertices: the classic box with more and more light trees, merging within a small disk; seconds
-of tracing, storing and sorting, per vertex. Lights: a floor under points of light, one next event a
-pixel, chosen by power and for the receiver. Depth: a ball of albedo 1 with a lamp in it, in which
-every path has its greatest length, and every vertex one connection. The scenes are written by this
-script. The least of several runs counts. Triangles are in docs/bvh.md.
+of tracing, storing and sorting, per vertex. Lights: a floor under points of light, a camera ray and
+a next event a pixel, chosen by power and for the receiver. Depth: a ball of albedo 1 with a lamp in
+it, in which every path has its greatest length, and every vertex one connection. The scenes are
+written by this script. The least of several runs counts. Triangles are in docs/bvh.md.
 
 Threads: the wall time of a whole run by one thread over that by two, and what the machine gives at
 most: twice the time of one run with one thread over that of two such runs at once. In turns, the
@@ -43,9 +43,14 @@ def ball_scene(folder):
     return file
 
 
-def stats_of(options, scene, arguments):
-    """Statistics of the run with the least processor time."""
-    return min((render(options, scene, "--size 128x128", arguments) for _ in range(options.runs)), key=lambda stats: stats["seconds"]["cpu"])
+def runs_of(options, scene, arguments):
+    """The statistics of equal runs."""
+    return [render(options, scene, "--size 128x128", arguments) for _ in range(options.runs)]
+
+
+def wall_of(phase, runs):
+    """The least wall seconds of a phase."""
+    return min(run["seconds"]["phase"][phase] for run in runs)
 
 
 def wall_seconds(options, scene, threads, processes):
@@ -85,22 +90,21 @@ def run(options):
         table.add(what, number, f"{time:.3g} {unit}", size)
 
     for trees in (4, 40, 280):
-        run = stats_of(options, "cornell", f"--integrator vcm --connections 1 --radius 0.05 --iterations 2 --light-paths {trees}")
-        vertices = run["counts"]["photons_stored"] / run["iterations"]
-        phases = run["seconds"]["phase"]
-        for what, names in (("light vertices: traced", ["light"]), ("light vertices: sorted into the grid", ["grid"])):
-            add(what, f"{vertices:.2g}", 1e9 * sum(phases[name] for name in names) / run["iterations"] / vertices, "ns",
-                f"{run['memory']['photon_bytes'] / vertices:.0f}" if "grid" in names else "")
+        runs = runs_of(options, "cornell", f"--integrator vcm --connections 1 --radius 0.05 --iterations 2 --light-paths {trees}")
+        vertices = runs[0]["counts"]["photons_stored"] / runs[0]["iterations"]
+        for what, phase in (("light vertices: traced", "light"), ("light vertices: sorted into the grid", "grid")):
+            add(what, f"{vertices:.2g}", 1e9 * wall_of(phase, runs) / runs[0]["iterations"] / vertices, "ns",
+                f"{runs[0]['memory']['photon_bytes'] / vertices:.0f}" if phase == "grid" else "")
     for way in ("power", "receiver"):
         for count in (10, 1000, 100000):
-            run = stats_of(options, lights_scene(options.out, count), f"--integrator pt --max-depth 2 --sampler independent --iterations 16 --lights {way}")
-            add(f"lights, chosen by {way}: a next event", count, 1e9 * run["seconds"]["phase"]["camera"] / run["counts"]["camera_paths"], "ns")
+            runs = runs_of(options, lights_scene(options.out, count), f"--integrator pt --max-depth 2 --sampler independent --iterations 16 --lights {way}")
+            add(f"lights, chosen by {way}: a path of two segments", count, 1e9 * wall_of("camera", runs) / runs[0]["counts"]["camera_paths"], "ns")
     ball = ball_scene(options.out)
     for integrator in ("pt", "bpt", "vcm"):
         for depth in (16, 64, 256):
             connections = {"pt": "", "bpt": "--connections 1", "vcm": "--connections 1 --radius 0.05"}[integrator]
-            run = stats_of(options, ball, f"--integrator {integrator} {connections} --sampler independent --iterations {1024 // depth} --max-depth {depth}")
-            add(f"depth, {integrator}: a segment of a subpath", depth, 1e9 * run["seconds"]["cpu"] / run["counts"]["rays"], "ns")
-    table.note(f"128x128 pixels, the least of {options.runs} runs, one thread.")
+            runs = runs_of(options, ball, f"--integrator {integrator} {connections} --sampler independent --iterations {1024 // depth} --max-depth {depth}")
+            add(f"depth, {integrator}: a segment of a subpath", depth, 1e9 * min(run["seconds"]["cpu"] for run in runs) / runs[0]["counts"]["rays"], "ns")
+    table.note(f"128x128 pixels, the least of {options.runs} runs, one thread. Wall time of light vertices and lights, processor time of depth.")
     publish(options, table, DOCUMENT)
 

@@ -3,10 +3,11 @@
 Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), copies it, sets the size of the
 picture, one thread and the seed in its source, compiles it as the programs here are, and renders
 its four scenes with its own algorithms and with --integrator auto of gmis-render. Efficiency is 1 /
-(relMSE × processor seconds), means over seeds. The reference pictures of two scenes are in
-tests/program/reference. SmallVCM makes the other two first, with another seed: under a
-point light by vcm, for bpt lacks the caustics that are seen in mirrors, under a background by bpt.
-A fault of its own, if there is one, is then in the reference, to our disadvantage.
+(relMSE × processor seconds), means over seeds. An error is the product of the differences from two
+references, so that their noise is not in it. The references of two scenes are in tests/program/reference.
+SmallVCM makes the others first, with other seeds: under a point light by vcm, for bpt lacks the
+caustics that are seen in mirrors, under a background by bpt. A fault of its own, if there is one,
+is then in the reference, to our disadvantage.
 
 Writes the table in docs/smallvcm.md. Without a checkout nothing is measured.
 """
@@ -19,6 +20,7 @@ import shutil
 import statistics
 import subprocess
 
+from errors import relmse
 from measuring import Table, publish, read_pfm, render
 
 PROGRAM = "gmis-render"
@@ -26,7 +28,7 @@ OPTIONS = {"seeds": 6, "iterations": 64}
 BY_ITSELF = False
 DOCUMENT = "docs/smallvcm.md"
 REFERENCES = pathlib.Path("tests/program/reference")
-# Name: file, number in SmallVCM, and what makes the reference where there is none.
+# Name: file, number in SmallVCM, and what makes the references where there are none.
 SCENES = {"svcm0": (REFERENCES / "svcm0.pbrt", 0, None), "svcm1": (REFERENCES / "svcm1.pbrt", 1, None),
           "point": (pathlib.Path("bench/scenes/smallvcm/point.pbrt"), 2, "vcm"),
           "background": (pathlib.Path("bench/scenes/smallvcm/background.pbrt"), 3, "bpt")}
@@ -64,13 +66,6 @@ def read_hdr(file):
     return values
 
 
-def relmse(picture, truth):
-    """Mean over all pixels, and without the worst 0.1 % of them."""
-    pixels = sorted(sum((picture[k + c] - truth[k + c]) ** 2 / (truth[k + c] ** 2 + 0.01) for c in range(3)) / 3 for k in range(0, len(truth), 3))
-    kept = pixels[:len(pixels) - len(pixels) // 1000]
-    return statistics.fmean(pixels), statistics.fmean(kept)
-
-
 def theirs(program, options, scene, algorithm, seed, iterations):
     picture = options.out / "picture.hdr"
     said = subprocess.run([str(program), "-s", str(SCENES[scene][1]), "-a", algorithm, "-i", str(iterations), "-o", str(picture)], check=True,
@@ -83,23 +78,24 @@ def ours(options, scene, iterations, seed):
     return read_pfm(options.out / "picture.pfm"), stats["seconds"]["cpu"]
 
 
-def reference_of(program, options, scene):
+def references_of(program, options, scene):
+    """Two pictures of independent noise."""
     file, _, algorithm = SCENES[scene]
     if algorithm is None:
-        return read_pfm(file.with_suffix(".pfm"))
-    return theirs(program, options, scene, algorithm, 999, options.reference_iterations)[0]
+        return [read_pfm(file.with_name(f"{file.stem}_{half}.pfm")) for half in "ab"]
+    return [theirs(program, options, scene, algorithm, seed, options.reference_iterations)[0] for seed in (998, 999)]
 
 
 def add_options(parser):
     parser.add_argument("checkout", type=pathlib.Path, help="of SmallVCM")
-    parser.add_argument("--reference-iterations", type=int, default=2000, help="of the pictures that SmallVCM makes for comparison")
+    parser.add_argument("--reference-iterations", type=int, default=2000, help="of each picture that SmallVCM makes for comparison")
 
 
 def run(options):
     program = build(options.checkout, options.out)
     table = Table("scene", "", "relMSE", "trimmed", "processor seconds", "efficiency over SmallVCM's vcm", "trimmed")
     for scene in SCENES:
-        truth = reference_of(program, options, scene)
+        references = references_of(program, options, scene)
         runs = {f"SmallVCM, {algorithm}": (lambda seed, a=algorithm: theirs(program, options, scene, a, seed, options.iterations)) for algorithm in ALGORITHMS}
         for times in (1, 3):
             runs[f"auto, {times * options.iterations} iterations"] = lambda seed, n=times * options.iterations: ours(options, scene, n, seed)
@@ -107,7 +103,7 @@ def run(options):
         for seed in range(1, options.seeds + 1):  # in turns
             for label, run in runs.items():
                 picture, seconds = run(seed)
-                figures[label].append((*relmse(picture, truth), seconds))
+                figures[label].append((*relmse(picture, references), seconds))
         means = {label: [statistics.fmean(column) for column in zip(*rows)] for label, rows in figures.items()}
         base = means["SmallVCM, vcm"]
         for label, (error, trimmed, seconds) in means.items():
