@@ -4,10 +4,10 @@ Takes a checkout of SmallVCM (github.com/SmallVCM/SmallVCM), copies it, sets the
 picture, one thread and the seed in its source, compiles it as the programs here are, and renders
 its four scenes with its own algorithms and with --integrator auto of gmis-render. Efficiency is 1 /
 (relMSE × processor seconds), means over seeds. An error is the product of the differences from two
-references, so that their noise is not in it. The references of two scenes are in tests/program/reference.
-SmallVCM makes the others first, with other seeds: under a point light by vcm, for bpt lacks the
-caustics that are seen in mirrors, under a background by bpt. A fault of its own, if there is one,
-is then in the reference, to our disadvantage.
+references, so that their noise is not in it. The references of two scenes are in
+tests/program/reference. SmallVCM makes the others first, with other seeds: under a point light by
+vcm, for bpt lacks the caustics that are seen in mirrors, under a background by bpt. A fault of its
+own, if there is one, is then in the reference, to our disadvantage.
 
 Writes the table in docs/smallvcm.md. Without a checkout nothing is measured.
 """

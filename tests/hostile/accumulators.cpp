@@ -43,9 +43,8 @@ void check(const Stream& stream, std::uint64_t count, double variance_bound, boo
   const double of_film = error(film.mean(0, 0), mean), of_moments = error(moments.mean(), mean);
   double of_complete_batches = 0.0;
   for (std::size_t b = 0; b < batches.batch_count(); ++b)
-    of_complete_batches += static_cast<double>(batches.batch(b)[0]) / static_cast<double>(batches.batch_count());
-  const double of_batches =
-      error(of_complete_batches, stream.mean(batches.batch_count() * batches.iterations_per_batch()));
+    of_complete_batches += static_cast<double>(batches.value(b, 0)) / static_cast<double>(batches.batch_count());
+  const double of_batches = error(of_complete_batches, stream.mean(batches.batch_count() * batches.iterations_of(0)));
   CAPTURE(stream.name, count, of_film, of_moments, of_batches);
   // Each sample may cost a mean in double half its last place, which adds up to 1e-7 after 1e9 of
   // them; it is less.

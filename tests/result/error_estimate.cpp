@@ -26,7 +26,7 @@ TEST_CASE("Batches are the means of their iterations, and there are never too ma
   for (int iteration = 1; iteration <= 1000; ++iteration) {
     const auto value = static_cast<float>(iteration);
     means.add_iteration(std::vector<float>{value, 2.0F * value, -value});
-    const auto length = static_cast<double>(means.iterations_per_batch());
+    const auto length = static_cast<double>(means.iterations_of(0));
     CAPTURE(iteration, length);
     REQUIRE(means.batch_count() <= capacity);
     if (iteration > static_cast<int>(capacity)) REQUIRE(means.batch_count() >= capacity / 2);
@@ -34,9 +34,9 @@ TEST_CASE("Batches are the means of their iterations, and there are never too ma
     REQUIRE(iteration - static_cast<int>(length) * static_cast<int>(means.batch_count()) < static_cast<int>(length));
     for (std::size_t b = 0; b < means.batch_count(); ++b) {
       const double expected = static_cast<double>(b) * length + (length + 1.0) / 2.0;
-      REQUIRE(static_cast<double>(means.batch(b)[0]) == Approx(expected).epsilon(1e-6));
-      REQUIRE(static_cast<double>(means.batch(b)[1]) == Approx(2.0 * expected).epsilon(1e-6));
-      REQUIRE(static_cast<double>(means.batch(b)[2]) == Approx(-expected).epsilon(1e-6));
+      REQUIRE(static_cast<double>(means.value(b, 0)) == Approx(expected).epsilon(1e-6));
+      REQUIRE(static_cast<double>(means.value(b, 1)) == Approx(2.0 * expected).epsilon(1e-6));
+      REQUIRE(static_cast<double>(means.value(b, 2)) == Approx(-expected).epsilon(1e-6));
     }
   }
 }
@@ -79,8 +79,8 @@ class Picture {
     double error = 0, own = 0;
     for (std::size_t p = 0; p < quiet_.size(); ++p) {
       double mean = 0, squares = 0;
-      for (std::size_t b = 0; b < batches; ++b) mean += means.batch(b)[p] / static_cast<double>(batches);
-      for (std::size_t b = 0; b < batches; ++b) squares += std::pow(means.batch(b)[p] - mean, 2);
+      for (std::size_t b = 0; b < batches; ++b) mean += means.value(b, p) / static_cast<double>(batches);
+      for (std::size_t b = 0; b < batches; ++b) squares += std::pow(means.value(b, p) - mean, 2);
       error += std::pow(mean - truth(p), 2) / (std::pow(truth(p), 2) + gmis::relative_error_floor);
       own += squares / static_cast<double>(batches * (batches - 1)) / (mean * mean + gmis::relative_error_floor);
     }

@@ -33,9 +33,11 @@ concept SceneWithReceiverChoice = Scene<S> &&
 
 /// The runs that choose the lights of next events for their receiver.
 enum class ReceiverChoice : std::uint8_t {
-  never,          ///< none: they choose as light subpaths do
-  always,         ///< all
-  where_it_pays,  ///< those whose first samples say that it gains (transport/emission/learn_lights.hpp)
+  never,   ///< none: they choose as light subpaths do
+  always,  ///< all
+  /// Runs whose first samples say that it gains (transport/emission/learn_lights.hpp); none where
+  /// the lights are no `GuidableLight`.
+  where_it_pays,
 };
 
 /// A scene with the optional member `receiver_choice()`: the runs that use its choice for the

@@ -15,12 +15,6 @@ struct SolidAnglePdf {
   T value{};  ///< the density
 };
 
-/// Probability density per unit area of a surface.
-template <std::floating_point T>
-struct AreaPdf {
-  T value{};  ///< the density
-};
-
 /// Both densities of one scattering event, per steradian without the cosine: `forward` of `to_next`
 /// given `to_prev`, `reverse` of `to_prev` given `to_next` (for a subpath from the other end of the
 /// path).
@@ -35,12 +29,6 @@ struct DirectionPdfs {
 template <std::floating_point T>
 [[nodiscard]] constexpr T solid_angle_per_area(T cos_at_point, T distance_squared) noexcept {
   return (cos_at_point < T(0) ? -cos_at_point : cos_at_point) / distance_squared;
-}
-
-/// The density per area of a point whose direction has the density `pdf` per steradian.
-template <std::floating_point T>
-[[nodiscard]] constexpr AreaPdf<T> to_area(SolidAnglePdf<T> pdf, T cos_at_point, T distance_squared) noexcept {
-  return {pdf.value * solid_angle_per_area(cos_at_point, distance_squared)};
 }
 
 /// True for a density from which a weight can be formed: positive and finite.

@@ -75,10 +75,14 @@ template <Spectrum S>
 }
 
 template <Spectrum S>
-[[nodiscard]] constexpr ScalarOf<S> mean_channel(const S& s) noexcept {
+[[nodiscard]] constexpr ScalarOf<S> channel_sum(const S& s) noexcept {
   ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
   for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);
-  return sum / static_cast<ScalarOf<S>>(SpectrumTraits<S>::channel_count);
+  return sum;
+}
+template <Spectrum S>
+[[nodiscard]] constexpr ScalarOf<S> mean_channel(const S& s) noexcept {
+  return channel_sum(s) / static_cast<ScalarOf<S>>(SpectrumTraits<S>::channel_count);
 }
 
 /// True when every channel is zero.

@@ -28,7 +28,7 @@ struct Checkpoint {
 namespace detail {
 
 /// Changes with every change of the state's layout.
-inline constexpr std::string_view checkpoint_format = "gmis checkpoint 7\n";
+inline constexpr std::string_view checkpoint_format = "gmis checkpoint 8\n";
 
 /// The bytes of a checkpoint with this state.
 GMIS_RARE [[nodiscard]] inline std::vector<std::byte> checkpoint_bytes(RunIdentity identity,

@@ -35,6 +35,7 @@ template <Spectrum S>
   RejectionLog rejections;
   for (RunRecord<S>& part : parts) {
     if (part.part.of != parts.front().part.of) reject_argument("the parts are of runs of different lengths");
+    if (!(part.counts == parts.front().counts)) reject_argument("the pilots of the parts have chosen other counts");
     if (part.part.first > expected) refuse(expected, part.part.first - 1, "are missing");
     if (part.part.first < expected) refuse(part.part.first, expected - 1, "are there twice");
     expected = part.part.first + part.state.iterations;
@@ -42,14 +43,10 @@ template <Spectrum S>
       refuse(expected, part.part.last, "are missing: go on from the checkpoint of their part");
     if (&part == &parts.front()) {
       // All parts have run the same pilot: its work counts once.
-      whole.counts = part.counts;
-      whole.choice = part.choice;
-      whole.lights = part.lights;
+      static_cast<RunFacts&>(whole) = part;
+      whole.cpu_seconds = 0.0;
       whole.expected_law = part.expected_law;
-      whole.radius = part.radius;
-      whole.counters = part.counters;
       whole.light_work = part.light_work;
-      whole.phases = part.phases;
     } else {
       for (const KeptIteration<S>& one : part.kept) {
         whole.counters += one.numbers.work.counters;
@@ -59,10 +56,10 @@ template <Spectrum S>
     }
     whole.photon_bytes = std::max(whole.photon_bytes, part.photon_bytes);
     whole.film_seconds += part.film_seconds;
-    const glm::ivec2 size = whole.film.resolution();
     for (const KeptIteration<S>& one : part.kept) {
-      whole.add(one.result(), static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), one.radius, 0.0);
+      whole.add(one.result(), whole.film.pixel_count(), one.radius, 0.0);
       whole.state.seconds += part.state.seconds / part.state.iterations;
+      whole.cpu_seconds += part.cpu_seconds / part.state.iterations - one.numbers.cpu_seconds;
       rejections.append(one.numbers.work.rejections);
       if (whole.log.is_due(whole.state.iterations)) whole.log.add(whole.point(request, whole.error()));
     }
@@ -87,7 +84,7 @@ template <Spectrum S>
 /// runs together.
 ///
 /// Checkpoints may also be of the parts of one run (`RenderRequest::part`), in any order. Picture,
-/// error and statistics then have the bits of a run that was never divided.
+/// error and all statistics but times then have the bits of a run that was never divided.
 ///
 /// Throws `std::invalid_argument`, which names the number of the checkpoint, from 1, and what
 /// differs; when two runs have the same seed: they would be the same samples twice; and when
@@ -111,7 +108,8 @@ template <Spectrum S>
       const Checkpoint checkpoint = open_checkpoint(checkpoints[i], expected, may_differ);
       StateReader state(checkpoint.state);
       one.exchange_state(state);
-      if (state.is_broken() || one.state.iterations == 0) reject_argument("the checkpoint is damaged");
+      if (state.is_broken()) reject_argument("the checkpoint is damaged");
+      if (one.state.iterations == 0) reject_argument("the checkpoint has no iteration yet");
       seeds.push_back(checkpoint.identity.value_of(RunIdentity::seed));
       instruction_sets.push_back(checkpoint.identity.value_of(RunIdentity::instruction_set));
       if (one.kept.empty() != parts.empty() && i > 0) reject_argument("parts of a run are joined with its parts alone");

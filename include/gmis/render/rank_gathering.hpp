@@ -60,9 +60,6 @@ GMIS_RARE void for_each_rank(const RanksRef& ranks, std::span<const std::byte> b
 /// picture, the others with those of their rows. Each vector of numbers holds values by rows.
 class RowGatherer {
  public:
-  /// It only reads on ranks other than 0.
-  static constexpr bool is_reading = false;
-
   /// `picture`: the rows of all ranks.
   RowGatherer(const RanksRef& ranks, const PixelBounds& picture) noexcept : ranks_(ranks), picture_(picture) {}
 
@@ -87,7 +84,7 @@ class RowGatherer {
   /// `rows`: bytes of the whole picture at rank 0, elsewhere of the rows there.
   GMIS_RARE void gather(std::span<std::byte> rows) {
     if (!ranks_.is_first()) return ranks_.gather(rows, {}, {});
-    const std::size_t row = rows.size() / rows_between(picture_);
+    const std::size_t row = rows.size() / std::max<std::size_t>(1, rows_between(picture_));
     std::vector<std::size_t> sizes(static_cast<std::size_t>(ranks_.count()));
     for (std::size_t rank = 0; rank < sizes.size(); ++rank)
       sizes[rank] = row * rows_between(stripe_of(picture_, static_cast<int>(rank), ranks_.count()));
@@ -108,7 +105,7 @@ GMIS_RARE [[nodiscard]] inline RowCopy shared_rows(const PixelBounds& picture, i
   const PixelBounds there = stripe_of(picture, from, count), here = stripe_of(picture, to, count);
   const int first = std::max(there.lower.y, here.lower.y - neighbourhood_reaches.back());
   const int end = std::min(there.upper.y, here.upper.y + neighbourhood_reaches.back());
-  return from == to || end <= first ? RowCopy{} : RowCopy{first - there.lower.y, 0, end - first};
+  return from == to || end <= first ? RowCopy{} : RowCopy{first - there.lower.y, end - first};
 }
 
 /// The rows around those of this rank, from the ranks that have them. `own`: the rows of this rank.

@@ -74,7 +74,7 @@ struct RenderRequest {
   std::span<const float> reference;
 
   // Called between iterations by the thread that renders.
-  /// After each iteration.
+  /// After each iteration; with several ranks after each round.
   std::function<void(const RunState&)> on_iteration;
   /// Once, with the prices that the pilot's choice expects: after two iterations with the chosen
   /// counts.
@@ -84,7 +84,7 @@ struct RenderRequest {
   /// With the state of the run (`Render::checkpoint`): after the first iteration, now and then, and
   /// after the last one.
   std::function<void(std::span<const std::byte>)> on_checkpoint;
-  double seconds_between_pictures = 30.0;  ///< and between checkpoints; 0: after every iteration
+  double seconds_between_pictures = 30.0;  ///< and between checkpoints; 0: at every call of `on_iteration`
 };
 
 }  // namespace gmis

@@ -17,31 +17,34 @@
 
 namespace gmis {
 
-/// Everything about a finished run except its pictures.
-struct RenderSummary {
-  StopReason stopped_by = StopReason::iterations;  ///< why the run ended
-  std::vector<std::uint64_t> joined_seeds;         ///< of runs that were joined (`join_runs`), else empty
-  std::uint32_t iterations = 0;                    ///< in the picture: not those of a pilot
-  double wall_seconds = 0.0;                       ///< of the pilot, the iterations and the estimates of the error
-  double cpu_seconds = 0.0;                        ///< of all threads of the process, in the same time
-  PhaseSeconds phases;                             ///< wall time by phase
-  ImageEstimate estimate;                          ///< mean, variance and error of the picture
-  std::optional<ErrorEstimate> error;              ///< with `RenderRequest::intervals`, from the second iteration on
-  std::optional<PriceTable> prices;    ///< of the usual errors, then of half the present one; empty while unknown
+/// Settings that a run has chosen, and its time, work and memory so far.
+struct RunFacts {
+  double cpu_seconds = 0.0;            ///< of all threads of the process: pilot, iterations, estimates of the error
+  PhaseSeconds phases;                 ///< wall time by phase
   std::optional<PriceTable> forecast;  ///< of the usual errors, as the pilot's choice had them before the run
-  /// The bias of merging, relative like the error, which does not contain it; 0 when nothing was
-  /// merged. Empty after one iteration that merges.
-  std::optional<MergingBias> merging_bias;
-  std::vector<ConvergencePoint> log;         ///< its last point is the last iteration
-  Counters counters;                         ///< operations, and what was rejected
-  bool is_trustworthy = true;                ///< false: rejections exceed `RenderRequest::rejection_limit`
+  Counters counters;                   ///< operations of whole iterations, and what was rejected
   std::vector<RejectedPath> rejected_paths;  ///< the first ones
   SampleCounts counts;                       ///< of the last iteration
   std::optional<Choice> choice;              ///< of a pilot that has finished
   LightUse lights;                           ///< how lights were chosen, and where light subpaths started
-  double radius =
-      0.0;  ///< merging radius r_1 of the iterations that would come next, in scene units; 0: merging is off
+  double radius = 0.0;           ///< merging radius r_1 of the last iteration, in scene units; 0: merging is off
   std::size_t photon_bytes = 0;  ///< memory of the stored light vertices
+};
+
+/// Everything about a finished run except its pictures.
+struct RenderSummary : RunFacts {
+  StopReason stopped_by = StopReason::iterations;  ///< why the run ended
+  std::vector<std::uint64_t> joined_seeds;         ///< of runs that were joined (`join_runs`), else empty
+  std::uint32_t iterations = 0;                    ///< in the picture: not those of a pilot
+  double wall_seconds = 0.0;                       ///< of the pilot, the iterations and the estimates of the error
+  ImageEstimate estimate;                          ///< mean, variance and error of the picture
+  std::optional<ErrorEstimate> error;              ///< with `RenderRequest::intervals`, from the second iteration on
+  std::optional<PriceTable> prices;  ///< of the usual errors, then of half the present one; empty while unknown
+  /// The bias of merging, relative like the error, which does not contain it; 0 when nothing was
+  /// merged. Empty after one iteration that merges.
+  std::optional<MergingBias> merging_bias;
+  std::vector<ConvergencePoint> log;  ///< its last point is the last iteration
+  bool is_trustworthy = true;         ///< false: rejections exceed `RenderRequest::rejection_limit`
 };
 
 /// A finished run.

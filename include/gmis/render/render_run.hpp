@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -42,10 +43,10 @@ namespace gmis {
 /// on the error changes the number of iterations alone.
 ///
 /// With `RenderRequest::ranks`, processes share the iterations, and each adds up some rows of the
-/// picture. Pictures, stated errors and checkpoints have the bits of a run of one process. All
-/// ranks call the same members in the same order; results are at rank 0, which alone calls
-/// callbacks. The constructor throws on all ranks when the run of one is another one than that of
-/// rank 0.
+/// picture. Pictures, stated errors and checkpoints, times aside, have the bits of a run of one
+/// process. All ranks call the same members in the same order; results are at rank 0, which alone
+/// calls callbacks. The constructor throws on all ranks when the run of one is another one than
+/// that of rank 0.
 template <Spectrum S_>
 class RenderRun {
  public:
@@ -150,7 +151,9 @@ class RenderRun {
   /// The record comes first, which `join_runs` reads without the rest.
   template <class Archive>
   void exchange_state(Archive& archive, RunRecord<S>& all) {
-    archive(all, latest_error_, estimated_after_, next_estimate_);
+    std::optional<double> limit = request_.budget.relative_error;  // which the next estimate was chosen for
+    archive(all, latest_error_, estimated_after_, next_estimate_, limit);
+    if (limit != request_.budget.relative_error) next_estimate_ = Budget::fewest_iterations_for_error;
     archive(request_.expected_iterations);  // the choice of a pilot depends on it
     if constexpr (Archive::is_reading) make_engine();
     archive(*engine_);
@@ -244,6 +247,12 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
   require_argument(!request_.class_pictures || request_.settings.path_classes,
                    "RenderRequest::class_pictures asks for a picture of each of RenderSettings::path_classes, which is "
                    "not set: set it, to PathClassSet::all() for all");
+  const glm::ivec2 size = crop_.upper - crop_.lower;
+  require_argument(
+      ranks.of_first(request_.reference.empty() || request_.reference.size() == static_cast<std::size_t>(size.x) *
+                                                                                    static_cast<std::size_t>(size.y) *
+                                                                                    Film<S>::channel_count),
+      "RenderRequest::reference must have the pixels and channels of the crop");
   if (!ranks.is_first()) {
     request_.on_iteration = {};
     request_.on_forecast = {};
@@ -295,7 +304,7 @@ WholeRecord<S_> RenderRun<S_>::whole(Gathered sums) const {
   PixelSums<S> all(request_, crop_.upper - crop_.lower);
   if (sums == Gathered::pictures) all.batches.reset();
   const PixelBounds stripe = detail::stripe_of(crop_, 0, ranks.count());
-  all.copy_rows(own, {0, 0, stripe.upper.y - stripe.lower.y});
+  all.copy_rows(own, {0, stripe.upper.y - stripe.lower.y});
   all.exchange_state(gatherer);
   return {own, std::move(all)};
 }
@@ -320,7 +329,7 @@ void RenderRun<S_>::keep_rows_of(RunRecord<S>&& all) {
     const PixelBounds stripe = detail::stripe_of(crop_, ranks.rank(), ranks.count());
     const int height = stripe.upper.y - stripe.lower.y;
     PixelSums<S> rows(request_, {stripe.upper.x - stripe.lower.x, height});
-    rows.copy_rows(all, {stripe.lower.y - crop_.lower.y, 0, height});
+    rows.copy_rows(all, {stripe.lower.y - crop_.lower.y, height});
     static_cast<PixelSums<S>&>(all) = std::move(rows);
   }
   made_ = std::move(all);
@@ -328,12 +337,22 @@ void RenderRun<S_>::keep_rows_of(RunRecord<S>&& all) {
 
 template <Spectrum S_>
 RenderResult RenderRun<S_>::run(ExecutorRef executor) {
-  executor.stop_when(nullptr);
+  // Work is left out while there is a picture, and no longer when this function is left, by an
+  // exception too.
+  struct Unbound {
+    ExecutorRef executor;
+    ~Unbound() { executor.stop_when(nullptr); }
+  } const unbound{executor};
+  const auto keep = [&] {
+    const std::vector<std::byte> state = checkpoint();
+    if (request_.on_checkpoint) request_.on_checkpoint(state);
+  };
   double last_picture = made_.state.seconds;
   std::optional<double> last_checkpoint;  // in seconds of the run
   std::optional<StopReason> reason;
   if (made_.state.iterations > 0) reason = reason_to_stop();
   while (!reason) {
+    executor.stop_when(made_.state.iterations > 0 ? request_.interrupt : nullptr);
     if (!advance(executor)) {
       reason = StopReason::interrupt;
       break;
@@ -346,15 +365,14 @@ RenderResult RenderRun<S_>::run(ExecutorRef executor) {
       const Picture so_far = picture();
       if (request_.on_picture) request_.on_picture(so_far);
     }
-    if (request_.ranks.of_first(request_.on_checkpoint &&
-                                (reason || !last_checkpoint || seconds - *last_checkpoint >= interval))) {
+    if (request_.ranks.of_first(!reason && request_.on_checkpoint &&
+                                (!last_checkpoint || seconds - *last_checkpoint >= interval))) {
       last_checkpoint = seconds;
-      const std::vector<std::byte> state = checkpoint();
-      if (request_.on_checkpoint) request_.on_checkpoint(state);
+      keep();
     }
-    executor.stop_when(request_.interrupt);  // from now on there is a picture
   }
   executor.stop_when(nullptr);
+  if (request_.ranks.of_first(static_cast<bool>(request_.on_checkpoint))) keep();
   finish_log(executor);
   return result(*reason);
 }
@@ -555,7 +573,9 @@ void RenderRun<S_>::update_error(ExecutorRef executor) {
   // doubling.
   const double error = latest_error_->relative_error;
   const double factor = error < 2.0 * *limit ? std::max(1.125, error / *limit) : 2.0;
-  next_estimate_ = std::max(Budget::fewest_iterations_for_error, static_cast<std::uint32_t>(std::ceil(n * factor)));
+  constexpr double latest = std::numeric_limits<std::uint32_t>::max();
+  next_estimate_ = std::max(Budget::fewest_iterations_for_error,
+                            static_cast<std::uint32_t>(std::min(latest, std::ceil(n * factor))));
 }
 
 template <Spectrum S_>

@@ -37,32 +37,21 @@ namespace gmis {
 /// All that a run has made so far and that its result is made from: sums over iterations, and what
 /// they took. It needs no scene and no engine, so that runs can be joined without either.
 template <Spectrum S>
-struct RunRecord : PixelSums<S> {
+struct RunRecord : PixelSums<S>, RunFacts {
   using PixelSums<S>::film, PixelSums<S>::halves, PixelSums<S>::batches, PixelSums<S>::merging;
 
-  TechniqueSums<S> techniques;               ///< empty sums unless they are asked for
-  ClassSums<S> classes;                      ///< empty sums unless they are asked for
-  LightSums<S> by_light;                     ///< empty sums unless they are asked for
-  MergingGain gain;                          ///< what makes up for the bias of the mean
-  double disks = 0.0;                        ///< sum of the squared merging radii of all iterations, in scene units
-  ConvergenceLog log;                        ///< error and time so far
-  RunState state;                            ///< iterations and wall time so far
-  double cpu_seconds = 0.0;                  ///< of iterations
-  Counters counters;                         ///< of whole iterations
-  Counters light_work;                       ///< the part of `counters` that light trees took
-  std::vector<RejectedPath> rejected_paths;  ///< the first ones
-  PhaseSeconds phases;                       ///< wall time by phase
-  double film_seconds = 0.0;                 ///< wall time of sums over iterations
-  RunPart part;                              ///< with `kept`: which iterations these are
-  std::vector<KeptIteration<S>> kept;        ///< the iterations of a part of a run, else empty
-  // Of the engine.
-  SampleCounts counts;                 ///< of the last iteration
-  std::optional<Choice> choice;        ///< of a pilot that has finished
-  LightUse lights;                     ///< of the iterations so far
-  std::optional<PriceTable> forecast;  ///< prices by the choice
+  TechniqueSums<S> techniques;         ///< empty sums unless they are asked for
+  ClassSums<S> classes;                ///< empty sums unless they are asked for
+  LightSums<S> by_light;               ///< empty sums unless they are asked for
+  MergingGain gain;                    ///< what makes up for the bias of the mean
+  double disks = 0.0;                  ///< sum of the squared merging radii of all iterations, in scene units
+  ConvergenceLog log;                  ///< error and time so far
+  RunState state;                      ///< iterations and wall time so far
+  Counters light_work;                 ///< the part of `counters` that light trees took
+  double film_seconds = 0.0;           ///< wall time of sums over iterations
+  RunPart part;                        ///< with `kept`: which iterations these are
+  std::vector<KeptIteration<S>> kept;  ///< the iterations of a part of a run, else empty
   ErrorLaw expected_law;               ///< as known before the run
-  double radius = 0.0;                 ///< r_1 of the iterations to come; 0: merging is off
-  std::size_t photon_bytes = 0;        ///< memory of the stored light vertices
 
   /// A record without iterations, for the run of a request. `resolution`: of the camera.
   RunRecord(const RenderRequest& request, glm::ivec2 resolution)
@@ -90,12 +79,10 @@ struct RunRecord : PixelSums<S> {
   /// same request.
   template <class Archive>
   void exchange_state(Archive& archive) {
-    archive(film, techniques, classes, by_light, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
-            film_seconds, counts, choice, lights, forecast, expected_law, merging, gain, disks, radius, photon_bytes,
-            part, kept);
-    // The request, which is the same, says whether these are there.
-    if (batches) archive(*batches);
-    for (Film<S>& half : halves) archive(half);
+    PixelSums<S>::exchange_state(archive);
+    archive(techniques, classes, by_light, log, state, cpu_seconds, counters, light_work, rejected_paths, phases,
+            film_seconds, counts, choice, lights, forecast, expected_law, gain, disks, radius, photon_bytes, part,
+            kept);
   }
 
   /// The estimated error of the picture, from the second iteration on.
@@ -175,11 +162,10 @@ struct RunRecord : PixelSums<S> {
                                               const std::optional<ErrorEstimate>& estimate,
                                               std::span<const double> variances) const {
     RenderResult result;
+    static_cast<RunFacts&>(result) = *this;
     result.stopped_by = reason;
     result.iterations = state.iterations;
     result.wall_seconds = state.seconds;
-    result.cpu_seconds = cpu_seconds;
-    result.phases = phases;
     result.phases.film += film_seconds;
     result.picture = picture_of(film);
     if (request.halves) {
@@ -195,26 +181,16 @@ struct RunRecord : PixelSums<S> {
       if (!variances.empty()) {
         result.estimate.variance =
             std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
-        result.variance = Picture(film.resolution(), Film<S>::channel_count);
-        std::transform(variances.begin(), variances.end(), result.variance.values.begin(),
-                       [](double variance) { return static_cast<float>(variance); });
+        result.variance = picture_with(film, [next = variances.begin()](std::size_t, int) mutable { return *next++; });
       }
     } else if (film.iterations() > 1) {
       result.variance = variance_picture_of(film);
     }
     result.error = estimate;
     result.prices = prices(estimate, variances);
-    result.forecast = forecast;
     result.merging_bias = merging_bias();
     result.log = log.points();
-    result.counters = counters;
     result.is_trustworthy = !request.rejection_limit.is_exceeded(counters);
-    result.rejected_paths = rejected_paths;
-    result.counts = counts;
-    result.choice = choice;
-    result.lights = lights;
-    result.radius = radius;
-    result.photon_bytes = photon_bytes;
     return result;
   }
 

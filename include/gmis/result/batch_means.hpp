@@ -122,8 +122,6 @@ class BatchMeans {
   [[nodiscard]] std::size_t batch_count() const noexcept {
     return replication_count_ > 0 ? replications_.size() : batches_.size();
   }
-  /// Iterations in a batch of independent iterations; the lengths of replications differ.
-  [[nodiscard]] std::uint64_t iterations_per_batch() const noexcept { return length_; }
   /// Iterations in a batch.
   [[nodiscard]] std::uint64_t iterations_of(std::size_t batch) const noexcept {
     if (!lengths_.empty()) return lengths_[batch];
@@ -132,9 +130,6 @@ class BatchMeans {
   }
   /// Pixels times channels.
   [[nodiscard]] std::size_t value_count() const noexcept { return current_.size(); }
-  /// The mean image of a batch, pixel after pixel with the channels side by side; for independent
-  /// iterations, not for replications.
-  [[nodiscard]] std::span<const float> batch(std::size_t index) const noexcept { return batches_[index]; }
   /// One value of the mean image of a batch of either kind.
   [[nodiscard]] double value(std::size_t batch, std::size_t index) const noexcept {
     return replication_count_ > 0 ? replications_[batch][index] : static_cast<double>(batches_[batch][index]);

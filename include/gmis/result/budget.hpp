@@ -19,7 +19,7 @@ enum class StopReason { iterations, time, error, interrupt, rejected, joined };
 struct RunState {
   std::uint32_t iterations = 0;  ///< done so far
   double seconds = 0.0;          ///< wall time so far
-  double relative_error = 0.0;   ///< estimated √relMSE; 0 while it is unknown
+  double relative_error = 0.0;   ///< √relMSE by the latest estimate; 0 before the first
   bool is_calibrated = false;    ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
 
   /// The state for a later run (`core/state_archive.hpp`): member by member, for bytes between them

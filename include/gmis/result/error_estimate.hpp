@@ -143,11 +143,13 @@ GMIS_RARE [[nodiscard]] std::optional<ErrorEstimate> estimate_error(detail::Erro
     }
   const double deviation = 2.0 * std::sqrt(chance / ((parts_count - 1.0) * (parts_count - 3.0))) * parts_count / sum;
   const double disagreement = std::max({1.0, far / sum, sum / near, far / near});
-  estimate.doubt =
-      disagreement > calibration.largest_disagreement ? ErrorDoubt::rare_events
-      : deviation > calibration.largest_deviation || estimate.share_of_worst() > calibration.largest_share_of_worst
-          ? ErrorDoubt::few_pixels
-          : ErrorDoubt::none;
+  // In a picture of few pixels the worst of them hold much of any error.
+  const double usual_share = 2.0 * ErrorEstimate::worst_count / static_cast<double>(per_pixel.size());
+  estimate.doubt = disagreement > calibration.largest_disagreement ? ErrorDoubt::rare_events
+                   : deviation > calibration.largest_deviation ||
+                           estimate.share_of_worst() > std::max(calibration.largest_share_of_worst, usual_share)
+                       ? ErrorDoubt::few_pixels
+                       : ErrorDoubt::none;
   // From the squared error to its root, as a factor.
   const double t = student_t_quantile(0.5 + confidence / 2.0, parts_count - 1.0);
   const double reach = std::exp((t * deviation + std::log(std::max({1.0, far / sum, sum / near}))) / 2.0);

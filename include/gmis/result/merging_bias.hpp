@@ -65,7 +65,6 @@ struct MergingBias {
 /// variance.
 class MergingChange {
  public:
-  MergingChange() = default;
   /// Pixels are stored by rows, from the first change on.
   explicit MergingChange(glm::ivec2 resolution) : resolution_(resolution) {}
 

@@ -38,7 +38,6 @@ class RunParts {
     return means_.has_equal_batches() ? means_.batch_count() : 0;
   }
   [[nodiscard]] glm::ivec2 resolution() const noexcept { return means_.resolution(); }
-  [[nodiscard]] std::size_t value_count() const noexcept { return means_.value_count(); }
   [[nodiscard]] double share(std::size_t part) const noexcept { return shares_[part]; }
   /// w / (1 − w) for the share w of a part.
   [[nodiscard]] double ratio(std::size_t part) const noexcept { return shares_[part] / (1.0 - shares_[part]); }

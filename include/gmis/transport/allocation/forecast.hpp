@@ -67,8 +67,7 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> all_candidates(const Sa
   for (std::uint32_t i = 1; i <= std::min(summed, iterations); ++i)
     sum += std::pow(static_cast<double>(i), alpha - 1.0);
   if (iterations > summed)  // the rest of the sum by the midpoint rule: ∫ x^(α−1) dx from summed + ½ to iterations + ½
-    sum += alpha > 0.0 ? (std::pow(iterations + 0.5, alpha) - std::pow(summed + 0.5, alpha)) / alpha
-                       : std::log((iterations + 0.5) / (summed + 0.5));
+    sum += (std::pow(iterations + 0.5, alpha) - std::pow(summed + 0.5, alpha)) / alpha;
   return iterations > 0 ? sum / static_cast<double>(iterations) : 1.0;
 }
 

@@ -28,17 +28,13 @@ namespace gmis {
 template <Spectrum S>
 class RenderEngine {
  public:
-  /// Renders with `settings.counts`.
-  RenderEngine(EngineMaker<S> maker, const RenderSettings& settings,
-               const std::optional<PixelBounds>& crop = std::nullopt)
-      : RenderEngine(std::move(maker), settings, {}, 0, crop) {}
-
   /// Chooses among `candidates` for a run of `expected_iterations`. The pilot renders with the
   /// techniques of `settings.counts`; every technique of the candidates must be on there, and so
   /// must connections and splats. With one candidate the run uses its counts, without a pilot; with
   /// none it uses `settings.counts`.
-  GMIS_RARE RenderEngine(EngineMaker<S> maker, const RenderSettings& settings, std::vector<SampleCounts> candidates,
-                         std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt);
+  GMIS_RARE RenderEngine(EngineMaker<S> maker, const RenderSettings& settings,
+                         std::vector<SampleCounts> candidates = {}, std::uint32_t expected_iterations = 0,
+                         const std::optional<PixelBounds>& crop = std::nullopt);
 
   /// Renders one more iteration, after a pilot where there is one.
   void iterate(ExecutorRef executor) {

@@ -34,7 +34,6 @@ struct NoSplit {
   };
   static constexpr bool is_measured = false;  ///< c is known
 
-  NoSplit() = default;
   /// There is nothing to set.
   constexpr explicit NoSplit(Settings) noexcept {}
   /// c = 1 at every vertex.

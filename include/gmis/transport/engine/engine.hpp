@@ -234,7 +234,8 @@ TechniqueCounts<ScalarOf<typename Sc::Spectrum>> Engine<Sc, Method_, Source>::no
     nominal.connect = T(1);
     if (counts.draws_connections()) {  // ρ = m n_L / V̄
       const double drawn = static_cast<double>(counts.connections);
-      nominal.connect = this->vertices_per_tree_ > 0.0 ? static_cast<T>(drawn / this->vertices_per_tree_) : T(0);
+      const double least = 1.0 / static_cast<double>(census_tree_count);
+      nominal.connect = knows_trees_ ? static_cast<T>(drawn / std::max(this->vertices_per_tree_, least)) : T(0);
     }
   }
   nominal.splat = counts.has(Technique::splat) ? static_cast<T>(light_tree_count_) : T(0);
@@ -324,7 +325,7 @@ void Engine<Sc, Method_, Source>::measure_light_trees(ExecutorRef executor) {
       LightWalk tree(context, ignored);
       for (std::size_t i = 0; i < chunk_size; ++i)
         tree.trace(Source(settings_.seed, 0, static_cast<std::uint32_t>(part * chunk_size + i), census_stream), &stored,
-                   parts[part].children);
+                   &parts[part].children);
     }
     parts[part].stored = stored.size();
   });

@@ -29,7 +29,7 @@ GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::i
   const double pixels = static_cast<double>(resolution.x) * static_cast<double>(resolution.y);
   require_argument(resolution.x > 0 && resolution.y > 0,
                    "the camera has no pixels: its resolution must be 1x1 or more");
-  require_argument(pixels <= most_trees, "the picture has more than 2^32 pixels: choose a smaller one");
+  require_argument(pixels < most_trees / 2.0, "the picture has 2^31 pixels or more: choose a smaller one");
   require_argument(
       settings.sampler == Sampler::independent || std::same_as<Source, SampleNumbers>,
       "RenderSettings::sampler asks for Sobol' points: they need the source SampleNumbers, the default; with "

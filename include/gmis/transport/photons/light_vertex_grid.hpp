@@ -95,12 +95,6 @@ class LightVertexGrid {
     });
     starts_[bucket_count] = static_cast<std::uint32_t>(count);
   }
-  /// The same on the calling thread.
-  template <class Position, class Name = std::identity>
-  void build(std::size_t count, T radius, Position&& position, Name&& name = {}) {
-    SerialExecutor executor;
-    build(executor, count, radius, std::forward<Position>(position), std::forward<Name>(name));
-  }
 
   /// Calls `visit(name)` for every point within the radius of `at`. A non-finite `at` finds
   /// nothing.

@@ -63,13 +63,13 @@ class LobeProposals {
 /// cover the support of f, R3 or N3 replaces the requested scheme, because R1, R2, N1 and N2 would
 /// lose energy.
 template <BsdfWithLobes B, std::floating_point T, UniformSource Source, class Visit>
-RoundCounts sample_lobes(Scheme scheme, const B& bsdf, const Vec3<T>& to_prev, TransportMode mode, Source& source,
-                         Visit&& visit) {
+void sample_lobes(Scheme scheme, const B& bsdf, const Vec3<T>& to_prev, TransportMode mode, Source& source,
+                  Visit&& visit) {
   if (needs_full_support(scheme) && !bsdf.lobes_have_full_support()) scheme = safe_for_partial_support(scheme);
   const LobeProposals<B> lobes(bsdf, to_prev, mode);
-  return dispatch(scheme, [&](auto fixed) {
-    return sample_round<fixed.value>(
-        lobes, source, [&](const Vec3<T>& to_next, T denominator, std::size_t) { visit(to_next, denominator); });
+  dispatch(scheme, [&](auto fixed) {
+    sample_round<fixed.value>(lobes, source,
+                              [&](const Vec3<T>& to_next, T denominator, std::size_t) { visit(to_next, denominator); });
   });
 }
 
@@ -89,13 +89,14 @@ void draw_independent_children(const ScatteringVertex<B>& at, int planned, int d
 
 /// Draws the first `drawn` of `planned` children of a vertex. Calls `visit(step)` for each child
 /// that survives Russian roulette and has a non-zero weight; the weight of each step is divided by
-/// `planned`. Returns `drawn`.
+/// `planned`.
 ///
 /// With N > 1 non-delta lobes, no delta lobe and `planned` a multiple of N, the children come in
 /// rounds of one sample per lobe, combined by `scheme`. Otherwise they are drawn independently from
 /// the mixture of all lobes.
 template <Bsdf B, UniformSource Source, class Visit>
-int draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int drawn, Source& source, Visit&& visit) {
+void draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int drawn, Source& source,
+                   Visit&& visit) {
   if constexpr (BsdfWithLobes<B>) {
     using T = ScalarOf<typename B::Spectrum>;
     const T share = T(1) / static_cast<T>(planned);
@@ -115,11 +116,10 @@ int draw_children(Scheme scheme, const ScatteringVertex<B>& at, int planned, int
           visit(Step<typename B::Spectrum>{to_next, weight, at.children.forward * f.pdf.forward.value,
                                            at.children.reverse * f.pdf.reverse.value, false});
         });
-      return drawn;
+      return;
     }
   }
   draw_independent_children(at, planned, drawn, source, visit);
-  return drawn;
 }
 
 }  // namespace gmis

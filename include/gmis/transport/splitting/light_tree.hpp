@@ -25,9 +25,9 @@ class LightTree : LightSubpath<Context, Output> {
   LightTree(const Context& context, Output& output) : Base(context, output) {}
 
   /// Traces one tree. `stored` receives the vertices for connections and merging; null keeps none.
-  /// `children` counts the children drawn at each vertex.
+  /// `children`, unless it is null, counts the children drawn at each vertex.
   template <UniformSource Source>
-  void trace(Source source, Chunk* stored, Tally& children) {
+  void trace(Source source, Chunk* stored, Tally* children = nullptr) {
     if (this->context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
     ++this->output_.counters().light_subpaths;
     source.at_vertex(0);
@@ -38,16 +38,10 @@ class LightTree : LightSubpath<Context, Output> {
       }
     follow<false>(source, stored, children);
   }
-  /// Traces one tree without counting children.
-  template <UniformSource Source>
-  void trace(Source source, Chunk* stored) {
-    Tally ignored;
-    trace(source, stored, ignored);
-  }
 
  private:
   template <bool is_guided, UniformSource Source>
-  void follow(Source& source, Chunk* stored, Tally& children) {
+  void follow(Source& source, Chunk* stored, Tally* children) {
     const auto& split = this->context_.split;
     const std::optional<Vertex> first = this->template emit<is_guided>(source);
     std::uint32_t number = 0;
@@ -63,7 +57,7 @@ class LightTree : LightSubpath<Context, Output> {
         Vertex child = at;
         if (this->arrive(child, step)) queue_.push_back(child);
       });
-      children.count(at.bsdf, drawn);
+      if (children != nullptr) children->count(at.bsdf, drawn);
       remaining -= drawn;
     }
   }

@@ -55,7 +55,6 @@ class QueueSplit {
     std::array<std::uint64_t, split_kinds> vertices_{}, children_{};
   };
 
-  QueueSplit() : QueueSplit(Settings{}) {}
   /// c is 1 for every kind of vertex until `freeze`. Rounds are clamped to [1, 1024].
   explicit QueueSplit(const Settings& settings)
       : scheme_(settings.scheme),
@@ -96,9 +95,10 @@ class QueueSplit {
   /// on.
   template <Bsdf B, UniformSource Source, class Visit>
   int expand(const ScatteringVertex<B>& at, int remaining, Source& source, Visit&& visit) const {
-    const int planned = std::max(1, rounds_ * split_kind(at.bsdf));
-    if (planned > remaining && !is_cut_) return draw_children(scheme_, at, 1, 1, source, visit);
-    return draw_children(scheme_, at, planned, std::min(planned, std::max(remaining, 0)), source, visit);
+    const int full = std::max(1, rounds_ * split_kind(at.bsdf)), planned = full > remaining && !is_cut_ ? 1 : full;
+    const int drawn = is_cut_ ? std::min(planned, std::max(remaining, 0)) : planned;
+    draw_children(scheme_, at, planned, drawn, source, visit);
+    return drawn;
   }
 
  private:

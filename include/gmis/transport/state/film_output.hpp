@@ -146,11 +146,6 @@ class FilmOutput : public PathObserver {
     return true;
   }
   GMIS_RARE void record(const Contribution<S>& contribution) { records_.push_back(contribution); }
-  [[nodiscard]] static constexpr ScalarOf<S> channel_sum(const S& s) noexcept {
-    ScalarOf<S> sum = SpectrumTraits<S>::channel(s, 0);
-    for (int i = 1; i < SpectrumTraits<S>::channel_count; ++i) sum += SpectrumTraits<S>::channel(s, i);
-    return sum;
-  }
 
   Counters counters_;
   RejectionLog rejections_;

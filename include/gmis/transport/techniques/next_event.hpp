@@ -57,7 +57,8 @@ struct NextEvent {
     if (is_infinite) {
       if (!choice.light->is_delta()) hit = vertex.children.forward * bsdf.pdf.forward.value;
     } else {
-      const T distance_squared = square_distance(point.position, sample->origin.position);
+      const Vec3<T> offset = point.position - sample->origin.position;
+      const T distance_squared = glm::dot(offset, offset);
       to_vertex_area /= distance_squared;
       if (!choice.light->is_delta())
         hit = vertex.children.forward * bsdf.pdf.forward.value *
@@ -80,13 +81,6 @@ struct NextEvent {
     if (absorbs(context.scene) && !is_infinite) [[unlikely]]
       attenuate(context.scene, point, sample->to_light, sample->origin, value);
     output.add(id, value, weight);
-  }
-
- private:
-  template <std::floating_point T>
-  static constexpr T square_distance(const Vec3<T>& a, const Vec3<T>& b) noexcept {
-    const Vec3<T> offset = a - b;
-    return glm::dot(offset, offset);
   }
 };
 

@@ -21,12 +21,8 @@ class LightPath : LightSubpath<Context, Output> {
 
   /// Traces one subpath. `stored` receives the vertices for connections and merging; null keeps
   /// none.
-  template <UniformSource Source, class Tally>
-  void trace(Source source, Chunk* stored, Tally& /*children*/) {
-    trace(source, stored);
-  }
   template <UniformSource Source>
-  void trace(Source source, Chunk* stored) {
+  void trace(Source source, Chunk* stored, typename Context::Split::Tally* /*children*/ = nullptr) {
     if (this->context_.max_depth < 2) return;  // only camera subpaths make light that is seen directly
     ++this->output_.counters().light_subpaths;
     source.at_vertex(0);

@@ -100,41 +100,41 @@ class WeightRecursion {
   /// The weights of the techniques: see the members of `WeightFormulas` with the same names.
   [[nodiscard]] constexpr Weight seen_directly() const noexcept {
     if constexpr (has_plain_path)
-      return share(plain_.seen_directly());
+      return Sums::weight(plain_.seen_directly());
     else
       return Sums::weight(exact_.seen_directly());
   }
   [[nodiscard]] constexpr Weight emitter_hit(const CameraPartial& at, LightStart<T> start) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(at)) [[likely]]
-        return share(plain_.emitter_hit(plain(at), start));
+        return Sums::weight(plain_.emitter_hit(plain(at), start));
     return Sums::weight(exactly<&Exact::emitter_hit>(at, start));
   }
   [[nodiscard]] constexpr Weight next_event(LightStart<T> start, T hit, const CameraPartial& camera,
                                             CameraEnd<T> end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(camera)) [[likely]]
-        return share(plain_.next_event(start, hit, plain(camera), end));
+        return Sums::weight(plain_.next_event(start, hit, plain(camera), end));
     return Sums::weight(exactly<&Exact::next_event>(start, hit, camera, end));
   }
   [[nodiscard]] constexpr Weight connect(const LightPartial& light, LightEnd<T> light_end, const CameraPartial& camera,
                                          CameraEnd<T> camera_end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light) && is_plain(camera)) [[likely]]
-        return share(plain_.connect(plain(light), light_end, plain(camera), camera_end));
+        return Sums::weight(plain_.connect(plain(light), light_end, plain(camera), camera_end));
     return Sums::weight(exactly<&Exact::connect>(light, light_end, camera, camera_end));
   }
   [[nodiscard]] constexpr Weight splat(const LightPartial& light, LightEnd<T> end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light)) [[likely]]
-        return share(plain_.splat(plain(light), end));
+        return Sums::weight(plain_.splat(plain(light), end));
     return Sums::weight(exactly<&Exact::splat>(light, end));
   }
   [[nodiscard]] constexpr Weight merge(const LightPartial& light, T light_reverse, const CameraPartial& camera,
                                        CameraEnd<T> end) const noexcept {
     if constexpr (has_plain_path)
       if (is_plain(light) && is_plain(camera)) [[likely]]
-        return share(plain_.merge(plain(light), light_reverse, plain(camera), end));
+        return Sums::weight(plain_.merge(plain(light), light_reverse, plain(camera), end));
     return Sums::weight(exactly<&Exact::merge>(light, light_reverse, camera, end));
   }
 
@@ -176,7 +176,6 @@ class WeightRecursion {
     const auto shared = KindOf<Shared>::stored(of.shared);
     return PartialSums<std::remove_const_t<decltype(shared)>, typename Sums::Sum>{shared, Sums::stored(of.chain)};
   }
-  [[nodiscard]] static constexpr Weight share(const OwnAndOthers<PlainSum>& of) noexcept { return Sums::weight(of); }
 
   Exact exact_;
   [[no_unique_address]] std::conditional_t<has_plain_path, Plain, Nothing> plain_;
