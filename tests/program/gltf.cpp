@@ -1,5 +1,3 @@
-#include "support/gltf/reader.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -12,8 +10,7 @@
 #include <random>
 #include <string>
 
-#include "program/read_scene.hpp"
-#include "program/scratch_folder.hpp"
+#include "program/gltf_files.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -31,48 +28,9 @@
 #include <meshoptimizer.h>
 #endif
 
-// glTF as it is read; features.cpp renders it.
+// glTF as it is read, but for its materials (gltf_materials.cpp); features.cpp renders it.
 
-using namespace gmis::tools;
-using gmis_test::Read;
-using gmis_test::ScratchFolder;
-using gmis_test::text_of;
-using Json = nlohmann::json;
-namespace fs = std::filesystem;
-
-namespace {
-
-const fs::path features = GMIS_FEATURE_FOLDER;
-
-/// A folder with the images that the scenes below name.
-struct Scratch : ScratchFolder {
-  Scratch() {
-    for (const char* name : {"colors.png", "tilted.png", "cutout.png"}) fs::copy_file(features / name, path / name);
-  }
-};
-
-Read read_file(const fs::path& file, Strictness strictness = Strictness::strict) {
-  return gmis_test::reading(strictness, [&](Diagnostics& diagnostics) { return read_gltf_scene(file, diagnostics); });
-}
-
-/// metal.gltf, changed.
-Read read_changed(const std::function<void(Json&)>& change, Strictness strictness = Strictness::strict) {
-  const Scratch folder;
-  Json json = Json::parse(text_of(features / "metal.gltf"));
-  change(json);
-  std::ofstream(folder.path / "a.gltf") << json;
-  return read_file(folder.path / "a.gltf", strictness);
-}
-
-const MeshDescription& mesh(const Read& result) {
-  return std::get<MeshDescription>(result.scene.shapes.at(0).geometry);
-}
-
-bool near(const glm::dvec3& a, const glm::dvec3& b) {
-  return glm::length(a - b) < 1e-6 * (1 + glm::length(b));
-}
-
-}  // namespace
+using namespace gmis_test;
 
 TEST_CASE("A mesh, its coordinates, its node and the camera") {
   const Read result = read_changed([](Json& json) {
@@ -104,70 +62,6 @@ TEST_CASE("A mesh, its coordinates, its node and the camera") {
     json["scenes"][0]["nodes"] = {1, 2};
   });
   CHECK(near(mesh(parented).positions.at(0), {0, -1, 0}));
-}
-
-TEST_CASE("Metallic-roughness, glass, emission and alpha as materials") {
-  const auto material = [](const Json& description) {
-    return read_changed([&](Json& json) {
-      json["materials"][0] = description;
-      json["images"] = {{{"uri", "colors.png"}}, {{"uri", "tilted.png"}}};
-      json["textures"] = {{{"source", 0}}, {{"source", 1}}};
-    });
-  };
-  const auto kind = [](const Read& result) { return result.scene.materials.at(result.scene.shapes.at(0).material); };
-  const Read diffuse =
-      material({{"pbrMetallicRoughness",
-                 {{"metallicFactor", 0}, {"roughnessFactor", 0.5}, {"baseColorTexture", {{"index", 0}}}}},
-                {"normalTexture", {{"index", 1}}}});
-  CAPTURE(diffuse.error);
-  CHECK(std::get<CoatedDiffuseDescription>(kind(diffuse).kind).alpha == Approx(0.25));
-  CHECK(kind(diffuse).textures.color);
-  CHECK(kind(diffuse).textures.normal_map);
-  CHECK(diffuse.says("metallic-roughness becomes"));
-  const Read mixed = material({{"pbrMetallicRoughness", {{"metallicFactor", 0.25}}}});
-  CHECK(std::get<MixDescription>(kind(mixed).kind).amount->mean().x == Approx(0.25));
-  const Read layers = material({{"pbrMetallicRoughness", {{"metallicRoughnessTexture", {{"index", 0}}}}}});
-  CHECK(std::get<MixDescription>(kind(layers).kind).amount->mean().x == Approx(128 / 255.0));
-  // The square of the green channel: 20/255 to 200/255.
-  const auto part = layers.scene.materials.at(std::get<MixDescription>(kind(layers).kind).second);
-  CHECK(double(part.textures.roughness->upper().x) == Approx(std::pow(200 / 255.0, 2)));
-  const Read glass = material(
-      {{"pbrMetallicRoughness", {{"roughnessFactor", 0}}},
-       {"extensions",
-        {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}, {"KHR_materials_ior", {{"ior", 1.33}}}}}});
-  CHECK(std::get<DielectricDescription>(kind(glass).kind).eta == Approx(1.33));
-  const Read light = read_file(features / "glow.gltf");
-  REQUIRE(light.scene.shapes.at(0).emission);
-  CHECK(near(light.scene.shapes[0].emission->radiance, {.5, 1, 2}));
-  CHECK(light.says("the sky \"studio\" is added"));  // a material that shines is no reason to be in the dark
-  const Read blend =
-      material({{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.25}}}}});
-  REQUIRE(blend.scene.shapes.at(0).opacity);
-  CHECK(blend.scene.shapes[0].opacity->mean().x == Approx(0.25));
-  const Read mask = material({{"alphaMode", "MASK"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.25}}}}});
-  CHECK(mask.scene.shapes.at(0).opacity->mean().x == 0.0);
-}
-
-TEST_CASE("A volume absorbs by its colour and distance, a thin wall nothing") {
-  const auto glass = [](const Json& volume, double transmission = 1) {
-    return read_changed([&](Json& json) {
-      json["materials"][0] = {
-          {"pbrMetallicRoughness", {{"roughnessFactor", 0}}},
-          {"extensions",
-           {{"KHR_materials_transmission", {{"transmissionFactor", transmission}}}, {"KHR_materials_volume", volume}}}};
-    });
-  };
-  const Read tinted = glass({{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}});
-  CAPTURE(tinted.error);
-  REQUIRE(tinted.scene.shapes.at(0).absorption);
-  const Rgb sigma = tinted.scene.shapes[0].absorption->inside;
-  CHECK(std::exp(-2 * sigma.x) == Approx(0.25));
-  CHECK(sigma.y == 0);
-  CHECK(std::exp(-2 * sigma.z) < 1e-11);
-  CHECK_FALSE(glass({{"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}}).scene.shapes.at(0).absorption);
-  CHECK_FALSE(glass({{"thicknessFactor", 1}, {"attenuationColor", {0.25, 1, 0}}}).scene.shapes.at(0).absorption);
-  CHECK(glass({{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}}, 0.5)
-            .error.find("a volume behind") != std::string::npos);
 }
 
 TEST_CASE("Punctual lights are where their nodes are, and point along -z") {
@@ -256,49 +150,6 @@ TEST_CASE("Files that are damaged are refused in one line, or read") {
 }
 
 namespace {
-
-std::string base64_of(const std::string& bytes) {
-  const char* const letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      word = word << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : letters[word >> (18 - 6 * k) & 63U];
-  }
-  return text;
-}
-
-/// Adds bytes as a view with a buffer of its own; its number.
-std::size_t add_view(Json& json, const std::string& bytes) {
-  json["buffers"].push_back(
-      {{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64_of(bytes)}});
-  json["bufferViews"].push_back({{"buffer", json["buffers"].size() - 1}, {"byteLength", bytes.size()}});
-  return json["bufferViews"].size() - 1;
-}
-
-template <class Number>
-std::string bytes_of(const std::vector<Number>& numbers) {
-  return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
-}
-
-/// Adds an accessor of floats; its number.
-std::size_t add_floats(Json& json, const std::vector<float>& numbers, const std::string& type, std::size_t width) {
-  const std::size_t view = add_view(json, bytes_of(numbers));
-  json["accessors"].push_back(
-      {{"bufferView", view}, {"componentType", 5126}, {"count", numbers.size() / width}, {"type", type}});
-  return json["accessors"].size() - 1;
-}
-
-Json& attributes(Json& json) {
-  return json["meshes"][0]["primitives"][0]["attributes"];
-}
-
-void add_image(Json& json, const char* file = "colors.png") {
-  json["images"] = {{{"uri", file}}};
-  json["textures"] = {{{"source", 0}}};
-  json["materials"][0] = {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"baseColorTexture", {{"index", 0}}}}}};
-}
 
 /// The texture of a material's colour.
 const gmis::scene::Texture<float>& color_of(const Read& result, std::size_t shape = 0) {
@@ -473,51 +324,6 @@ TEST_CASE("Sparse accessors, accessors without data and instances") {
   CHECK(near(mesh(result).positions.at(0), {-1, -1, 0}));
   CHECK(near(mesh(result).positions.at(1), {5, 5, 0}));
   CHECK(near(std::get<MeshDescription>(result.scene.shapes[1].geometry).positions.at(3), {6, 6, 9}));
-}
-
-TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of emission") {
-  const auto material = [](const Json& description) {
-    return read_changed([&](Json& json) {
-      add_image(json);
-      json["materials"][0] = description;
-    });
-  };
-  const auto kind = [](const Read& result) {
-    return result.scene.materials.at(result.scene.shapes.at(0).material).kind;
-  };
-  const auto extended = [](const char* name, const Json& value) { return Json{{"extensions", {{name, value}}}}; };
-  // No specular: all of it diffuse. Specular as of a metal: all of it metal.
-  const Read plastic = material(extended(
-      "KHR_materials_pbrSpecularGlossiness",
-      {{"diffuseFactor", {0.5, 0.25, 0, 1}}, {"specularFactor", {0.04, 0.04, 0.04}}, {"glossinessFactor", 0.5}}));
-  CAPTURE(plastic.error);
-  const auto coated = std::get<CoatedDiffuseDescription>(kind(plastic));
-  CHECK(near(coated.reflectance, {0.5, 0.25, 0}));
-  CHECK(coated.alpha == Approx(0.25));
-  const Read gold = material(extended("KHR_materials_pbrSpecularGlossiness",
-                                      {{"diffuseFactor", {0, 0, 0, 1}}, {"specularFactor", {1, 0.7, 0.3}}}));
-  const auto metal = std::get<ConductorDescription>(kind(gold));
-  for (int c = 0; c < 3; ++c) {
-    const double k2 = metal.k[c] * metal.k[c];
-    CHECK(k2 / (4 + k2) == Approx(std::min(Rgb(1, 0.7, 0.3)[c], 0.9999)));  // head on, with eta 1
-  }
-  const Read flat = material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
-                              {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
-  REQUIRE(flat.scene.shapes.at(0).emission);
-  CHECK(flat.scene.shapes[0].emission->texture);
-  CHECK(std::get<DiffuseDescription>(kind(flat)).reflectance == Rgb(0));
-  const Read glass =
-      material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.9, 0.4, 1}}, {"roughnessFactor", 0}}},
-                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
-  CHECK(std::get<DielectricDescription>(kind(glass)).tint == Rgb(0.2, 0.9, 0.4));
-  const Read coat = material(
-      {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
-       {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.5}}}}}});
-  CHECK(std::get<CoatedDiffuseDescription>(kind(coat)).alpha == Approx(0.25));
-  const Read screen = material({{"emissiveFactor", {1, 2, 0.5}}, {"emissiveTexture", {{"index", 0}}}});
-  REQUIRE(screen.scene.shapes.at(0).emission);
-  CHECK(screen.scene.shapes[0].emission->texture);
-  CHECK(screen.scene.shapes[0].emission->radiance == Rgb(1, 2, 0.5));
 }
 
 TEST_CASE("An error of a damaged file names its part, and what to do") {

@@ -1,0 +1,118 @@
+#include <cmath>
+#include <string>
+
+#include "program/gltf_files.hpp"
+#include "support/catch.hpp"
+
+// The materials of glTF as they are read; features.cpp renders some.
+
+using namespace gmis_test;
+
+TEST_CASE("Metallic-roughness, glass, emission and alpha as materials") {
+  const auto material = [](const Json& description) {
+    return read_changed([&](Json& json) {
+      json["materials"][0] = description;
+      json["images"] = {{{"uri", "colors.png"}}, {{"uri", "tilted.png"}}};
+      json["textures"] = {{{"source", 0}}, {{"source", 1}}};
+    });
+  };
+  const auto kind = [](const Read& result) { return result.scene.materials.at(result.scene.shapes.at(0).material); };
+  const Read diffuse =
+      material({{"pbrMetallicRoughness",
+                 {{"metallicFactor", 0}, {"roughnessFactor", 0.5}, {"baseColorTexture", {{"index", 0}}}}},
+                {"normalTexture", {{"index", 1}}}});
+  CAPTURE(diffuse.error);
+  CHECK(std::get<CoatedDiffuseDescription>(kind(diffuse).kind).alpha == Approx(0.25));
+  CHECK(kind(diffuse).textures.color);
+  CHECK(kind(diffuse).textures.normal_map);
+  CHECK(diffuse.says("metallic-roughness becomes"));
+  const Read mixed = material({{"pbrMetallicRoughness", {{"metallicFactor", 0.25}}}});
+  CHECK(std::get<MixDescription>(kind(mixed).kind).amount->mean().x == Approx(0.25));
+  const Read layers = material({{"pbrMetallicRoughness", {{"metallicRoughnessTexture", {{"index", 0}}}}}});
+  CHECK(std::get<MixDescription>(kind(layers).kind).amount->mean().x == Approx(128 / 255.0));
+  // The square of the green channel: 20/255 to 200/255.
+  const auto part = layers.scene.materials.at(std::get<MixDescription>(kind(layers).kind).second);
+  CHECK(double(part.textures.roughness->upper().x) == Approx(std::pow(200 / 255.0, 2)));
+  const Read glass = material(
+      {{"pbrMetallicRoughness", {{"roughnessFactor", 0}}},
+       {"extensions",
+        {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}, {"KHR_materials_ior", {{"ior", 1.33}}}}}});
+  CHECK(std::get<DielectricDescription>(kind(glass).kind).eta == Approx(1.33));
+  const Read light = read_file(features / "glow.gltf");
+  REQUIRE(light.scene.shapes.at(0).emission);
+  CHECK(near(light.scene.shapes[0].emission->radiance, {.5, 1, 2}));
+  CHECK(light.says("the sky \"studio\" is added"));  // a material that shines is no reason to be in the dark
+  const Read blend =
+      material({{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.25}}}}});
+  REQUIRE(blend.scene.shapes.at(0).opacity);
+  CHECK(blend.scene.shapes[0].opacity->mean().x == Approx(0.25));
+  const Read mask = material({{"alphaMode", "MASK"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.25}}}}});
+  CHECK(mask.scene.shapes.at(0).opacity->mean().x == 0.0);
+}
+
+TEST_CASE("A volume absorbs by its colour and distance, a thin wall nothing") {
+  const auto glass = [](const Json& volume, double transmission = 1) {
+    return read_changed([&](Json& json) {
+      json["materials"][0] = {
+          {"pbrMetallicRoughness", {{"roughnessFactor", 0}}},
+          {"extensions",
+           {{"KHR_materials_transmission", {{"transmissionFactor", transmission}}}, {"KHR_materials_volume", volume}}}};
+    });
+  };
+  const Read tinted = glass({{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}});
+  CAPTURE(tinted.error);
+  REQUIRE(tinted.scene.shapes.at(0).absorption);
+  const Rgb sigma = tinted.scene.shapes[0].absorption->inside;
+  CHECK(std::exp(-2 * sigma.x) == Approx(0.25));
+  CHECK(sigma.y == 0);
+  CHECK(std::exp(-2 * sigma.z) < 1e-11);
+  CHECK_FALSE(glass({{"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}}).scene.shapes.at(0).absorption);
+  CHECK_FALSE(glass({{"thicknessFactor", 1}, {"attenuationColor", {0.25, 1, 0}}}).scene.shapes.at(0).absorption);
+  CHECK(glass({{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.25, 1, 0}}}, 0.5)
+            .error.find("a volume behind") != std::string::npos);
+}
+
+TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of emission") {
+  const auto material = [](const Json& description) {
+    return read_changed([&](Json& json) {
+      add_image(json);
+      json["materials"][0] = description;
+    });
+  };
+  const auto kind = [](const Read& result) {
+    return result.scene.materials.at(result.scene.shapes.at(0).material).kind;
+  };
+  const auto extended = [](const char* name, const Json& value) { return Json{{"extensions", {{name, value}}}}; };
+  // No specular: all of it diffuse. Specular as of a metal: all of it metal.
+  const Read plastic = material(extended(
+      "KHR_materials_pbrSpecularGlossiness",
+      {{"diffuseFactor", {0.5, 0.25, 0, 1}}, {"specularFactor", {0.04, 0.04, 0.04}}, {"glossinessFactor", 0.5}}));
+  CAPTURE(plastic.error);
+  const auto coated = std::get<CoatedDiffuseDescription>(kind(plastic));
+  CHECK(near(coated.reflectance, {0.5, 0.25, 0}));
+  CHECK(coated.alpha == Approx(0.25));
+  const Read gold = material(extended("KHR_materials_pbrSpecularGlossiness",
+                                      {{"diffuseFactor", {0, 0, 0, 1}}, {"specularFactor", {1, 0.7, 0.3}}}));
+  const auto metal = std::get<ConductorDescription>(kind(gold));
+  for (int c = 0; c < 3; ++c) {
+    const double k2 = metal.k[c] * metal.k[c];
+    CHECK(k2 / (4 + k2) == Approx(std::min(Rgb(1, 0.7, 0.3)[c], 0.9999)));  // head on, with eta 1
+  }
+  const Read flat = material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
+                              {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
+  REQUIRE(flat.scene.shapes.at(0).emission);
+  CHECK(flat.scene.shapes[0].emission->texture);
+  CHECK(std::get<DiffuseDescription>(kind(flat)).reflectance == Rgb(0));
+  const Read glass =
+      material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.9, 0.4, 1}}, {"roughnessFactor", 0}}},
+                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
+  CHECK(std::get<DielectricDescription>(kind(glass)).tint == Rgb(0.2, 0.9, 0.4));
+  const Read coat = material(
+      {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
+       {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.5}}}}}});
+  CHECK(std::get<CoatedDiffuseDescription>(kind(coat)).alpha == Approx(0.25));
+  const Read screen = material({{"emissiveFactor", {1, 2, 0.5}}, {"emissiveTexture", {{"index", 0}}}});
+  REQUIRE(screen.scene.shapes.at(0).emission);
+  CHECK(screen.scene.shapes[0].emission->texture);
+  CHECK(screen.scene.shapes[0].emission->radiance == Rgb(1, 2, 0.5));
+}
