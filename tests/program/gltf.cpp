@@ -89,6 +89,36 @@ TEST_CASE("Punctual lights are where their nodes are, and point along -z") {
   CHECK(spot.outer == Approx(.5));
 }
 
+TEST_CASE("A hidden node hides the meshes and lights below it, but no camera") {
+  const auto read = [](bool parent_is_visible, bool child_is_visible) {
+    return read_changed([&](Json& json) {
+      json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+      json["meshes"].push_back(json["meshes"][0]);
+      const auto visible = [](bool is) { return Json{{"KHR_node_visibility", {{"visible", is}}}}; };
+      json["nodes"][1]["extensions"] = visible(child_is_visible);  // the camera
+      json["nodes"].push_back({{"mesh", 1}, {"extensions", visible(child_is_visible)}});
+      json["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+      json["nodes"].push_back({{"children", {1, 2, 3}}, {"extensions", visible(parent_is_visible)}});
+      json["scenes"][0]["nodes"] = {0, 4};
+    });
+  };
+  const Read all = read(true, true), none = read(false, true), only_the_light = read(true, false);
+  CAPTURE(all.error, none.error, only_the_light.error);
+  CHECK(all.scene.shapes.size() == 2);
+  CHECK(none.scene.shapes.size() == 1);
+  CHECK(only_the_light.scene.shapes.size() == 1);
+  const auto has_point_light = [](const Read& result) {
+    return std::holds_alternative<PointLightDescription>(result.scene.lights.at(0).kind);
+  };
+  CHECK(has_point_light(all));
+  CHECK_FALSE(has_point_light(none));
+  CHECK(has_point_light(only_the_light));
+  for (const Read* result : {&all, &none, &only_the_light}) {
+    CHECK_FALSE(result->says("no camera"));
+    CHECK(near(glm::dvec3(result->scene.camera.world_from_camera[3]), {0, 0, 5}));
+  }
+}
+
 TEST_CASE("What glTF has and this does not is said") {
   const auto error = [](const std::function<void(Json&)>& change) {
     const Read strict = read_changed(change);

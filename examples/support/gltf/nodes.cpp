@@ -116,6 +116,7 @@ void Nodes::animate(const Json& animation, double seconds) {
 
 void Nodes::place_all() {
   world_.assign(locals_.size(), glm::dmat4(1));
+  is_hidden_.assign(locals_.size(), false);
   std::vector<std::size_t> open;
   std::vector<bool> is_placed(locals_.size(), false);
   for (std::size_t i = 0; i < locals_.size(); ++i)
@@ -133,6 +134,10 @@ void Nodes::place_all() {
       m[3] = glm::dvec4(local.translation, 1);
     }
     world_[node] = parents_[node] ? world_[*parents_[node]] * m : m;
+    const Json& extension = Document::extension(document_.entry("nodes", node), "KHR_node_visibility");
+    const Json& visible = Document::member(extension, "visible");
+    is_hidden_[node] =
+        (visible.is_boolean() && !visible.get<bool>()) || (parents_[node] && is_hidden_[*parents_[node]]);
     open.insert(open.end(), children_[node].begin(), children_[node].end());
   }
   const auto lost = std::find(is_placed.begin(), is_placed.end(), false);

@@ -16,6 +16,8 @@ class Nodes {
   Nodes(const Document& document, std::optional<double> seconds);
 
   [[nodiscard]] const glm::dmat4& world_from(std::size_t node) const { return world_.at(node); }
+  /// The node or one above it is not visible, by KHR_node_visibility.
+  [[nodiscard]] bool is_hidden(std::size_t node) const { return is_hidden_.at(node); }
   /// The weights of morph targets, where the animation moves them; else empty.
   [[nodiscard]] const std::vector<double>& weights_of(std::size_t node) const { return weights_.at(node); }
   /// The nodes of the scene that is shown, parents first.
@@ -37,6 +39,7 @@ class Nodes {
   std::vector<std::vector<std::size_t>> children_;
   std::vector<std::vector<double>> weights_;
   std::vector<glm::dmat4> world_;
+  std::vector<bool> is_hidden_;
   std::vector<std::size_t> shown_;
 };
 

@@ -95,12 +95,11 @@ class Reader {
  private:
   void visit(std::size_t number) {
     const Json& node = document_.entry("nodes", number);
-    const Json& visible = Document::member(Document::extension(node, "KHR_node_visibility"), "visible");
-    if (visible.is_boolean() && !visible.get<bool>()) return;
     const glm::dmat4& world_from_node = nodes_.world_from(number);
-    if (const auto mesh = document_.index(node, "mesh")) add_mesh(*mesh, node, number);
     if (const auto camera = document_.index(node, "camera"); camera && !has_camera_)
       add_camera(*camera, document_.named("node", node, number), world_from_node);
+    if (nodes_.is_hidden(number)) return;
+    if (const auto mesh = document_.index(node, "mesh")) add_mesh(*mesh, node, number);
     const Json& light = Document::extension(node, "KHR_lights_punctual");
     if (const auto place = document_.index(light, "light")) add_light(*place, world_from_node);
   }
