@@ -167,6 +167,7 @@ struct CameraDescription {
   glm::dmat4 world_from_camera{1};
   bool is_orthographic = false;                        ///< parallel rays
   double field_of_view = 90;                           ///< in degrees, across the shorter side of the picture
+  std::optional<double> vertical_field_of_view;        ///< in degrees; takes the place of `field_of_view`
   std::optional<double> frame_aspect_ratio;            ///< width over height when not that of the film
   std::optional<std::array<double, 4>> screen_window;  ///< x0, x1, y0, y1
   double lens_radius = 0;                              ///< in camera space; 0 is a pinhole

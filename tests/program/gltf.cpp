@@ -55,7 +55,13 @@ TEST_CASE("A mesh, its coordinates, its node and the camera") {
   CHECK(near(glm::dvec3(m[2]), {0, 0, -1}));
   CHECK(near(glm::dvec3(m[0]), {1, 0, 0}));
   CHECK(result.scene.film.width == result.scene.film.height / 2);
-  CHECK(std::tan(result.scene.camera.field_of_view * 3.14159265358979 / 360) == Approx(std::tan(0.4) / 2));
+  for (const int height : {50, 100, 400}) {  // --size changes nothing about the vertical field of view
+    const auto window = picture_window(result.scene.camera, 100, height);
+    CHECK(window[3] == Approx(std::tan(0.4)));
+    CHECK(window[1] == Approx(std::tan(0.4) * 100 / height));
+    CHECK(window[0] == -window[1]);
+    CHECK(window[2] == -window[3]);
+  }
   CHECK(result.says("the sky \"studio\" is added"));
   const Read parented = read_changed([](Json& json) {
     json["nodes"].push_back({{"children", {0}}, {"translation", {1, 0, 0}}});

@@ -372,9 +372,7 @@ class Reader {
       if (const double given = document_.number(perspective, "aspectRatio", 0); given > 0) aspect = given;
       const double fov = document_.number(perspective, "yfov", 0);
       if (!(fov > 1e-4 && fov < 3.1)) throw document_.error(name + " has a yfov that is not from 0.0001 to 3.1");
-      // Across the shorter side.
-      const double half = std::tan(fov / 2) * std::min(aspect, 1.0);
-      made.field_of_view = 2 * std::atan(half) * 180 / std::numbers::pi;
+      made.vertical_field_of_view = fov * 180 / std::numbers::pi;
     }
     aspect = std::clamp(aspect, 1e-2, 1e2);
     scene_.film.width = std::max(1, static_cast<int>(std::lround(scene_.film.height * aspect)));
