@@ -155,6 +155,11 @@ const std::map<std::string, Picture> pictures{
     {"glow", flat({.5, 1, 2})},
     {"metal", flat({.9, .6, .3})},
     {"metal_texture", colored(from_srgb)},
+    {"unlit_colors",
+     [](double x, double y) {
+       const double s = (x + 1) / 2, t = (y + 1) / 2;  // red, green, blue and yellow at the corners
+       return Rgb(1 - s, std::abs(s - t), std::min(s, t));
+     }},
     {"mask", flat(Rgb(.9, .6, .3) * .25 + .75)},
     {"crop", flat(Rgb(.25, .15, .05))},
     {"camera_off", flat({.5, .3, .1})},

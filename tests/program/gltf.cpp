@@ -239,6 +239,33 @@ TEST_CASE("Colours at vertices are linear over each triangle, with and without a
   }
 }
 
+TEST_CASE("An unlit surface emits the colours at its vertices, nowhere less than nothing") {
+  const std::vector<float> colors{1, 0, 0, 0, 1, 0, 0, 0, 1, 0.25F, 0.5F, 0.75F};
+  const Read result = read_changed([&](Json& json) {
+    json["materials"][0] = {{"extensions", {{"KHR_materials_unlit", Json::object()}}}};
+    attributes(json)["COLOR_0"] = add_floats(json, colors, "VEC3", 3);
+  });
+  CAPTURE(result.error);
+  REQUIRE(result.scene.shapes.size() == 1);
+  const auto& emission = result.scene.shapes[0].emission;
+  REQUIRE(emission);
+  const gmis::scene::Texture<float>& radiance = *emission->texture;
+  CHECK(radiance.lower() == glm::vec3(0));
+  CHECK(radiance.upper() == glm::vec3(1));
+  const int corners[2][3] = {{0, 1, 2}, {0, 2, 3}};
+  for (std::size_t k = 0; k < 2; ++k)
+    for (int i = 0; i <= 10; ++i)
+      for (int j = 0; i + j <= 10; ++j) {
+        const glm::dvec3 w(1 - 0.1 * (i + j), 0.1 * i, 0.1 * j);
+        glm::dvec3 wanted(0);
+        for (int corner = 0; corner < 3; ++corner)
+          for (int c = 0; c < 3; ++c)
+            wanted[c] += w[corner] * double(colors.at(static_cast<std::size_t>(3 * corners[k][corner] + c)));
+        const glm::vec3 found = radiance.at(glm::vec2(between(mesh(result).uv, mesh(result).triangles[k], w)));
+        CHECK(glm::length(glm::dvec3(found) - wanted) < 1e-5);
+      }
+}
+
 TEST_CASE("Two sets of coordinates serve one material, and normal maps keep their tangents") {
   const std::vector<float> second{0, 0, 0.5F, 0, 0.5F, 0.5F, 0, 0.5F};
   const Read result = read_changed([&](Json& json) {

@@ -114,6 +114,10 @@ std::optional<std::size_t> Materials::normal_map_set(std::optional<std::size_t> 
   return info.is_object() ? std::optional(set_of(document_, info)) : std::nullopt;
 }
 
+bool Materials::is_unlit(std::optional<std::size_t> number) const {
+  return Document::extension(json_of(number), "KHR_materials_unlit").is_object();
+}
+
 const MadeMaterial& Materials::at(std::optional<std::size_t> number) {
   const auto found = made_.find(number);
   if (found != made_.end()) return found->second;
@@ -458,7 +462,7 @@ MadeMaterial Materials::made(std::optional<std::size_t> number, const SurfaceLay
 
   MadeMaterial result;
   result.opacity = opacity_of(material, layers);
-  if (Document::extension(material, "KHR_materials_unlit").is_object()) {
+  if (is_unlit(number)) {
     result.number = add(DiffuseDescription{Rgb(0)});
     if (layers.base != Rgb(0)) result.emission = EmissionDescription{layers.base, true, layers.color};
     note(name_ + ": an unlit surface emits its colour, and lights what is around it");

@@ -40,6 +40,8 @@ class Materials {
   [[nodiscard]] std::set<std::size_t> coordinate_sets(std::optional<std::size_t> number) const;
   /// The set that its normal map uses; nothing without a normal map.
   [[nodiscard]] std::optional<std::size_t> normal_map_set(std::optional<std::size_t> number) const;
+  /// Its surface emits its colour.
+  [[nodiscard]] bool is_unlit(std::optional<std::size_t> number) const;
   /// The material over the coordinates of a mesh as they are; made once and kept.
   [[nodiscard]] const MadeMaterial& at(std::optional<std::size_t> number);
   [[nodiscard]] MadeMaterial made(std::optional<std::size_t> number, const SurfaceLayout& layout);

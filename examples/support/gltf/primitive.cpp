@@ -182,4 +182,21 @@ TextureHandle TriangleCharts::function(const std::vector<glm::dvec3>& values, Lo
   return scene::Texture<float>::image(std::move(image), {}, scene::TextureWrap::clamp);
 }
 
+TextureHandle TriangleCharts::fractions(const std::vector<glm::dvec3>& values, LoadBudget& budget,
+                                        const SourcePosition& where) const {
+  using Tex = scene::Texture<float>;
+  TextureHandle result;
+  for (int c = 0; c < 3; ++c) {
+    std::vector<glm::dvec3> channel;
+    for (const glm::dvec3& value : values) channel.emplace_back(value[c]);
+    glm::dvec3 none(1);
+    none[c] = 0;
+    // The amount of a mixture is cut to [0, 1] where it is looked up.
+    const TextureHandle part =
+        Tex::mix(Tex::constant(none), Tex::constant(glm::dvec3(1)), function(channel, budget, where));
+    result = result ? Tex::product(result, part) : part;
+  }
+  return result;
+}
+
 }  // namespace gmis::tools::gltf

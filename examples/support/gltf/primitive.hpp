@@ -56,6 +56,10 @@ class TriangleCharts {
   /// The function with these values at the corners, three a triangle.
   [[nodiscard]] TextureHandle function(const std::vector<glm::dvec3>& values, LoadBudget& budget,
                                        const SourcePosition& where) const;
+  /// The same function for values from 0 to 1, with 0 and 1 as its bounds. An image has the bounds
+  /// of its texels, which lie outside of the triangles and may be negative.
+  [[nodiscard]] TextureHandle fractions(const std::vector<glm::dvec3>& values, LoadBudget& budget,
+                                        const SourcePosition& where) const;
 
  private:
   int side_ = 1;                    ///< patches in a row

@@ -328,7 +328,10 @@ class Reader {
         alphas.emplace_back(alpha);
         has_alpha = has_alpha || alpha < 1;
       }
-      layout.vertex_color = function(colors);
+      // Only a radiance needs the slower one: of other colours a material cuts what is beyond.
+      layout.vertex_color = materials_.is_unlit(number)
+                                ? charts.fractions(colors, document_.budget(), document_.where())
+                                : function(colors);
       if (has_alpha) layout.vertex_alpha = function(alphas);
     }
     mesh.positions = split(mesh.positions);
