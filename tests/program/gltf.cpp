@@ -134,6 +134,9 @@ TEST_CASE("What glTF has and this does not is said") {
   CHECK(error([](Json& j) {
           j["materials"][0]["extensions"]["KHR_materials_sheen"]["sheenColorFactor"] = {1, 0, 0};
         }).find("sheen") != std::string::npos);
+  CHECK(read_changed([](Json& j) {
+          j["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_dispersion", "KHR_node_visibility"};
+        }).error.empty());
   CHECK(error([](Json& j) {
           j["extensionsRequired"] = {"EXT_something"};
           j["extensionsUsed"] = {"EXT_something"};

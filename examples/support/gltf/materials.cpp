@@ -212,7 +212,7 @@ TextureHandle Materials::texture(const Json& info, Use use, double normal_scale)
   }
 }
 
-void Materials::refuse_extensions(const Json& material) {
+const std::set<std::string>& Materials::understood_extensions() {
   static const std::set<std::string> understood{"KHR_materials_transmission",
                                                 "KHR_materials_ior",
                                                 "KHR_materials_emissive_strength",
@@ -224,10 +224,14 @@ void Materials::refuse_extensions(const Json& material) {
                                                 "KHR_materials_anisotropy",
                                                 "KHR_materials_variants",
                                                 "KHR_materials_dispersion"};
+  return understood;
+}
+
+void Materials::refuse_extensions(const Json& material) {
   const Json& all = Document::member(material, "extensions");
   if (!all.is_object()) return;
   for (const auto& [name, value] : all.items()) {
-    if (understood.contains(name)) continue;
+    if (understood_extensions().contains(name)) continue;
     if (name == "KHR_materials_sheen" && color(value, "sheenColorFactor", Rgb(0), 1) == Rgb(0)) continue;
     if (name == "KHR_materials_iridescence" && document_.number(value, "iridescenceFactor", 0) == 0) continue;
     if (name == "KHR_materials_diffuse_transmission" && document_.number(value, "diffuseTransmissionFactor", 0) == 0)

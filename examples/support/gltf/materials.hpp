@@ -42,6 +42,8 @@ class Materials {
   [[nodiscard]] std::optional<std::size_t> normal_map_set(std::optional<std::size_t> number) const;
   /// Its surface emits its colour.
   [[nodiscard]] bool is_unlit(std::optional<std::size_t> number) const;
+  /// The extensions of materials that are read, or ignored with a note.
+  [[nodiscard]] static const std::set<std::string>& understood_extensions();
   /// The material over the coordinates of a mesh as they are; made once and kept.
   [[nodiscard]] const MadeMaterial& at(std::optional<std::size_t> number);
   [[nodiscard]] MadeMaterial made(std::optional<std::size_t> number, const SurfaceLayout& layout);

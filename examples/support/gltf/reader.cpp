@@ -29,10 +29,7 @@ namespace {
 /// read.
 void require_extensions(const Document& document, Diagnostics& diagnostics) {
   static const std::set<std::string> understood {
-    "KHR_lights_punctual", "KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume",
-        "KHR_materials_emissive_strength", "KHR_materials_specular", "KHR_materials_clearcoat", "KHR_materials_unlit",
-        "KHR_materials_pbrSpecularGlossiness", "KHR_materials_anisotropy", "KHR_materials_variants",
-        "KHR_texture_transform", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
 #if GMIS_HAS_MESHOPT
         "EXT_meshopt_compression", "KHR_meshopt_compression",
 #endif
@@ -44,7 +41,8 @@ void require_extensions(const Document& document, Diagnostics& diagnostics) {
   const Json& required = Document::member(document.root(), "extensionsRequired");
   if (!required.is_array()) return;
   for (const Json& name : required)
-    if (name.is_string() && !understood.contains(name.get<std::string>()))
+    if (name.is_string() && !understood.contains(name.get<std::string>()) &&
+        !Materials::understood_extensions().contains(name.get<std::string>()))
       diagnostics.unsupported(document.where(), "the file needs the extension " + in_quotes(name.get<std::string>()) +
                                                     ", which is not read: export it without, or use --lenient");
 }
