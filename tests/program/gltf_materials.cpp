@@ -1,4 +1,6 @@
 #include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
 #include <string>
 
 #include "program/gltf_files.hpp"
@@ -34,7 +36,7 @@ TEST_CASE("Metallic-roughness, glass, emission and alpha as materials") {
   const auto part = layers.scene.materials.at(std::get<MixDescription>(kind(layers).kind).second);
   CHECK(double(part.textures.roughness->upper().x) == Approx(std::pow(200 / 255.0, 2)));
   const Read glass = material(
-      {{"pbrMetallicRoughness", {{"roughnessFactor", 0}}},
+      {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
        {"extensions",
         {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}, {"KHR_materials_ior", {{"ior", 1.33}}}}}});
   CHECK(std::get<DielectricDescription>(kind(glass).kind).eta == Approx(1.33));
@@ -54,7 +56,7 @@ TEST_CASE("A volume absorbs by its colour and distance, a thin wall nothing") {
   const auto glass = [](const Json& volume, double transmission = 1) {
     return read_changed([&](Json& json) {
       json["materials"][0] = {
-          {"pbrMetallicRoughness", {{"roughnessFactor", 0}}},
+          {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
           {"extensions",
            {{"KHR_materials_transmission", {{"transmissionFactor", transmission}}}, {"KHR_materials_volume", volume}}}};
     });
@@ -104,7 +106,8 @@ TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of e
   CHECK(flat.scene.shapes[0].emission->texture);
   CHECK(std::get<DiffuseDescription>(kind(flat)).reflectance == Rgb(0));
   const Read glass =
-      material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.9, 0.4, 1}}, {"roughnessFactor", 0}}},
+      material({{"pbrMetallicRoughness",
+                 {{"baseColorFactor", {0.2, 0.9, 0.4, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0}}},
                 {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
   CHECK(std::get<DielectricDescription>(kind(glass)).tint == Rgb(0.2, 0.9, 0.4));
   const Read coat = material(
@@ -115,4 +118,68 @@ TEST_CASE("Specular-glossiness, unlit, coloured glass, a coat and a texture of e
   REQUIRE(screen.scene.shapes.at(0).emission);
   CHECK(screen.scene.shapes[0].emission->texture);
   CHECK(screen.scene.shapes[0].emission->radiance == Rgb(1, 2, 0.5));
+}
+
+namespace {
+
+/// The square with this material, whose colors.png is texture 0.
+Read read_material(const Json& description, Strictness strictness = Strictness::strict) {
+  return read_changed(
+      [&](Json& json) {
+        add_image(json);
+        json["materials"][0] = description;
+      },
+      strictness);
+}
+
+std::size_t material_of(const Read& result) {
+  return result.scene.shapes.at(0).material;
+}
+
+/// The share of the points that have this description, where all mixtures are as at `uv`.
+template <class Description>
+double share_of(const Read& result, std::size_t material, const glm::vec2& uv) {
+  const auto& kind = result.scene.materials.at(material).kind;
+  if (const auto* mix = std::get_if<MixDescription>(&kind)) {
+    const double second = double(mix->amount->at(uv).x);
+    return (1 - second) * share_of<Description>(result, mix->first, uv) +
+           second * share_of<Description>(result, mix->second, uv);
+  }
+  return std::holds_alternative<Description>(kind) ? 1 : 0;
+}
+
+/// Glass with a metalness, without roughness or thickness.
+Json glass(const Json& metallic, const Json& transmission) {
+  Json model = metallic;
+  model["roughnessFactor"] = 0;
+  return {{"pbrMetallicRoughness", model}, {"extensions", {{"KHR_materials_transmission", transmission}}}};
+}
+
+}  // namespace
+
+TEST_CASE("The share of glass is transmission (1 - metalness), that of metal the metalness") {
+  const auto check = [](const Json& metallic, const Json& transmission,
+                        const std::function<double(const glm::vec2&)>& metalness,
+                        const std::function<double(const glm::vec2&)>& transmitted) {
+    const Read result = read_material(glass(metallic, transmission));
+    CAPTURE(metallic, transmission, result.error);
+    REQUIRE(result.error.empty());
+    for (const glm::vec2 uv : {glm::vec2(0.125F), glm::vec2(0.375F, 0.625F), glm::vec2(0.875F, 0.125F)}) {
+      const double m = metalness(uv), t = transmitted(uv);
+      CHECK(share_of<DielectricDescription>(result, material_of(result), uv) == Approx(t * (1 - m)));
+      CHECK(share_of<ConductorDescription>(result, material_of(result), uv) == Approx(m));
+      CHECK(share_of<CoatedDiffuseDescription>(result, material_of(result), uv) == Approx((1 - t) * (1 - m)));
+    }
+  };
+  const auto always = [](double value) { return [value](const glm::vec2&) { return value; }; };
+  // colors.png has 60 · column + 20 in its red channel, and 128 in its blue one.
+  const auto red = [](const glm::vec2& uv) { return (60 * std::floor(uv.x * 4) + 20) / 255.0; };
+  const Json metal_texture = {{"metallicFactor", 0.5}, {"metallicRoughnessTexture", {{"index", 0}}}};
+  const Json clear_texture = {{"transmissionFactor", 0.75}, {"transmissionTexture", {{"index", 0}}}};
+  for (const double m : {0.0, 0.25, 1.0})
+    for (const double t : {0.0, 0.75, 1.0})
+      check({{"metallicFactor", m}}, {{"transmissionFactor", t}}, always(m), always(t));
+  check({{"metallicFactor", 0.25}}, clear_texture, always(0.25), [&](const auto& uv) { return 0.75 * red(uv); });
+  check(metal_texture, {{"transmissionFactor", 0.75}}, always(64 / 255.0), always(0.75));
+  check(metal_texture, clear_texture, always(64 / 255.0), [&](const auto& uv) { return 0.75 * red(uv); });
 }

@@ -324,24 +324,29 @@ Materials::Layers Materials::specular_glossiness(const Json& packed) {
   return layers;
 }
 
-std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
-  double ior = document_.number(Document::extension(material, "KHR_materials_ior"), "ior", 1.5);
-  if (ior == 0) {
+Materials::Finish Materials::finish_of(const Json& material, const Layers& layers) {
+  Finish finish;
+  finish.ior = document_.number(Document::extension(material, "KHR_materials_ior"), "ior", 1.5);
+  if (finish.ior == 0) {
     unsupported(name_ + ": an ior of 0 is not supported: 1.5 is used");
-    ior = 1.5;
+    finish.ior = 1.5;
   }
-  if (!(ior >= 1 && ior < 10)) throw document_.error(name_ + " has an ior that is not from 1 to 10");
-  MaterialTexturesDescription textures;
-  textures.color = tinted(layers.color, layers.base);
-  TextureHandle rough = layers.rough;
-  if (rough) {
-    rough = tinted(rough, Rgb(layers.roughness));
-    textures.roughness = Tex::product(rough, rough);  // α is its square
+  if (!(finish.ior >= 1 && finish.ior < 10)) throw document_.error(name_ + " has an ior that is not from 1 to 10");
+  finish.textures.color = tinted(layers.color, layers.base);
+  if (layers.rough) {
+    const TextureHandle rough = tinted(layers.rough, Rgb(layers.roughness));
+    finish.textures.roughness = Tex::product(rough, rough);  // α is its square
   }
   const Json& normals = Document::member(material, "normalTexture");
-  textures.normal_map = texture(normals, Use::normal, document_.number(normals, "scale", 1));
-  const double alpha = rough ? 0.5 : layers.roughness * layers.roughness;
+  finish.textures.normal_map = texture(normals, Use::normal, document_.number(normals, "scale", 1));
+  finish.alpha = smooth(layers.rough ? 0.5 : layers.roughness * layers.roughness);
+  return finish;
+}
 
+std::size_t Materials::surface_of(const Json& material, const Layers& layers,
+                                  std::optional<AbsorptionDescription>& absorption) {
+  const Finish finish = finish_of(material, layers);
+  const MaterialTexturesDescription& textures = finish.textures;
   Rgb specular(1);
   if (const Json& extension = Document::extension(material, "KHR_materials_specular"); extension.is_object()) {
     specular = color(extension, "specularColorFactor", Rgb(1), 1) * share(extension, "specularFactor", 1);
@@ -352,37 +357,51 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers) {
   const Json& coat = Document::extension(material, "KHR_materials_clearcoat");
   const double coat_share = share(coat, "clearcoatFactor", 0);
   const double coat_alpha = std::pow(share(coat, "clearcoatRoughnessFactor", 0), 2);
-  const auto dielectric_part = [&] {
-    const std::size_t bare = add(CoatedDiffuseDescription{layers.base, smooth(alpha), ior, specular}, textures);
+  const auto matte_part = [&] {
+    const std::size_t bare = add(CoatedDiffuseDescription{layers.base, finish.alpha, finish.ior, specular}, textures);
     if (!(coat_share > 0)) return bare;
     // The clear coat merges with the dielectric coat of the base: only the outer surface remains.
     MaterialTexturesDescription under = textures;
     under.roughness = nullptr;
     const std::size_t coated =
-        add(CoatedDiffuseDescription{layers.base, smooth(coat_alpha), std::max(ior, 1.5), specular}, under);
+        add(CoatedDiffuseDescription{layers.base, smooth(coat_alpha), std::max(finish.ior, 1.5), specular}, under);
     return coat_share == 1 ? coated : add(MixDescription{bare, coated, constant(coat_share)});
+  };
+  const Json& extension = Document::extension(material, "KHR_materials_transmission");
+  const double transmission = share(extension, "transmissionFactor", 0);
+  const auto dielectric_part = [&] {
+    if (!(transmission > 0)) return matte_part();
+    const TextureHandle where = texture(Document::member(extension, "transmissionTexture"), Use::red);
+    absorption = volume_of(material);
+    const std::size_t glass = glass_of(layers, finish);
+    if (transmission == 1 && !where) return glass;
+    return add(MixDescription{matte_part(), glass, where ? tinted(where, Rgb(transmission)) : constant(transmission)});
   };
   const auto metallic_part = [&] {
     const Rgb r = glm::min(layers.base, Rgb(0.9999));
     const Rgb k = 2.0 * glm::sqrt(r) / glm::sqrt(1.0 - r);
-    const std::size_t bare = add(ConductorDescription{Rgb(1), k, smooth(alpha)}, textures);
+    const std::size_t bare = add(ConductorDescription{Rgb(1), k, finish.alpha}, textures);
     if (!(coat_share > 0)) return bare;
     MaterialTexturesDescription under = textures;
     if (textures.color || textures.roughness) {
       unsupported(name_ + ": a clear coat over a metal with textures, which is left out with --lenient");
       return bare;
     }
-    const std::size_t coated =
-        add(CoatedConductorDescription{Rgb(1), k, smooth(alpha), 1.5, smooth(coat_alpha)}, under);
+    const std::size_t coated = add(CoatedConductorDescription{Rgb(1), k, finish.alpha, 1.5, smooth(coat_alpha)}, under);
     return coat_share == 1 ? coated : add(MixDescription{bare, coated, constant(coat_share)});
   };
   if (coat_share > 0) note(name_ + ": a clear coat of index 1.5 joins a dielectric base, and lies over a metal");
   note("metallic-roughness becomes a diffuse lobe under a glossy coat, a metal, or one of the two point by point");
-  if (layers.metallic == 0 || (layers.metal && layers.metal->upper().x == 0.0F)) return dielectric_part();
-  if (!layers.metal && layers.metallic == 1) return metallic_part();
-  const std::size_t first = dielectric_part(), second = metallic_part();
-  return add(MixDescription{first, second,
-                            layers.metal ? tinted(layers.metal, Rgb(layers.metallic)) : constant(layers.metallic)});
+  if (layers.metallic == 1 && (!layers.metal || layers.metal->lower().x >= 1.0F)) return metallic_part();
+  std::size_t result = dielectric_part();
+  if (layers.metallic > 0 && !(layers.metal && layers.metal->upper().x == 0.0F))
+    result = add(MixDescription{result, metallic_part(),
+                                layers.metal ? tinted(layers.metal, Rgb(layers.metallic)) : constant(layers.metallic)});
+  if (absorption && !std::holds_alternative<DielectricDescription>(scene_.materials[result].kind)) {
+    unsupported(name_ + ": a volume behind a surface that transmits in part: it is clear with --lenient");
+    absorption.reset();
+  }
+  return result;
 }
 
 std::optional<AbsorptionDescription> Materials::volume_of(const Json& material) {
@@ -399,33 +418,12 @@ std::optional<AbsorptionDescription> Materials::volume_of(const Json& material) 
   return AbsorptionDescription{sigma, Rgb(0)};
 }
 
-std::size_t Materials::glass_of(const Json& material, const Layers& layers, std::size_t opaque,
-                                std::optional<AbsorptionDescription>& absorption) {
-  const Json& extension = Document::extension(material, "KHR_materials_transmission");
-  const double transmission = share(extension, "transmissionFactor", 0);
-  if (!(transmission > 0)) return opaque;
-  const TextureHandle where = texture(Document::member(extension, "transmissionTexture"), Use::red);
-  const double ior = document_.number(Document::extension(material, "KHR_materials_ior"), "ior", 1.5);
-  MaterialTexturesDescription clear;
-  clear.color = tinted(layers.color, layers.base);
-  if (layers.rough) {
-    const TextureHandle rough = tinted(layers.rough, Rgb(layers.roughness));
-    clear.roughness = Tex::product(rough, rough);
-  }
-  const Json& normals = Document::member(material, "normalTexture");
-  clear.normal_map = texture(normals, Use::normal, document_.number(normals, "scale", 1));
-  const double alpha = layers.rough ? 0.5 : layers.roughness * layers.roughness;
+std::size_t Materials::glass_of(const Layers& layers, Finish finish) {
+  const DielectricDescription glass{finish.ior, finish.alpha, layers.base};
   // Where the index hardly bends light, roughness changes nothing, and there is no lobe for a
   // texture of it.
-  if (alpha * std::abs(ior - 1) < 1e-4) clear.roughness = nullptr;
-  const std::size_t glass = add(DielectricDescription{ior == 0 ? 1.5 : ior, smooth(alpha), layers.base}, clear);
-  absorption = volume_of(material);
-  if (transmission == 1 && !where) return glass;
-  if (absorption) {
-    unsupported(name_ + ": a volume behind a surface that transmits in part: it is clear with --lenient");
-    absorption.reset();
-  }
-  return add(MixDescription{opaque, glass, where ? tinted(where, Rgb(transmission)) : constant(transmission)});
+  if (glass.alpha * std::abs(glass.eta - 1) < 1e-4) finish.textures.roughness = nullptr;
+  return add(glass, finish.textures);
 }
 
 std::optional<EmissionDescription> Materials::emission_of(const Json& material) {
@@ -472,7 +470,7 @@ MadeMaterial Materials::made(std::optional<std::size_t> number, const SurfaceLay
     note(name_ + ": an unlit surface emits its colour, and lights what is around it");
     return result;
   }
-  result.number = glass_of(material, layers, surface_of(material, layers), result.absorption);
+  result.number = surface_of(material, layers, result.absorption);
   result.emission = emission_of(material);
   if (result.opacity && result.absorption) {
     unsupported(name_ + ": a volume with alpha: it has no holes with --lenient");

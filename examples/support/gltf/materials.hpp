@@ -55,13 +55,19 @@ class Materials {
     double alpha = 1, metallic = 1, roughness = 1;
     TextureHandle color, opacity, metal, rough;
   };
+  /// Index and surface, the same for all lobes of a material.
+  struct Finish {
+    double ior = 1.5, alpha = 1;
+    MaterialTexturesDescription textures;
+  };
   enum class Use { color, red, green, blue, alpha, normal };
   [[nodiscard]] const Json& json_of(std::optional<std::size_t> number) const;
   [[nodiscard]] Layers metallic_roughness(const Json& material);
   [[nodiscard]] Layers specular_glossiness(const Json& packed);
-  [[nodiscard]] std::size_t surface_of(const Json& material, const Layers& layers);
-  [[nodiscard]] std::size_t glass_of(const Json& material, const Layers& layers, std::size_t opaque,
-                                     std::optional<AbsorptionDescription>& absorption);
+  [[nodiscard]] Finish finish_of(const Json& material, const Layers& layers);
+  [[nodiscard]] std::size_t surface_of(const Json& material, const Layers& layers,
+                                       std::optional<AbsorptionDescription>& absorption);
+  [[nodiscard]] std::size_t glass_of(const Layers& layers, Finish finish);
   /// KHR_materials_volume: σ = −ln(attenuation colour) / attenuation distance.
   [[nodiscard]] std::optional<AbsorptionDescription> volume_of(const Json& material);
   [[nodiscard]] std::optional<EmissionDescription> emission_of(const Json& material);
