@@ -102,6 +102,13 @@ Picture slab(const Rgb& transmittance) {
   return flat(r + within * r * transmittance * transmittance + within * transmittance);
 }
 
+/// A pane of index 1.5 in light of radiance 1 from everywhere, seen head on: both faces together
+/// reflect 2 R / (1 + R), and what passes is coloured.
+Rgb pane(const Rgb& tint) {
+  const double reflected = 2 * 0.04 / (1 + 0.04);
+  return reflected + (1 - reflected) * tint;
+}
+
 const std::map<std::string, Picture> pictures{
     {"imagemap_png", colored(from_srgb)},
     {"imagemap_tga", colored(linear)},
@@ -155,6 +162,8 @@ const std::map<std::string, Picture> pictures{
     {"glow", flat({.5, 1, 2})},
     {"metal", flat({.9, .6, .3})},
     {"metal_texture", colored(from_srgb)},
+    {"pane", flat(pane({.9, .6, .3}))},
+    {"pane_metal", flat(Rgb(.9, .6, .3) * .25 + pane({.9, .6, .3}) * .75)},
     {"unlit_colors",
      [](double x, double y) {
        const double s = (x + 1) / 2, t = (y + 1) / 2;  // red, green, blue and yellow at the corners

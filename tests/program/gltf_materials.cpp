@@ -135,6 +135,10 @@ Read read_material(const Json& description, Strictness strictness = Strictness::
 std::size_t material_of(const Read& result) {
   return result.scene.shapes.at(0).material;
 }
+template <class Description>
+Description only(const Read& result) {
+  return std::get<Description>(result.scene.materials.at(material_of(result)).kind);
+}
 
 /// The share of the points that have this description, where all mixtures are as at `uv`.
 template <class Description>
@@ -182,4 +186,30 @@ TEST_CASE("The share of glass is transmission (1 - metalness), that of metal the
   check({{"metallicFactor", 0.25}}, clear_texture, always(0.25), [&](const auto& uv) { return 0.75 * red(uv); });
   check(metal_texture, {{"transmissionFactor", 0.75}}, always(64 / 255.0), always(0.75));
   check(metal_texture, clear_texture, always(64 / 255.0), [&](const auto& uv) { return 0.75 * red(uv); });
+}
+
+TEST_CASE("Glass without a thickness is a pane, which is smooth") {
+  const auto read = [](const Json& model, const Json& extensions, Strictness strictness = Strictness::strict) {
+    Json material = glass({{"metallicFactor", 0}}, {{"transmissionFactor", 1}});
+    material["pbrMetallicRoughness"].update(model);
+    material["extensions"].update(extensions);
+    return read_material(material, strictness);
+  };
+  const auto volume = [](double thickness) { return Json{{"KHR_materials_volume", {{"thicknessFactor", thickness}}}}; };
+  const Json none = Json::object(), rough = {{"roughnessFactor", 0.5}},
+             faint = {{"roughnessFactor", 0.03}},  // alpha 0.0009
+      texture = {{"roughnessFactor", 1}, {"metallicRoughnessTexture", {{"index", 0}}}};
+  CHECK(only<DielectricDescription>(read(none, none)).is_thin);
+  CHECK(only<DielectricDescription>(read(none, volume(0))).is_thin);
+  CHECK_FALSE(only<DielectricDescription>(read(none, volume(0.1))).is_thin);
+  CHECK(only<DielectricDescription>(read(rough, volume(0.1))).alpha == Approx(0.25));
+  CHECK(read(faint, none).error.empty());
+  for (const Json& model : {rough, texture}) {
+    CHECK_THAT(read(model, none).error, Catch::Contains("rough glass without a thickness"));
+    const Read smooth = read(model, none, Strictness::lenient);
+    CHECK(smooth.says("rough glass without a thickness"));
+    CHECK(only<DielectricDescription>(smooth).is_thin);
+    CHECK(only<DielectricDescription>(smooth).alpha == 0);
+    CHECK_FALSE(smooth.scene.materials.at(material_of(smooth)).textures.roughness);
+  }
 }

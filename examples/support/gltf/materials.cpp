@@ -373,7 +373,7 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers,
     if (!(transmission > 0)) return matte_part();
     const TextureHandle where = texture(Document::member(extension, "transmissionTexture"), Use::red);
     absorption = volume_of(material);
-    const std::size_t glass = glass_of(layers, finish);
+    const std::size_t glass = glass_of(material, layers, finish);
     if (transmission == 1 && !where) return glass;
     return add(MixDescription{matte_part(), glass, where ? tinted(where, Rgb(transmission)) : constant(transmission)});
   };
@@ -404,11 +404,15 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers,
   return result;
 }
 
+bool Materials::has_thickness(const Json& material) const {
+  return document_.number(Document::extension(material, "KHR_materials_volume"), "thicknessFactor", 0) > 0;
+}
+
 std::optional<AbsorptionDescription> Materials::volume_of(const Json& material) {
-  const Json& volume = Document::extension(material, "KHR_materials_volume");
   // Without a thickness the surface is a thin wall, which absorbs nothing. The mesh itself gives
   // the thickness.
-  if (!(document_.number(volume, "thicknessFactor", 0) > 0)) return {};
+  if (!has_thickness(material)) return {};
+  const Json& volume = Document::extension(material, "KHR_materials_volume");
   const double distance = document_.number(volume, "attenuationDistance", std::numeric_limits<double>::infinity());
   if (!(distance > 0)) throw document_.error(name_ + " has an attenuationDistance that is not above 0");
   constexpr double blackest = 1e-12;  // black glass: as good as none gets through
@@ -418,11 +422,19 @@ std::optional<AbsorptionDescription> Materials::volume_of(const Json& material) 
   return AbsorptionDescription{sigma, Rgb(0)};
 }
 
-std::size_t Materials::glass_of(const Layers& layers, Finish finish) {
-  const DielectricDescription glass{finish.ior, finish.alpha, layers.base};
+std::size_t Materials::glass_of(const Json& material, const Layers& layers, Finish finish) {
+  DielectricDescription glass{finish.ior, finish.alpha, layers.base};
+  glass.is_thin = !has_thickness(material);
   // Where the index hardly bends light, roughness changes nothing, and there is no lobe for a
   // texture of it.
   if (glass.alpha * std::abs(glass.eta - 1) < 1e-4) finish.textures.roughness = nullptr;
+  if (glass.is_thin) {
+    const double roughness = layers.roughness * (layers.rough ? double(layers.rough->upper().x) : 1);
+    if (smooth(roughness * roughness) * std::abs(glass.eta - 1) >= 1e-4)
+      unsupported(name_ + ": rough glass without a thickness: give it a thicknessFactor (it is smooth with --lenient)");
+    glass.alpha = 0;
+    finish.textures.roughness = nullptr;
+  }
   return add(glass, finish.textures);
 }
 

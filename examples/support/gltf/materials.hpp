@@ -67,7 +67,8 @@ class Materials {
   [[nodiscard]] Finish finish_of(const Json& material, const Layers& layers);
   [[nodiscard]] std::size_t surface_of(const Json& material, const Layers& layers,
                                        std::optional<AbsorptionDescription>& absorption);
-  [[nodiscard]] std::size_t glass_of(const Layers& layers, Finish finish);
+  [[nodiscard]] std::size_t glass_of(const Json& material, const Layers& layers, Finish finish);
+  [[nodiscard]] bool has_thickness(const Json& material) const;
   /// KHR_materials_volume: σ = −ln(attenuation colour) / attenuation distance.
   [[nodiscard]] std::optional<AbsorptionDescription> volume_of(const Json& material);
   [[nodiscard]] std::optional<EmissionDescription> emission_of(const Json& material);
