@@ -109,6 +109,14 @@ Rgb pane(const Rgb& tint) {
   return reflected + (1 - reflected) * tint;
 }
 
+/// A diffuse base under a smooth coat of index 1.5 in that light, seen head on: what the coat
+/// reflects, and what comes through it from the base, with the light that goes to and fro.
+Rgb coated(const Rgb& base) {
+  const double r = 0.04, from_outside = gmis::scene::fresnel_diffuse_reflectance(1.5);
+  const double from_inside = 1 - (1 - from_outside) / (1.5 * 1.5);
+  return r + (1 - r) * (1 - from_outside) * base / (1.5 * 1.5 * (1.0 - base * from_inside));
+}
+
 const std::map<std::string, Picture> pictures{
     {"imagemap_png", colored(from_srgb)},
     {"imagemap_tga", colored(linear)},
@@ -164,6 +172,7 @@ const std::map<std::string, Picture> pictures{
     {"metal_texture", colored(from_srgb)},
     {"pane", flat(pane({.9, .6, .3}))},
     {"pane_metal", flat(Rgb(.9, .6, .3) * .25 + pane({.9, .6, .3}) * .75)},
+    {"coat", flat(coated({.2, .5, .8}))},
     {"unlit_colors",
      [](double x, double y) {
        const double s = (x + 1) / 2, t = (y + 1) / 2;  // red, green, blue and yellow at the corners

@@ -159,6 +159,11 @@ Json glass(const Json& metallic, const Json& transmission) {
   return {{"pbrMetallicRoughness", model}, {"extensions", {{"KHR_materials_transmission", transmission}}}};
 }
 
+/// The reflectance of a coat head on.
+Rgb head_on(const CoatedDiffuseDescription& coated) {
+  return std::pow((coated.eta - 1) / (coated.eta + 1), 2) * coated.specular;
+}
+
 }  // namespace
 
 TEST_CASE("The share of glass is transmission (1 - metalness), that of metal the metalness") {
@@ -212,4 +217,47 @@ TEST_CASE("Glass without a thickness is a pane, which is smooth") {
     CHECK(only<DielectricDescription>(smooth).alpha == 0);
     CHECK_FALSE(smooth.scene.materials.at(material_of(smooth)).textures.roughness);
   }
+}
+
+TEST_CASE("KHR_materials_specular scales what the base reflects, above 1 too, but no clear coat") {
+  const auto read = [](const Json& specular, double ior, double coat) {
+    return only<CoatedDiffuseDescription>(
+        read_material({{"pbrMetallicRoughness", {{"metallicFactor", 0}}},
+                       {"extensions",
+                        {{"KHR_materials_specular", specular},
+                         {"KHR_materials_ior", {{"ior", ior}}},
+                         {"KHR_materials_clearcoat", {{"clearcoatFactor", coat}}}}}}));
+  };
+  // min(F color, 1) · factor, F = 0.04 of the index 1.5, and 1/9 of the index 2.
+  CHECK(near(head_on(read({{"specularColorFactor", {2, 1, 0.5}}, {"specularFactor", 0.5}}, 1.5, 0)), {.04, .02, .01}));
+  CHECK(near(head_on(read({{"specularColorFactor", {2, 1, 0.5}}}, 2, 0)), {2 / 9., 1 / 9., 1 / 18.}));
+  CHECK(near(head_on(read({{"specularColorFactor", {1, 0.5, 0}}}, 1.5, 0)), {.04, .02, 0}));
+  const Rgb mirror = head_on(read({{"specularColorFactor", {1000, 2, 1}}}, 1.5, 0));
+  CHECK(near(mirror, {.98 * .98, .08, .04}));  // the largest index is 99
+  CHECK(read({{"specularColorFactor", {2, 1, 1}}}, 1, 0).eta == 1);
+  // A coat of the index 1.5 reflects 0.04, whatever the base reflects.
+  CHECK(near(head_on(read({{"specularFactor", 0}}, 1.5, 1)), Rgb(.04)));
+  CHECK(near(head_on(read({{"specularFactor", 0}}, 2, 1)), Rgb(.04)));
+  CHECK(near(head_on(read({{"specularColorFactor", {1, 0, 0}}}, 1.5, 1)), Rgb(.04)));
+}
+
+TEST_CASE("What of a clear coat is left out is said") {
+  const auto read = [](const Json& coat, double transmission = 0, Strictness strictness = Strictness::strict) {
+    return read_material(
+        {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
+         {"extensions",
+          {{"KHR_materials_clearcoat", coat}, {"KHR_materials_transmission", {{"transmissionFactor", transmission}}}}}},
+        strictness);
+  };
+  for (const char* name : {"clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture"}) {
+    const Json coat = {{"clearcoatFactor", 1}, {name, {{"index", 0}}}}, no_coat = {{name, {{"index", 0}}}};
+    CHECK_THAT(read(coat).error, Catch::Contains(std::string(name) + " of KHR_materials_clearcoat"));
+    CHECK(only<CoatedDiffuseDescription>(read(coat, 0, Strictness::lenient)).specular == Rgb(1));
+    CHECK(read(no_coat).error.empty());
+  }
+  for (const double transmission : {0.5, 1.0}) {
+    CHECK_THAT(read({{"clearcoatFactor", 1}}, transmission).error, Catch::Contains("a clear coat over glass"));
+    CHECK(read({{"clearcoatFactor", 0}}, transmission).error.empty());
+  }
+  CHECK(only<DielectricDescription>(read({{"clearcoatFactor", 1}}, 1, Strictness::lenient)).is_thin);
 }

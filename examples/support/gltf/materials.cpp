@@ -65,6 +65,31 @@ double brightness(const glm::dvec3& c) {
   return std::sqrt(0.299 * c.x * c.x + 0.587 * c.y * c.y + 0.114 * c.z * c.z);
 }
 
+/// The share of light that a smooth dielectric reflects head on, and the index that reflects a
+/// share.
+double head_on(double ior) {
+  return square((ior - 1) / (ior + 1));
+}
+double ior_of(double reflectance) {
+  const double root = std::min(std::sqrt(reflectance), 0.98);  // an index of 99
+  return (1 + root) / (1 - root);
+}
+
+/// A dielectric coat: its index, and factors of its reflection.
+struct Reflection {
+  double ior;
+  Rgb factors;
+};
+
+/// KHR_materials_specular: reflectances head on of min(F color, 1) · factor, F by the index.
+/// Colours above 1 raise the index.
+Reflection reflection_of(double ior, const Rgb& color, double factor) {
+  const double reflectance = head_on(ior), most = reflectance * max_channel(color);
+  if (!(most > reflectance)) return {ior, glm::min(color, Rgb(1)) * factor};
+  const double raised = ior_of(std::min(most, 1.0));
+  return {raised, glm::min(color * (reflectance / head_on(raised)), Rgb(1)) * factor};
+}
+
 struct MetalOf {
   glm::dvec3 base;
   double metallic;
@@ -347,9 +372,10 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers,
                                   std::optional<AbsorptionDescription>& absorption) {
   const Finish finish = finish_of(material, layers);
   const MaterialTexturesDescription& textures = finish.textures;
-  Rgb specular(1);
+  Reflection reflection{finish.ior, Rgb(1)};
   if (const Json& extension = Document::extension(material, "KHR_materials_specular"); extension.is_object()) {
-    specular = color(extension, "specularColorFactor", Rgb(1), 1) * share(extension, "specularFactor", 1);
+    const Rgb factors = color(extension, "specularColorFactor", Rgb(1), std::numeric_limits<double>::infinity());
+    reflection = reflection_of(finish.ior, factors, share(extension, "specularFactor", 1));
     for (const char* name : {"specularTexture", "specularColorTexture"})
       if (Document::member(extension, name).is_object())
         unsupported(name_ + ": a texture of KHR_materials_specular: its factor is used alone");
@@ -357,14 +383,20 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers,
   const Json& coat = Document::extension(material, "KHR_materials_clearcoat");
   const double coat_share = share(coat, "clearcoatFactor", 0);
   const double coat_alpha = std::pow(share(coat, "clearcoatRoughnessFactor", 0), 2);
+  if (coat_share > 0)
+    for (const char* name : {"clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture"})
+      if (Document::member(coat, name).is_object())
+        unsupported(name_ + ": " + name + " of KHR_materials_clearcoat: its factors are used alone");
   const auto matte_part = [&] {
-    const std::size_t bare = add(CoatedDiffuseDescription{layers.base, finish.alpha, finish.ior, specular}, textures);
+    const std::size_t bare =
+        add(CoatedDiffuseDescription{layers.base, finish.alpha, reflection.ior, reflection.factors}, textures);
     if (!(coat_share > 0)) return bare;
-    // The clear coat merges with the dielectric coat of the base: only the outer surface remains.
+    // The clear coat merges with the dielectric coat of the base: only the outer surface remains,
+    // which reflects as much as the stronger of the two.
     MaterialTexturesDescription under = textures;
     under.roughness = nullptr;
-    const std::size_t coated =
-        add(CoatedDiffuseDescription{layers.base, smooth(coat_alpha), std::max(finish.ior, 1.5), specular}, under);
+    const double ior = std::max(ior_of(head_on(reflection.ior) * max_channel(reflection.factors)), 1.5);
+    const std::size_t coated = add(CoatedDiffuseDescription{layers.base, smooth(coat_alpha), ior, Rgb(1)}, under);
     return coat_share == 1 ? coated : add(MixDescription{bare, coated, constant(coat_share)});
   };
   const Json& extension = Document::extension(material, "KHR_materials_transmission");
@@ -372,6 +404,7 @@ std::size_t Materials::surface_of(const Json& material, const Layers& layers,
   const auto dielectric_part = [&] {
     if (!(transmission > 0)) return matte_part();
     const TextureHandle where = texture(Document::member(extension, "transmissionTexture"), Use::red);
+    if (coat_share > 0) unsupported(name_ + ": a clear coat over glass, which is left out with --lenient");
     absorption = volume_of(material);
     const std::size_t glass = glass_of(material, layers, finish);
     if (transmission == 1 && !where) return glass;
