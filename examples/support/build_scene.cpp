@@ -40,7 +40,7 @@ struct MakeMaterial {
     return scene::make_conductor(m.eta, m.k, m.alpha, m.masking);
   }
   Material operator()(const DielectricDescription& m) const {
-    if (m.is_thin) return scene::make_thin_dielectric<float>(m.eta, m.tint);
+    if (m.is_thin) return scene::make_thin_dielectric(m.eta, m.tint);
     return scene::make_dielectric(m.eta, m.alpha, scene::Masking::height_correlated, m.tint);
   }
   Material operator()(const CoatedDiffuseDescription& m) const {

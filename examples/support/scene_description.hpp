@@ -50,7 +50,7 @@ struct DielectricDescription {
   double eta = 1.5;
   double alpha = 0;
   Rgb tint{1};           ///< factor of refracted light
-  bool is_thin = false;  ///< a pane without thickness: light goes straight through; alpha does not count
+  bool is_thin = false;  ///< a smooth pane, both faces in one surface: light passes straight on
 };
 /// A diffuse base under a dielectric coat; `alpha` 0 is a smooth coat.
 struct CoatedDiffuseDescription {

@@ -302,6 +302,13 @@ TEST_CASE("Materials") {
           Approx(0.3));
     CHECK(std::get<DielectricDescription>(material_of("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"").kind)
               .eta == Approx(1.5168));
+    CHECK_FALSE(std::get<DielectricDescription>(material_of("Material \"dielectric\"").kind).is_thin);
+    const auto pane =
+        std::get<DielectricDescription>(material_of("Material \"thindielectric\" \"spectrum eta\" \"glass-BK7\"").kind);
+    CHECK(pane.is_thin);
+    CHECK(pane.alpha == 0);
+    CHECK(pane.eta == Approx(1.5168));
+    CHECK(std::get<DielectricDescription>(material_of("Material \"thindielectric\"").kind).eta == 1.5);
   }
   SECTION("coateddiffuse") {
     const auto coated = std::get<CoatedDiffuseDescription>(

@@ -53,6 +53,7 @@ const std::vector<std::string> unsupported{
     clear + "WorldBegin\nMediumInterface \"\" \"ink\"\n",
     clear + "MediumInterface \"\" \"ink\"\nCamera \"perspective\"\nWorldBegin\nMediumInterface \"\"\n",
     clear + "WorldBegin\nMediumInterface \"ink\" \"\"\nMaterial \"diffusetransmission\"\n",
+    clear + "WorldBegin\nMediumInterface \"ink\" \"\"\nMaterial \"thindielectric\"\n",
     clear +
         "WorldBegin\nMediumInterface \"ink\" \"\"\nMaterial \"dielectric\"\nShape \"sphere\" \"float alpha\" .5\n"
         "Material \"diffuse\"\n",

@@ -190,7 +190,8 @@ std::optional<AbsorptionDescription> Parser::media_of(const ShapeDescription& sh
   if (!outside.name.empty()) outside_media_.try_emplace(outside.name, directive_.where);
   if (inside.name == outside.name) return {};  // no boundary: the medium goes on behind the shape
   const auto& kind = scene_.materials.at(shape.material).kind;
-  if (std::holds_alternative<DielectricDescription>(kind)) {
+  const auto* dielectric = std::get_if<DielectricDescription>(&kind);
+  if (dielectric != nullptr && !dielectric->is_thin) {
     if (shape.opacity) {
       diagnostics_.unsupported(shape.where, "the boundary of a medium cannot have alpha: leave out one of the two");
       return {};
@@ -198,7 +199,8 @@ std::optional<AbsorptionDescription> Parser::media_of(const ShapeDescription& sh
     if (!inside.name.empty()) enclosed_media_.insert(inside.name);
     return AbsorptionDescription{inside.sigma, outside.sigma};
   }
-  if (std::holds_alternative<DiffuseTransmissionDescription>(kind) || std::holds_alternative<MixDescription>(kind))
+  if (dielectric != nullptr || std::holds_alternative<DiffuseTransmissionDescription>(kind) ||
+      std::holds_alternative<MixDescription>(kind))
     diagnostics_.unsupported(shape.where, "a medium is understood inside of the material \"dielectric\" alone");
   return {};  // no light gets inside
 }

@@ -179,6 +179,8 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
   } else if (kind == "dielectric") {
     const double eta = index_of_refraction(parameters, diagnostics, 1.5);
     result.kind = DielectricDescription{eta, alpha_of(parameters, diagnostics, textures)};
+  } else if (kind == "thindielectric") {
+    result.kind = DielectricDescription{index_of_refraction(parameters, diagnostics, 1.5), 0, Rgb(1), true};
   } else if (kind == "diffusetransmission") {
     DiffuseTransmissionDescription sheet;
     const double scale = parameters.number_or("scale", 1);
@@ -213,8 +215,8 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
                        "the material " + in_quotes(kind) + " is of pbrt-v3: bring the scene to v4 by pbrt --upgrade");
     diagnostics.unsupported(parameters.where(),
                             "the material " + in_quotes(kind) +
-                                " is not understood: use diffuse, conductor, dielectric, coateddiffuse, "
-                                "coatedconductor, diffusetransmission, mix, phong or mirror");
+                                " is not understood: use diffuse, conductor, dielectric, thindielectric, "
+                                "coateddiffuse, coatedconductor, diffusetransmission, mix, phong or mirror");
     parameters.ignore_all();
     result.kind = DiffuseDescription{Rgb(0.5)};
   }
