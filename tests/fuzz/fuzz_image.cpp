@@ -10,7 +10,7 @@
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gmis::tools;
-  for (const TexturePart part : {TexturePart::color, TexturePart::grey, TexturePart::alpha}) {
+  for (const TexturePart part : {TexturePart::color, TexturePart::grey, TexturePart::alpha, TexturePart::number}) {
     LoadBudget budget(std::uintmax_t{16} << 10);
     try {
       const auto image = read_texture_image(data, size, "input", {}, part, budget, {});

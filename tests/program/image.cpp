@@ -22,9 +22,11 @@
 #endif
 
 #if GMIS_HAS_OPENEXR
+#include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #endif
 
@@ -261,6 +263,36 @@ TEST_CASE("Image errors, by hand") {
 }
 
 #if GMIS_HAS_OPENEXR
+
+TEST_CASE("An .exr is colours, or grey, or refused with the names of its channels") {
+  const ScratchFolder folder;
+  const auto write_with = [&](const std::vector<const char*>& channels) {
+    Imf::Header header(2, 1);
+    Imf::FrameBuffer frame;
+    std::vector<float> values(2 * channels.size());
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      header.channels().insert(channels[c], Imf::Channel(Imf::FLOAT));
+      frame.insert(channels[c],
+                   {Imf::FLOAT, reinterpret_cast<char*>(&values[2 * c]), sizeof(float), 2 * sizeof(float)});
+      values[2 * c] = static_cast<float>(c + 1);
+      values[2 * c + 1] = -static_cast<float>(c + 1);
+    }
+    const std::string name = (folder.path / "a.exr").string();
+    Imf::OutputFile file(name.c_str(), header);
+    file.setFrameBuffer(frame);
+    file.writePixels(1);
+  };
+  const auto pixels_of = [&](const std::vector<const char*>& channels) {
+    write_with(channels);
+    return read_image(folder.path / "a.exr").rgb;
+  };
+  CHECK(pixels_of({"B", "R", "G", "Z"}) == std::vector<float>{2, 3, 1, -2, -3, -1});
+  CHECK(pixels_of({"Z", "Y"}) == std::vector<float>{2, 2, 2, -2, -2, -2});
+  CHECK(pixels_of({"height"}) == std::vector<float>{1, 1, 1, -1, -1, -1});  // as pbrt has one channel
+  CHECK_THROWS_WITH(pixels_of({"albedo.R", "Z"}),
+                    Catch::Contains("a.exr: ") && Catch::Contains("\"Z\", \"albedo.R\":"));
+  CHECK_THROWS_WITH(pixels_of({"R", "G"}), Catch::Contains("has the channels \"G\", \"R\""));
+}
 
 TEST_CASE("An .exr keeps layers and notes beside the picture") {
   const ScratchFolder folder;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
@@ -18,6 +19,17 @@
 #include "support/pbrt/smooth_shapes.hpp"
 #include "support/pbrt/spectra.hpp"
 #include "support/seed.hpp"
+
+#if GMIS_HAS_PNG
+#include <png.h>
+#endif
+
+#if GMIS_HAS_OPENEXR
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfOutputFile.h>
+#endif
 
 // Textures, spectra and curved shapes as they are read; features.cpp renders them.
 
@@ -204,6 +216,84 @@ TEST_CASE("What of textures is not supported is said, and its mean stands in for
   CHECK(lamp.error.find("a sphere with alpha cannot be a light") != std::string::npos);
 }
 
+#if GMIS_HAS_PNG && GMIS_HAS_STB
+TEST_CASE("A number of an image is its alpha where it has one, as in pbrt") {
+  // pbrt's MIPMap: the mean of three channels, the last of four, and four only where alpha is not 1
+  // everywhere; its .png decodes all four alike, and drops the alpha of grey.
+  const ScratchFolder folder;
+  const auto write = [&](const std::string& name, int type, int bits, const std::vector<int>& codes) {
+    std::FILE* stream = std::fopen((folder.path / name).c_str(), "wb");
+    REQUIRE(stream != nullptr);
+    png_structp writer = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(writer);
+    png_init_io(writer, stream);
+    png_set_IHDR(writer, info, 2, 1, bits, type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    png_write_info(writer, info);
+    std::vector<png_byte> row;
+    for (const int code : codes)
+      for (int byte = 0; byte < bits / 8; ++byte) row.push_back(static_cast<png_byte>(code));  // 257 · code
+    png_write_row(writer, row.data());
+    png_write_end(writer, info);
+    png_destroy_write_struct(&writer, &info);
+    std::fclose(stream);
+  };
+  const auto values = [&](const std::string& name, const std::string& encoding) {
+    const Read result = read("Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"" + (folder / name) +
+                             "\" \"string filter\" \"point\" \"string encoding\" \"" + encoding +
+                             "\"\nMaterial \"conductor\" \"texture roughness\" \"t\"\n");
+    CAPTURE(result.error);
+    const TextureHandle texture = result.scene.materials.back().textures.roughness;
+    REQUIRE(texture);
+    return glm::dvec2(texture->at({0.25F, 0.5F}).x, texture->at({0.75F, 0.5F}).x);
+  };
+  const auto srgb = [](int code) { return std::pow((code / 255.0 + 0.055) / 1.055, 2.4); };
+  const auto near = [](const glm::dvec2& a, const glm::dvec2& b) { return glm::length(a - b) < 1e-6; };
+  for (const int bits : {8, 16}) {
+    CAPTURE(bits);
+    write("a.png", PNG_COLOR_TYPE_RGB_ALPHA, bits, {20, 30, 40, 128, 50, 60, 70, 255});
+    CHECK(near(values("a.png", "sRGB"), {srgb(128), 1}));
+    CHECK(near(values("a.png", "linear"), {128 / 255.0, 1}));
+    write("a.png", PNG_COLOR_TYPE_RGB_ALPHA, bits, {20, 30, 40, 255, 50, 60, 70, 255});
+    CHECK(near(values("a.png", "linear"), {30 / 255.0, 60 / 255.0}));
+    write("a.png", PNG_COLOR_TYPE_GRAY_ALPHA, bits, {20, 128, 50, 255});
+    CHECK(near(values("a.png", "linear"), {20 / 255.0, 50 / 255.0}));
+  }
+  // Colours stay colours.
+  write("a.png", PNG_COLOR_TYPE_RGB_ALPHA, 8, {20, 30, 40, 128, 50, 60, 70, 255});
+  LoadBudget budget;
+  const auto colors =
+      read_texture_image(folder.path / "a.png", {TextureEncoding::Curve::linear}, TexturePart::color, budget, {});
+  CHECK(colors->texel(0, 0).y == Approx(30 / 255.0));
+}
+#endif
+
+#if GMIS_HAS_OPENEXR
+TEST_CASE("A number of an .exr is its alpha where it has one") {
+  const ScratchFolder folder;
+  const auto values = [&](const std::vector<float>& rgba) {
+    Imf::Header header(2, 1);
+    Imf::FrameBuffer frame;
+    std::vector<float> pixels = rgba;
+    const char* const names[] = {"R", "G", "B", "A"};
+    for (std::size_t c = 0; c < 4; ++c) {
+      header.channels().insert(names[c], Imf::Channel(Imf::FLOAT));
+      frame.insert(names[c], {Imf::FLOAT, reinterpret_cast<char*>(&pixels[c]), 4 * sizeof(float), 8 * sizeof(float)});
+    }
+    {
+      Imf::OutputFile file((folder / "a.exr").c_str(), header);
+      file.setFrameBuffer(frame);
+      file.writePixels(1);
+    }
+    LoadBudget budget;
+    const auto image = read_texture_image(folder.path / "a.exr", {}, TexturePart::number, budget, {});
+    return glm::vec2(image->texel(0, 0).x, image->texel(1, 0).x);
+  };
+  CHECK(values({1, 2, 3, 0.25F, 4, 5, 6, 1}) == glm::vec2(0.25F, 1));
+  CHECK(values({1, 2, 3, 1, 4, 5, 6, 1}) == glm::vec2(2, 5));
+}
+#endif
+
 TEST_CASE("Images of every kind have the values that were written") {
   const ScratchFolder folder;
   LoadBudget budget;
@@ -219,7 +309,8 @@ TEST_CASE("Images of every kind have the values that were written") {
       for (int x = 0; x < 3; ++x)
         for (int c = 0; c < 3; ++c)
           CHECK(read_back->texel(x, y)[c] == image.rgb[image.index(x, y) + static_cast<std::size_t>(c)]);
-    CHECK(read_texture_image(folder.path / name, {}, TexturePart::grey, budget, {})->texel(1, 0).x == Approx(2));
+    for (const TexturePart part : {TexturePart::grey, TexturePart::number})
+      CHECK(read_texture_image(folder.path / name, {}, part, budget, {})->texel(1, 0).x == Approx(2));
   }
   const auto png =
       read_texture_image(features / "colors.png", {TextureEncoding::Curve::linear}, TexturePart::color, budget, {});

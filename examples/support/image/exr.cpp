@@ -25,9 +25,25 @@ namespace {
 
 constexpr const char* channel_names[] = {"R", "G", "B"};
 
-Imf::Slice slice_of(float* first, const Image& image) {
-  return {Imf::FLOAT, reinterpret_cast<char*>(first), 3 * sizeof(float),
-          3 * sizeof(float) * static_cast<std::size_t>(image.width)};
+Imf::Slice slice_of(float* first, const Image& image, std::size_t channels = 3) {
+  return {Imf::FLOAT, reinterpret_cast<char*>(first), channels * sizeof(float),
+          channels * sizeof(float) * static_cast<std::size_t>(image.width)};
+}
+
+/// The name of the channel of a grey image, empty for one of colours. Throws `InputError` where
+/// there is neither.
+std::string grey_channel(const Imf::ChannelList& channels, const std::string& file) {
+  const auto has = [&](const char* name) { return channels.findChannel(name) != nullptr; };
+  if (has("R") && has("G") && has("B")) return "";
+  if (has("Y")) return "Y";
+  std::string names;
+  int count = 0;
+  constexpr int most = 8;
+  for (auto channel = channels.begin(); channel != channels.end(); ++channel, ++count)
+    if (count < most) names += (count == 0 ? "" : ", ") + in_quotes(channel.name());
+  if (count == 1) return channels.begin().name();
+  throw InputError(file + ": this OpenEXR file has the channels " + names + (count > most ? ", …" : "") +
+                   ": an image needs \"R\", \"G\" and \"B\", or \"Y\"");
 }
 
 }  // namespace
@@ -57,7 +73,7 @@ void write_exr(const Image& image, const std::filesystem::path& file, const Imag
   }
 }
 
-Image read_exr(const std::filesystem::path& file, LoadBudget* budget) {
+Image read_exr(const std::filesystem::path& file, LoadBudget* budget, std::vector<float>* alpha) {
   try {
     Imf::InputFile input(file.string().c_str());
     const Imath::Box2i window = input.header().dataWindow();
@@ -68,19 +84,25 @@ Image read_exr(const std::filesystem::path& file, LoadBudget* budget) {
       throw InputError(file.string() + ": this OpenEXR file has sides that are not from 1 to 32768 pixels");
     count_pixels(budget, file, static_cast<int>(width), static_cast<int>(height));
     Image image(static_cast<int>(width), static_cast<int>(height));
-    const bool is_grey = input.header().channels().findChannel("R") == nullptr;
-    const char* const grey = "Y";
+    const Imf::ChannelList& channels = input.header().channels();
+    const std::string grey = grey_channel(channels, file.string());
     Imf::FrameBuffer frame;
     const std::ptrdiff_t to_corner =
-        -(window.min.x + static_cast<std::ptrdiff_t>(window.min.y) * image.width) * 3;  // where pixel (0, 0) would be
-    if (is_grey) {
-      frame.insert(grey, slice_of(image.rgb.data() + to_corner, image));
+        -(window.min.x + static_cast<std::ptrdiff_t>(window.min.y) * image.width);  // where pixel (0, 0) would be
+    if (!grey.empty()) {
+      frame.insert(grey, slice_of(image.rgb.data() + 3 * to_corner, image));
     } else {
-      for (int c = 0; c < 3; ++c) frame.insert(channel_names[c], slice_of(image.rgb.data() + to_corner + c, image));
+      for (int c = 0; c < 3; ++c) frame.insert(channel_names[c], slice_of(image.rgb.data() + 3 * to_corner + c, image));
+      if (alpha != nullptr && channels.findChannel("A") != nullptr) {
+        if (budget != nullptr)
+          budget->take(image.rgb.size() / 3, sizeof(float), "the image " + file_in_quotes(file.string()), {});
+        alpha->resize(image.rgb.size() / 3);
+        frame.insert("A", slice_of(alpha->data() + to_corner, image, 1));
+      }
     }
     input.setFrameBuffer(frame);
     input.readPixels(window.min.y, window.max.y);
-    if (is_grey)
+    if (!grey.empty())
       for (std::size_t i = 0; i < image.rgb.size(); i += 3) image.rgb[i + 1] = image.rgb[i + 2] = image.rgb[i];
     return image;
   } catch (const InputError&) {
@@ -100,7 +122,7 @@ void write_exr(const Image&, const std::filesystem::path& file, const ImageExtra
   throw InputError(file.string() + ": this program was built without OpenEXR: use .pfm");
 }
 
-Image read_exr(const std::filesystem::path& file, LoadBudget*) {
+Image read_exr(const std::filesystem::path& file, LoadBudget*, std::vector<float>*) {
   throw InputError(file.string() + ": this program was built without OpenEXR: use .pfm");
 }
 

@@ -27,7 +27,10 @@ void write_pfm(const Image& image, const std::filesystem::path& file);
 /// notes are attributes.
 [[nodiscard]] bool has_exr();
 void write_exr(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
-[[nodiscard]] Image read_exr(const std::filesystem::path& file, LoadBudget* budget = nullptr);
+/// Channels R, G and B, or grey: Y, or the only channel. Others are left out; `alpha` as in
+/// `read_image`.
+[[nodiscard]] Image read_exr(const std::filesystem::path& file, LoadBudget* budget = nullptr,
+                             std::vector<float>* alpha = nullptr);
 
 /// 8 bits a channel: each value times `exposure`, brought to [0, 1] by `tone`, with the sRGB curve;
 /// notes are texts in UTF-8 (chunks iTXt).

@@ -110,7 +110,7 @@ void write_image(const Image& image, const std::filesystem::path& file, const Im
   });
 }
 
-Image read_image(const std::filesystem::path& file, LoadBudget* budget) {
+Image read_image(const std::filesystem::path& file, LoadBudget* budget, std::vector<float>* alpha) {
   // A pipe or a device might never end.
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
@@ -119,7 +119,7 @@ Image read_image(const std::filesystem::path& file, LoadBudget* budget) {
     throw InputError(file.string() + ": this image is missing: check its name");
   switch (format_of(file, true)) {
     case Format::exr:
-      return read_exr(file, budget);
+      return read_exr(file, budget, alpha);
     case Format::pfm:
       return read_pfm(file, budget);
     case Format::png:

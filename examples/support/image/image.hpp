@@ -68,8 +68,10 @@ struct ImageExtras {
 /// in this build or when the file cannot be read or is no regular file, and `OutputError` when it
 /// cannot be written. A file that is there already stays as it is until the new one is whole.
 void write_image(const Image& image, const std::filesystem::path& file, const ImageExtras& extras = {});
-/// With a `budget`, the pixels are counted before there is memory for them.
-[[nodiscard]] Image read_image(const std::filesystem::path& file, LoadBudget* budget = nullptr);
+/// With a `budget`, the pixels are counted before there is memory for them. `alpha` becomes that of
+/// the pixels of an .exr with the channels R, G, B and A, and else stays as it is.
+[[nodiscard]] Image read_image(const std::filesystem::path& file, LoadBudget* budget = nullptr,
+                               std::vector<float>* alpha = nullptr);
 /// Throws what `write_image` would throw because of the ending: to be called before the work.
 void require_writable_format(const std::filesystem::path& file);
 

@@ -71,9 +71,19 @@ using Shared = std::shared_ptr<const scene::TextureImage>;
   return static_cast<float>(code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4));
 }
 
-Shared from_floats(const Image& image, TexturePart part) {
+/// True where there is an alpha that is not 1 everywhere.
+bool is_transparent(const std::vector<float>& alpha) {
+  return std::any_of(alpha.begin(), alpha.end(), [](float value) { return value != 1.0F; });
+}
+
+Shared from_floats(const Image& image, std::vector<float> alpha, TexturePart part) {
   auto result = std::make_shared<scene::TextureImage>();
   result->resolution = {image.width, image.height};
+  if (is_transparent(alpha)) {
+    result->channels = 1;
+    result->floats = std::move(alpha);
+    return result;
+  }
   if (part == TexturePart::color) {
     result->floats = image.rgb;
     return result;
@@ -113,18 +123,29 @@ std::vector<float> picked(const Value* pixels, std::size_t count, int channels, 
   return result;
 }
 
+constexpr std::array<unsigned char, 8> png_signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+
+bool is_png(const unsigned char* bytes, std::size_t count) {
+  return count >= png_signature.size() && std::equal(png_signature.begin(), png_signature.end(), bytes);
+}
+
 /// True for a PNG with a chunk that says it is longer than the rest of the file: stb_image would
 /// ask for the memory before it reads.
 bool has_chunk_beyond_end(const unsigned char* bytes, std::size_t count) {
-  constexpr std::array<unsigned char, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  if (count < signature.size() || !std::equal(signature.begin(), signature.end(), bytes)) return false;
-  for (std::size_t at = signature.size(); at + 8 <= count;) {
+  if (!is_png(bytes, count)) return false;
+  for (std::size_t at = png_signature.size(); at + 8 <= count;) {
     std::size_t length = 0;
     for (std::size_t i = 0; i < 4; ++i) length = 256 * length + bytes[at + i];
     if (length > count - at - 8) return true;
     at += 12 + length;
   }
   return false;
+}
+
+/// True for a PNG whose pixels are red, green, blue and alpha.
+bool is_rgba_png(const unsigned char* bytes, std::size_t count) {
+  constexpr std::size_t place_of_type = 25, rgba = 6;  // in the header, the first chunk
+  return is_png(bytes, count) && count > place_of_type && bytes[place_of_type] == rgba;
 }
 
 /// True for a JPEG with a Huffman table of more than 256 symbols: stb_image 2.27 writes them beyond
@@ -151,8 +172,11 @@ bool has_long_huffman_table(const unsigned char* bytes, std::size_t count) {
   return false;
 }
 
-Shared decoded(const unsigned char* bytes, std::size_t count, const std::string& name, const TextureEncoding& encoding,
-               TexturePart part, LoadBudget& budget, const SourcePosition& where) {
+}  // namespace
+
+Shared read_texture_image(const unsigned char* bytes, std::size_t count, const std::string& name,
+                          const TextureEncoding& encoding, TexturePart part, LoadBudget& budget,
+                          const SourcePosition& where) {
   const auto fail = [&]() -> InputError {
     if (stb_refused > 0) budget.take(stb_refused, "the image " + file_in_quotes(name), where);
     const char* given = stbi_failure_reason();
@@ -178,6 +202,12 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
     result->channels = per_pixel;
   };
   const auto pixel_count = [&] { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); };
+  const auto is_number_of_alpha = [&](const auto* pixels, auto opaque) {
+    if (part != TexturePart::number || channels != 4 || !is_rgba_png(bytes, count)) return false;
+    for (std::size_t i = 0; i < pixel_count(); ++i)
+      if (pixels[4 * i + 3] != opaque) return true;
+    return false;
+  };
 
   if (stbi_info_from_memory(bytes, size, &width, &height, &channels) == 0) throw fail();
   const bool is_wide = stbi_is_hdr_from_memory(bytes, size) != 0 || stbi_is_16_bit_from_memory(bytes, size) != 0;
@@ -199,7 +229,9 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
     if (!pixels) throw fail();
     set_size(part == TexturePart::color && channels >= 3 ? 3 : 1);
     const auto linear = [&](stbi_us code) { return decode(code / 65535.0, encoding); };
-    if (part != TexturePart::alpha) {
+    if (is_number_of_alpha(pixels.get(), stbi_us{65535})) {
+      for (std::size_t i = 0; i < pixel_count(); ++i) result->floats.push_back(linear(pixels.get()[4 * i + 3]));
+    } else if (part != TexturePart::alpha) {
       result->floats = picked(pixels.get(), pixel_count(), channels, part, linear);
     } else {
       for (std::size_t i = 0; i < pixel_count(); ++i)
@@ -216,14 +248,15 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
     result->decoded[i] =
         part == TexturePart::alpha ? static_cast<float>(i) / 255 : decode(static_cast<double>(i) / 255, encoding);
   const auto stride = static_cast<std::size_t>(channels);
-  if (part == TexturePart::grey && channels >= 3) {
+  const bool is_alpha = part == TexturePart::alpha || is_number_of_alpha(pixels.get(), stbi_uc{255});
+  if (!is_alpha && part != TexturePart::color && channels >= 3) {
     set_size(1);
     result->floats =
         picked(pixels.get(), pixel_count(), channels, part, [&](stbi_uc code) { return result->decoded[code]; });
     return result;
   }
   // As bytes: a quarter of the memory.
-  const std::size_t first = part == TexturePart::alpha ? stride - 1 : 0;
+  const std::size_t first = is_alpha ? stride - 1 : 0;
   const std::size_t kept = part == TexturePart::color && channels >= 3 ? 3 : 1;
   const bool is_opaque = part == TexturePart::alpha && channels % 2 != 0;
   set_size(static_cast<int>(kept));
@@ -235,22 +268,16 @@ Shared decoded(const unsigned char* bytes, std::size_t count, const std::string&
 
 #else
 
-Shared decoded(const unsigned char*, std::size_t, const std::string& name, const TextureEncoding&, TexturePart,
-               LoadBudget&, const SourcePosition& where) {
+}  // namespace
+
+Shared read_texture_image(const unsigned char*, std::size_t, const std::string& name, const TextureEncoding&,
+                          TexturePart, LoadBudget&, const SourcePosition& where) {
   throw InputError(where, "the image " + file_in_quotes(name) +
                               " cannot be read: this program was built without the library stb, which reads PNG, TGA "
                               "and JPEG");
 }
 
 #endif
-
-}  // namespace
-
-Shared read_texture_image(const unsigned char* bytes, std::size_t count, const std::string& name,
-                          const TextureEncoding& encoding, TexturePart part, LoadBudget& budget,
-                          const SourcePosition& where) {
-  return decoded(bytes, count, name, encoding, part, budget, where);
-}
 
 Shared read_texture_image(const std::filesystem::path& file, const TextureEncoding& encoding, TexturePart part,
                           LoadBudget& budget, const SourcePosition& where) {
@@ -260,14 +287,17 @@ Shared read_texture_image(const std::filesystem::path& file, const TextureEncodi
   if (ending == ".exr" || ending == ".pfm") {
     try {
       budget.open_file(where);
-      return from_floats(read_image(file, &budget), part);
+      std::vector<float> alpha;
+      const bool may_have_alpha = part == TexturePart::number && ending == ".exr";
+      const Image image = read_image(file, &budget, may_have_alpha ? &alpha : nullptr);
+      return from_floats(image, std::move(alpha), part);
     } catch (const InputError& read_error) {
       throw InputError(where, read_error.what());
     }
   }
   const std::string bytes = read_file(file, "the image", budget, where);
-  return decoded(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), file.string(), encoding, part,
-                 budget, where);
+  return read_texture_image(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), file.string(), encoding,
+                            part, budget, where);
 }
 
 }  // namespace gmis::tools

@@ -14,8 +14,10 @@ struct TextureEncoding {
   double gamma = 2.2;  ///< value = code^gamma
 };
 /// `grey`: the mean of the colours as one channel. `alpha`: the last of two or four channels, 1
-/// where there is none.
-enum class TexturePart { color, grey, alpha };
+/// where there is none. `number`: what pbrt makes of an image for a texture of type float, the
+/// alpha of an .exr or a .png of type RGBA where it is not 1 everywhere, with the encoding of the
+/// colours; else `grey`.
+enum class TexturePart { color, grey, alpha, number };
 
 /// Reads .png, .tga, .jpg, .bmp and .hdr by the library stb_image, .exr and .pfm by `read_image`.
 /// Files of floats are linear whatever the encoding. Throws `InputError`, which names `where`, when

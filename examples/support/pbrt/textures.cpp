@@ -58,7 +58,7 @@ TextureHandle image_texture(Parameters& parameters, bool is_color, const Files& 
   const bool is_inverted = parameters.boolean_or("invert", false);
   TextureHandle result;
   try {
-    const auto image =
+    auto image =
         read_texture_image(files.find(*name), encoding_of(parameters),
                            is_color ? TexturePart::color : TexturePart::grey, *files.budget, parameters.where());
     result = Tex::image(image, placement, wrap->second, filter->second, is_inverted);
