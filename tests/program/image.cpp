@@ -131,6 +131,21 @@ TEST_CASE("PFM in the other byte order, and grey") {
   CHECK(image.rgb == std::vector<float>{4, 4, 4, 1, 1, 1});
 }
 
+TEST_CASE("The size of a PFM's scale is a factor of its values") {
+  const ScratchFolder folder;
+  const auto values = [&](const std::string& kind_and_scale, const std::string& bytes) {
+    const std::size_t space = kind_and_scale.find(' ');
+    std::ofstream(folder.path / "a.pfm", std::ios::binary) << kind_and_scale.substr(0, space) << "\n1 1\n"
+                                                           << kind_and_scale.substr(space + 1) << "\n"
+                                                           << bytes;
+    return read_pfm(folder.path / "a.pfm").rgb;
+  };
+  CHECK(values("Pf 2.5", std::string("\x40\x80\x00\x00", 4)) == std::vector<float>{10, 10, 10});
+  CHECK(values("Pf -0.5", std::string("\x00\x00\x80\x40", 4)) == std::vector<float>{2, 2, 2});
+  CHECK(values("PF 2", std::string("\x40\x80\x00\x00\x3f\x80\x00\x00\xbf\x80\x00\x00", 12)) ==
+        std::vector<float>{8, 2, -2});
+}
+
 TEST_CASE("Files that are no images are refused") {
   const ScratchFolder folder;
   for (const char* text :

@@ -20,7 +20,7 @@ inline void count_pixels(LoadBudget* budget, const std::filesystem::path& file, 
 
 /// Float RGB, little-endian, rows from the bottom.
 void write_pfm(const Image& image, const std::filesystem::path& file);
-/// Colour or grey, either byte order.
+/// Colour or grey, either byte order; values times the size of the number in the header.
 [[nodiscard]] Image read_pfm(const std::filesystem::path& file, LoadBudget* budget = nullptr);
 
 /// Float RGB, ZIP-compressed; a layer has its name and a dot before the letters of its channels,

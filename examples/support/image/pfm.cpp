@@ -55,6 +55,7 @@ Image read_pfm(const std::filesystem::path& file, LoadBudget* budget) {
   count_pixels(budget, file, width, height);
   Image image(width, height);
   const bool must_swap = (scale < 0) != native_is_little;
+  const auto factor = static_cast<float>(std::abs(scale));
   const std::size_t row_size = channels * static_cast<std::size_t>(width);
   std::vector<std::uint32_t> row(row_size);
   for (int y = height - 1; y >= 0; --y) {
@@ -64,6 +65,8 @@ Image read_pfm(const std::filesystem::path& file, LoadBudget* budget) {
     float* const pixels = image.rgb.data() + image.index(0, y);
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(width); ++i)
       pixels[i] = std::bit_cast<float>(row[channels == 3 ? i : i / 3]);
+    if (factor != 1)
+      std::for_each_n(pixels, 3 * static_cast<std::size_t>(width), [&](float& value) { value *= factor; });
   }
   return image;
 }
