@@ -125,7 +125,7 @@ const std::map<std::string, Picture> pictures{
     {"imagemap_bilinear", [](double x, double) { return Rgb(std::clamp((x + 1) - 0.5, 0.0, 1.0)); }},
     {"imagemap_repeat", [](double x, double y) { return colors_at(x + 1 + 0.25, y + 1, linear); }},
     {"imagemap_black", [](double x, double y) { return x < 0 && y < 0 ? colors_at(x + 1, y + 1, linear) : Rgb(0); }},
-    {"imagemap_invert", [](double x, double y) { return 0.5 * (1.0 - colors_at((x + 1) / 2, (y + 1) / 2, linear)); }},
+    {"imagemap_invert", [](double x, double y) { return 1.0 - 0.5 * colors_at((x + 1) / 2, (y + 1) / 2, linear); }},
     {"one_pixel", flat(Rgb(from_srgb(188 / 255.0)))},
     {"scale", [](double x, double y) { return 0.5 * colors_at((x + 1) / 2, (y + 1) / 2, linear); }},
     {"mix_texture", [](double x, double) { return x < 0 ? Rgb(.8, .4, .2) : Rgb(.2, .4, .6); }},

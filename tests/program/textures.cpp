@@ -294,6 +294,29 @@ TEST_CASE("A number of an .exr is its alpha where it has one") {
 }
 #endif
 
+TEST_CASE("What is inverted is scaled before, and is not below 0") {
+  const ScratchFolder folder;
+  Image image(2, 1);
+  image.rgb = {0.1F, 0.2F, 0.3F, 0.4F, 0.6F, 1};
+  write_image(image, folder.path / "a.pfm");
+  const auto texture = [&](const std::string& type, const std::string& rest) {
+    const Read result = read("Texture \"t\" \"" + type + "\" \"imagemap\" \"string filename\" \"" + (folder / "a.pfm") +
+                             "\" \"bool invert\" true " + rest + "\nMaterial \"conductor\" \"texture " +
+                             (type == "float" ? "roughness" : "reflectance") + "\" \"t\"\n");
+    CAPTURE(result.error);
+    REQUIRE(result.error.empty());
+    const MaterialTexturesDescription& textures = result.scene.materials.back().textures;
+    return type == "float" ? textures.roughness : textures.color;
+  };
+  // max(0, 1 − scale · value), in pbrt's textures.h and textures.cpp.
+  const auto colors = texture("spectrum", "\"float scale\" 2 \"string wrap\" \"clamp\"");
+  CHECK(glm::length(colors->at({0, 0.5F}) - glm::vec3(0.8F, 0.6F, 0.4F)) < 1e-6F);
+  CHECK(glm::length(colors->at({1, 0.5F}) - glm::vec3(0.2F, 0, 0)) < 1e-6F);
+  CHECK(glm::length(colors->at({0.5F, 0.5F}) - glm::vec3(0.5F, 0.2F, 0)) < 1e-6F);  // in between, then cut
+  CHECK(texture("float", "\"float scale\" .5")->at({0.25F, 0.5F}).x == Approx(1 - 0.5 * 0.2));
+  CHECK(texture("float", "")->at({0.25F, 0.5F}).x == Approx(0.8));
+}
+
 TEST_CASE("Images of every kind have the values that were written") {
   const ScratchFolder folder;
   LoadBudget budget;

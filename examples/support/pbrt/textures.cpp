@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "support/image/texture_image.hpp"
@@ -37,6 +39,15 @@ TextureEncoding encoding_of(Parameters& parameters) {
   return encoding;
 }
 
+/// The image with every value times `factor`.
+std::shared_ptr<const scene::TextureImage> scaled(const scene::TextureImage& image, double factor) {
+  auto result = std::make_shared<scene::TextureImage>(image);
+  const auto scale = [&](float& value) { value = static_cast<float>(static_cast<double>(value) * factor); };
+  std::for_each(result->decoded.begin(), result->decoded.end(), scale);
+  std::for_each(result->floats.begin(), result->floats.end(), scale);
+  return result;
+}
+
 TextureHandle image_texture(Parameters& parameters, bool is_color, const Files& files, Diagnostics& diagnostics) {
   const std::optional<std::string> name = parameters.string("filename");
   if (!name) throw InputError(parameters.where(), parameters.directive() + ": add \"string filename\"");
@@ -54,13 +65,18 @@ TextureHandle image_texture(Parameters& parameters, bool is_color, const Files& 
   if (filter == filters.end()) parameters.fail("filter", "must be bilinear, trilinear, ewa or point");
   parameters.ignore({"maxanisotropy"});  // a picture of many samples needs no filter over the pixel
   const scene::TexturePlacement placement = placement_of(parameters, diagnostics);
-  const double scale = parameters.number_or("scale", 1);
+  double scale = parameters.number_or("scale", 1);
   const bool is_inverted = parameters.boolean_or("invert", false);
   TextureHandle result;
   try {
     auto image =
         read_texture_image(files.find(*name), encoding_of(parameters),
-                           is_color ? TexturePart::color : TexturePart::grey, *files.budget, parameters.where());
+                           is_color ? TexturePart::color : TexturePart::number, *files.budget, parameters.where());
+    if (is_inverted && scale != 1) {  // max(0, 1 - scale · value)
+      files.budget->take(image->bytes.size() + sizeof(float) * image->floats.size(),
+                         "the image " + file_in_quotes(*name), parameters.where());
+      image = scaled(*image, std::exchange(scale, 1));
+    }
     result = Tex::image(image, placement, wrap->second, filter->second, is_inverted);
   } catch (const std::invalid_argument& error) {
     throw InputError(parameters.where(), in_quotes(*name) + ": " + error.what());
