@@ -163,7 +163,8 @@ std::string counted(std::size_t count, const char* one, const char* many) {
 std::optional<PixelBounds> crop_of(const FilmDescription& film) {
   if (!film.crop_window) return {};
   const auto& [x0, x1, y0, y1] = *film.crop_window;
-  const auto pixel = [](double part, int size) { return static_cast<int>(std::ceil(part * size)); };
+  // The product may be a hair above the whole number that is meant.
+  const auto pixel = [](double part, int size) { return static_cast<int>(std::ceil(part * size - 1e-6)); };
   PixelBounds crop{{pixel(x0, film.width), pixel(y0, film.height)}, {pixel(x1, film.width), pixel(y1, film.height)}};
   if (!(crop.lower.x < crop.upper.x && crop.lower.y < crop.upper.y))
     throw InputError(film.where, "cropwindow holds no pixel: make it larger");

@@ -13,6 +13,7 @@
 #include "support/build_scene.hpp"
 #include "support/catch.hpp"
 #include "support/choices.hpp"
+#include "support/pbrt/reader.hpp"
 #include "support/pbrt/spectra.hpp"
 #include "support/read_scene.hpp"
 #include "support/render.hpp"
@@ -307,4 +308,27 @@ TEST_CASE("the crop window of a film") {
   REQUIRE(scene->film_crop());
   CHECK(scene->film_crop()->lower == glm::ivec2(8, 0));
   CHECK(scene->film_crop()->upper == glm::ivec2(16, 4));
+}
+
+TEST_CASE("pixel bounds are the pixels that they say, for every side and whatever the rounding") {
+  for (const int size : {10, 49, 100, 1280, 32768}) {
+    Diagnostics diagnostics;
+    const auto bounds_of = [&](int from, int to) {
+      const std::string numbers = std::to_string(from) + " " + std::to_string(to);
+      return build_scene(read_pbrt_text("Film \"rgb\" \"integer xresolution\" " + std::to_string(size) +
+                                            " \"integer yresolution\" 3 \"integer pixelbounds\" [ " + numbers +
+                                            " 1 2 ]\nWorldBegin\nShape \"sphere\"\n",
+                                        "t.pbrt", ".", diagnostics),
+                         diagnostics)
+          ->film_crop()
+          .value();
+    };
+    const int step = size < 200 ? 1 : size / 100;
+    for (int from = 0; from + step < size; from += step) {
+      const auto bounds = bounds_of(from, from + step);
+      CAPTURE(size, from);
+      CHECK(bounds.lower == glm::ivec2(from, 1));
+      CHECK(bounds.upper == glm::ivec2(from + step, 2));
+    }
+  }
 }

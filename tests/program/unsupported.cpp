@@ -268,6 +268,13 @@ TEST_CASE("The film's crop window and exposure") {
           triangle,
       Strictness::strict);
   CHECK(bounds.scene.film.crop_window == std::array{.25, .5, 0., .25});
+  // As in pbrt's film.cpp.
+  const Read both =
+      read("Film \"rgb\" \"float cropwindow\" [ .25 .5 0 .75 ] \"integer pixelbounds\" [ 50 100 0 25 ] WorldBegin\n" +
+               triangle,
+           Strictness::strict);
+  CHECK(both.scene.film.crop_window == std::array{.25, .5, 0., .75});
+  CHECK(both.says("t.pbrt:1: warning: Film: cropwindow is used"));
 }
 
 TEST_CASE("A roughness above 1 is cut to 1") {

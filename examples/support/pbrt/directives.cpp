@@ -362,13 +362,6 @@ void Parser::film() {
 
 void Parser::read_crop(Parameters& parameters) {
   FilmDescription& film = scene_.film;
-  if (parameters.has("cropwindow")) {
-    const auto window = parameters.numbers("cropwindow");
-    if (window.size() != 4 || !(window[0] >= 0 && window[0] < window[1] && window[1] <= 1) ||
-        !(window[2] >= 0 && window[2] < window[3] && window[3] <= 1))
-      parameters.fail("cropwindow", "must be four numbers x0 x1 y0 y1 from 0 to 1 with x0 < x1 and y0 < y1");
-    film.crop_window = std::array{window[0], window[1], window[2], window[3]};
-  }
   if (parameters.has("pixelbounds")) {
     const auto bounds = parameters.integers("pixelbounds");
     if (bounds.size() != 4 || bounds[0] < 0 || bounds[2] < 0 || bounds[0] >= bounds[1] || bounds[2] >= bounds[3])
@@ -377,6 +370,14 @@ void Parser::read_crop(Parameters& parameters) {
     film.crop_window = std::array{std::min(bounds[0] / w, 1.0), std::min(bounds[1] / w, 1.0),
                                   std::min(bounds[2] / h, 1.0), std::min(bounds[3] / h, 1.0)};
   }
+  if (!parameters.has("cropwindow")) return;
+  const auto window = parameters.numbers("cropwindow");
+  if (window.size() != 4 || !(window[0] >= 0 && window[0] < window[1] && window[1] <= 1) ||
+      !(window[2] >= 0 && window[2] < window[3] && window[3] <= 1))
+    parameters.fail("cropwindow", "must be four numbers x0 x1 y0 y1 from 0 to 1 with x0 < x1 and y0 < y1");
+  if (parameters.has("pixelbounds"))
+    diagnostics_.warning(directive_.where, "Film: cropwindow is used, and pixelbounds is ignored, as in pbrt");
+  film.crop_window = std::array{window[0], window[1], window[2], window[3]};
 }
 
 void Parser::pixel_filter() {
