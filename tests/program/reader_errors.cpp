@@ -177,7 +177,7 @@ TEST_CASE("Values that cannot be meant are refused") {
       {"WorldBegin LightSource \"infinite\" \"string filename\" \"a.pfm\" \"rgb L\" [ 1 1 1 ]", "t.pbrt:1: ", "scale"},
       {"WorldBegin AreaLightSource \"spot\"", "t.pbrt:1: ", "use diffuse"},
       {"WorldBegin AreaLightSource \"diffuse\" \"bool twosided\" \"maybe\"", "t.pbrt:1: ", "true or false"},
-      {"WorldBegin Attribute \"planet\"", "t.pbrt:1: ", "shape, light, material or texture"},
+      {"WorldBegin Attribute \"planet\"", "t.pbrt:1: ", "shape, light, material, medium or texture"},
   });
 }
 

@@ -146,7 +146,7 @@ void Parser::transform_times() {
 
 void Parser::make_named_medium() {
   const std::string name = expect_string("the name of a medium");
-  Parameters parameters = parse_parameters(name);
+  Parameters parameters = parse_parameters(name, "medium");
   std::optional<Rgb>& sigma = media_[name];
   sigma.reset();
   const auto is_black = [&](const char* what, bool otherwise) {
@@ -156,7 +156,7 @@ void Parser::make_named_medium() {
   const bool absorbs_only = parameters.string("type").value_or("homogeneous") == "homogeneous" &&
                             !parameters.has("preset") && is_black("sigma_s", false) && is_black("Le", true);
   if (absorbs_only) {
-    sigma = parameters.color("sigma_a").value_or(Rgb(.0011, .0024, .014)) * parameters.number_or("scale", 1);
+    sigma = parameters.color("sigma_a").value_or(Rgb(1)) * parameters.number_or("scale", 1);
     for (int c = 0; c < 3; ++c)
       if (!((*sigma)[c] >= 0 && (*sigma)[c] <= 1e12)) parameters.fail("sigma_a", "must be from 0 to 1e12");
   }
@@ -281,11 +281,11 @@ void Parser::transform_end() {
 }
 
 void Parser::attribute() {
-  const std::string target = expect_string("shape, light, material or texture");
+  const std::string target = expect_string("shape, light, material, medium or texture");
   Parameters unused = parse_parameters(target);
   if (target != "shape" && target != "light" && target != "material" && target != "texture" && target != "medium")
-    throw InputError(directive_.where,
-                     "Attribute " + in_quotes(target) + " is not understood: use shape, light, material or texture");
+    throw InputError(directive_.where, "Attribute " + in_quotes(target) +
+                                           " is not understood: use shape, light, material, medium or texture");
   for (const Parameter& parameter : unused.all()) {
     auto& list = state_.defaults[target];
     std::erase_if(list, [&](const Parameter& p) { return p.name == parameter.name; });
