@@ -86,7 +86,7 @@ TEST_CASE("Errors of structure name the line") {
       {"WorldBegin WorldBegin", "t.pbrt:1: ", "before WorldBegin"},
       {"WorldBegin\nAttributeEnd", "t.pbrt:2: ", "closes nothing"},
       {"WorldBegin\nAttributeBegin\n", "t.pbrt:2: ", "AttributeEnd"},
-      {"WorldBegin\nTransformBegin\nAttributeEnd", "t.pbrt:3: ", "TransformEnd"},
+      {"WorldBegin\nTransformBegin\nObjectEnd", "t.pbrt:3: ", "AttributeEnd"},
       {"WorldBegin\nObjectBegin \"a\"\n", "t.pbrt:2: ", "ObjectEnd"},
       {"WorldBegin ObjectBegin \"a\"\nObjectBegin \"b\"", "t.pbrt:2: ", "inside the object"},
       {"WorldBegin ObjectBegin \"a\" ObjectEnd\nObjectBegin \"a\"", "t.pbrt:2: ", "twice"},
@@ -97,7 +97,7 @@ TEST_CASE("Errors of structure name the line") {
       {"CoordSysTransform \"a\"", "t.pbrt:1: ", "not defined"},
       {"Include \"no such file\"", "t.pbrt:1: ", "is missing"},
       {"Include \".\"", "t.pbrt:1: ", "no regular file"},
-      {"TransformBegin WorldBegin", "t.pbrt:1: ", "inside a block"},
+      {"TransformBegin WorldBegin", "t.pbrt:1: ", "after WorldBegin"},
   });
 }
 

@@ -82,11 +82,6 @@ void Parser::require_rest() {
 }
 
 void Parser::concat(const Transform& m) {
-  if (!is_affine(m))
-    throw InputError(directive_.where,
-                     directive_.text +
-                         ": the result is out of range, or the transform is not affine (its last column "
-                         "must be 0 0 0 1)");
   change_transforms([&](const Transform& before) { return before * m; });
 }
 
@@ -266,20 +261,6 @@ void Parser::restore(const std::string& closed_by) {
   saved_.pop_back();
 }
 
-void Parser::transform_begin() {
-  save("TransformEnd");
-}
-
-void Parser::transform_end() {
-  GraphicsState current = state_;
-  restore("TransformEnd");
-  current.transform = state_.transform;
-  current.end_transform = state_.end_transform;
-  current.is_start_active = state_.is_start_active;
-  current.is_end_active = state_.is_end_active;
-  state_ = std::move(current);
-}
-
 void Parser::attribute() {
   const std::string target = expect_string("shape, light, material, medium or texture");
   Parameters unused = parse_parameters(target);
@@ -315,9 +296,6 @@ void Parser::import() {
 }
 
 void Parser::world_begin() {
-  if (!saved_.empty())
-    throw InputError(directive_.where,
-                     "WorldBegin stands inside a block: close that of " + saved_.back().where.to_string());
   in_world_ = true;
   state_.transform = state_.end_transform = Transform(1);
   state_.is_start_active = state_.is_end_active = true;

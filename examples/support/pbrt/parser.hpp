@@ -126,8 +126,6 @@ class Parser {
   void shape();
   void texture();
   void transform();
-  void transform_begin();
-  void transform_end();
   void transform_times();
   void translate();
   void world_begin();
