@@ -317,6 +317,23 @@ TEST_CASE("What is inverted is scaled before, and is not below 0") {
   CHECK(texture("float", "")->at({0.25F, 0.5F}).x == Approx(0.8));
 }
 
+TEST_CASE("A normal map that cannot be used is an error with its place, and left out when lenient") {
+  const ScratchFolder folder;
+  Image image(1, 1);
+  image.rgb = {0.5F, std::nanf(""), 1};
+  write_image(image, folder.path / "nan.pfm");
+  for (const char* name : {"nan.pfm", "none.png"}) {
+    CAPTURE(name);
+    const std::string world = "Material \"diffuse\"\n\"string normalmap\" \"" + (folder / name) + "\"\n";
+    CHECK(read(world).error.find("t.pbrt:3: ") == 0);
+    const Read lenient = read(world, Strictness::lenient);
+    CHECK(lenient.error.empty());
+    CHECK(lenient.count("t.pbrt:3: warning: ") == 1);
+    CHECK(lenient.scene.materials.back().textures.is_empty());
+    CHECK(read(world, Strictness::check).diagnostics.error_count() == 1);
+  }
+}
+
 TEST_CASE("Images of every kind have the values that were written") {
   const ScratchFolder folder;
   LoadBudget budget;

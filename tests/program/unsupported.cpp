@@ -277,6 +277,22 @@ TEST_CASE("The film's crop window and exposure") {
   CHECK(both.says("t.pbrt:1: warning: Film: cropwindow is used"));
 }
 
+TEST_CASE("A sheet reflects and lets through at most all, however large its scale is") {
+  // pbrt has clamp(scale · value, 0, 1).
+  const Read result = read(
+      "WorldBegin\nMaterial \"diffusetransmission\" \"rgb reflectance\" [ .5 .25 .1 ] \"rgb transmittance\" [ .1 .1 .2 "
+      "] "
+      "\"float scale\" 4\n" +
+          triangle,
+      Strictness::strict);
+  CHECK(result.error.empty());
+  const auto& sheet = std::get<DiffuseTransmissionDescription>(result.scene.materials.at(1).kind);
+  CHECK(glm::length(sheet.reflectance - Rgb(1, 1, .4)) < 1e-12);
+  CHECK(glm::length(sheet.transmittance - Rgb(.4, .4, .8)) < 1e-12);
+  CHECK(result.count("warning: ") == 1 + result.count("no light"));
+  CHECK(result.says("t.pbrt:2: warning: Material \"diffusetransmission\": parameter \"reflectance\" times \"scale\""));
+}
+
 TEST_CASE("A roughness above 1 is cut to 1") {
   const Read result = read("WorldBegin\nMaterial \"conductor\" \"float roughness\" 3\n" + triangle, Strictness::strict);
   CHECK(result.count("t.pbrt:2: warning: Material \"conductor\": a roughness above 1") == 1);

@@ -153,6 +153,43 @@ PhongDescription make_phong(Parameters& parameters, Diagnostics& diagnostics, Ma
   return result;
 }
 
+/// Null where none is given, and with --lenient where the image cannot be used.
+TextureHandle normal_map_of(Parameters& parameters, const Files& files, Diagnostics& diagnostics) {
+  const std::optional<std::string> file = parameters.string("normalmap");
+  if (!file) return nullptr;
+  TextureEncoding encoding;
+  encoding.curve = TextureEncoding::Curve::linear;
+  const SourcePosition& where = parameters.where("normalmap");
+  try {
+    return scene::Texture<float>::image(
+        read_texture_image(files.find(*file), encoding, TexturePart::color, *files.budget, where));
+  } catch (const std::invalid_argument& error) {
+    diagnostics.unsupported(where, in_quotes(*file) + ": " + error.what());
+  } catch (const InputError& error) {
+    diagnostics.unsupported(where, error.message());
+  }
+  return nullptr;
+}
+
+DiffuseTransmissionDescription make_diffuse_transmission(Parameters& parameters, Diagnostics& diagnostics,
+                                                         MaterialTexturesDescription& textures) {
+  const double scale = parameters.number_or("scale", 1);
+  if (!(scale >= 0 && scale <= 1e6)) parameters.fail("scale", "must be from 0 to 1000000");
+  const auto scaled = [&](const char* name, TextureHandle& texture) {
+    const Rgb value = reflectance_or(parameters, name, Rgb(0.25), diagnostics, texture) * scale;
+    if (texture && scale != 1)
+      texture = scene::Texture<float>::product(texture, scene::Texture<float>::constant(glm::dvec3(scale)));
+    if (!texture && (value.x > 1 || value.y > 1 || value.z > 1))
+      diagnostics.warning(parameters.where(), parameters.directive() + ": parameter " + in_quotes(name) +
+                                                  " times \"scale\" is above 1 and is cut to 1");
+    return glm::min(value, Rgb(1));
+  };
+  DiffuseTransmissionDescription sheet;
+  sheet.reflectance = scaled("reflectance", textures.color);
+  sheet.transmittance = scaled("transmittance", textures.transmittance);
+  return sheet;
+}
+
 }  // namespace
 
 MaterialDescription make_material(const std::string& kind, Parameters& parameters, const Files& files,
@@ -162,12 +199,7 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
   MaterialTexturesDescription& textures = result.textures;
   if (const auto height = parameters.number_texture("displacement"); height && !(*height)->is_constant())
     textures.height = *height;
-  if (const auto file = parameters.string("normalmap")) {
-    TextureEncoding encoding;
-    encoding.curve = TextureEncoding::Curve::linear;
-    textures.normal_map = scene::Texture<float>::image(read_texture_image(
-        files.find(*file), encoding, TexturePart::color, *files.budget, parameters.where("normalmap")));
-  }
+  textures.normal_map = normal_map_of(parameters, files, diagnostics);
   if (kind == "diffuse") {
     result.kind = DiffuseDescription{reflectance_or(parameters, "reflectance", Rgb(0.5), diagnostics, textures.color)};
   } else if (kind == "phong") {
@@ -182,16 +214,7 @@ MaterialDescription make_material(const std::string& kind, Parameters& parameter
   } else if (kind == "thindielectric") {
     result.kind = DielectricDescription{index_of_refraction(parameters, diagnostics, 1.5), 0, Rgb(1), true};
   } else if (kind == "diffusetransmission") {
-    DiffuseTransmissionDescription sheet;
-    const double scale = parameters.number_or("scale", 1);
-    if (!(scale >= 0 && scale <= 1e6)) parameters.fail("scale", "must be from 0 to 1000000");
-    sheet.reflectance = reflectance_or(parameters, "reflectance", Rgb(0.25), diagnostics, textures.color) * scale;
-    sheet.transmittance =
-        reflectance_or(parameters, "transmittance", Rgb(0.25), diagnostics, textures.transmittance) * scale;
-    for (TextureHandle* texture : {&textures.color, &textures.transmittance})
-      if (*texture && scale != 1)
-        *texture = scene::Texture<float>::product(*texture, scene::Texture<float>::constant(glm::dvec3(scale)));
-    result.kind = sheet;
+    result.kind = make_diffuse_transmission(parameters, diagnostics, textures);
   } else if (kind == "coatedconductor") {
     result.kind = make_coated_conductor(parameters, diagnostics);
   } else if (kind == "coateddiffuse") {
