@@ -293,6 +293,19 @@ TEST_CASE("A sheet reflects and lets through at most all, however large its scal
   CHECK(result.says("t.pbrt:2: warning: Material \"diffusetransmission\": parameter \"reflectance\" times \"scale\""));
 }
 
+TEST_CASE("Both layers of a coated conductor say where they are not anisotropic") {
+  for (const std::string layer : {"conductor", "interface"}) {
+    const Read result = read("WorldBegin\nMaterial \"coatedconductor\" \"float " + layer +
+                                 ".uroughness\" .04 \"float " + layer + ".vroughness\" .12\n" + triangle,
+                             Strictness::strict);
+    CHECK(result.error.empty());
+    CHECK(result.count("t.pbrt:2: warning: Material \"coatedconductor\": anisotropic roughness is not supported") == 1);
+    const auto& metal = std::get<CoatedConductorDescription>(result.scene.materials.at(1).kind);
+    const double alpha = layer == "conductor" ? metal.alpha : metal.coat_alpha;
+    CHECK(std::abs(alpha - std::sqrt(.08)) < 1e-12);
+  }
+}
+
 TEST_CASE("A roughness above 1 is cut to 1") {
   const Read result = read("WorldBegin\nMaterial \"conductor\" \"float roughness\" 3\n" + triangle, Strictness::strict);
   CHECK(result.count("t.pbrt:2: warning: Material \"conductor\": a roughness above 1") == 1);

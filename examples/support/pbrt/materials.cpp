@@ -30,13 +30,13 @@ Rgb reflectance_or(Parameters& parameters, const std::string& name, const Rgb& o
   return glm::clamp(Rgb(texture->mean()), Rgb(0), Rgb(1));
 }
 
-/// GGX alpha; 0 for a smooth surface.
-double alpha_of(Parameters& parameters, Diagnostics& diagnostics) {
+/// GGX alpha, 0 for a smooth surface, of parameters that begin with `prefix`.
+double layer_alpha(Parameters& parameters, Diagnostics& diagnostics, const std::string& prefix = "") {
   constexpr double specular_below = 1e-3;
-  const double roughness = parameters.number_or("roughness", 0);
-  const double u = parameters.number_or("uroughness", roughness);
-  const double v = parameters.number_or("vroughness", roughness);
-  if (u < 0 || v < 0 || roughness < 0) parameters.fail("roughness", "is negative: use values from 0 to 1");
+  const double roughness = parameters.number_or(prefix + "roughness", 0);
+  const double u = parameters.number_or(prefix + "uroughness", roughness);
+  const double v = parameters.number_or(prefix + "vroughness", roughness);
+  if (u < 0 || v < 0 || roughness < 0) parameters.fail(prefix + "roughness", "is negative: use values from 0 to 1");
   if (u > 1 || v > 1)
     diagnostics.warning(parameters.where(), parameters.directive() + ": a roughness above 1 is cut to 1");
   if (u != v)
@@ -47,13 +47,13 @@ double alpha_of(Parameters& parameters, Diagnostics& diagnostics) {
   return alpha < specular_below ? 0 : alpha;
 }
 
-/// `alpha_of`, for a roughness that may vary over the surface: then `textures` has it, and the
+/// `layer_alpha`, for a roughness that may vary over the surface: then `textures` has it, and the
 /// value is any alpha of a rough surface.
 double alpha_of(Parameters& parameters, Diagnostics& diagnostics, MaterialTexturesDescription& textures) {
   const char* varying = nullptr;
   for (const char* name : {"roughness", "uroughness", "vroughness"})
     if (varying == nullptr && parameters.varies(name)) varying = name;
-  if (varying == nullptr) return alpha_of(parameters, diagnostics);
+  if (varying == nullptr) return layer_alpha(parameters, diagnostics);
   textures.roughness = *parameters.number_texture(varying);
   textures.is_remapped = parameters.boolean_or("remaproughness", true);
   for (const char* name : {"roughness", "uroughness", "vroughness"}) {
@@ -110,25 +110,11 @@ ConductorDescription make_conductor(Parameters& parameters, Diagnostics& diagnos
   return result;
 }
 
-/// GGX alpha of one of two layers.
-double layer_alpha(Parameters& parameters, Diagnostics& diagnostics, const std::string& prefix, double otherwise) {
-  const double both = parameters.number_or(prefix + "roughness", otherwise);
-  double mean = 0;
-  for (const char* axis : {"u", "v"}) {
-    const double one = parameters.number_or(prefix + axis + "roughness", both);
-    if (one < 0) parameters.fail(prefix + "roughness", "is negative: use values from 0 to 1");
-    if (one > 1) diagnostics.warning(parameters.where(), parameters.directive() + ": a roughness above 1 is cut to 1");
-    mean += std::min(one, 1.0) / 2;
-  }
-  const double alpha = parameters.boolean_or("remaproughness", true) ? std::sqrt(mean) : mean;
-  return alpha < 1e-3 ? 0 : alpha;
-}
-
 CoatedConductorDescription make_coated_conductor(Parameters& parameters, Diagnostics& diagnostics) {
   CoatedConductorDescription result;
   read_metal(parameters, diagnostics, "conductor.", result.eta, result.k, nullptr);
-  result.alpha = layer_alpha(parameters, diagnostics, "conductor.", 0);
-  result.coat_alpha = layer_alpha(parameters, diagnostics, "interface.", 0);
+  result.alpha = layer_alpha(parameters, diagnostics, "conductor.");
+  result.coat_alpha = layer_alpha(parameters, diagnostics, "interface.");
   result.coat_eta = index_of_refraction(parameters, diagnostics, 1.5, "interface.eta");
   if (result.coat_eta < 1) parameters.fail("interface.eta", "of a coat must be at least 1");
   if (parameters.has("albedo") && parameters.color("albedo") != Rgb(0))
