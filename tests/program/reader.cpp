@@ -13,6 +13,10 @@
 #include "support/image/image.hpp"
 #include "support/message_of.hpp"
 
+#if GMIS_HAS_ZLIB
+#include <zlib.h>
+#endif
+
 using namespace gmis::tools;
 namespace fs = std::filesystem;
 using gmis_test::Read;
@@ -449,6 +453,32 @@ TEST_CASE("Files include others, found beside the scene") {
   CHECK(scene.shapes[0].where.to_string() == (folder.path / "parts/c.pbrt").string() + ":2");
   CHECK(scene.shapes[1].where.to_string() == (folder.path / "main.pbrt").string() + ":4");
 }
+
+#if GMIS_HAS_ZLIB
+TEST_CASE("Scenes and what they include may be packed") {
+  const ScratchFolder folder;
+  const auto pack = [&](const std::string& name, const std::string& text) {
+    const gzFile file = gzopen((folder.path / name).c_str(), "wb");
+    gzwrite(file, text.data(), static_cast<unsigned>(text.size()));
+    gzclose(file);
+  };
+  pack("main.pbrt.gz", "WorldBegin\nInclude \"a.pbrt.gz\"\nImport \"b.pbrt.gz\"\n" + triangle);
+  pack("a.pbrt.gz", "Translate 1 0 0\n");
+  pack("b.pbrt.gz", "Translate 0 2 0\n" + triangle);
+  Diagnostics diagnostics;
+  const SceneDescription scene = read_pbrt_scene(folder.path / "main.pbrt.gz", diagnostics);
+  REQUIRE(scene.shapes.size() == 2);
+  CHECK(near(std::get<MeshDescription>(scene.shapes[0].geometry).positions[0], {1, 2, 0}));
+  CHECK(near(std::get<MeshDescription>(scene.shapes[1].geometry).positions[0], {1, 0, 0}));
+  CHECK(scene.shapes[0].where.to_string() == (folder.path / "b.pbrt.gz").string() + ":2");
+  CHECK(scene.files.size() == 3);
+  folder.write("no.pbrt.gz", "Translate 1 0 0\n");
+  const std::string message =
+      gmis_test::message_of<InputError>([&] { return read("WorldBegin\nInclude \"no.pbrt.gz\"\n", folder.path); });
+  CHECK(message.find("t.pbrt:2: ") == 0);
+  CHECK(message.find("no whole gzip") != std::string::npos);
+}
+#endif
 
 TEST_CASE("What is not understood but harmless is said once, with its place") {
   const Read result = read_world("\nShape \"sphere\" \"float radious\" 2\nShape \"sphere\" \"float radious\" 3\n");

@@ -1,13 +1,10 @@
 #include "support/pbrt/parser.hpp"
 
-#include "support/read_file.hpp"
-
 #include <algorithm>
-#include <cctype>
-#include <fstream>
 #include <glm/common.hpp>
-#include <iterator>
 #include <utility>
+
+#include "support/read_file.hpp"
 
 namespace gmis::tools::pbrt {
 
@@ -67,12 +64,10 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
 }
 
 void Parser::parse_file(const std::filesystem::path& file) {
-  if (lexer_ == nullptr) {
-    const std::string text = read_file(file, "the file", budget_, SourcePosition{});
-    add_file(scene_, file);
-    return parse_text(text, file.string());
-  }
-  std::string text = read_file(file, "the file", budget_, directive_.where);
+  const SourcePosition where = lexer_ == nullptr ? SourcePosition{} : directive_.where;
+  std::string text = read_file(file, "the file", budget_, where);
+  if (file.extension() == ".gz")
+    text = unpacked_gzip(text, "the file " + file_in_quotes(file.string()), budget_, where);
   add_file(scene_, file);
   parse_text(std::move(text), file.string());
 }
