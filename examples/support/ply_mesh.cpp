@@ -242,19 +242,35 @@ Role role_of(const std::string& name) {
   return Role::none;
 }
 
+/// Memory that is counted for one mesh.
+struct Memory {
+  LoadBudget& budget;
+  const std::string& name;
+  const SourcePosition& where;
+  void take(std::uintmax_t count, std::uintmax_t bytes_each) const { budget.take(count, bytes_each, name, where); }
+};
+
+/// Memory of one triangle while it is read.
+constexpr std::uintmax_t bytes_of_face = 44;
+
 /// The entries of a list, which takes them from `numbers`.
 template <class Numbers>
-void read_list(const Property& property, Numbers& numbers, std::vector<double>& entries) {
+void read_list(const Property& property, Numbers& numbers, std::vector<double>& entries, const Memory& memory) {
   const double length = numbers.next(*property.length_type);
   if (!(length >= 0) || length != std::floor(length) ||
       length > static_cast<double>(numbers.most_numbers_left(property.type)))
     throw Broken{};
   entries.clear();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(length); ++i) entries.push_back(numbers.next(property.type));
+  const auto size = static_cast<std::size_t>(length);
+  if (size > entries.capacity()) {
+    memory.take(size, sizeof(double));
+    entries.reserve(size);
+  }
+  for (std::size_t i = 0; i < size; ++i) entries.push_back(numbers.next(property.type));
 }
 
 template <class Numbers>
-void read_vertices(const Element& element, Numbers& numbers, MeshDescription& mesh) {
+void read_vertices(const Element& element, Numbers& numbers, MeshDescription& mesh, const Memory& memory) {
   std::vector<Role> roles;
   for (const Property& property : element.properties)
     roles.push_back(property.length_type ? Role::none : role_of(property.name));
@@ -267,7 +283,7 @@ void read_vertices(const Element& element, Numbers& numbers, MeshDescription& me
     numbers.begin_row();
     for (std::size_t p = 0; p < roles.size(); ++p) {
       if (element.properties[p].length_type)
-        read_list(element.properties[p], numbers, list);
+        read_list(element.properties[p], numbers, list, memory);
       else
         values[static_cast<std::size_t>(roles[p])] = numbers.next(element.properties[p].type);
     }
@@ -285,7 +301,7 @@ struct FacePart {
 };
 
 template <class Numbers>
-void read_faces(const Element& element, Numbers& numbers, std::vector<FacePart>& faces) {
+void read_faces(const Element& element, Numbers& numbers, std::vector<FacePart>& faces, const Memory& memory) {
   std::vector<double> list;
   for (std::uintmax_t i = 0; i < element.count; ++i) {
     numbers.begin_row();
@@ -294,8 +310,9 @@ void read_faces(const Element& element, Numbers& numbers, std::vector<FacePart>&
         (void)numbers.next(property.type);
         continue;
       }
-      read_list(property, numbers, list);
+      read_list(property, numbers, list, memory);
       if (property.name != "vertex_indices" && property.name != "vertex_index") continue;
+      if (list.size() > 3) memory.take(list.size() - 3, bytes_of_face);  // the first one is counted
       for (std::size_t k = 2; k < list.size(); ++k) faces.push_back({i, {list[0], list[k - 1], list[k]}});
     }
     numbers.end_row();
@@ -306,16 +323,17 @@ template <class Numbers>
 MeshDescription mesh_of(const Header& header, Numbers numbers, const std::string& name, LoadBudget& budget,
                         const SourcePosition& where) {
   MeshDescription mesh;
+  const Memory memory{budget, name, where};
   std::vector<FacePart> faces;
   for (const Element& element : header.elements) {
     const bool is_vertex = element.name == "vertex", is_empty = element.properties.empty();
     if (element.count > numbers.bytes_left() && !is_empty) throw Broken{};
     if (is_empty) continue;
-    budget.take(element.count, is_vertex ? 64 : 44, name, where);
+    memory.take(element.count, is_vertex ? 64 : bytes_of_face);
     if (is_vertex)
-      read_vertices(element, numbers, mesh);
+      read_vertices(element, numbers, mesh, memory);
     else
-      read_faces(element, numbers, faces);
+      read_faces(element, numbers, faces, memory);
   }
   mesh.triangles.reserve(faces.size());
   for (const auto& [face, given] : faces) {

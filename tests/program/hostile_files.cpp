@@ -170,6 +170,21 @@ TEST_CASE("Instances are counted before they are copied") {
   CHECK_THAT(pbrt_error(text, small_memory), Contains("--max-memory"));
 }
 
+TEST_CASE("Objects without an instance are counted, and subdivision before it is done") {
+  std::string objects = "WorldBegin ObjectBegin \"many\"\n";
+  for (int i = 0; i < 200; ++i) objects += "Shape \"sphere\" \"float phimax\" 350\n";  // 16384 triangles each
+  CHECK_THAT(pbrt_error(objects + "ObjectEnd\n" + triangle, small_memory),
+             Contains("this shape would take") && Contains("--max-memory"));
+  std::string spheres = "WorldBegin ObjectBegin \"many\"\n";
+  for (int i = 0; i < 400'000; ++i) spheres += "Shape \"sphere\"\n";
+  CHECK_THAT(pbrt_error(spheres + "ObjectEnd\n" + triangle, small_memory), Contains("this shape would take"));
+  CHECK_THAT(
+      pbrt_error("WorldBegin Shape \"loopsubdiv\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ] "
+                 "\"integer levels\" 10\n",
+                 small_memory),
+      Contains("the subdivided mesh would take") && Contains("--max-memory"));
+}
+
 TEST_CASE("What a file says to be large is counted before there is memory for it") {
   const ScratchFolder folder;
   const auto error = [&](const std::string& members) {

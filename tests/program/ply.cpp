@@ -104,6 +104,22 @@ TEST_CASE("Every type of number is read, and polygons are cut into fans") {
     }
 }
 
+TEST_CASE("The corners of a long list are counted before there is memory for them") {
+  constexpr std::uint32_t corners = 1'000'000;
+  const std::string content =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uint uchar vertex_indices\nend_header\n" +
+      std::string(12, '\0') + bytes_of(corners, false) + std::string(corners, '\0');
+  LoadBudget room(std::uintmax_t{64} << 20);
+  CHECK(parse_ply(content, "the mesh", room, {}).triangles.size() == corners - 2);
+  // 8 bytes for each corner, 32 and 12 for each triangle.
+  CHECK(room.taken() >= corners * 52ULL - 200);
+  CHECK(room.taken() <= corners * 52ULL + 200);
+  LoadBudget small(std::uintmax_t{32} << 20), smaller(std::uintmax_t{4} << 20);
+  CHECK_THROWS_WITH(parse_ply(content, "the mesh", small, {}), Catch::Contains("--max-memory"));
+  CHECK_THROWS_WITH(parse_ply(content, "the mesh", smaller, {}), Catch::Contains("the mesh would take 7.6 MiB"));
+}
+
 #if GMIS_HAS_ZLIB
 
 TEST_CASE("A packed mesh is unpacked in memory, and a bomb is stopped before it fills it") {

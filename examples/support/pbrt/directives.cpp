@@ -36,6 +36,14 @@ bool is_within_range(const ShapeDescription& shape) {
   return std::all_of(positions.begin(), positions.end(), near);
 }
 
+/// Memory that the description takes.
+std::uintmax_t bytes_of(const ShapeDescription& shape) {
+  const auto* mesh = std::get_if<MeshDescription>(&shape.geometry);
+  if (mesh == nullptr) return sizeof shape;
+  const auto bytes = [](const auto& list) { return list.size() * sizeof list[0]; };
+  return sizeof shape + bytes(mesh->positions) + bytes(mesh->normals) + bytes(mesh->triangles) + bytes(mesh->uv);
+}
+
 }  // namespace
 
 void Parser::ignored_with_note() {
@@ -550,6 +558,7 @@ void Parser::shape() {
   if (open_object_.empty()) return place_shape(std::move(shape), state_.transform, directive_.where);
   if (state_.area_light)
     diagnostics_.warning(shape.where, "a shape inside ObjectBegin cannot be a light: it does not shine");
+  budget_.take(bytes_of(shape), "this shape", directive_.where);
   if (auto placed = transformed(std::move(shape), state_.transform))
     objects_[open_object_].push_back(std::move(*placed));
 }

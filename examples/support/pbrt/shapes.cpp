@@ -76,29 +76,38 @@ std::vector<int> checked_indices(Parameters& parameters, std::size_t positions, 
   return indices;
 }
 
-MeshDescription make_triangle_mesh(Parameters& parameters) {
+/// The points of a mesh, without its faces.
+MeshDescription points_of(Parameters& parameters) {
   MeshDescription mesh;
   mesh.positions = parameters.points("P");
   if (mesh.positions.empty()) throw InputError(parameters.where(), parameters.directive() + ": add \"point3 P\"");
+  return mesh;
+}
+
+/// The points of a mesh, and its triangles.
+MeshDescription triangles_of(Parameters& parameters) {
+  MeshDescription mesh = points_of(parameters);
   const std::vector<int> indices = checked_indices(parameters, mesh.positions.size(), 3);
   for (std::size_t i = 0; i < indices.size(); i += 3)
     mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+  return mesh;
+}
+
+MeshDescription make_triangle_mesh(Parameters& parameters) {
+  MeshDescription mesh = triangles_of(parameters);
   mesh.normals = parameters.normals("N");
   mesh.uv = parameters.pairs(parameters.has("uv") ? "uv" : "st");
   return mesh;
 }
 
-MeshDescription make_loop_subdivision(Parameters& parameters) {
-  MeshDescription mesh;
-  mesh.positions = parameters.points("P");
-  if (mesh.positions.empty()) throw InputError(parameters.where(), parameters.directive() + ": add \"point3 P\"");
-  const std::vector<int> indices = checked_indices(parameters, mesh.positions.size(), 3);
-  for (std::size_t i = 0; i < indices.size(); i += 3)
-    mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+MeshDescription make_loop_subdivision(Parameters& parameters, const LoadBudget& budget) {
+  const MeshDescription mesh = triangles_of(parameters);
   const int levels = parameters.integer("levels").value_or(3);
   if (levels < 0 || levels > 10) parameters.fail("levels", "must be from 0 to 10");
   if (mesh.triangles.size() > std::size_t{200'000'000} >> (2 * levels))
     parameters.fail("levels", "would make more than 200 million triangles");
+  LoadBudget room = budget;  // the shape is counted where it is placed
+  room.take(mesh.triangles.size() << (2 * levels), bytes_of_triangle, "the subdivided mesh", parameters.where());
   parameters.ignore({"scheme"});
   auto result = loop_subdivided(mesh, levels);
   if (!result)
@@ -110,9 +119,7 @@ MeshDescription make_loop_subdivision(Parameters& parameters) {
 }
 
 MeshDescription make_bilinear_mesh(Parameters& parameters, Diagnostics& diagnostics) {
-  MeshDescription mesh;
-  mesh.positions = parameters.points("P");
-  if (mesh.positions.empty()) throw InputError(parameters.where(), parameters.directive() + ": add \"point3 P\"");
+  MeshDescription mesh = points_of(parameters);
   const std::vector<int> indices = checked_indices(parameters, mesh.positions.size(), 4);
   for (std::size_t i = 0; i < indices.size(); i += 4) {
     // The corners come as (u, v) = (0,0) (1,0) (0,1) (1,1); the patch's side is that of ∂p/∂u ×
@@ -176,7 +183,7 @@ std::optional<ShapeDescription> make_shape(const std::string& kind, Parameters& 
   } else if (kind == "cylinder") {
     shape.geometry = make_cylinder(parameters);
   } else if (kind == "loopsubdiv") {
-    shape.geometry = make_loop_subdivision(parameters);
+    shape.geometry = make_loop_subdivision(parameters, *files.budget);
   } else if (kind == "plymesh") {
     const std::optional<std::string> file = parameters.string("filename");
     if (!file) throw InputError(parameters.where(), parameters.directive() + ": add \"string filename\"");
