@@ -277,6 +277,31 @@ TEST_CASE("The film's crop window and exposure") {
   CHECK(both.says("t.pbrt:1: warning: Film: cropwindow is used"));
 }
 
+TEST_CASE("Light above 1e20 is refused, whatever makes it that bright") {
+  for (const char* light :
+       {"LightSource \"point\" \"float power\" 1e30", "LightSource \"spot\" \"float power\" 1e30",
+        "LightSource \"distant\" \"float illuminance\" 1e30", "LightSource \"infinite\" \"float illuminance\" 1e30",
+        "LightSource \"point\" \"rgb I\" [ 1e-20 0 0 ] \"float power\" 1e10 \"float scale\" 1e20",
+        "AreaLightSource \"diffuse\" \"float power\" 1e30"}) {
+    CAPTURE(light);
+    const Read result = read("WorldBegin\n" + std::string(light) + "\n" + triangle, Strictness::strict);
+    CHECK(result.error.find("t.pbrt:2: ") == 0);
+    CHECK(result.error.find("makes light above 1e20") != std::string::npos);
+  }
+  for (const char* light :
+       {"LightSource \"point\" \"rgb I\" [ 1e15 1e15 1e15 ]", "LightSource \"spot\" \"rgb I\" [ 1e15 1e15 1e15 ]",
+        "LightSource \"distant\" \"rgb L\" [ 1e15 1 1 ]", "LightSource \"infinite\" \"rgb L\" [ 1 1 1e15 ]"}) {
+    CAPTURE(light);
+    const std::string exposed = "Film \"rgb\" \"float iso\" 1e9\nWorldBegin\n" + std::string(light) + "\n" + triangle;
+    CHECK(read(exposed, Strictness::strict).error.find("t.pbrt:3: this light times the exposure") == 0);
+    CHECK(read(exposed.substr(exposed.find("WorldBegin")), Strictness::strict).error.empty());
+  }
+  const Read lamp = read(
+      "Film \"rgb\" \"float iso\" 1e9\nWorldBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ 1e15 0 0 ]\n" + triangle,
+      Strictness::strict);
+  CHECK(lamp.error.find("t.pbrt:4: this light times the exposure") == 0);
+}
+
 TEST_CASE("A sheet reflects and lets through at most all, however large its scale is") {
   // pbrt has clamp(scale · value, 0, 1).
   const Read result = read(

@@ -35,7 +35,13 @@ struct Files {
                                                          const Transform& world_from_light, const Files& files,
                                                          Diagnostics& diagnostics);
 
-/// Multiplies the colour of a light by this matrix; what becomes negative is 0.
+/// Beyond what light may have.
+[[nodiscard]] bool is_too_bright(const Rgb& color);
+inline constexpr const char* too_bright_film =
+    "this light times the exposure of Film and Camera is above 1e20: lower iso, imagingratio or exposuretime";
+
+/// Multiplies the colour of a light by this matrix; what becomes negative is 0. Throws `InputError`
+/// where it becomes too bright.
 void expose(LightDescription& light, const glm::dmat3& matrix);
 
 /// The emission of an area light, before its area is known.

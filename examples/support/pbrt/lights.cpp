@@ -9,6 +9,11 @@
 
 namespace gmis::tools::pbrt {
 
+bool is_too_bright(const Rgb& color) {
+  constexpr double brightest = 1e20;
+  return !(color.x <= brightest && color.y <= brightest && color.z <= brightest);
+}
+
 double luminance(const Rgb& color) {
   return glm::dot(color, Rgb(0.2126, 0.7152, 0.0722));
 }
@@ -20,8 +25,7 @@ Rgb emitted(Parameters& parameters, const std::string& name) {
   if (value.x < 0 || value.y < 0 || value.z < 0) parameters.fail(name, "is negative: use a value of at least 0");
   const double scale = parameters.number_or("scale", 1);
   if (scale < 0) parameters.fail("scale", "is negative: use a value of at least 0");
-  constexpr double brightest = 1e20;
-  if (!(std::max({value.x, value.y, value.z}) * scale <= brightest)) parameters.fail(name, "is above 1e20");
+  if (is_too_bright(value * scale)) parameters.fail(name, "is above 1e20");
   return value * scale;
 }
 
@@ -32,11 +36,15 @@ std::optional<double> strength(Parameters& parameters, const std::string& name) 
   return value;
 }
 
-/// The colour of the parameter `name` with the luminance `wanted`, times the parameter "scale".
-Rgb with_luminance(Parameters& parameters, const std::string& name, double wanted) {
+/// The colour of the parameter `name` with the luminance `wanted`, which `strength` sets, times the
+/// parameter "scale".
+Rgb with_luminance(Parameters& parameters, const std::string& name, double wanted, const char* strength) {
   const Rgb color = parameters.color(name, SpectrumOf::light).value_or(Rgb(1));
   const double current = luminance(color);
-  return current > 0 ? color * (wanted * parameters.number_or("scale", 1) / current) : Rgb(0);
+  if (!(current > 0)) return Rgb(0);
+  const Rgb result = color * (wanted * parameters.number_or("scale", 1) / current);
+  if (is_too_bright(result)) parameters.fail(strength, "makes light above 1e20");
+  return result;
 }
 
 SpotLightDescription make_spot(Parameters& parameters, const Transform& world_from_light) {
@@ -49,8 +57,8 @@ SpotLightDescription make_spot(Parameters& parameters, const Transform& world_fr
   spot.outer = std::min(cone * std::numbers::pi / 180, std::numbers::pi);
   spot.inner = (cone - delta) * std::numbers::pi / 180;
   if (const auto power = strength(parameters, "power"))
-    spot.intensity = with_luminance(parameters, "I",
-                                    *power / (std::numbers::pi * (2 - std::cos(spot.inner) - std::cos(spot.outer))));
+    spot.intensity = with_luminance(
+        parameters, "I", *power / (std::numbers::pi * (2 - std::cos(spot.inner) - std::cos(spot.outer))), "power");
   const Point from = parameters.point("from").value_or(Point(0));
   const Point to = parameters.point("to").value_or(Point(0, 0, 1));
   spot.position = transform_point(world_from_light, from);
@@ -125,7 +133,7 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
   if (kind == "point") {
     color = emitted(parameters, "I");
     if (const auto power = strength(parameters, "power"))
-      color = with_luminance(parameters, "I", *power / (4 * std::numbers::pi));
+      color = with_luminance(parameters, "I", *power / (4 * std::numbers::pi), "power");
     const Point from = parameters.point("from").value_or(Point(0));
     light.kind = PointLightDescription{transform_point(world_from_light, from), color};
   } else if (kind == "spot") {
@@ -135,7 +143,7 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
   } else if (kind == "distant") {
     color = emitted(parameters, "L");
     if (const auto illuminance = strength(parameters, "illuminance"))
-      color = with_luminance(parameters, "L", *illuminance);
+      color = with_luminance(parameters, "L", *illuminance, "illuminance");
     const Point from = parameters.point("from").value_or(Point(0));
     const Point to = parameters.point("to").value_or(Point(0, 0, 1));
     const glm::dvec3 towards = transform_vector(world_from_light, from - to);
@@ -158,7 +166,7 @@ std::optional<LightDescription> make_light(const std::string& kind, Parameters& 
     } else {
       color = emitted(parameters, "L");
       if (const auto illuminance = strength(parameters, "illuminance"))
-        color = with_luminance(parameters, "L", *illuminance / std::numbers::pi);
+        color = with_luminance(parameters, "L", *illuminance / std::numbers::pi, "illuminance");
       light.kind = InfiniteLightDescription{color};
     }
     if (parameters.has("portal"))
@@ -181,16 +189,24 @@ void expose(LightDescription& light, const glm::dmat3& matrix) {
   if (matrix == glm::dmat3(1)) return;
   struct {
     const glm::dmat3& matrix;
-    void change(Rgb& color) const { color = glm::max(matrix * color, Rgb(0)); }
-    void operator()(PointLightDescription& l) const { change(l.intensity); }
-    void operator()(SpotLightDescription& l) const { change(l.intensity); }
-    void operator()(DistantLightDescription& l) const { change(l.irradiance); }
-    void operator()(InfiniteLightDescription& l) const { change(l.radiance); }
-    void operator()(EnvironmentLightDescription& l) const {
-      for (glm::vec3& pixel : l.image.radiance) pixel = glm::max(glm::mat3(matrix) * pixel, glm::vec3(0));
+    bool is_too_bright = false;
+    void change(Rgb& color) {
+      color = glm::max(matrix * color, Rgb(0));
+      is_too_bright = is_too_bright || pbrt::is_too_bright(color);
+    }
+    void operator()(PointLightDescription& l) { change(l.intensity); }
+    void operator()(SpotLightDescription& l) { change(l.intensity); }
+    void operator()(DistantLightDescription& l) { change(l.irradiance); }
+    void operator()(InfiniteLightDescription& l) { change(l.radiance); }
+    void operator()(EnvironmentLightDescription& l) {
+      for (glm::vec3& pixel : l.image.radiance) {
+        pixel = glm::max(glm::mat3(matrix) * pixel, glm::vec3(0));
+        is_too_bright = is_too_bright || pbrt::is_too_bright(Rgb(pixel));
+      }
     }
   } brighten{matrix};
   std::visit(brighten, light.kind);
+  if (brighten.is_too_bright) throw InputError(light.where, too_bright_film);
 }
 
 AreaLight make_area_light(const std::string& kind, Parameters& parameters, Diagnostics& diagnostics) {
@@ -235,6 +251,8 @@ std::optional<EmissionDescription> emission_of(const AreaLight& light, const Sha
     const double area = area_of(shape) * (result.is_two_sided ? 2 : 1);
     if (!(area > 0)) return {};
     result.radiance *= *light.power / (luminance(result.radiance) * std::numbers::pi * area);
+    if (is_too_bright(result.radiance))
+      throw InputError(light.where, "AreaLightSource: parameter \"power\" makes light above 1e20");
   }
   if (result.radiance == Rgb(0)) return {};
   return result;

@@ -305,7 +305,10 @@ void Parser::finish(const std::string& name) {
   const glm::dmat3 exposure = white_balance_ * (film_exposure_ * camera_exposure_);
   for (LightDescription& light : scene_.lights) expose(light, exposure);
   for (ShapeDescription& one : scene_.shapes)
-    if (one.emission) one.emission->radiance = glm::max(exposure * one.emission->radiance, Rgb(0));
+    if (one.emission) {
+      one.emission->radiance = glm::max(exposure * one.emission->radiance, Rgb(0));
+      if (is_too_bright(one.emission->radiance)) throw InputError(one.where, too_bright_film);
+    }
   if (scene_.shapes.empty())
     throw InputError(name +
                      ":1: the scene holds no shape, and lights alone are not rendered: add a Shape after WorldBegin, "
