@@ -7,7 +7,6 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "support/image/image.hpp"
 #include "support/load_budget.hpp"
 
 namespace gmis::tools {
@@ -20,22 +19,11 @@ glm::dmat3 y_is_up() {
 
 EnvironmentLightDescription sky_of_image(const std::string& name) {
   LoadBudget budget;
-  const Image image = read_image(name, &budget);
   EnvironmentLightDescription sky;
   sky.world_from_sky = y_is_up();
-  sky.image.resolution = {image.width, image.height};
-  if (image.width == image.height)
-    sky.image.mapping = scene::SkyMapping::equal_area;
-  else if (image.width == 2 * image.height)
-    sky.image.mapping = scene::SkyMapping::latitude_longitude;
-  else
-    throw InputError(name + ": the image of a sky must be square (equal-area) or twice as wide as high");
-  for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
-    const glm::vec3 pixel(image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]);
-    for (int c = 0; c < 3; ++c)
-      if (!(pixel[c] <= 1e20F)) throw InputError(name + ": this sky has a value that is no number or above 1e20");
-    sky.image.radiance.push_back(glm::max(pixel, glm::vec3(0)));
-  }
+  sky.image = sky_image(read_image(name, &budget), 1, [&](const std::string& message) {
+                throw InputError(name + ": this sky " + message);
+              }).image;
   return sky;
 }
 
@@ -64,6 +52,29 @@ EnvironmentLightDescription studio_sky() {
       const glm::dvec3 in_sky(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
       sky.image.radiance.emplace_back(studio_radiance(sky.world_from_sky * in_sky));
     }
+  return sky;
+}
+
+SkyImage sky_image(const Image& image, double scale, const std::function<void(const std::string&)>& fail) {
+  SkyImage sky;
+  sky.image.resolution = {image.width, image.height};
+  if (image.width == 2 * image.height)
+    sky.image.mapping = scene::SkyMapping::latitude_longitude;
+  else if (image.width != image.height)
+    fail("has " + std::to_string(image.width) + " by " + std::to_string(image.height) +
+         " pixels: it must be square (equal-area octahedral, as pbrt-v4 has it) or twice as wide as high (latitude and "
+         "longitude)");
+  sky.image.radiance.reserve(image.rgb.size() / 3);
+  for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
+    glm::vec3 radiance(0);
+    for (int c = 0; c < 3; ++c) {
+      const double value = scale * static_cast<double>(image.rgb[i + static_cast<std::size_t>(c)]);
+      if (!(value <= 1e20)) fail("has a value that is no number or above 1e20");
+      sky.has_negative = sky.has_negative || value < 0;
+      radiance[c] = static_cast<float>(std::max(value, 0.0));
+    }
+    sky.image.radiance.push_back(radiance);
+  }
   return sky;
 }
 

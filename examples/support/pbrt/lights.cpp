@@ -6,6 +6,7 @@
 
 #include "support/image/image.hpp"
 #include "support/pbrt/elements.hpp"
+#include "support/sky.hpp"
 
 namespace gmis::tools::pbrt {
 
@@ -89,36 +90,17 @@ EnvironmentLightDescription make_sky(Parameters& parameters, const Transform& wo
   }
   EnvironmentLightDescription sky;
   sky.world_from_sky = glm::dmat3(world_from_light);
-  sky.image.resolution = {image.width, image.height};
-  if (image.width == image.height) {
-    sky.image.mapping = scene::SkyMapping::equal_area;
-  } else if (image.width == 2 * image.height) {
-    sky.image.mapping = scene::SkyMapping::latitude_longitude;
+  SkyImage made = sky_image(
+      image, scale, [&](const std::string& message) { parameters.fail("filename", "names an image that " + message); });
+  if (made.image.mapping == scene::SkyMapping::latitude_longitude)
     diagnostics.note(parameters.where(),
                      in_quotes(name) + " is twice as wide as high: it is taken for latitude and longitude");
-  } else {
-    parameters.fail("filename", "names an image of " + std::to_string(image.width) + " by " +
-                                    std::to_string(image.height) +
-                                    " pixels: an environment image must be square (equal-area octahedral, as pbrt-v4 "
-                                    "has it) or twice as wide as high (latitude and longitude)");
-  }
+  if (made.has_negative)
+    diagnostics.warning(parameters.where(), in_quotes(name) + " has negative values: they are taken for 0");
   if (!similarity_scale(world_from_light))
     throw InputError(parameters.where(),
                      "the transforms above an environment image stretch space: scale all axes alike");
-  bool has_negative = false;
-  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
-    glm::vec3 radiance(0);
-    for (int c = 0; c < 3; ++c) {
-      const double value = scale * static_cast<double>(image.rgb[i + static_cast<std::size_t>(c)]);
-      if (!(value <= 1e20))
-        parameters.fail("filename", "names an image with a value that is not a number or above 1e20");
-      has_negative = has_negative || value < 0;
-      radiance[c] = static_cast<float>(std::max(value, 0.0));
-    }
-    sky.image.radiance.push_back(radiance);
-  }
-  if (has_negative)
-    diagnostics.warning(parameters.where(), in_quotes(name) + " has negative values: they are taken for 0");
+  sky.image = std::move(made.image);
   return sky;
 }
 
