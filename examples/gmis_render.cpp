@@ -25,6 +25,7 @@
 #include "gmis/render/run_record.hpp"
 #include "support/choices.hpp"
 #include "support/denoise.hpp"
+#include "support/file_ending.hpp"
 #include "support/first_hit_layers.hpp"
 #include "support/hidden_sky.hpp"
 #include "support/instruction_set.hpp"
@@ -326,7 +327,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
     require_different_files(options);
   });
 
-  const auto has_layers = [](const std::filesystem::path& file) { return file.extension() == ".exr"; };
+  const auto has_layers = [](const std::filesystem::path& file) { return ending_of(file) == ".exr"; };
   if (options.layers && is_first && !options.quiet &&
       std::none_of(options.outputs.begin(), options.outputs.end(), has_layers))
     std::fprintf(stderr, "gmis-render: --aov layers writes nothing: only an .exr has layers, and no --out names one\n");
@@ -457,7 +458,7 @@ int run(Options options, const gmis::RanksRef& ranks) {
   if (options.class_images) failures.attempt([&] { write_classes(result, class_folder(options.outputs[0])); });
   if (!options.statistics_file.empty()) failures.attempt([&] { write_statistics(result, facts); });
   if (!options.quiet) print_summary(result, request, plan, written, facts.error);
-  const auto is_png = [](const std::filesystem::path& file) { return file.extension() == ".png"; };
+  const auto is_png = [](const std::filesystem::path& file) { return ending_of(file) == ".png"; };
   if (!options.quiet && !options.exposure && std::any_of(written.begin(), written.end(), is_png))
     std::printf("exposure of .png: %.2f, chosen from the picture (see --exposure)\n",
                 static_cast<double>(std::log2(extras.exposure)));

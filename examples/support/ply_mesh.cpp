@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/file_ending.hpp"
 #include "support/read_file.hpp"
 
 namespace gmis::tools {
@@ -376,7 +377,7 @@ MeshDescription parse_ply(std::string_view bytes, const std::string& name, LoadB
 MeshDescription read_ply(const std::filesystem::path& file, LoadBudget& budget, const SourcePosition& where) {
   const std::string name = "the mesh " + file_in_quotes(file.string());
   std::string bytes = read_file(file, "the mesh", budget, where);
-  if (file.extension() == ".gz") bytes = unpacked_gzip(bytes, name, budget, where);
+  if (ending_of(file) == ".gz") bytes = unpacked_gzip(bytes, name, budget, where);
   return parse_ply(bytes, name, budget, where);
 }
 

@@ -1,8 +1,8 @@
 #include "support/read_scene.hpp"
 
-#include <algorithm>
-#include <cctype>
+#include <string>
 
+#include "support/file_ending.hpp"
 #include "support/gltf/reader.hpp"
 #include "support/pbrt/reader.hpp"
 #include "support/sky.hpp"
@@ -10,9 +10,7 @@
 namespace gmis::tools {
 
 bool is_gltf(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = ending_of(file);
   return ending == ".gltf" || ending == ".glb";
 }
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "support/file_ending.hpp"
 #include "support/load_budget.hpp"
 
 namespace gmis::tools {
@@ -84,7 +84,7 @@ void replace_sky(SceneDescription& scene, const std::string& name) {
            std::holds_alternative<EnvironmentLightDescription>(light.kind);
   };
   LightDescription sky{InfiniteLightDescription{Rgb(1)}, {}};
-  std::string ending = std::filesystem::path(name).extension().string();
+  const std::string ending = ending_of(name);
   if (name == "studio")
     sky.kind = studio_sky();
   else if (ending == ".exr" || ending == ".pfm") {

@@ -137,6 +137,8 @@ TEST_CASE("A packed mesh is unpacked in memory, and a bomb is stopped before it 
   packed("a.ply.gz", mesh, 0);
   LoadBudget budget;
   CHECK(read_ply(folder.path / "a.ply.gz", budget, {}).triangles.size() == 1);
+  packed("A.PLY.GZ", mesh, 0);
+  CHECK(read_ply(folder.path / "A.PLY.GZ", budget, {}).triangles.size() == 1);
   packed("bomb.ply.gz", mesh, 48);
   LoadBudget small(std::uintmax_t{8} << 20);
   CHECK_THROWS_WITH(read_ply(folder.path / "bomb.ply.gz", small, {}), Catch::Contains("--max-memory"));
