@@ -57,19 +57,39 @@ bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b
   return whole(a) == whole(b) || fs::equivalent(a, b, error);
 }
 
-/// Throws when two options name one file to be written.
+/// Throws when two options write one file, which they need not name.
 void require_different_files(const Options& options) {
-  std::vector<std::pair<const char*, std::filesystem::path>> files;
+  using File = std::pair<const char*, std::filesystem::path>;
+  std::vector<File> files;
   for (const auto& output : options.outputs) files.emplace_back("--out", output);
   files.emplace_back("--stats", options.statistics_file);
   files.emplace_back("--log", options.log_file);
   files.emplace_back("--checkpoint", options.checkpoint_file);
-  std::erase_if(files, [](const auto& one) { return one.second.empty(); });
+  for (const auto& output : options.outputs) {
+    if (options.halves) files.emplace_back("--halves", file_beside(output, "_a"));
+    if (options.halves) files.emplace_back("--halves", file_beside(output, "_b"));
+    if (options.denoise) files.emplace_back("--denoise", file_beside(output, "_denoised"));
+  }
+  std::erase_if(files, [](const File& one) { return one.second.empty(); });
+  const auto require_different = [](const File& one, const File& other) {
+    if (is_same_file(one.second, other.second))
+      throw InputError(std::string(one.first) + " " + one.second.string() + " and " + other.first + " " +
+                       other.second.string() + " are the same file: give each a name of its own");
+  };
   for (std::size_t i = 0; i < files.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (is_same_file(files[j].second, files[i].second))
-        throw InputError(std::string(files[j].first) + " " + files[j].second.string() + " and " + files[i].first + " " +
-                         files[i].second.string() + " are the same file: give each a name of its own");
+    for (std::size_t j = 0; j < i; ++j) require_different(files[j], files[i]);
+
+  // The files in a folder differ from each other.
+  std::vector<File> in_folders;
+  if (options.class_images && !options.outputs.empty())
+    for (const auto& file : files_of_classes(class_folder(options.outputs[0])))
+      in_folders.emplace_back("--aov classes", file);
+  if (!options.techniques_folder.empty())
+    for (const File& one : files)
+      if (const auto name = one.second.filename(); may_be_of_technique(name))
+        in_folders.emplace_back("--techniques", options.techniques_folder / name);
+  for (const File& one : files)
+    for (const File& other : in_folders) require_different(one, other);
 }
 
 /// Throws before rendering when the folder of an output or a library for its format is missing.

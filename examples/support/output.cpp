@@ -1,5 +1,6 @@
 #include "support/output.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include "support/plan_text.hpp"
@@ -26,15 +27,46 @@ std::filesystem::path class_folder(const std::filesystem::path& output) {
   return output.parent_path() / (output.stem().string() + "_classes");
 }
 
+namespace {
+
+/// Endings of the images in folders: of one in float, and of a sheet of them.
+std::string float_ending() {
+  return has_exr() ? ".exr" : ".pfm";
+}
+std::string sheet_ending() {
+  return has_png() ? ".png" : ".pfm";
+}
+
+std::filesystem::path file_of_class(const std::filesystem::path& folder, PathClass path_class) {
+  return folder / (std::string(gmis::name_of(path_class)) + float_ending());
+}
+std::filesystem::path sheet_of_classes(const std::filesystem::path& folder) {
+  return folder / ("sheet" + sheet_ending());
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> files_of_classes(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files{sheet_of_classes(folder)};
+  PathClassSet::all().for_each([&](PathClass path_class) { files.push_back(file_of_class(folder, path_class)); });
+  return files;
+}
+
+bool may_be_of_technique(const std::filesystem::path& name) {
+  const std::string stem = name.stem().string(), ending = name.extension().string();
+  if (ending == sheet_ending() && (stem == "pyramid" || stem == "pyramid_unweighted")) return true;
+  return ending == float_ending() &&
+         std::any_of(all_techniques.begin(), all_techniques.end(),
+                     [&](Technique technique) { return stem.starts_with(std::string(name_of(technique)) + "_s"); });
+}
+
 void write_classes(const RenderResult& result, const std::filesystem::path& folder) {
-  const auto file_of = [&](PathClass path_class) {
-    return folder / (std::string(gmis::name_of(path_class)) + (has_exr() ? ".exr" : ".pfm"));
-  };
   // Images that an earlier run left there would be taken for a part of this picture.
   std::error_code ignored;
-  PathClassSet::all().for_each([&](PathClass path_class) { std::filesystem::remove(file_of(path_class), ignored); });
-  for (const ClassImage& one : result.classes.classes) write_image(one.image, file_of(one.path_class));
-  write_image(class_sheet(result.classes.classes), folder / (std::string("sheet") + (has_png() ? ".png" : ".pfm")));
+  PathClassSet::all().for_each(
+      [&](PathClass path_class) { std::filesystem::remove(file_of_class(folder, path_class), ignored); });
+  for (const ClassImage& one : result.classes.classes) write_image(one.image, file_of_class(folder, one.path_class));
+  write_image(class_sheet(result.classes.classes), sheet_of_classes(folder));
 }
 
 namespace {
@@ -58,15 +90,14 @@ std::vector<ImageLayer> layers_of(const RenderResult& result, const Options& opt
 }
 
 void write_techniques(const RenderResult& result, const std::filesystem::path& folder) {
-  const std::string ending = has_exr() ? ".exr" : ".pfm";
+  const std::string ending = float_ending();
   for (const TechniqueImage& technique : result.techniques) {
     const std::string name = file_name_of(technique.id);
     write_image(technique.weighted, folder / (name + ending));
     write_image(technique.unweighted, folder / (name + "_unweighted" + ending));
   }
-  const std::string sheet_ending = has_png() ? ".png" : ".pfm";
-  write_image(technique_sheet(result.techniques, true), folder / ("pyramid" + sheet_ending));
-  write_image(technique_sheet(result.techniques, false), folder / ("pyramid_unweighted" + sheet_ending));
+  write_image(technique_sheet(result.techniques, true), folder / ("pyramid" + sheet_ending()));
+  write_image(technique_sheet(result.techniques, false), folder / ("pyramid_unweighted" + sheet_ending()));
 }
 
 }  // namespace gmis::tools

@@ -19,6 +19,10 @@ void write_output(const RenderResult& result, const std::filesystem::path& outpu
                   const ImageExtras& extras);
 /// Where the images of path classes go: `NAME_classes` beside an output.
 [[nodiscard]] std::filesystem::path class_folder(const std::filesystem::path& output);
+/// All files that `write_classes` may write there.
+[[nodiscard]] std::vector<std::filesystem::path> files_of_classes(const std::filesystem::path& folder);
+/// Whether `write_techniques` may write a file of this name into its folder.
+[[nodiscard]] bool may_be_of_technique(const std::filesystem::path& name);
 /// Writes `FOLDER/NAME.exr` (.pfm where that cannot be written) for every path class, and all of
 /// them side by side: `sheet.png`. Images of other classes that an earlier run left there are
 /// removed.

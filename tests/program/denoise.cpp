@@ -44,6 +44,9 @@ TEST_CASE("--denoise is refused before the work, or writes a picture beside each
   if (has_library) {
     CHECK(outcome.exit_code == 0);
     CHECK(std::filesystem::exists(folder / "a_denoised.pfm"));
+    const auto twice = program::run(folder, "cornell --size 8x8 --denoise --out b.pfm --log b_denoised.pfm");
+    CHECK(twice.exit_code == 2);
+    CHECK(twice.err.find("--log b_denoised.pfm and --denoise b_denoised.pfm are the same file") != std::string::npos);
   } else {
     CHECK(outcome.exit_code == 2);
     CHECK(outcome.err.find("--denoise: this program is built without Open Image Denoise") != std::string::npos);

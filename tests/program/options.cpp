@@ -1,4 +1,5 @@
-// Endings of files in capitals.
+// Options that cannot be meant as they stand, because they write one file twice; and
+// endings of files in capitals.
 
 #include <fstream>
 #include <string>
@@ -9,6 +10,50 @@
 #include "support/image/image.hpp"
 
 using namespace program;
+
+namespace {
+
+void check_refused(const ScratchFolder& folder, const std::string& arguments, const std::string& message) {
+  const Outcome outcome = run(folder, arguments);
+  CAPTURE(arguments, outcome.err);
+  CHECK(outcome.exit_code == 2);
+  CHECK(outcome.err == "gmis-render: " + message + "\n");
+  CHECK(outcome.out.empty());
+}
+
+}  // namespace
+
+TEST_CASE("A file that is written beside an output is named by no other option") {
+  const ScratchFolder folder;
+  fs::create_directory(folder.path / "x_classes");
+  fs::create_directory(folder.path / "parts");
+  const std::string ending = gmis::tools::has_exr() ? ".exr" : ".pfm";
+  const auto refused = [&](const std::string& arguments, const std::string& one, const std::string& other) {
+    check_refused(folder, "cornell --size 8x8 --iterations 1 " + arguments,
+                  one + " and " + other + " are the same file: give each a name of its own");
+  };
+  refused("--halves --out x.pfm --out x_a.pfm", "--out x_a.pfm", "--halves x_a.pfm");
+  refused("--halves --out x.pfm --out ./x_b.pfm", "--out ./x_b.pfm", "--halves x_b.pfm");
+  refused("--halves --out x.pfm --log x_b.pfm", "--log x_b.pfm", "--halves x_b.pfm");
+  refused("--aov classes --out x.pfm --out x_classes/LDE" + ending, "--out x_classes/LDE" + ending,
+          "--aov classes x_classes/LDE" + ending);
+  refused("--techniques parts --out parts/merge_s2_t2" + ending, "--out parts/merge_s2_t2" + ending,
+          "--techniques parts/merge_s2_t2" + ending);
+  // The film's file name, too, has halves.
+  std::ofstream(folder / "named.pbrt") << "Film \"rgb\" \"string filename\" \"mine.pfm\"\nWorldBegin\n"
+                                          "LightSource \"point\"\nTranslate 0 0 3 Shape \"sphere\"\n";
+  check_refused(folder, "named.pbrt --size 4x4 --iterations 1 --halves --log mine_a.pfm",
+                "--log mine_a.pfm and --halves mine_a.pfm are the same file: give each a name of its own");
+  CHECK_FALSE(fs::exists(folder / "x.pfm"));
+
+  for (const std::string arguments :
+       {"--out x.pfm --out x_a.pfm", "--halves --out x.pfm --out x_c.pfm",
+        "--techniques parts --aov classes --out parts/x.pfm --out x_classes/picture.pfm"}) {
+    const Outcome outcome = run(folder, "cornell --size 8x8 --iterations 2 --quiet " + arguments);
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.exit_code == 0);
+  }
+}
 
 TEST_CASE("The ending of a file means the same in capitals") {
   using namespace gmis::tools;
