@@ -24,14 +24,20 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program with `arguments` (as a shell reads them) in `folder`, after the shell has done
+/// Runs a program with `arguments` (as a shell reads them) in `folder`, after the shell has done
 /// what comes `before`.
-inline Outcome run(const ScratchFolder& folder, const std::string& arguments, const std::string& before = ":") {
-  const std::string command = "cd '" + folder.path.string() + "' && " + before + " && '" GMIS_RENDER_PROGRAM "' " +
-                              arguments + " >stdout.txt 2>stderr.txt </dev/null";
+inline Outcome run_program(const std::string& file, const ScratchFolder& folder, const std::string& arguments,
+                           const std::string& before = ":") {
+  const std::string command = "cd '" + folder.path.string() + "' && " + before + " && '" + file + "' " + arguments +
+                              " >stdout.txt 2>stderr.txt </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder.path / "stdout.txt"),
           text_of(folder.path / "stderr.txt")};
+}
+
+/// Runs the program that this test is about.
+inline Outcome run(const ScratchFolder& folder, const std::string& arguments, const std::string& before = ":") {
+  return run_program(GMIS_RENDER_PROGRAM, folder, arguments, before);
 }
 
 /// Waits until `file` holds `text` this number of times. Returns false, with the exit code in

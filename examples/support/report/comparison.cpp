@@ -272,8 +272,9 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     record.summary = scene.summary();
     std::optional<Reference> reference;
     if (!request.reference.empty()) {
-      const RenderRequest whole;
-      reference = Reference{read_reference(request.reference, whole, scene.scene().camera().resolution()),
+      RenderRequest shown;
+      shown.crop = scene.film_crop();
+      reference = Reference{read_reference(request.reference, shown, scene.scene().camera().resolution()),
                             request.reference.filename().string(),
                             {}};
     } else if (request.reference_seconds > 0) {
