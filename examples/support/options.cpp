@@ -150,6 +150,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto and gmis choose)")
       ->type_name("NUMBER");
   app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)")->type_name("NUMBER");
+  std::string expected_iterations;
   app.add_option(
          "--sampler", raw.sampler,
          "How numbers are drawn: sobol (the default), 8 replications of low-discrepancy iterations, or independent")
@@ -204,6 +205,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("clamp|reinhard|filmic");
   app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
   app.add_flag("--denoise", options.denoise,
+  app.add_option("--expected-iterations", raw.expected_iterations,
+                 "Length of the run that a pilot chooses for (that of --iterations, or about that of --time; else 64)")
+      ->type_name("NUMBER");
                "Write NAME_denoised beside each output, smoothed by Open Image Denoise where the program has it");
   app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
       ->type_name("FILE")
@@ -443,3 +447,5 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
 }
 
 }  // namespace gmis::tools
+  if (given("--expected-iterations"))
+    options.expected_iterations = whole_number_of<std::uint32_t>("--expected-iterations", raw.expected_iterations, 1);

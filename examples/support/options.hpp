@@ -56,7 +56,8 @@ struct Options {
   std::uint64_t seed = 0;
   int threads = 0;  ///< 0: all cores
   std::optional<std::uint32_t> iterations;
-  std::optional<RunPart> part;  ///< the part to render of a run of that number of iterations
+  std::optional<std::uint32_t> expected_iterations;  ///< that a pilot chooses for; unset: by what ends the run
+  std::optional<RunPart> part;                       ///< the part to render of a run of that number of iterations
   std::optional<double> seconds;
   std::optional<double> relative_error;
   std::optional<std::array<int, 4>> crop;

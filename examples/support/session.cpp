@@ -64,9 +64,9 @@ RenderRequest request_of(const Options& options, const BuiltScene& scene) {
   set_counts(request, options, scene);
   const glm::ivec2 size =
       request.crop ? glm::max(request.crop->upper - request.crop->lower, glm::ivec2(0)) : resolution;
-  request.expected_iterations =
+  request.expected_iterations = options.expected_iterations.value_or(
       expected_iterations(request.budget, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
-                          ThreadedExecutor(options.threads).thread_count());
+                          ThreadedExecutor(options.threads).thread_count()));
   request.part = options.part;
   if (options.part) request.budget.iterations = options.part->length();
   return request;
