@@ -97,7 +97,8 @@ int run(ComparisonRequest request, const std::string& figure) {
   }
   if (!has_gnuplot()) std::fprintf(stderr, "gmis-compare: gnuplot was not found: the report will have no curves\n");
   ThreadedExecutor executor(request.settings.threads);
-  request.load = [](const std::filesystem::path& file, ComparisonRequest::Size size) { return load_scene(file, size); };
+  request.load = [](const std::filesystem::path& file, ComparisonRequest::Size size,
+                    gmis::scene::LightSelection lights) { return load_scene(file, size, Strictness::strict, lights); };
   request.interrupted = &interrupt_flag();
   request.say = [](const std::string& line) {
     std::printf("%s\n", line.c_str());

@@ -51,7 +51,7 @@ void print_table(const SceneRecord& scene, const fs::path& folder) {
 }
 
 /// Reads pbrt's files alone, so that the demo is compiled without the reader of glTF.
-LoadedScene load(const fs::path& file, ComparisonRequest::Size size) {
+LoadedScene load(const fs::path& file, ComparisonRequest::Size size, gmis::scene::LightSelection lights) {
   Diagnostics diagnostics;
   SceneDescription description = read_pbrt_scene(file, diagnostics, {});
   if (size) {
@@ -59,7 +59,7 @@ LoadedScene load(const fs::path& file, ComparisonRequest::Size size) {
     description.film.height = (*size)[1];
   }
   LoadedScene loaded;
-  loaded.built = build_scene(description, diagnostics);
+  loaded.built = build_scene(description, diagnostics, lights);
   return loaded;
 }
 

@@ -1,5 +1,6 @@
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <sstream>
 
@@ -44,6 +45,22 @@ bool merges(IntegratorChoice integrator) {
          integrator == IntegratorChoice::automatic;
 }
 
+bool traces_light(IntegratorChoice integrator) {
+  return integrator != IntegratorChoice::pt;
+}
+
+bool makes_next_events(IntegratorChoice integrator) {
+  return connects(integrator) || integrator == IntegratorChoice::pt;
+}
+
+scene::LightSelection default_lights(IntegratorChoice integrator) {
+  return integrator == IntegratorChoice::automatic ? scene::LightSelection::learned : scene::LightSelection::by_power;
+}
+
+Emission default_emission(IntegratorChoice integrator) {
+  return integrator == IntegratorChoice::automatic ? Emission::learned : Emission::power;
+}
+
 const char* name_of(IntegratorChoice integrator) {
   constexpr const char* names[] = {"pt", "lt", "bpt", "ppm", "bpm", "vcm", "gmis", "auto"};
   return names[static_cast<std::size_t>(integrator)];
@@ -75,10 +92,14 @@ RadiusChoice radius_of(const std::string& text) {
   return {*value, is_in_scene_units};
 }
 
+std::string argument_of(double value) {
+  char text[32];
+  const auto [end, error] = std::to_chars(std::begin(text), std::end(text), value);
+  return {text, end};
+}
+
 std::string argument_of(const RadiusChoice& radius) {
-  std::ostringstream text;
-  text << radius.value << (radius.is_in_scene_units ? "u" : "");
-  return text.str();
+  return argument_of(radius.value) + (radius.is_in_scene_units ? "u" : "");
 }
 
 std::string text_of(const RadiusChoice& radius) {

@@ -394,9 +394,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     options.split = SplitChoice::budgeted;  // --scheme implies split subpaths
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
-  const char* const of_lights = options.integrator == IntegratorChoice::automatic ? "learned" : "power";
-  options.lights = lights_of(raw.lights.empty() ? of_lights : raw.lights);
-  options.emission = emission_of(raw.emission.empty() ? of_lights : raw.emission);
+  options.lights = raw.lights.empty() ? default_lights(options.integrator) : lights_of(raw.lights);
+  options.emission = raw.emission.empty() ? default_emission(options.integrator) : emission_of(raw.emission);
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);

@@ -102,6 +102,12 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 /// true for `automatic`, which may do so.
 [[nodiscard]] bool connects(IntegratorChoice integrator);
 [[nodiscard]] bool merges(IntegratorChoice integrator);
+/// Whether it traces light subpaths, and whether it samples lights from camera vertices.
+[[nodiscard]] bool traces_light(IntegratorChoice integrator);
+[[nodiscard]] bool makes_next_events(IntegratorChoice integrator);
+/// How it chooses lights, and where its light subpaths start, where nothing else is asked for.
+[[nodiscard]] scene::LightSelection default_lights(IntegratorChoice integrator);
+[[nodiscard]] Emission default_emission(IntegratorChoice integrator);
 
 // Parsers of option values; they throw `InputError`, which names the option, for an invalid text.
 [[nodiscard]] IntegratorChoice integrator_of(const std::string& name, const std::string& option = "--integrator");
@@ -109,6 +115,7 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 [[nodiscard]] std::array<int, 2> size_of(const std::string& text);
 [[nodiscard]] PathChoice path_choice_of(const std::string& text);
 [[nodiscard]] RadiusChoice radius_of(const std::string& text);
+[[nodiscard]] std::string argument_of(double value);                ///< the shortest text that reads as this value
 [[nodiscard]] std::string argument_of(const RadiusChoice& radius);  ///< what `radius_of` reads
 [[nodiscard]] std::string text_of(const RadiusChoice& radius);      ///< for a reader
 

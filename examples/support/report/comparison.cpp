@@ -1,9 +1,12 @@
 #include "support/report/comparison.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <memory>
+#include <string_view>
 #include <thread>
 
 #include "gmis/core/state_archive.hpp"
@@ -27,13 +30,34 @@ bool is_interrupted(const ComparisonRequest& request) {
   return request.interrupted != nullptr && request.interrupted->load();
 }
 
+/// A scene, loaded once for every way in which integrators choose lights.
+class LoadedScenes {
+ public:
+  LoadedScenes(const ComparisonRequest& request, const std::string& name)
+      : request_(&request), file_(find_scene(name)) {}
+
+  [[nodiscard]] const LoadedScene& for_integrator(IntegratorChoice integrator) {
+    const scene::LightSelection lights = default_lights(integrator);
+    LoadedScene& loaded = loaded_[lights];
+    if (!loaded.built) loaded = request_->load(file_, request_->size, lights);
+    return loaded;
+  }
+
+ private:
+  const ComparisonRequest* request_;
+  std::filesystem::path file_;
+  std::map<scene::LightSelection, LoadedScene> loaded_;
+};
+
 /// References have a seed that no run has.
 constexpr std::uint64_t reference_seed = 0x5EED0FF5E7ULL;
 
+/// The request of gmis-render with this integrator, without an end.
 RenderRequest render_request(const ComparisonRequest& request, const BuiltScene& scene, IntegratorChoice integrator,
                              SplitChoice split) {
   Options options = request.settings;
   options.integrator = integrator;
+  options.emission = default_emission(integrator);
   options.split = integrator == IntegratorChoice::gmis ? split : SplitChoice::none;
   options.iterations.reset();
   options.seconds.reset();
@@ -50,21 +74,35 @@ std::string file_name_of(const std::string& name) {
   return result;
 }
 
-/// The same run as a command line of gmis-render. A pilot chooses anew, for that number of
-/// iterations.
+/// The text as a shell reads it for one word.
+std::string in_shell(const std::string& text) {
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("_./+-=:,@%").find(static_cast<char>(c)) != std::string_view::npos;
+  };
+  if (!text.empty() && std::all_of(text.begin(), text.end(), is_plain)) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/// A command line of gmis-render that gives the same picture. `expected_iterations` are those that
+/// the run's pilot chose for; 0: there was none.
 std::string command_of(const ComparisonRequest& request, const std::string& scene,
-                       const ComparisonRequest::Contender& contender, glm::ivec2 size, const RunRecord& run) {
+                       const ComparisonRequest::Contender& contender, glm::ivec2 size, const RunRecord& run,
+                       std::uint32_t expected_iterations) {
   const Options defaults;
   const Options& options = request.settings;
-  std::string text = "gmis-render " + scene + " --integrator " + name_of(contender.integrator);
-  if (contender.integrator == IntegratorChoice::gmis) text += std::string(" --split ") + name_of(contender.split);
+  const IntegratorChoice integrator = contender.integrator;
+  std::string text = "gmis-render " + in_shell(scene) + " --integrator " + name_of(integrator);
+  if (integrator == IntegratorChoice::gmis) text += std::string(" --split ") + name_of(contender.split);
   text += " --size " + std::to_string(size.x) + "x" + std::to_string(size.y) + " --max-depth " +
           std::to_string(options.max_depth) + " --seed " + std::to_string(run.seed) + " --iterations " +
           std::to_string(run.iterations);
-  if (options.radius) text += " --radius " + argument_of(*options.radius);
-  if (options.alpha != defaults.alpha) text += " --alpha " + three_digits(options.alpha);
-  if (options.light_paths != defaults.light_paths)
-    text += " --light-paths " + three_digits(options.light_paths.value_or(1));
+  if (expected_iterations > 0 && expected_iterations != run.iterations)
+    text += " --expected-iterations " + std::to_string(expected_iterations);
+  if (merges(integrator) && options.radius) text += " --radius " + argument_of(*options.radius);
+  if (merges(integrator) && options.alpha != defaults.alpha) text += " --alpha " + argument_of(options.alpha);
+  if (traces_light(integrator) && options.light_paths) text += " --light-paths " + argument_of(*options.light_paths);
   return text;
 }
 
@@ -150,13 +188,16 @@ Image estimated_pixel_error(const Film<SceneSpectrum>& film) {
 struct Runner {
   Runner(const BuiltScene& scene, const RenderRequest& request, const Image& scene_reference,
          ContenderRecord& its_record)
-      : rendering(scene, request), reference(scene_reference), record(&its_record) {}
+      : rendering(scene, request), reference(scene_reference), record(&its_record) {
+    if (request.candidates.size() > 1) expected_iterations = request.expected_iterations;
+  }
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
 
   ProgressiveRender rendering;
   const Image& reference;  // empty when there is none
   ContenderRecord* record;
+  std::uint32_t expected_iterations = 0;  // that a pilot chooses for; 0: there is none
   bool is_done = false;
 
   [[nodiscard]] bool has_enough(const ComparisonRequest& limits) const {
@@ -185,12 +226,13 @@ struct Runner {
 };
 
 /// False when it was interrupted; the runs are then as far as they came.
-bool run_seed(const ComparisonRequest& request, const std::string& name, const BuiltScene& scene, SceneRecord& record,
+bool run_seed(const ComparisonRequest& request, const std::string& name, LoadedScenes& scenes, SceneRecord& record,
               std::uint64_t seed, ThreadedExecutor& executor) {
   std::vector<std::unique_ptr<Runner>> runners;
   for (std::size_t i = 0; i < request.contenders.size(); ++i) {
-    RenderRequest render =
-        render_request(request, scene, request.contenders[i].integrator, request.contenders[i].split);
+    const auto& [integrator, split, label] = request.contenders[i];
+    const BuiltScene& scene = *scenes.for_integrator(integrator).built;
+    RenderRequest render = render_request(request, scene, integrator, split);
     render.settings.seed = seed;
     render.reference = record.reference.rgb;
     runners.push_back(std::make_unique<Runner>(scene, render, record.reference, record.contenders[i]));
@@ -209,7 +251,9 @@ bool run_seed(const ComparisonRequest& request, const std::string& name, const B
     if (runners[i]->rendering.progress().iterations > 0) {
       runners[i]->store(seed);
       RunRecord& run = record.contenders[i].runs.back();
-      run.command = command_of(request, name, request.contenders[i], scene.scene().camera().resolution(), run);
+      const BuiltScene& scene = *scenes.for_integrator(request.contenders[i].integrator).built;
+      run.command = command_of(request, name, request.contenders[i], scene.scene().camera().resolution(), run,
+                               runners[i]->expected_iterations);
     }
   return is_whole;
 }
@@ -217,8 +261,9 @@ bool run_seed(const ComparisonRequest& request, const std::string& name, const B
 void write_logs(const ComparisonRequest& request, const SceneRecord& scene) {
   for (const ContenderRecord& contender : scene.contenders)
     for (const RunRecord& run : contender.runs) {
-      std::string text = convergence_csv_header() + "\n";
-      for (const ConvergencePoint& point : run.points) text += convergence_csv_row(point) + "\n";
+      std::string text = convergence_csv_header();
+      for (const ConvergencePoint& point : run.points) text += '\n' + convergence_csv_row(point);
+      text += '\n';
       write_whole(text, request.folder / (scene.name + "_" + file_name_of(contender.name) + "_seed" +
                                           std::to_string(run.seed) + ".csv"));
     }
@@ -265,8 +310,8 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
   refuse_equal_names(request.scenes);
   executor.stop_when(request.interrupted);
   for (const std::string& name : request.scenes) {
-    const LoadedScene loaded = request.load(find_scene(name), request.size);
-    const BuiltScene& scene = *loaded.built;
+    LoadedScenes scenes(request, name);
+    const BuiltScene& scene = *scenes.for_integrator(request.contenders.front().integrator).built;
     SceneRecord record;
     record.name = file_name_of(name);
     record.summary = scene.summary();
@@ -280,7 +325,8 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     } else if (request.reference_seconds > 0) {
       const auto& integrators = request.reference_integrators;
       const std::size_t index = integrators.size() > 1 ? comparison.scenes.size() : 0;
-      reference = make_reference(request, loaded, record.name, integrators.at(index), executor);
+      const IntegratorChoice integrator = integrators.at(index);
+      reference = make_reference(request, scenes.for_integrator(integrator), record.name, integrator, executor);
     } else {
       reference = Reference{{}, "none, errors are estimated from the spread between iterations", {}};
     }
@@ -298,7 +344,7 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
     }
     for (std::uint32_t seed = 0; seed < request.seeds && comparison.is_whole; ++seed) {
       request.say(record.name + ": seed " + std::to_string(seed + 1) + " of " + std::to_string(request.seeds));
-      comparison.is_whole = run_seed(request, name, scene, record, request.settings.seed + seed, executor);
+      comparison.is_whole = run_seed(request, name, scenes, record, request.settings.seed + seed, executor);
     }
     write_logs(request, record);
     record.reference_file = kept(record.reference, record.name + "_reference", request.folder);

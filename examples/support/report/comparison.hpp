@@ -24,11 +24,13 @@ struct ComparisonRequest {
     std::string name;
   };
   using Size = std::optional<std::array<int, 2>>;
-  std::function<LoadedScene(const std::filesystem::path& file, Size size)> load;  ///< such as `load_scene`
+  /// Loads a scene, as `load_scene` does.
+  std::function<LoadedScene(const std::filesystem::path& file, Size size, scene::LightSelection lights)> load;
   std::vector<std::string> scenes;
   std::vector<Contender> contenders;
   Size size;
-  Options settings;                   ///< depth, radius and the like; its integrator, size and limits are not used
+  /// Depth, radius and the like. Its integrator, lights, emission, size and limits are not used.
+  Options settings;
   std::optional<double> cpu_seconds;  ///< per integrator and seed
   std::optional<double> error;        ///< against the reference
   std::uint32_t seeds = 3;

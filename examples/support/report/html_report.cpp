@@ -86,9 +86,8 @@ const Image& measure_of(const SceneRecord& scene) {
 
 /// The pictures' files, and the commands that render them again.
 void add_runs(std::ostream& html, const SceneRecord& scene) {
-  html << "<details class=\"runs\"><summary>Files and command lines</summary><p class=\"soft\">Where a pilot chooses, "
-          "it chooses for the "
-          "number of iterations that it is told: the same command can then differ in its noise.</p><ul>\n";
+  html << "<details class=\"runs\"><summary>Files and command lines</summary><p class=\"soft\">Each command makes the "
+          "same picture again, bit by bit.</p><ul>\n";
   const auto link = [](const std::string& file) {
     return file.empty() ? std::string() : " <a href=\"" + escaped(file) + "\">" + escaped(file) + "</a>";
   };
