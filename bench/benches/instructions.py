@@ -33,7 +33,8 @@ INTEGRATORS = ("pt", "lt", "ppm", "bpm", "bpt", "vcm")
 LIMIT = 1.01
 # The settings of SmallVCM, whose numbers are independent and which connects with every vertex of
 # one light path: half the diagonal of its bounding box is 2.21705961, radius 0.003 of it, α = 0.75.
-SETTINGS = "--max-depth 10 --alpha 0.75 --radius 0.00665118u"
+SETTINGS = "--max-depth 10"
+OF_MERGING = "--alpha 0.75 --radius 0.00665118u"
 
 # Millions of instructions an iteration of SmallVCM, in the order of INTEGRATORS.
 SMALLVCM_INSTRUCTIONS = {"svcm0": (203, 112, 145, 283, 385, 414), "svcm1": (223, 207, 201, 334, 572, 608)}
@@ -58,7 +59,8 @@ def add_options(parser):
 
 
 def how(integrator):
-    return f"--integrator {integrator}" + (" --connections paired" if integrator in ("bpt", "vcm") else "")
+    return (f"--integrator {integrator}" + (" --connections paired" if integrator in ("bpt", "vcm") else "") +
+            (f" {OF_MERGING}" if integrator in ("ppm", "bpm", "vcm") else ""))
 
 
 # --- Figures kept ---------------------------------------------------------------------------------

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <string_view>
@@ -112,9 +113,44 @@ void require_above_zero(const char* option, double value) {
   if (!(value > 0) || !std::isfinite(value)) throw InputError(std::string(option) + " must be above 0");
 }
 
+/// Names of integrators: "auto, bpt, vcm or gmis".
+std::string names_of_those(bool (*is_meant)(IntegratorChoice)) {
+  std::vector<std::string> names;
+  if (is_meant(IntegratorChoice::automatic)) names.emplace_back(name_of(IntegratorChoice::automatic));
+  for (const IntegratorChoice integrator : all_integrators)
+    if (is_meant(integrator)) names.emplace_back(name_of(integrator));
+  std::string text = names.front();
+  for (std::size_t i = 1; i < names.size(); ++i) text += (i + 1 < names.size() ? ", " : " or ") + names[i];
+  return text;
+}
+
+/// Throws for a given option that the integrator has no use for.
+void refuse_idle_options(const Options& options, const std::function<bool(const char*)>& is_given) {
+  struct Use {
+    const char* option;
+    bool (*has_use)(IntegratorChoice);
+    const char* others;  ///< what the integrators without a use for it do
+  };
+  const std::string integrator = name_of(options.integrator);
+  for (const auto& [option, has_use, others] :
+       {Use{"--connections", connects, "makes no connections"}, Use{"--expected-iterations", connects, "has no pilot"},
+        Use{"--radius", merges, "merges nothing"}, Use{"--alpha", merges, "merges nothing"},
+        Use{"--light-paths", traces_light, "traces no light"}, Use{"--emission", traces_light, "traces no light"},
+        Use{"--lights", makes_next_events, "samples no lights"}})
+    if (is_given(option) && !has_use(options.integrator))
+      throw InputError(std::string(option) + " needs " + names_of_those(has_use) + ": " + integrator + " " + others);
+  if (!is_given("--scheme")) return;
+  if (options.integrator != IntegratorChoice::gmis)
+    throw InputError("--scheme needs --integrator gmis: " + integrator + " does not split");
+  if (options.split == SplitChoice::none || options.split == SplitChoice::local)
+    throw InputError("--scheme needs --split budgeted or paper: " + std::string(name_of(options.split)) +
+                     " splits no subpaths");
+}
+
 /// The options as text, before they are checked.
 struct RawOptions {
   std::string integrator = "auto", split = "local", connections = "auto", scheme = "N3", size, crop, seed, iterations;
+  std::string expected_iterations;
   std::string replay, aov, isa, radius, sampler = "sobol", lights, emission;
   std::string tone = "clamp", completion, exposure = "auto", max_memory;
   double seconds = 0, relative_error = 0;
@@ -150,7 +186,6 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--light-paths", options.light_paths, "Light trees per pixel (1; auto and gmis choose)")
       ->type_name("NUMBER");
   app.add_option("--seed", raw.seed, "Same seed, same picture, for any number of threads (0)")->type_name("NUMBER");
-  std::string expected_iterations;
   app.add_option(
          "--sampler", raw.sampler,
          "How numbers are drawn: sobol (the default), 8 replications of low-discrepancy iterations, or independent")
@@ -169,6 +204,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("NUMBER");
   app.add_option("--iterations", raw.iterations,
                  "Stop after this number of iterations (64); 17..32/64: those of a run of 64, to be joined")
+      ->type_name("NUMBER");
+  app.add_option("--expected-iterations", raw.expected_iterations,
+                 "Length of the run that a pilot chooses for (that of --iterations, or about that of --time; else 64)")
       ->type_name("NUMBER");
   app.add_option("--time", raw.seconds, "Stop after this number of seconds")->type_name("SECONDS");
   app.add_option("--error", raw.relative_error, "Stop when the estimated relative error has fallen to this value")
@@ -205,9 +243,6 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("clamp|reinhard|filmic");
   app.add_flag("--halves", options.halves, "Write two independent halves beside each output");
   app.add_flag("--denoise", options.denoise,
-  app.add_option("--expected-iterations", raw.expected_iterations,
-                 "Length of the run that a pilot chooses for (that of --iterations, or about that of --time; else 64)")
-      ->type_name("NUMBER");
                "Write NAME_denoised beside each output, smoothed by Open Image Denoise where the program has it");
   app.add_option("--out", options.outputs, "Image file, .exr, .pfm or .png; may be repeated")
       ->type_name("FILE")
@@ -388,10 +423,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   }
   options.connections = connections_of(raw.connections);
   options.connects_paired_tree = raw.connections == "paired";
-  if (given("--connections") && !connects(options.integrator))
-    throw InputError("--connections needs auto, bpt, vcm or gmis: " + raw.integrator + " makes no connections");
   if (given("--scheme") && !given("--split") && options.split == SplitChoice::local)
     options.split = SplitChoice::budgeted;  // --scheme implies split subpaths
+  refuse_idle_options(options, given);
   options.scheme = scheme_of(raw.scheme);
   options.sampler = sampler_of(raw.sampler);
   options.lights = raw.lights.empty() ? default_lights(options.integrator) : lights_of(raw.lights);
@@ -415,6 +449,8 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     options.iterations =
         options.part ? options.part->of : whole_number_of<std::uint32_t>("--iterations", raw.iterations, 1);
   }
+  if (given("--expected-iterations"))
+    options.expected_iterations = whole_number_of<std::uint32_t>("--expected-iterations", raw.expected_iterations, 1);
   if (given("--time")) {
     require_above_zero("--time", raw.seconds);
     options.seconds = raw.seconds;
@@ -446,5 +482,3 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
 }
 
 }  // namespace gmis::tools
-  if (given("--expected-iterations"))
-    options.expected_iterations = whole_number_of<std::uint32_t>("--expected-iterations", raw.expected_iterations, 1);

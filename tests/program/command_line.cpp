@@ -418,18 +418,18 @@ TEST_CASE("The images of all techniques add up to the image") {
       {"--integrator pt", {hits[0], hits[1], hits[2], events[0], events[1]}},
       {"--integrator lt", {hits[0], splats[0], splats[1]}},
       {"--integrator bpt", {hits[0], hits[1], hits[2], events[0], events[1], connection, splats[0], splats[1]}},
-      {"--integrator ppm", {hits[0], merges[0], merges[2]}},
-      {"--integrator bpm", {hits[0], hits[1], hits[2], merges[0], merges[1], merges[2]}},
-      {"--integrator vcm", all},
-      {"--integrator vcm --halves", all},
-      {"--integrator vcm --crop 2,3,20,22", all},
-      {"--integrator gmis --split budgeted", all},
+      {"--integrator ppm --radius 2", {hits[0], merges[0], merges[2]}},
+      {"--integrator bpm --radius 2", {hits[0], hits[1], hits[2], merges[0], merges[1], merges[2]}},
+      {"--integrator vcm --radius 2", all},
+      {"--integrator vcm --radius 2 --halves", all},
+      {"--integrator vcm --radius 2 --crop 2,3,20,22", all},
+      {"--integrator gmis --radius 2 --split budgeted", all},
   };
   for (const Case& c : cases) {
     CAPTURE(c.arguments);
     const ScratchFolder folder;
-    (void)statistics(folder, "cornell --size 24x24 --iterations 4 --max-depth 3 --radius 2 --techniques parts " +
-                                 std::string(c.arguments));
+    (void)statistics(
+        folder, "cornell --size 24x24 --iterations 4 --max-depth 3 --techniques parts " + std::string(c.arguments));
     const auto whole = gmis::tools::read_image(folder / "a.pfm");
     std::vector<double> sum(whole.rgb.size());
     std::set<std::string> names;

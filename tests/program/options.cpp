@@ -1,4 +1,4 @@
-// Options that cannot be meant as they stand, because they write one file twice; and
+// Options that cannot be meant as they stand, because they have no use or write one file twice; and
 // endings of files in capitals.
 
 #include <fstream>
@@ -22,6 +22,44 @@ void check_refused(const ScratchFolder& folder, const std::string& arguments, co
 }
 
 }  // namespace
+
+TEST_CASE("An option that the integrator has no use for is refused, and the message says which have one") {
+  const ScratchFolder folder;
+  struct Case {
+    const char* arguments;
+    const char* message;
+  };
+  for (const auto& [arguments, message] :
+       {Case{"--integrator pt --radius 1", "--radius needs auto, ppm, bpm, vcm or gmis: pt merges nothing"},
+        Case{"--integrator bpt --radius 1u", "--radius needs auto, ppm, bpm, vcm or gmis: bpt merges nothing"},
+        Case{"--integrator lt --alpha 0.5", "--alpha needs auto, ppm, bpm, vcm or gmis: lt merges nothing"},
+        Case{"--integrator pt --light-paths 2",
+             "--light-paths needs auto, lt, bpt, ppm, bpm, vcm or gmis: pt traces no light"},
+        Case{"--integrator pt --emission learned",
+             "--emission needs auto, lt, bpt, ppm, bpm, vcm or gmis: pt traces no light"},
+        Case{"--integrator lt --lights receiver", "--lights needs auto, pt, bpt, vcm or gmis: lt samples no lights"},
+        Case{"--integrator bpm --lights power", "--lights needs auto, pt, bpt, vcm or gmis: bpm samples no lights"},
+        Case{"--integrator ppm --connections auto",
+             "--connections needs auto, bpt, vcm or gmis: ppm makes no connections"},
+        Case{"--integrator pt --expected-iterations 8",
+             "--expected-iterations needs auto, bpt, vcm or gmis: pt has no pilot"},
+        Case{"--expected-iterations 0", "--expected-iterations \"0\" must be a whole number from 1 to 4294967295"},
+        Case{"--integrator vcm --scheme R1", "--scheme needs --integrator gmis: vcm does not split"},
+        Case{"--integrator auto --scheme N3", "--scheme needs --integrator gmis: auto does not split"},
+        Case{"--split local --scheme R1", "--scheme needs --split budgeted or paper: local splits no subpaths"},
+        Case{"--split none --scheme R1", "--scheme needs --split budgeted or paper: none splits no subpaths"}})
+    check_refused(folder, "cornell --size 8x8 " + std::string(arguments), message);
+
+  for (const char* arguments :
+       {"--integrator ppm --radius 1 --alpha 0.5 --light-paths 2", "--split paper --scheme R1",
+        "--integrator lt --light-paths 0.5 --emission learned", "--integrator pt --lights receiver",
+        "--radius 1 --alpha 0.5 --light-paths 1 --expected-iterations 8", "--scheme R2"}) {
+    const Outcome outcome =
+        run(folder, "cornell --size 8x8 --iterations 1 --quiet --out a.pfm " + std::string(arguments));
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.exit_code == 0);
+  }
+}
 
 TEST_CASE("A file that is written beside an output is named by no other option") {
   const ScratchFolder folder;
