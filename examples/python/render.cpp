@@ -12,6 +12,7 @@
 #include "support/choices.hpp"
 #include "support/first_hit_layers.hpp"
 #include "support/load_scene.hpp"
+#include "support/options.hpp"
 #include "support/output.hpp"
 #include "support/scene_files.hpp"
 #include "support/session.hpp"
@@ -72,6 +73,8 @@ py::dict render_file(const std::string& file, std::optional<double> error, std::
   if (size && ((*size)[0] < 1 || (*size)[1] < 1)) throw InputError("a picture needs a positive width and height");
   Options options;
   options.integrator = integrator_of(integrator);
+  options.lights = default_lights(options.integrator);
+  options.emission = default_emission(options.integrator);
   options.size = size;
   options.seed = seed;
   options.threads = threads;
@@ -87,7 +90,7 @@ py::dict render_file(const std::string& file, std::optional<double> error, std::
   RenderResult result;
   {
     const py::gil_scoped_release release;
-    loaded = load_scene(find_scene(file), options.size);
+    loaded = load_scene(find_scene(file), options.size, Strictness::strict, options.lights);
     const BuiltScene& scene = *loaded.built;
     RenderRequest request = request_of(options, scene);
     request.intervals = true;

@@ -27,7 +27,7 @@ def pfm(file):
 
 class Render(unittest.TestCase):
     def test_the_picture_is_that_of_the_program(self):
-        for scene, integrator in (("cornell", "auto"), ("paper2", "vcm")):
+        for scene, integrator in (("cornell", "auto"), ("tinted", "auto"), ("paper2", "vcm")):
             with tempfile.TemporaryDirectory() as folder:
                 subprocess.run([PROGRAM, scene, "--integrator", integrator, "--size", "32x20", "--iterations", "12",
                                 "--seed", "3", "--threads", "1", "--quiet", "--out", f"{folder}/out.pfm"], check=True)

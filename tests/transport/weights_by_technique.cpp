@@ -107,7 +107,7 @@ TEST_CASE("The disk that is merged in, in the mean over a run", "[pilot]") {
     for (std::uint32_t i = 1; i <= iterations; ++i) sum += std::pow(static_cast<long double>(i), alpha - 1.0L);
     return static_cast<double>(sum / iterations);
   };
-  for (const double alpha : {0.0, 0.3, 2.0 / 3.0, 1.0})
+  for (const double alpha : {0.3, 2.0 / 3.0, 1.0})
     for (const std::uint32_t iterations : {1U, 2U, 64U, 65U, 1000U, 100000U}) {
       INFO("alpha " << alpha << ", " << iterations << " iterations");
       CHECK(std::abs(gmis::mean_disk(alpha, iterations) / brute_force(alpha, iterations) - 1.0) < 1e-5);

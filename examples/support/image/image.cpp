@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cmath>
 
 #include "support/diagnostics.hpp"
+#include "support/file_ending.hpp"
 #include "support/image/formats.hpp"
 #include "support/whole_file.hpp"
 
@@ -16,9 +16,7 @@ enum class Format { exr, pfm, png };
 
 /// The format of a file that is to be written or read here; a PNG is only ever written.
 Format format_of(const std::filesystem::path& file, bool is_read = false) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = ending_of(file);
   if (ending == ".pfm") return Format::pfm;
   if (ending == ".exr") {
     if (!has_exr()) throw InputError(file.string() + ": this program was built without OpenEXR: use .pfm");

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <vector>
 
+#include "support/file_ending.hpp"
 #include "support/image/image.hpp"
 #include "support/read_file.hpp"
 
@@ -281,9 +281,7 @@ Shared read_texture_image(const unsigned char*, std::size_t, const std::string& 
 
 Shared read_texture_image(const std::filesystem::path& file, const TextureEncoding& encoding, TexturePart part,
                           LoadBudget& budget, const SourcePosition& where) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = ending_of(file);
   if (ending == ".exr" || ending == ".pfm") {
     try {
       budget.open_file(where);
