@@ -1245,7 +1245,8 @@ TEST_CASE("A glTF camera that surfaces hide from the sky moves out, and from gla
   CHECK(mean_and_text().first > 0);
   write(R"({"emissiveFactor":[1,1,1]})");
   CHECK(!mean_and_text().second);
-  write(R"({"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0},"extensions":{"KHR_materials_transmission":{"transmissionFactor":1}}})");
+  write(
+      R"({"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0},"extensions":{"KHR_materials_transmission":{"transmissionFactor":1}}})");
   CHECK(!mean_and_text().second);
 }
 
