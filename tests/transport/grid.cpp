@@ -18,7 +18,7 @@ namespace {
 
 using Point = gmis::Vec3<float>;
 
-gmis::SerialExecutor serial;
+gmis::SerialExecutor one_thread;
 
 std::vector<std::uint32_t> by_force(const std::vector<Point>& points, const Point& at, float radius) {
   std::vector<std::uint32_t> found;
@@ -33,7 +33,7 @@ std::vector<std::uint32_t> by_force(const std::vector<Point>& points, const Poin
 /// from the brute-force one.
 int wrong_answers(const std::vector<Point>& points, float radius, std::mt19937& source, int queries) {
   gmis::LightVertexGrid<float> grid;
-  grid.build(serial, points.size(), radius, [&](std::size_t i) { return points[i]; });
+  grid.build(one_thread, points.size(), radius, [&](std::size_t i) { return points[i]; });
   std::uniform_real_distribution<float> unit(-1.5F, 1.5F);
   int wrong = 0;
   for (int n = 0; n < queries; ++n) {
@@ -85,7 +85,7 @@ TEST_CASE("the grid is exact in awkward layouts") {
       for (int y = -4; y <= 4; ++y)
         for (int z = -4; z <= 4; ++z) points.push_back(0.25F * Point(x, y, z));
     gmis::LightVertexGrid<float> grid;
-    grid.build(serial, points.size(), 0.25F, [&](std::size_t i) { return points[i]; });
+    grid.build(one_thread, points.size(), 0.25F, [&](std::size_t i) { return points[i]; });
     for (const Point& at : points) {
       std::size_t found = 0;
       grid.query(at, [&](std::uint32_t) { ++found; });
@@ -113,7 +113,7 @@ TEST_CASE("a grid can be built again with other points, and a query that is not 
   CHECK(found == 0);
   for (const std::size_t count : {1000U, 10U, 0U, 50U}) {
     const auto points = random_points(count, source);
-    grid.build(serial, points.size(), 2.0F, [&](std::size_t i) { return points[i]; });
+    grid.build(one_thread, points.size(), 2.0F, [&](std::size_t i) { return points[i]; });
     found = 0;
     grid.query(Point(0.0F), [&](std::uint32_t) { ++found; });
     CHECK(found == static_cast<int>(by_force(points, Point(0.0F), 2.0F).size()));
@@ -192,7 +192,7 @@ int wrong_answers(const Layout<T>& layout, std::mt19937_64& source) {
   using V = gmis::Vec3<T>;
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   gmis::LightVertexGrid<T> grid;
-  grid.build(serial, layout.points.size(), layout.radius, [&](std::size_t i) { return layout.points[i]; });
+  grid.build(one_thread, layout.points.size(), layout.radius, [&](std::size_t i) { return layout.points[i]; });
   int wrong = 0;
   for (int n = 0; n < 24; ++n) {
     V at = layout.points.empty() ? V(T(0)) : layout.points[source() % layout.points.size()];
@@ -289,7 +289,7 @@ TEST_CASE("memory of a grid is that of its largest build") {
   gmis::LightVertexGrid<float> grid;
   for (const std::size_t count : {5000U, 5001U, 20000U, 100U}) {
     const auto points = random_points(count, source);
-    grid.build(serial, points.size(), 0.05F, [&](std::size_t i) { return points[i]; });
+    grid.build(one_thread, points.size(), 0.05F, [&](std::size_t i) { return points[i]; });
   }
   // 16 bytes a point, 8 for its bucket and its place, 4 for each of at most 4 buckets a point;
   // chunks.
