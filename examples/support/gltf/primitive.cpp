@@ -184,7 +184,6 @@ TextureHandle TriangleCharts::function(const std::vector<glm::dvec3>& values, Lo
 
 TextureHandle TriangleCharts::fractions(const std::vector<glm::dvec3>& values, LoadBudget& budget,
                                         const SourcePosition& where) const {
-  using Tex = scene::Texture<float>;
   TextureHandle result;
   for (int c = 0; c < 3; ++c) {
     std::vector<glm::dvec3> channel;
@@ -193,8 +192,9 @@ TextureHandle TriangleCharts::fractions(const std::vector<glm::dvec3>& values, L
     none[c] = 0;
     // The amount of a mixture is cut to [0, 1] where it is looked up.
     const TextureHandle part =
-        Tex::mix(Tex::constant(none), Tex::constant(glm::dvec3(1)), function(channel, budget, where));
-    result = result ? Tex::product(result, part) : part;
+        scene::Texture<float>::mix(scene::Texture<float>::constant(none),
+                                   scene::Texture<float>::constant(glm::dvec3(1)), function(channel, budget, where));
+    result = result ? scene::Texture<float>::product(result, part) : part;
   }
   return result;
 }
