@@ -11,6 +11,7 @@ the pictures in docs/gallery/.
 import argparse
 import html
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -126,11 +127,13 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--time", type=float)
     parser.add_argument("--width", type=int)
-    parser.add_argument("--out", type=pathlib.Path, default=PROJECT / "out" / "gallery")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/gallery"))
     parser.add_argument("--docs", action="store_true")
     options = parser.parse_args()
     budget = ["--iterations", "128"] if options.docs else ["--time", f"{options.time or 30:g}"]
     width = options.width or (104 if options.docs else 480)
+    # Relative where it can be, because a picture keeps its command line as a note.
+    os.chdir(PROJECT)
     options.out.mkdir(parents=True, exist_ok=True)
     pictures = [render(options.program, options.out, name, extra, budget, width) for name, extra in PICTURES]
     page = options.out / "gallery.html"

@@ -818,12 +818,7 @@ TEST_CASE("A choice tells its prices before the run, and a run with merging its 
 
 TEST_CASE("--lights: how next events choose a light") {
   const ScratchFolder folder;
-  std::ofstream(folder / "lamps.pbrt") << R"(LookAt 0 2 -6 0 0 0 0 1 0 Camera "perspective" "float fov" 60
-WorldBegin
-LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ -2 1 0 ]
-LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ 2 1 0 ]
-Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
-)";
+  std::ofstream(folder / "lamps.pbrt") << program::two_lamps_over_a_floor;
   const std::string same = "lamps.pbrt --size 16x16 --integrator pt --max-depth 2 --iterations 200 --out a.pfm ";
   const auto by_power = run(folder, same + "--explain --stats power.json");
   const auto by_receiver = run(folder, same + "--lights receiver --explain --stats receiver.json --checkpoint a.ck");

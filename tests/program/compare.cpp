@@ -46,12 +46,7 @@ TEST_CASE("The command lines of a report give its pictures, bit by bit") {
   const ScratchFolder folder;
   // Two lamps over a floor show how next events choose; a mirror ball and a lamp far away, where
   // light subpaths start.
-  std::ofstream(folder / "it's three lamps.pbrt") << R"(LookAt 0 2 -6 0 0 0 0 1 0 Camera "perspective" "float fov" 60
-WorldBegin
-LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ -2 1 0 ]
-LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ 2 1 0 ]
-Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
-Material "conductor"
+  std::ofstream(folder / "it's three lamps.pbrt") << program::two_lamps_over_a_floor << R"(Material "conductor"
 Translate 0 1 1 Shape "sphere" "float radius" 0.7
 AreaLightSource "diffuse" "rgb L" [ 60 56 48 ]
 Translate 500 800 -300

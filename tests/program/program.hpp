@@ -61,4 +61,12 @@ inline std::size_t line_count(const std::string& text) {
   return lines;
 }
 
+/// The beginning of a scene whose next events must choose between two lamps.
+inline const char* const two_lamps_over_a_floor = R"(LookAt 0 2 -6 0 0 0 0 1 0 Camera "perspective" "float fov" 60
+WorldBegin
+LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ -2 1 0 ]
+LightSource "point" "rgb I" [ 9 9 9 ] "point3 from" [ 2 1 0 ]
+Shape "bilinearmesh" "point3 P" [ -3 0 -3  3 0 -3  -3 0 3  3 0 3 ]
+)";
+
 }  // namespace program

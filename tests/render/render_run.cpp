@@ -158,7 +158,7 @@ TEST_CASE("what a chosen candidate could not render is refused before the pilot"
   CHECK(contains(refusal([](auto& r) {
                    r.settings.counts = gmis::integrators::vcm;
                    r.candidates = {r.settings.counts, r.settings.counts};
-                   r.candidates.back().radius_factor = -1.0;
+                   r.candidates.back().radius_factor = 0.0;
                  }),
                  "radius_factor"));
 }

@@ -248,11 +248,10 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
                    "RenderRequest::class_pictures asks for a picture of each of RenderSettings::path_classes, which is "
                    "not set: set it, to PathClassSet::all() for all");
   const glm::ivec2 size = crop_.upper - crop_.lower;
-  require_argument(
-      ranks.of_first(request_.reference.empty() || request_.reference.size() == static_cast<std::size_t>(size.x) *
-                                                                                    static_cast<std::size_t>(size.y) *
-                                                                                    Film<S>::channel_count),
-      "RenderRequest::reference must have the pixels and channels of the crop");
+  const std::size_t values =
+      static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * Film<S>::channel_count;
+  require_argument(ranks.of_first(request_.reference.empty() || request_.reference.size() == values),
+                   "RenderRequest::reference must have the pixels and channels of the crop");
   if (!ranks.is_first()) {
     request_.on_iteration = {};
     request_.on_forecast = {};
@@ -337,8 +336,7 @@ void RenderRun<S_>::keep_rows_of(RunRecord<S>&& all) {
 
 template <Spectrum S_>
 RenderResult RenderRun<S_>::run(ExecutorRef executor) {
-  // Work is left out while there is a picture, and no longer when this function is left, by an
-  // exception too.
+  // Work may be left out while there is a picture, but no longer when an exception leaves the loop.
   struct Unbound {
     ExecutorRef executor;
     ~Unbound() { executor.stop_when(nullptr); }

@@ -91,8 +91,8 @@ struct RunIdentity {
   GMIS_RARE [[nodiscard]] std::string difference_to(const RunIdentity& other,
                                                     std::span<const std::string_view> may_differ = {}) const {
     for (std::size_t i = 0; i < std::max(properties.size(), other.properties.size()); ++i) {
-      if (i >= properties.size()) return other.properties[i].name + " is in one of the two only";
-      if (i >= other.properties.size()) return properties[i].name + " is in one of the two only";
+      if (i >= properties.size() || i >= other.properties.size())
+        return (i < properties.size() ? properties : other.properties)[i].name + " is in one of the two only";
       if (properties[i].name != other.properties[i].name)
         return properties[i].name + " is in the place of " + other.properties[i].name;
       const bool must_be_equal =

@@ -59,8 +59,8 @@ template <std::floating_point T>
 
 /// A sky of pixels, sampled in proportion to the radiance (mean of the channels). Within a pixel
 /// the direction is uniform over solid angle, so the density is right at the poles, too. One number
-/// chooses the pixel, and in `float` it has 2^24 values: in a map of 2048 × 2048 pixels where a sun
-/// has a hundred times the light of the rest, the rest is 2 % too bright, at 8192 × 8192 8 %.
+/// chooses the pixel, and in `float` it has 2^24 values: where a sun has a hundred times the light
+/// of the rest, the rest is 2 % too bright with 2048² pixels and 8 % too bright with 8192².
 template <std::floating_point T = float>
 class EnvironmentMap {
  public:

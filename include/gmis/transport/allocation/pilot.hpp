@@ -39,10 +39,9 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
   /// a run of `expected_iterations`. The scene must outlive the pilot.
   GMIS_RARE RenderPilot(const Sc& scene, const RenderSettings& settings, const std::vector<SampleCounts>& candidates,
                         std::uint32_t expected_iterations, const std::optional<PixelBounds>& crop = std::nullopt)
-      : AnyPilot<S>(candidates, counts_of_pilot(settings.counts, candidates)),
+      : AnyPilot<S>(validated_candidates(scene, settings, candidates), counts_of_pilot(settings.counts, candidates)),
         engine_(scene,
-                settings_of_pilot(scene, validated_for(scene, settings, candidates),
-                                  counts_of_pilot(settings.counts, candidates), expected_iterations),
+                settings_of_pilot(scene, settings, counts_of_pilot(settings.counts, candidates), expected_iterations),
                 crop) {
     std::vector<PilotOutput<S>*> outputs;
     engine_.for_each_output([&](PilotOutput<S>& output) { outputs.push_back(&output); });
@@ -71,17 +70,16 @@ class RenderPilot final : public AnyPilot<typename Sc::Spectrum> {
     return counts;
   }
 
-  /// Refuses what the run would refuse once a candidate is chosen: the pilot has an alpha, a
-  /// sampler and counts of its own.
-  [[nodiscard]] static const RenderSettings& validated_for(const Sc& scene, const RenderSettings& settings,
-                                                           const std::vector<SampleCounts>& candidates) {
+  /// Throws for a candidate that the run would refuse once it is chosen: the pilot itself has an
+  /// alpha, a sampler and counts of its own.
+  [[nodiscard]] static const std::vector<SampleCounts>& validated_candidates(
+      const Sc& scene, RenderSettings settings, const std::vector<SampleCounts>& candidates) {
     for (const SampleCounts& candidate : candidates) {
-      RenderSettings of_run = settings;
-      of_run.counts = candidate;
-      (void)validated<Sc, PilotMethod, Source>(of_run, scene.camera().resolution(),
+      settings.counts = candidate;
+      (void)validated<Sc, PilotMethod, Source>(settings, scene.camera().resolution(),
                                                typename EngineType::Split::Settings{});
     }
-    return settings;
+    return candidates;
   }
 
   [[nodiscard]] static RenderSettings settings_of_pilot(const Sc& scene, RenderSettings settings,

@@ -25,9 +25,9 @@ namespace gmis {
 /// them, with p the pixels of the crop and n the iterations of the run, at most 96 (longer runs
 /// have more iterations of the pilot), and at least about `fewest_pixels`. More pixels make wrong
 /// choices rarer, in inverse proportion; their cost over that of the run is in proportion to their
-/// number; so the sum of both losses is least at a multiple of √(p n). The grid takes the pixel at
-/// a hashed position in each group of `step()` consecutive pixels, since a picture may have rows or
-/// columns that alternate.
+/// number; so the sum of both losses is least at a multiple of √(p n). The grid takes the pixel
+/// at a hashed position in each group of `step()` consecutive pixels, since a picture may have rows
+/// or columns that alternate.
 class PilotGrid {
  public:
   static constexpr std::int64_t fewest_pixels = 1 << 11;
