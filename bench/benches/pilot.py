@@ -1,11 +1,11 @@
 """The cost of a pilot, with all that is learned before it: its processor time over that of the
 iterations of the run.
 
-Every scene is rendered by `auto` for 8, 16 and 64 iterations, and for MORE iterations beyond, with
-the choice of the shorter run (--expected-iterations). Two lengths tell what an iteration takes, and
-what a run takes besides. Without statistics and log no error is estimated. What path tracing takes
-besides its iterations, which is to read the scene and to write the picture, is subtracted. Runs
-take turns, and the least of several counts.
+Every scene is rendered by `auto` for 1, 3 and N iterations, with the choice of a run of N
+(--expected-iterations); without statistics and log no error is estimated. The second and third
+iteration tell what the first one takes, and the pilot has the rest of a run of one iteration, less
+what path tracing takes besides its own: to read the scene and to write the picture. Runs take
+turns, and the least of several counts.
 
 Writes the table in docs/effects.md.
 """
@@ -15,33 +15,30 @@ import statistics
 from measuring import ALL, FOREIGN, FOURTEEN, Table, processor_cost, publish
 
 PROGRAM = "gmis-render"
-OPTIONS = {"runs": 3, "size": "128x128", "scenes": FOURTEEN | FOREIGN}
+OPTIONS = {"runs": 5, "size": "128x128", "scenes": FOURTEEN | FOREIGN}
 DOCUMENT = "docs/effects.md"
 LENGTHS = (8, 16, 64)
-MORE = 64
 
 
 def run(options):
     table = Table("", "an iteration, ms", *(cell for n in LENGTHS for cell in (f"pilot of {n}, ms", "of the iterations")))
     shares = {n: [] for n in LENGTHS}
     for name in options.scenes:
-        kinds = {"pt": (8, ["pt"])} | {n: (n, ["auto", "--expected-iterations", str(n)]) for n in LENGTHS}
-        seconds = {}
+        kinds = {"pt": (3, ["pt"])} | {n: (n, ["auto", "--expected-iterations", str(n)]) for n in LENGTHS}
+        costs = {}
         for _ in range(options.runs):
             for kind, (length, words) in kinds.items():
-                for n in (length, length + MORE):
+                for n in {1, 3, length}:
                     command = [options.program, str(ALL[name]), "--threads", "1", "--quiet", "--size", options.size, "--iterations", str(n),
                                "--out", str(options.out / "picture.pfm"), "--integrator", *words]
-                    seconds.setdefault((kind, n), []).append(processor_cost(command)[0])
-        one, besides = {}, {}
-        for kind, (length, _) in kinds.items():
-            short, long = (min(seconds[kind, n]) for n in (length, length + MORE))
-            one[kind] = (long - short) / MORE
-            besides[kind] = short - length * one[kind]
-        cells = [name, f"{1000 * one[LENGTHS[-1]]:.1f}"]
+                    costs.setdefault((kind, n), []).append(processor_cost(command)[0])
+        least = {case: min(seconds) for case, seconds in costs.items()}
+        besides = {kind: least[kind, 1] - (least[kind, 3] - least[kind, 1]) / 2 for kind in kinds}
+        iterations = {n: least[n, n] - besides[n] for n in LENGTHS}
+        cells = [name, f"{1000 * iterations[LENGTHS[-1]] / LENGTHS[-1]:.1f}"]
         for n in LENGTHS:
             pilot = besides[n] - besides["pt"]
-            shares[n].append(pilot / (n * one[n]))
+            shares[n].append(pilot / iterations[n])
             cells += [f"{1000 * pilot:.1f}", f"{100 * shares[n][-1]:.1f} %"]
         table.add(*cells)
     table.add("mean", "", *(cell for n in LENGTHS for cell in ("", f"{100 * statistics.fmean(shares[n]):.1f} %")))
