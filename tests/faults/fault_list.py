@@ -10,8 +10,7 @@ the tokens on both sides. Tokens decide: whitespace, line breaks and comments do
 sequence must stand there once. Without `old` something is added, without `new` left out.
 
 A line `@ TEST …` says which tests are to catch the faults below it, the nearest first. Below `@`
-alone, or where none of the tests exists any more, those take their place whose sources include the
-header and that include least else.
+alone those are tried whose sources include the header and that include least else.
 """
 
 import dataclasses

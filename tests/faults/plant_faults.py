@@ -366,7 +366,7 @@ def main():
     parser = argparse.ArgumentParser(prog="./run faults", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", metavar="NAME", help="only faults whose name holds this text")
     parser.add_argument("--sample", type=int, metavar="N", help="N of them, spread over the list")
-    parser.add_argument("--list", action="store_true", help="list the faults; fails where one cannot be planted")
+    parser.add_argument("--list", action="store_true", help="list the faults; fails where one cannot be planted, or names a test that no CMake file declares")
     parser.add_argument("--prune", action="store_true", help="remove those from the list that cannot be planted, and name them")
     parser.add_argument("--mutate", metavar="SYMBOL", help="mechanical faults of a function")
     parser.add_argument("--tests", nargs="+", help="with --mutate: the tests to try; else those that include the header and least else")
@@ -415,7 +415,9 @@ def show(options, headers):
         for fault in read_faults(options.faults):
             if not options.only or options.only in fault.name:
                 print(fault.text)
-    for fault, why in lost:
+    declared = test_sources(PROJECT)
+    orphans = [(fault, f"no CMake file declares {name}") for fault in read_faults(options.faults) for name in fault.tests if name not in declared]
+    for fault, why in lost + orphans:
         print(f"{options.faults.name}:{fault.line}: {fault.name}: {why}", file=sys.stderr)
     print(f"{len(read_faults(options.faults))} faults; {len(lost)} cannot be planted", file=sys.stderr)
     if options.prune:
@@ -423,7 +425,7 @@ def show(options, headers):
         lines = options.faults.read_text(encoding="utf-8").splitlines(keepends=True)
         options.faults.write_text("".join(line for number, line in enumerate(lines, 1) if number not in gone), encoding="utf-8")
         return 0
-    return 1 if lost else 0
+    return 1 if lost or orphans else 0
 
 
 def report(options, results, planter, seconds, usage):
