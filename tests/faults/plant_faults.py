@@ -81,6 +81,11 @@ def test_sources(copy):
     return sources
 
 
+def undeclared(tests, sources):
+    """The complaint about tests that no CMake file declares; empty where all are declared."""
+    return ", ".join(f"no CMake file declares {name}" for name in tests if name not in sources)
+
+
 class Includes:
     """The headers of the library that a source includes, with all that those include."""
 
@@ -138,9 +143,8 @@ class Planter:
     def tests_of(self, fault, header):
         """The tests to try: those that are named; else those that include the header and least
         else."""
-        named = [name for name in fault.tests if name in self.sources]
-        if named:
-            return named
+        if fault.tests:
+            return fault.tests
         header = (self.copy / "include/gmis" / header.name).resolve()
         found = []
         for name, (place, files, _) in self.sources.items():
@@ -400,8 +404,9 @@ def main():
             if result.place:
                 result.fault.tests = options.tests or result.fault.tests
                 result.tests = planter.tests_of(result.fault, result.place.header)
-                if not result.tests:
-                    result.place, result.note = None, "no test includes its header"
+                result.note = undeclared(result.tests, planter.sources) or ("" if result.tests else "no test includes its header")
+                if result.note:
+                    result.place = None
             if not result.place:
                 say(result)
         print(f"{len(results)} faults", flush=True)
@@ -415,8 +420,8 @@ def show(options, headers):
         for fault in read_faults(options.faults):
             if not options.only or options.only in fault.name:
                 print(fault.text)
-    declared = test_sources(PROJECT)
-    orphans = [(fault, f"no CMake file declares {name}") for fault in read_faults(options.faults) for name in fault.tests if name not in declared]
+    sources = test_sources(PROJECT)
+    orphans = [(fault, why) for fault in read_faults(options.faults) if (why := undeclared(fault.tests, sources))]
     for fault, why in lost + orphans:
         print(f"{options.faults.name}:{fault.line}: {fault.name}: {why}", file=sys.stderr)
     print(f"{len(read_faults(options.faults))} faults; {len(lost)} cannot be planted", file=sys.stderr)
@@ -435,7 +440,7 @@ def report(options, results, planter, seconds, usage):
     share = caught / max(1, caught + len(missed))
     summary = (f"{caught} of {caught + len(missed)} faults were caught ({100 * share:.1f} %), {len(errors)} could not be planted; {seconds / 60:.1f} "
                f"minutes with {options.jobs} at a time, {(usage.ru_utime + usage.ru_stime) / 60:.1f} of processor time; {planter.compilations} "
-               f"compilations took {100 * planter.spent['compiling'] / sum(planter.spent.values()):.0f} % of it.")
+               f"compilations took {100 * planter.spent['compiling'] / (sum(planter.spent.values()) or 1):.0f} % of it.")
     lines = ["# Planted faults", "", "Planted in a copy of the library (`./run faults`). " + summary, "", "| fault | caught by |", "| --- | --- |"]
     for result in results:
         said = result.caught or ("**not caught**" if result.caught == "" else "**error**: " + result.note)
