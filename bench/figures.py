@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the tables of the documents anew, and tells which of them are older than their sources.
 
-Usage: figures.py [NAME...]        runs the commands of these figures, or of all, cheapest first
+Usage: figures.py [NAME...]        runs the commands of these figures, or of all
        figures.py --stale [--quiet]   lists the figures whose sources have changed since
        figures.py --check             marks, registry and quoted values fit together
        figures.py --values            takes the values that sentences quote from their tables anew
@@ -36,9 +36,12 @@ A table of numbers outside of such marks is a fault, unless the line before it s
 """
 
 import argparse
+import concurrent.futures
 import configparser
+import contextlib
 import dataclasses
 import datetime
+import fcntl
 import hashlib
 import os
 import pathlib
@@ -142,6 +145,14 @@ def unmarked_tables(text):
             start = None
 
 
+@contextlib.contextmanager
+def alone_with(file):
+    """Waits until no other process is alone with a file. The file itself does not change."""
+    with open(file, "rb") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        yield
+
+
 class Project:
     """The pages of a project and the registry of their figures."""
 
@@ -216,14 +227,17 @@ class Project:
     def put(self, page, name, command, body=None, measured=None):
         """Writes a figure and its stamp into a page; the same body with a new stamp where none is
         given. `measured`: as in `stamp`."""
-        text = page.read_text(encoding="utf-8")
-        for figure in figures_in(page, text):
-            if figure.name == name:
-                body = figure.body if body is None else one_sentence_a_line(body if body.endswith("\n") else body + "\n")
-                marks = f"<!-- {name}: written by {command} -->\n{body}<!-- end of {name} -->\n"
-                page.write_text(text[: figure.start] + marks + self.stamp(name, command, measured) + text[figure.end :], encoding="utf-8")
-                return True
-        return False
+        with alone_with(self.root / "bench" / "figures.ini"):
+            text = page.read_text(encoding="utf-8")
+            figure = next((figure for figure in figures_in(page, text) if figure.name == name), None)
+            if not figure:
+                return False
+            body = figure.body if body is None else one_sentence_a_line(body if body.endswith("\n") else body + "\n")
+            marks = f"<!-- {name}: written by {command} -->\n{body}<!-- end of {name} -->\n"
+            new = page.with_suffix(".new")  # who reads the page meanwhile finds all of it
+            new.write_text(text[: figure.start] + marks + self.stamp(name, command, measured) + text[figure.end :], encoding="utf-8")
+            new.replace(page)
+            return True
 
     def state(self, figure):
         """None for a figure of the present sources, else why it is not."""
@@ -309,8 +323,9 @@ class Project:
         return faults + self.take_values(write=False)
 
     def run(self, names):
-        """Runs the commands of figures, each once, cheapest first; false where one failed or could
-        not run."""
+        """Runs the commands of figures, each once: first those that take all processors, cheapest
+        first, then those that take one (`processors = 1` in the registry), longest first and as
+        many at a time as there are processors. False where one failed or could not run."""
         figures = [figure for figure in self.figures() if not names or figure.name in names]
         unknown = set(names) - {figure.name for figure in figures}
         if unknown:
@@ -319,30 +334,38 @@ class Project:
         commands = {}
         for figure in figures:
             commands.setdefault(figure.command, []).append(figure)
-        good = True
-        for command, of_command in sorted(commands.items(), key=lambda item: self.minutes(item[1][0].name)):
-            arguments = shlex.split(command)
-            variable = self.registry.get(of_command[0].name, "argument", fallback=None)
-            if variable:
-                if not os.environ.get(variable):
-                    print(f"figures: {command}: skipped, set {variable} to its argument", file=sys.stderr)
-                    good = False
-                    continue
-                arguments += shlex.split(os.environ[variable])
-            print(f"figures: {command} (about {self.minutes(of_command[0].name):g} minutes)", file=sys.stderr, flush=True)
-            if subprocess.run(arguments, cwd=self.root).returncode != 0:
-                print(f"figures: {command} failed", file=sys.stderr)
-                good = False
-                continue
-            written = {figure.name for figure in self.figures() if not self.state(figure)}
-            for figure in of_command:
-                if figure.name not in written:
-                    print(f"figures: {command} did not write {figure.name}", file=sys.stderr)
-                    good = False
-        for fault in self.take_values(write=True):
+        by_minutes = sorted(commands.values(), key=lambda of_command: self.minutes(of_command[0].name))
+        takes_one = [self.registry.get(of_command[0].name, "processors", fallback="all") == "1" for of_command in by_minutes]
+        good = [self.run_command(of_command) for of_command, one in zip(by_minutes, takes_one) if not one]
+        beside = [of_command for of_command, one in zip(reversed(by_minutes), reversed(takes_one)) if one]
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as lanes:
+            good += lanes.map(lambda of_command: self.run_command(of_command, is_beside=len(beside) > 1), beside)
+        faults = self.take_values(write=True)
+        for fault in faults:
             print(fault, file=sys.stderr)
-            good = False
-        return good
+        return all(good) and not faults
+
+    def run_command(self, figures, is_beside=False):
+        """Runs the command of figures; false where it failed, could not run or left one out. With
+        `is_beside` others run meanwhile, and what it prints comes when it has ended."""
+        command, arguments = figures[0].command, shlex.split(figures[0].command)
+        variable = self.registry.get(figures[0].name, "argument", fallback=None)
+        if variable and not os.environ.get(variable):
+            print(f"figures: {command}: skipped, set {variable} to its argument", file=sys.stderr)
+            return False
+        arguments += shlex.split(os.environ[variable]) if variable else []
+        print(f"figures: {command} (about {self.minutes(figures[0].name):g} minutes)", file=sys.stderr, flush=True)
+        ended = subprocess.run(arguments, cwd=self.root, text=True, **({"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT} if is_beside else {}))
+        if ended.stdout:
+            print(f"figures: {command}:\n{ended.stdout}", end="", flush=True)
+        if ended.returncode != 0:
+            print(f"figures: {command} failed", file=sys.stderr)
+            return False
+        stale = {figure.name for figure in self.figures() if self.state(figure)}
+        for figure in figures:
+            if figure.name in stale:
+                print(f"figures: {command} did not write {figure.name}", file=sys.stderr)
+        return not any(figure.name in stale for figure in figures)
 
 
 def digests(project=None):

@@ -76,7 +76,8 @@ def bench(name, arguments):
     options.is_whole = all(getattr(options, action.dest) == action.default for action in parser._actions
                            if action.option_strings and action.default is not argparse.SUPPRESS)
     if hasattr(module, "PROGRAM") and not options.program:
-        options.program = build(module.PROGRAM)
+        with figures.alone_with(PROJECT / "CMakePresets.json"):  # another benchmark may begin meanwhile
+            options.program = build(module.PROGRAM)
     options.digests = figures.digests()  # of the sources that are measured, whatever is edited meanwhile
     return module.run(options) or 0
 

@@ -3,6 +3,7 @@
 Usage: figures_test.py [unittest's options]
 """
 
+import os
 import pathlib
 import shutil
 import sys
@@ -160,6 +161,22 @@ class Figures(unittest.TestCase):
         self.write("measure", "#!/bin/sh\nexit 0\n")
         self.assertFalse(self.project().run([]))
         self.assertIn("without a stamp", self.state())
+
+    @unittest.skipIf((os.cpu_count() or 1) < 2, "one processor")
+    def test_figures_that_take_one_processor_are_made_side_by_side(self):
+        names = ("one", "two")
+        self.page.write_text("".join(f"<!-- {name}: written by ./measure_{name} -->\n| x |\n<!-- end of {name} -->\n" for name in names))
+        self.write("bench/figures.ini", "".join(f"[{name}]\nprocessors = 1\nsources = include\n" for name in names))
+        for name, other in zip(names, reversed(names)):
+            # Waits for the other one, then writes as often as would lose an entry if they did not
+            # take turns.
+            self.write(f"measure_{name}", (self.root / "measure").read_text().split("figure, =")[0] + (
+                f"import time\npathlib.Path('{name}.begun').touch()\nend = time.monotonic() + 30\n"
+                f"while not pathlib.Path('{other}.begun').exists():\n  assert time.monotonic() < end\n  time.sleep(0.01)\n"
+                f"for k in range(50): project.put(pathlib.Path('docs/page.md'), '{name}', './measure_{name}', f'| {{k}} |')\n"))
+            (self.root / f"measure_{name}").chmod(0o755)
+        self.assertTrue(self.project().run([]))
+        self.assertEqual([figure.body for figure in self.project().figures()], ["| 49 |\n"] * 2)
 
     def test_sound_pages_have_no_faults(self):
         self.assertEqual(self.project().check(), [])
