@@ -19,8 +19,8 @@ FURTHER = {"ppm": ["--integrator", "ppm"], "splitting": ["--integrator", "gmis",
            "independent": ["--integrator", "vcm", "--connections", "1", "--sampler", "independent"],
            "learned": ["--integrator", "vcm", "--connections", "1", "--emission", "learned", "--lights", "receiver"]}
 LIMIT = 0.01  # as that of instructions.py
-# Half as long as runs of most tables: a statistic at the end of a run must not weigh much more.
-ITERATIONS = 32
+# As many as the runs of most tables have: a pilot takes its pixels for the length of the run.
+ITERATIONS = 64
 
 
 def program_of(root):
@@ -38,7 +38,7 @@ def command_of(root, program, scene, run, iterations, *more):
 def facts_of(root, program, scene, run, out):
     """Picture, counts, choices and errors of a run, as its statistics state them, without times."""
     stats = out / f"{root.name}_{scene}_{run}.json"
-    subprocess.run(list(map(str, command_of(root, program, scene, run, 16, "--stats", stats, "--out", stats.with_suffix(".pfm")))),
+    subprocess.run(list(map(str, command_of(root, program, scene, run, ITERATIONS, "--stats", stats, "--out", stats.with_suffix(".pfm")))),
                    check=True, stdin=subprocess.DEVNULL)
     facts = json.loads(stats.read_text(encoding="utf-8"))
     return {key: facts[key] for key in ("image_hash", "iterations", "sample_counts", "counts")} | {

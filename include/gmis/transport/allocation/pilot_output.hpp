@@ -30,7 +30,7 @@ namespace gmis {
 /// or columns that alternate.
 class PilotGrid {
  public:
-  static constexpr std::int64_t fewest_pixels = 1 << 11;
+  static constexpr std::int64_t fewest_pixels = 1 << 10;
 
   PilotGrid() = default;
   /// `resolution` is that of the whole frame. Pixels are numbered in the whole frame, by rows from
