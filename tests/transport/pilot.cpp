@@ -184,7 +184,7 @@ TEST_CASE("A pilot takes one pixel of each group of N, and not always the same o
   };
   for (const Case& one : {Case{{0, 0}, {45, 45}, 64, 1},
                           {{0, 0}, {64, 64}, 64, 2},
-                          {{3, 100}, {67, 501}, 1, 25},     // at least about 1024 pixels
+                          {{3, 100}, {67, 501}, 1, 25},    // at least about 1024 pixels
                           {{0, 0}, {512, 512}, 64, 21},    // 3 · 512 · 8 = 12288 pixels
                           {{0, 0}, {512, 512}, 1000, 17},  // 3 · 512 · √96 = 15050
                           {{5, 7}, {9000, 8}, 64, 3},      // groups at the end of one pixel or two
