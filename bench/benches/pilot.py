@@ -1,11 +1,11 @@
 """The cost of a pilot, with all that is learned before it: its processor time over that of the
 iterations of the run.
 
-Every scene is rendered by `auto` for 1, 3 and N iterations, with the choice of a run of N
-(--expected-iterations); without statistics and log no error is estimated. The second and third
-iteration tell what the first one takes, and the pilot has the rest of a run of one iteration, less
-what path tracing takes besides its own: to read the scene and to write the picture. Runs take
-turns, and the least of several counts.
+Renders every scene by `auto` for 1, 3 and N iterations, with the choice of a run of N
+(--expected-iterations). No statistics and no log are written, so that no error is estimated. An
+iteration takes half the difference between the runs of 3 and of 1. The rest of the run of 1 is the
+pilot's, less the same rest of path tracing, which has no pilot: it reads the scene and writes the
+picture. Runs take turns, and the least of several counts.
 
 Writes the table in docs/effects.md.
 """
