@@ -19,7 +19,7 @@ FURTHER = {"ppm": ["--integrator", "ppm"], "splitting": ["--integrator", "gmis",
            "independent": ["--integrator", "vcm", "--connections", "1", "--sampler", "independent"],
            "learned": ["--integrator", "vcm", "--connections", "1", "--emission", "learned", "--lights", "receiver"]}
 LIMIT = 0.01  # as that of instructions.py
-# As many as the runs of most tables have: a pilot takes its pixels for the length of the run.
+# The length of most tables' runs, for which a pilot takes its pixels.
 ITERATIONS = 64
 
 
