@@ -19,8 +19,9 @@ FURTHER = {"ppm": ["--integrator", "ppm"], "splitting": ["--integrator", "gmis",
            "independent": ["--integrator", "vcm", "--connections", "1", "--sampler", "independent"],
            "learned": ["--integrator", "vcm", "--connections", "1", "--emission", "learned", "--lights", "receiver"]}
 LIMIT = 0.01  # as that of instructions.py
-# The length of most tables' runs, for which a pilot takes its pixels.
-ITERATIONS = 64
+# The length of most tables' runs, for which a pilot takes its pixels. Instructions are counted over
+# half of it: a statistic at the end of a run must not weigh much more.
+ITERATIONS, COUNTED_ITERATIONS = 64, 32
 
 
 def program_of(root):
@@ -32,7 +33,8 @@ def program_of(root):
 
 def command_of(root, program, scene, run, iterations, *more):
     where = ALL[scene] if scene == ALL[scene] else root / ALL[scene]
-    return [program, where, *(RUNS | FURTHER)[run], "--size", "64x64", "--iterations", str(iterations), "--threads", "1", "--quiet", *more]
+    expected = ["--expected-iterations", str(ITERATIONS)] if run in CHOOSING and iterations < ITERATIONS else []
+    return [program, where, *(RUNS | FURTHER)[run], *expected, "--size", "64x64", "--iterations", str(iterations), "--threads", "1", "--quiet", *more]
 
 
 def facts_of(root, program, scene, run, out):
@@ -75,7 +77,7 @@ def differences(before, now, out, but=()):
 
     def ratio(case):
         place = [(root, program, out / f"{root.name}_{'_'.join(case)}") for root, program in programs.items()]
-        old, new = (instructions_of(command_of(root, program, *case, ITERATIONS, "--stats", f"{file}.json", "--out", f"{file}.pfm"))
+        old, new = (instructions_of(command_of(root, program, *case, COUNTED_ITERATIONS, "--stats", f"{file}.json", "--out", f"{file}.pfm"))
                     for root, program, file in place)
         return new / old
 
