@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "gmis/core/density_tests.hpp"
@@ -134,6 +135,37 @@ TEST_CASE("sets of location and scale: density in closed form, mass one, samples
       gmis::shapes::Logistic{}, [](long double z) { return std::exp(-z) / std::pow(1.0L + std::exp(-z), 2.0L); }, 25.0);
   check(
       gmis::shapes::Normal{}, [&](long double z) { return std::exp(-z * z / 2.0L) / std::sqrt(2.0L * pi); }, 8.0);
+}
+
+// The middle of the first step of `uniform`, the number 1/4, and the middle of the last step.
+template <std::floating_point T>
+void check_inversions() {
+  struct Fixed {  // words of equal bits
+    using result_type = std::uint64_t;
+    std::uint64_t word;
+    static constexpr result_type min() { return 0; }
+    static constexpr result_type max() { return ~result_type(0); }
+    result_type operator()() { return word; }
+  };
+  const long double step = std::numeric_limits<T>::epsilon() / 2.0L, pi = std::acos(-1.0L);
+  for (const auto& [word, u] : {std::pair<std::uint64_t, long double>(0, step / 2),
+                                {std::uint64_t(1) << 62U, 0.25L + step / 2},
+                                {~std::uint64_t(0), 1.0L - step / 2}}) {
+    Fixed source{word};
+    CAPTURE(std::numeric_limits<T>::digits, static_cast<double>(u));
+    const T logistic = gmis::shapes::Logistic::sample<T>(source), cauchy = gmis::shapes::Cauchy::sample<T>(source);
+    CHECK(logistic ==
+          Approx(static_cast<double>(std::log(u / (1.0L - u)))).epsilon(4 * std::numeric_limits<T>::epsilon()));
+    // π (u − 1/2) is rounded; next to a pole that is a large part of the distance from it.
+    const long double exact = -1.0L / std::tan(pi * u);
+    CHECK(cauchy / static_cast<T>(exact) > T(0.5));
+    CHECK(cauchy / static_cast<T>(exact) < T(3));
+  }
+}
+
+TEST_CASE("shapes on the line: samples at the ends of the source's numbers are quantiles") {
+  check_inversions<float>();
+  check_inversions<double>();
 }
 
 TEST_CASE("sets of location and scale: all densities at once have the bits of one at a time", "[mis]") {

@@ -22,6 +22,11 @@ namespace gmis {
 /// Standard densities on the line: `pdf(z)`, without calls and branches, and `sample<T>(source)`.
 namespace shapes {
 
+/// Half the distance of numbers that `uniform` returns. An inversion takes the middles between them,
+/// so that it never meets 0 and 1.
+template <std::floating_point T>
+inline constexpr T half_step = std::numeric_limits<T>::epsilon() / T(4);
+
 /// 1/(π (1 + z²)).
 struct Cauchy {
   /// The density at z.
@@ -32,7 +37,7 @@ struct Cauchy {
   /// A number with this density, by inversion: one number of the source.
   template <std::floating_point T>
   [[nodiscard]] static T sample(UniformSource auto& source) {
-    return std::tan(std::numbers::pi_v<T> * (uniform<T>(source) - T(0.5)));
+    return std::tan(std::numbers::pi_v<T> * ((uniform<T>(source) - T(0.5)) + half_step<T>));
   }
 };
 
@@ -47,8 +52,8 @@ struct Logistic {
   /// A number with this density, by inversion: one number of the source.
   template <std::floating_point T>
   [[nodiscard]] static T sample(UniformSource auto& source) {
-    const T u = uniform<T>(source) + std::numeric_limits<T>::epsilon() / T(4);  // never 0
-    return std::log(u / (T(1) - u + std::numeric_limits<T>::min()));
+    const T u = uniform<T>(source);
+    return std::log((u + half_step<T>) / ((T(1) - u) - half_step<T>));
   }
 };
 
