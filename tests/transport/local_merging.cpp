@@ -192,3 +192,22 @@ TEST_CASE("With every count global, local merging with all surfaces narrow diffe
   REQUIRE_FALSE(merges.empty());
   CHECK((merges == merges_of(scene, gmis::integrators::vcm, 3)));
 }
+
+TEST_CASE("the merging radius that nobody sets follows the pixels of long and narrow pictures, too") {
+  for (const glm::ivec2 size : {glm::ivec2(96, 64), {95, 1}, {96, 1}, {1000, 1}, {480, 5}, {1, 96}, {1, 1}}) {
+    // Seen from the centre of a ball, all surfaces have one distance.
+    gmis::scene::SceneBuilder<> builder;
+    const double distance = 3;
+    builder.add_sphere({0, 0, 0}, distance, builder.add_material(gmis::scene::make_diffuse({0.5, 0.5, 0.5})));
+    builder.set_camera(gmis::scene::look_at({0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 30, size));
+    const auto scene = builder.build();
+    std::vector<double> widths;
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        widths.push_back(distance / std::sqrt(scene.camera().sample_ray({x, y}, {0.5F, 0.5F}, {0.5F, 0.5F})->density));
+    std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
+    CAPTURE(size.x, size.y);
+    // Every 48th of the longer side is looked at: in a row of pixels the median is known to one of these.
+    CHECK(gmis::default_radius(scene) == Approx(0.4 * widths[widths.size() / 2]).epsilon(0.1));
+  }
+}

@@ -27,8 +27,9 @@ GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   const int step = std::max(1, std::max(size.x, size.y) / most_across);
   std::vector<double> widths;
   double fallback = 1.0;
-  for (int y = step / 2; y < size.y; y += step)
-    for (int x = step / 2; x < size.x; x += step) {
+  const glm::ivec2 first = glm::min(glm::ivec2(step / 2), size - 1);  // long pictures are narrower than a step
+  for (int y = first.y; y < size.y; y += step)
+    for (int x = first.x; x < size.x; x += step) {
       Philox source(0, 0, static_cast<std::uint32_t>(y * size.x + x), stream);
       const auto sample = camera.sample_ray({x, y}, {T(0.5), T(0.5)}, {T(0.5), T(0.5)});
       if (!sample || !(sample->density > T(0))) continue;
