@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "gmis/mis.hpp"
@@ -19,6 +20,14 @@ std::vector<double> grid() {
 double box(double x) {
   return x < 0.9 ? 1.0 : 0.0;
 }
+
+// Uniform on [0, 1], but for the density that it states on half of it.
+struct Broken {
+  double bad;
+
+  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
+  double pdf(double x) const { return x < 0.5 ? bad : 1.0; }
+};
 
 }  // namespace
 
@@ -62,11 +71,25 @@ TEST_CASE("coverage: probing with a proposal", "[mis]") {
   CHECK(std::abs(static_cast<double>(coverage.uncovered) - 400.0) < 78.0);
 }
 
-TEST_CASE("coverage: what is not finite is not judged", "[mis]") {
+TEST_CASE("coverage: where f is not finite nothing is judged", "[mis]") {
   const std::array<test::Uniform, 1> all{};
   const auto coverage = gmis::check_coverage([](double x) { return x < 0.1 ? std::nan("") : 1.0; }, all, grid());
   CHECK(coverage.non_finite == 10);
+  CHECK(coverage.bad_density == 0);
   CHECK(coverage.nonzero == 90);
+  CHECK(coverage.allows(Scheme::N3));
+}
+
+TEST_CASE("coverage: a density that is not finite allows no scheme", "[mis]") {
+  for (const double bad : {std::nan(""), -1.0, std::numeric_limits<double>::infinity()}) {
+    const std::array<Broken, 1> broken{{{bad}}};
+    const auto coverage = gmis::check_coverage(box, broken, grid());
+    CHECK(coverage.non_finite == 50);
+    CHECK(coverage.bad_density == 50);
+    CHECK(coverage.nonzero == 40);
+    for (const Scheme scheme : gmis::all_schemes) CHECK_FALSE(coverage.allows(scheme));
+    CHECK_FALSE(coverage.allows_groups());
+  }
 }
 
 // The scheme cannot see the hole itself: it reports no error and is wrong by what is missing.

@@ -21,19 +21,22 @@ struct Coverage {
   std::uint64_t partly_uncovered = 0;    ///< with some proposal positive and some zero: R1, R2, N1, N2 are biased. For
                                          ///< groups, with some group of all zeros: their partial mixture is biased. For
                                          ///< an allocation, proposals without samples do not count
-  std::uint64_t non_finite = 0;          ///< points where f or a density was not finite; not judged
+  std::uint64_t non_finite = 0;          ///< points where f or a density was not finite, or a density negative
+  std::uint64_t bad_density = 0;         ///< of these, where a density was: estimates reject what falls there
   std::optional<X> uncovered_example{};  ///< the first uncovered point
   std::optional<X> partly_uncovered_example{};  ///< the first partly uncovered point
 
   /// True when no probe speaks against `scheme` being unbiased. Says nothing (true) when no probe
   /// met f ≠ 0.
   [[nodiscard]] constexpr bool allows(Scheme scheme) const noexcept {
-    return uncovered == 0 && (!needs_full_support(scheme) || partly_uncovered == 0);
+    return uncovered == 0 && bad_density == 0 && (!needs_full_support(scheme) || partly_uncovered == 0);
   }
 
   /// True when no probe speaks against the partial mixture of the groups that were checked being
   /// unbiased.
-  [[nodiscard]] constexpr bool allows_groups() const noexcept { return uncovered == 0 && partly_uncovered == 0; }
+  [[nodiscard]] constexpr bool allows_groups() const noexcept {
+    return uncovered == 0 && bad_density == 0 && partly_uncovered == 0;
+  }
 };
 
 namespace detail {
@@ -67,6 +70,7 @@ template <class Source, class Integrand, class P, class Points, class Judge>
     });
     if (!all_finite) {
       ++coverage.non_finite;
+      ++coverage.bad_density;
       continue;
     }
     ++coverage.nonzero;
