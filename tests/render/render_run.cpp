@@ -146,6 +146,26 @@ TEST_CASE("a looser limit of the error ends a resumed run at its next estimate")
   CHECK(result.iterations <= 1031);
 }
 
+TEST_CASE("a request that no run can fulfil is refused, with what to change") {
+  const auto refused = [](const auto& change) {
+    gmis::RenderRequest wrong = request(2);
+    change(wrong);
+    return gmis_test::message_of([&] { run_of(wrong); });
+  };
+  using Request = gmis::RenderRequest;
+  const double no_number = std::numeric_limits<double>::quiet_NaN();
+  CHECK(refused([](Request&) {}).empty());
+  CHECK(contains(refused([&](Request& r) { r.budget.seconds = no_number; }), "Budget::seconds"));
+  CHECK(refused([](Request& r) { r.budget.seconds = 0.0; }).empty());
+  for (const double error : {no_number, -0.1, 0.0})
+    CHECK(contains(refused([&](Request& r) { r.budget.relative_error = error; }), "Budget::relative_error"));
+  for (const double share : {no_number, -1e-4})
+    CHECK(contains(refused([&](Request& r) { r.rejection_limit.share = share; }), "RejectionLimit::share"));
+  CHECK(refused([](Request& r) { r.rejection_limit.share = std::numeric_limits<double>::infinity(); }).empty());
+  CHECK(contains(refused([](Request& r) { r.crop = gmis::PixelBounds{{4, 1}, {2, 3}}; }), "RenderRequest::crop"));
+  CHECK(contains(refused([](Request& r) { r.class_pictures = true; }), "path_classes"));
+}
+
 TEST_CASE("what a chosen candidate could not render is refused before the pilot") {
   const auto refusal = [](auto change) {
     gmis::RenderRequest bad = with_pilot(8);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -154,9 +155,14 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
   CHECK(refused([](Settings&) {}).empty());
   CHECK(refused([](Settings& s) { s.radius = 0.0; }).find("leave the radius unset") != std::string::npos);
   CHECK(refused([](Settings& s) { s.radius = -1.0; }).find("radius") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.radius = std::numeric_limits<double>::infinity(); }).find("finite") !=
+        std::string::npos);
   CHECK(refused([](Settings& s) { s.radius = 0.0, s.counts.merges = false; }).empty());
   CHECK(refused([](Settings& s) { s.radius.reset(); }).empty());
   CHECK(refused([](Settings& s) { s.max_depth = 257; }).find("max_depth") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.max_depth = 0; }).find("max_depth") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.max_depth = -1; }).find("max_depth") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.max_depth = 1; }).empty());
   CHECK(refused([](Settings& s) { s.max_depth = 256; }).empty());
   CHECK(refused([](Settings& s) { s.counts.radius_factor = 0.0; }).find("radius_factor") != std::string::npos);
   CHECK(refused([](Settings& s) { s.emission = gmis::Emission::learned; }).find("cannot be guided") !=

@@ -36,7 +36,7 @@ struct RenderRequest {
   RenderSettings settings;                ///< techniques and counts, seed, depth, radius
   std::vector<SampleCounts> candidates;   ///< counts that a pilot chooses from; below two: `settings.counts` are used
   std::uint32_t expected_iterations = 0;  ///< length of the run that the pilot chooses for
-  std::optional<PixelBounds> crop;        ///< the part of the frame to render; unset: the whole frame
+  std::optional<PixelBounds> crop;        ///< the part of the frame to render, clipped to it; unset: the whole frame
 
   Budget budget;                   ///< its first limit that is met ends the run, after at least 1 iteration
   RejectionLimit rejection_limit;  ///< a run that surely exceeds it ends
@@ -80,7 +80,7 @@ struct RenderRequest {
   /// counts.
   std::function<void(const PriceTable&)> on_forecast;
   std::function<void(const ConvergencePoint&)> on_log;  ///< at every point of the convergence log
-  std::function<void(const Picture&)> on_picture;       ///< with the picture so far, now and then
+  std::function<void(const Picture&)> on_picture;       ///< with the picture so far, now and then; not with the last
   /// With the state of the run (`Render::checkpoint`): after the first iteration, now and then, and
   /// after the last one.
   std::function<void(std::span<const std::byte>)> on_checkpoint;

@@ -25,6 +25,7 @@
 #include "gmis/render/run_identity.hpp"
 #include "gmis/render/run_record.hpp"
 #include "gmis/render/run_timer.hpp"
+#include "gmis/render/validate_request.hpp"
 #include "gmis/render/whole_record.hpp"
 #include "gmis/transport/allocation/render_engine.hpp"
 
@@ -242,11 +243,7 @@ RenderRun<S_>::RenderRun(EngineMaker<S> maker, glm::ivec2 resolution, RenderRequ
   request_.budget = ranks.of_first(request_.budget);
   request_.rejection_limit = ranks.of_first(request_.rejection_limit);
   request_.expected_iterations = ranks.of_first(request_.expected_iterations);
-  require_argument(ranks.count() == 1 || !request_.keeps_contributions(),
-                   "several ranks make no pictures of techniques, path classes and lights: render those with one");
-  require_argument(!request_.class_pictures || request_.settings.path_classes,
-                   "RenderRequest::class_pictures asks for a picture of each of RenderSettings::path_classes, which is "
-                   "not set: set it, to PathClassSet::all() for all");
+  validate(request_);
   const glm::ivec2 size = crop_.upper - crop_.lower;
   const std::size_t values =
       static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * Film<S>::channel_count;

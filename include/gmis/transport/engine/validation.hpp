@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <concepts>
 
 #include "gmis/core/argument_error.hpp"
@@ -34,7 +35,8 @@ GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::i
       settings.sampler == Sampler::independent || std::same_as<Source, SampleNumbers>,
       "RenderSettings::sampler asks for Sobol' points: they need the source SampleNumbers, the default; with "
       "another one choose Sampler::independent");
-  require_argument(settings.max_depth <= deepest, "RenderSettings::max_depth is above 256: choose 256 or less");
+  require_argument(settings.max_depth >= 1 && settings.max_depth <= deepest,
+                   "RenderSettings::max_depth must be from 1 to 256: the segments of the longest path");
   require_argument(counts.light_paths >= 0.0 && counts.light_paths * pixels < most_trees,
                    "SampleCounts::light_paths is negative or asks for 2^32 light trees or more: choose fewer");
   require_argument(counts.connections >= 0, "SampleCounts::connections must be 0 or more");
@@ -45,8 +47,9 @@ GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::i
                    "RenderSettings::alpha must be above 0 and at most 1");
   require_argument(!counts.has(Technique::merge) || counts.radius_factor > 0.0,
                    "SampleCounts::radius_factor must be above 0 when SampleCounts::merges is on");
-  require_argument(!counts.has(Technique::merge) || !settings.radius || *settings.radius > 0.0,
-                   "RenderSettings::radius is not above 0, but SampleCounts::merges is on: "
+  require_argument(!counts.has(Technique::merge) || !settings.radius ||
+                       (*settings.radius > 0.0 && std::isfinite(*settings.radius)),
+                   "RenderSettings::radius is not above 0 and finite, but SampleCounts::merges is on: "
                    "leave the radius unset for the default, or switch merging off");
   require_argument(settings.emission == Emission::power || GuidableLight<typename Sc::Light>,
                    "RenderSettings::emission is learned, but the scene's lights cannot be guided: they need "
