@@ -47,10 +47,10 @@ GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::i
                    "RenderSettings::alpha must be above 0 and at most 1");
   require_argument(!counts.has(Technique::merge) || counts.radius_factor > 0.0,
                    "SampleCounts::radius_factor must be above 0 when SampleCounts::merges is on");
-  require_argument(!counts.has(Technique::merge) || !settings.radius ||
-                       (*settings.radius > 0.0 && std::isfinite(*settings.radius)),
-                   "RenderSettings::radius is not above 0 and finite, but SampleCounts::merges is on: "
-                   "leave the radius unset for the default, or switch merging off");
+  require_argument(
+      !counts.has(Technique::merge) || !settings.radius || (*settings.radius > 0.0 && std::isfinite(*settings.radius)),
+      "RenderSettings::radius is not above 0 and finite, but SampleCounts::merges is on: "
+      "leave the radius unset for the default, or switch merging off");
   require_argument(settings.emission == Emission::power || GuidableLight<typename Sc::Light>,
                    "RenderSettings::emission is learned, but the scene's lights cannot be guided: they need "
                    "start_numbers and emission_along (core/guided_light.hpp)");
