@@ -207,7 +207,7 @@ TEST_CASE("the merging radius that nobody sets follows the pixels of long and na
         widths.push_back(distance / std::sqrt(scene.camera().sample_ray({x, y}, {0.5F, 0.5F}, {0.5F, 0.5F})->density));
     std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
     CAPTURE(size.x, size.y);
-    // Every 48th of the longer side is looked at: in a row of pixels the median is known to one of these.
+    // A 48th of the longer side lies between pixels that are looked at.
     CHECK(gmis::default_radius(scene) == Approx(0.4 * widths[widths.size() / 2]).epsilon(0.1));
   }
 }
