@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "gmis/mis.hpp"
@@ -62,6 +63,19 @@ TEST_CASE("check_weights: weights that do not sum to one, or stand where no samp
   // What is not written is found.
   CHECK_FALSE(gmis::check_weights([](double, std::span<double>) {}, halves, counts, 10, source).passes());
   CHECK_FALSE(gmis::WeightCheck().passes());
+}
+
+TEST_CASE("check_weights: a density that is not finite, or is negative, is no density of 0", "[testing]") {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0}) {
+    gmis::WeightCheck check;
+    check.add(std::vector<double>{1.0, 3.0}, std::vector<double>{0.25, 0.75});
+    CHECK(check.passes());
+    check.add(std::vector<double>{1.0, bad}, std::vector<double>{1.0, 0.0});
+    CHECK_FALSE(check.passes());
+    check.add(std::vector<double>{bad, bad}, std::vector<double>{1.0, 0.0});
+    CHECK(check.not_finite() == 2);
+    CHECK(check.unreached() == 0);
+  }
 }
 
 TEST_CASE("check_weights: densities given as logarithms", "[testing]") {

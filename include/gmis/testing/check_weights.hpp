@@ -33,8 +33,9 @@ class WeightCheck {
     double sum = 0.0, without = 0.0;
     bool any = false, finite = true;
     for (std::size_t k = 0; k < weights.size(); ++k) {
-      const double weight = static_cast<double>(weights[k]);
-      if (densities[k] > D(0)) {
+      const double weight = static_cast<double>(weights[k]), density = static_cast<double>(densities[k]);
+      finite = finite && density >= 0.0 && std::isfinite(density);
+      if (density > 0.0) {
         any = true;
         sum += weight;
         finite = finite && std::isfinite(weight);
@@ -42,12 +43,12 @@ class WeightCheck {
         without = std::isfinite(weight) ? std::abs(weight) : 1.0;
       }
     }
-    if (!any) {
-      ++unreached_;
-      return;
-    }
     if (!finite) {
       ++not_finite_;
+      return;
+    }
+    if (!any) {
+      ++unreached_;
       return;
     }
     without_density_ = std::max(without_density_, without);
@@ -66,7 +67,8 @@ class WeightCheck {
   [[nodiscard]] std::size_t points() const noexcept { return points_; }
   /// Points where no technique makes samples: nothing is asked of their weights.
   [[nodiscard]] std::size_t unreached() const noexcept { return unreached_; }
-  /// Points with a weight that is NaN or infinite.
+  /// Points with a weight or a density that is NaN or infinite, or with a negative density. They are
+  /// not judged further.
   [[nodiscard]] std::size_t not_finite() const noexcept { return not_finite_; }
   /// Largest |Σ w − 1| over the points.
   [[nodiscard]] double sum_error() const noexcept { return sum_error_; }
@@ -112,13 +114,15 @@ template <class Weights, class P, class Points>
     const typename Set::Value x = static_cast<typename Set::Value>(point);
     DensitiesAt<Set> at(set, x, workspace.data());
     at.expect_all();
-    double largest = -std::numeric_limits<double>::infinity();
+    constexpr double minus_infinity = -std::numeric_limits<double>::infinity();
+    double largest = minus_infinity;
     for (std::size_t k = 0; k < n; ++k) {
       densities[k] = static_cast<double>(at[k]);
       largest = std::max(largest, densities[k]);
     }
     for (std::size_t k = 0; k < n; ++k) {
-      if constexpr (is_log_set<Set>) densities[k] = std::isfinite(largest) ? std::exp(densities[k] - largest) : 0.0;
+      // An infinite density becomes NaN, and is counted as one.
+      if constexpr (is_log_set<Set>) densities[k] = largest > minus_infinity ? std::exp(densities[k] - largest) : 0.0;
       densities[k] *= counts[k];
     }
     std::fill(out.begin(), out.end(), std::numeric_limits<double>::quiet_NaN());
