@@ -67,8 +67,8 @@ class WeightCheck {
   [[nodiscard]] std::size_t points() const noexcept { return points_; }
   /// Points where no technique makes samples: nothing is asked of their weights.
   [[nodiscard]] std::size_t unreached() const noexcept { return unreached_; }
-  /// Points with a weight or a density that is NaN or infinite, or with a negative density. They are
-  /// not judged further.
+  /// Points with a weight or a density that is NaN or infinite, or with a negative density. Nothing
+  /// else is asked of them.
   [[nodiscard]] std::size_t not_finite() const noexcept { return not_finite_; }
   /// Largest |Σ w − 1| over the points.
   [[nodiscard]] double sum_error() const noexcept { return sum_error_; }
