@@ -150,7 +150,7 @@ struct EmissionSample {
 /// plane perpendicular to the direction. The BSDF and the cosine of the receiver are not included.
 template <class S>
 struct NextEventSample {
-  SurfacePoint<ScalarOf<S>> origin;      ///< on the light; for an infinite light only the normals (zero) are read
+  SurfacePoint<ScalarOf<S>> origin;      ///< on the light; not read for an infinite light
   Vec3<ScalarOf<S>> to_light;            ///< unit, from the receiver
   S weight;                              ///< incident radiance over the density at the receiver
   ScalarOf<S> next_event_density;        ///< density of `origin`, in the measure of `EmissionDensity::origin`
