@@ -141,11 +141,10 @@ TEST_CASE("sets of location and scale: density in closed form, mass one, samples
 template <std::floating_point T>
 void check_inversions() {
   struct Fixed {  // words of equal bits
-    using result_type = std::uint64_t;
     std::uint64_t word;
-    static constexpr result_type min() { return 0; }
-    static constexpr result_type max() { return ~result_type(0); }
-    result_type operator()() { return word; }
+    static constexpr std::uint64_t min() { return 0; }
+    static constexpr std::uint64_t max() { return ~std::uint64_t(0); }
+    std::uint64_t operator()() const { return word; }
   };
   const long double step = std::numeric_limits<T>::epsilon() / 2.0L, pi = std::acos(-1.0L);
   for (const auto& [word, u] : {std::pair<std::uint64_t, long double>(0, step / 2),
