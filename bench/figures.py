@@ -170,6 +170,9 @@ class Project:
     def minutes(self, name):
         return self.registry.getfloat(name, "minutes", fallback=0.0)
 
+    def takes_one_processor(self, name):
+        return self.registry.get(name, "processors", fallback="all") == "1"
+
     def sources(self, name):
         """The files that a figure depends on, its groups resolved; a word that begins with - takes
         its files out again."""
@@ -335,9 +338,8 @@ class Project:
         for figure in figures:
             commands.setdefault(figure.command, []).append(figure)
         by_minutes = sorted(commands.values(), key=lambda of_command: self.minutes(of_command[0].name))
-        takes_one = [self.registry.get(of_command[0].name, "processors", fallback="all") == "1" for of_command in by_minutes]
-        good = [self.run_command(of_command) for of_command, one in zip(by_minutes, takes_one) if not one]
-        beside = [of_command for of_command, one in zip(reversed(by_minutes), reversed(takes_one)) if one]
+        beside = [of_command for of_command in reversed(by_minutes) if self.takes_one_processor(of_command[0].name)]
+        good = [self.run_command(of_command) for of_command in by_minutes if of_command not in beside]
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as lanes:
             good += lanes.map(lambda of_command: self.run_command(of_command, is_beside=len(beside) > 1), beside)
         faults = self.take_values(write=True)
