@@ -89,6 +89,29 @@ TEST_CASE("check_weights: densities given as logarithms", "[testing]") {
   CHECK_THAT(gmis::check_weights(balance, normals, counts, 50, source), gmis::SumsToOne());
 }
 
+// States its density as a logarithm: 0 inside, `bad` beyond 1.
+struct BrokenLog {
+  double bad;
+
+  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
+  double log_pdf(double x) const { return x < 1.0 ? 0.0 : bad; }
+};
+
+TEST_CASE("check_weights: logarithms that are no density", "[testing]") {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const std::vector<double> points{0.5, 1.5};
+  const auto one = [](double, std::span<double> out) { out[0] = 1.0; };
+  const auto check_of = [&](double bad) {
+    return gmis::check_weights_at(points, one, std::array<BrokenLog, 1>{{{bad}}}, Counts{1});
+  };
+  CHECK(check_of(-infinity).unreached() == 1);
+  CHECK(check_of(-infinity).not_finite() == 0);
+  for (const double bad : {infinity, std::nan("")}) {
+    CHECK(check_of(bad).not_finite() == 1);
+    CHECK(check_of(bad).unreached() == 0);
+  }
+}
+
 TEST_CASE("weights of the library sum to one", "[testing]") {
   gmis::Philox source = gmis::seeded("weights of the library");
   const std::vector<test::Bump> bumps{{0.0, 0.3, 0.2}, {0.2, 0.7, 0.2}, {0.6, 1.0, 0.2}};

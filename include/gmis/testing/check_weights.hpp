@@ -121,8 +121,9 @@ template <class Weights, class P, class Points>
       largest = std::max(largest, densities[k]);
     }
     for (std::size_t k = 0; k < n; ++k) {
-      // An infinite density becomes NaN, and is counted as one.
-      if constexpr (is_log_set<Set>) densities[k] = largest > minus_infinity ? std::exp(densities[k] - largest) : 0.0;
+      // An infinite density becomes NaN, which `add` does not take for a density of 0.
+      if constexpr (is_log_set<Set>)
+        densities[k] = densities[k] == minus_infinity ? 0.0 : std::exp(densities[k] - largest);
       densities[k] *= counts[k];
     }
     std::fill(out.begin(), out.end(), std::numeric_limits<double>::quiet_NaN());
