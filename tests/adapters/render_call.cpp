@@ -359,4 +359,8 @@ TEST_CASE("a request that means nothing is refused in words") {
   CHECK(gmis::automatic_request(furnace, {}).settings.sampler == gmis::Sampler::sobol);
   CHECK(gmis::automatic_request(furnace, {}, 1, {}).settings.sampler == gmis::Sampler::independent);
   CHECK_FALSE(gmis::automatic_request(furnace, {.seconds = 2.0}).budget.iterations.has_value());
+  const double no_number = std::numeric_limits<double>::quiet_NaN();
+  const gmis::RenderRequest endless = gmis::automatic_request(furnace, {.seconds = no_number});
+  CHECK(endless.expected_iterations >= 1);
+  CHECK_THROWS_AS(gmis::Render(furnace, endless), std::invalid_argument);
 }

@@ -22,8 +22,8 @@ namespace gmis {
 /// Standard densities on the line: `pdf(z)`, without calls and branches, and `sample<T>(source)`.
 namespace shapes {
 
-/// Half the distance of numbers that `uniform` returns. An inversion takes the middles between
-/// them, so that it never meets 0 and 1.
+/// Half the step of the numbers that `uniform` returns in float and double, less in long double. An
+/// inversion adds it, so that it never meets 0 and 1.
 template <std::floating_point T>
 inline constexpr T half_step = std::numeric_limits<T>::epsilon() / T(4);
 

@@ -97,7 +97,8 @@ GMIS_RARE [[nodiscard]] inline std::vector<SampleCounts> candidates_for(const Pl
   if (!budget.seconds) return named;
   const double in_time = *budget.seconds * nominal_operations_per_second * std::max(1, threads) /
                          (operations_per_pixel * static_cast<double>(std::max<std::size_t>(1, pixels)));
-  // Not std::clamp: it would return a time that is not a number, which `Render` refuses.
+  // `Render` refuses a time that is not a number. Until then the cast must not see it, as it would
+  // by std::clamp.
   return std::min(named, static_cast<std::uint32_t>(std::fmax(1.0, std::fmin(in_time, 1e6))));
 }
 

@@ -36,7 +36,7 @@ struct RenderRequest {
   RenderSettings settings;                ///< techniques and counts, seed, depth, radius
   std::vector<SampleCounts> candidates;   ///< counts that a pilot chooses from; below two: `settings.counts` are used
   std::uint32_t expected_iterations = 0;  ///< length of the run that the pilot chooses for
-  std::optional<PixelBounds> crop;        ///< the part of the frame to render, clipped to it; unset: the whole frame
+  std::optional<PixelBounds> crop;        ///< the part to render, clipped to the frame; unset: the whole frame
 
   Budget budget;                   ///< its first limit that is met ends the run, after at least 1 iteration
   RejectionLimit rejection_limit;  ///< a run that surely exceeds it ends

@@ -27,7 +27,7 @@ GMIS_RARE [[nodiscard]] inline double median_pixel_width(const Sc& scene) {
   const int step = std::max(1, std::max(size.x, size.y) / most_across);
   std::vector<double> widths;
   double fallback = 1.0;
-  const glm::ivec2 first = glm::min(glm::ivec2(step / 2), size - 1);  // long pictures are narrower than a step
+  const glm::ivec2 first = glm::min(glm::ivec2(step / 2), size - 1);  // a row of pixels is lower than a step
   for (int y = first.y; y < size.y; y += step)
     for (int x = first.x; x < size.x; x += step) {
       Philox source(0, 0, static_cast<std::uint32_t>(y * size.x + x), stream);
