@@ -63,6 +63,9 @@ enum class Mistake {
   delta_density_zero,
   delta_light_falls_linearly,
   disk_area_halved,
+  radiance_negative,
+  radiance_infinite,
+  next_event_from_behind,
   pdfs_swapped_in_evaluate,
   pdfs_swapped_everywhere,
   cosine_in_f,
@@ -80,6 +83,7 @@ enum class Mistake {
   delta_not_flagged,
   purely_delta_wrong,
   delta_reverse_zero,
+  delta_probability_one,
   albedo_zero,
   albedo_of_ray,
   to_prev_reversed,
@@ -174,6 +178,9 @@ class BrokenBsdf {
       case Mistake::delta_reverse_zero:
         if (s->is_delta) s->pdf.reverse.value = T(0);
         break;
+      case Mistake::delta_probability_one:
+        if (s->is_delta) s->pdf.forward.value = s->pdf.reverse.value = T(1);
+        break;
       case Mistake::local_directions:
         s->to_next = gmis::Frame<T>::around(normal_).to_local(s->to_next);
         break;
@@ -218,7 +225,10 @@ class BrokenLight {
   [[nodiscard]] std::optional<gmis::NextEventSample<Spectrum>> sample_next_event(const Point& from,
                                                                                  const gmis::Vec2<T>& uv) const {
     auto s = inner_.sample_next_event(from, uv);
+    if (mistake_ == Mistake::next_event_from_behind && (!s || gmis::is_black(s->weight)) && !is_infinite())
+      s = from_behind(from, uv);
     if (!s) return s;
+    s->weight = changed(s->weight);
     if (mistake_ == Mistake::next_event_missing && !is_delta() && !is_infinite()) return std::nullopt;
     s->next_event_density *= next_event_factor();
     s->density = changed(s->density);
@@ -237,6 +247,7 @@ class BrokenLight {
     if (!s) return s;
     if (mistake_ == Mistake::emission_missing && !is_delta() && !is_infinite()) return std::nullopt;
     s->density = changed(s->density);
+    s->weight = changed(s->weight);
     if (mistake_ == Mistake::emission_density_doubled) s->density.first *= T(2);
     if (mistake_ == Mistake::emission_weight_without_density) s->weight = s->weight * s->density.first;
     if (mistake_ == Mistake::emission_direction_not_unit) s->direction *= T(1.5);
@@ -246,6 +257,7 @@ class BrokenLight {
   [[nodiscard]] gmis::Emitted<Spectrum> emitted(const Point& origin, const gmis::Vec3<T>& direction) const {
     auto e = inner_.emitted(origin, direction);
     e.density = changed(e.density);
+    e.radiance = changed(e.radiance);
     if (mistake_ == Mistake::emitted_radiance_doubled) e.radiance = e.radiance * T(2);
     return e;
   }
@@ -259,6 +271,23 @@ class BrokenLight {
     if (mistake_ == Mistake::next_event_density_with_light_choice || mistake_ == Mistake::densities_with_light_choice)
       return choice_;
     return T(1);
+  }
+  /// The next event of the mirror image of `from` before the lamp.
+  [[nodiscard]] std::optional<gmis::NextEventSample<Spectrum>> from_behind(const Point& from,
+                                                                           const gmis::Vec2<T>& uv) const {
+    const auto start = inner_.sample_emission(uv, uv);
+    if (!start) return std::nullopt;
+    const gmis::Vec3<T> normal = start->origin.geometric_normal;
+    Point before = from;
+    before.position -= T(2) * glm::dot(from.position - start->origin.position, normal) * normal;
+    auto s = inner_.sample_next_event(before, uv);
+    if (s) s->to_light = glm::normalize(s->origin.position - from.position);
+    return s;
+  }
+  [[nodiscard]] Spectrum changed(const Spectrum& light) const {
+    if (mistake_ == Mistake::radiance_negative) return light * T(-1);
+    if (mistake_ == Mistake::radiance_infinite) return light * std::numeric_limits<T>::infinity();
+    return light;
   }
   [[nodiscard]] gmis::EmissionDensity<T> changed(gmis::EmissionDensity<T> density) const {
     if (mistake_ == Mistake::densities_with_light_choice) density.origin *= choice_;

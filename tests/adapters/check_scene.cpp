@@ -30,6 +30,24 @@ class Stating : public gmis::SceneLike<adapter::Scene> {
 };
 static_assert(gmis::SceneWithEffects<Stating>);
 
+/// A ball of 2 · columns² triangles with the normals of the sphere.
+template <class Builder>
+void add_smooth_ball(Builder& builder, const glm::dvec3& center, double radius, int columns, std::size_t material) {
+  std::vector<glm::dvec3> positions, normals;
+  std::vector<std::array<int, 3>> triangles;
+  for (int row = 0; row <= columns; ++row)
+    for (int column = 0; column < columns; ++column) {
+      const double polar = gmis::pi<double> * row / columns, turn = 2 * gmis::pi<double> * column / columns;
+      normals.push_back({std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), std::cos(polar)});
+      positions.push_back(center + radius * normals.back());
+      if (row == columns) continue;
+      const int here = row * columns + column, beside = row * columns + (column + 1) % columns;
+      if (row > 0) triangles.push_back({here, here + columns, beside});
+      if (row + 1 < columns) triangles.push_back({beside, here + columns, beside + columns});
+    }
+  builder.add_mesh({positions, triangles, normals}, material);
+}
+
 }  // namespace
 
 TEST_CASE("nothing is said about a sound scene") {
@@ -37,6 +55,23 @@ TEST_CASE("nothing is said about a sound scene") {
   CHECK(check_scene(built_in_scene<double>(), check_settings()).text() == "");
   CHECK(check_scene(gmis_test::FurnaceScene<float>(0.7F, 1.0F, 16, 2), check_settings()).text() == "");
   CHECK(check_scene(gmis_test::FurnaceScene<double>(0.5, 2.0, 16, 1), check_settings()).text() == "");
+}
+
+TEST_CASE("mirrors, glass and metals with smooth normals are sound") {
+  // Balls of few faces, so that many rays leave between the two normals.
+  for (const int columns : {6, 12}) {
+    const auto scene = built_in_scene<float>([columns](auto& builder, std::size_t, std::size_t glass) {
+      using namespace gmis::scene;
+      const std::vector<std::size_t> materials{
+          glass, builder.add_material(make_mirror<float>({0.9, 0.9, 0.9})),
+          builder.add_material(make_dielectric<float>(1.4, 0.2)),
+          builder.add_material(make_conductor_of_reflectance<float>({0.9, 0.7, 0.4}, 0.1))};
+      for (std::size_t i = 0; i < materials.size(); ++i)
+        add_smooth_ball(builder, {-2.4 + 1.6 * static_cast<double>(i), 1.2, 0.5}, 0.7, columns, materials[i]);
+    });
+    INFO(columns << " columns");
+    CHECK(check_scene(scene, check_settings()).text() == "");
+  }
 }
 
 TEST_CASE("a surface of steps finer than the check looks is no wrong normal") {

@@ -180,6 +180,98 @@ TEST_CASE("a sound lobe whose modes differ by cosines passes; called a delta lob
   }
 }
 
+namespace {
+/// Two delta lobes, mirrored and straight through, of which the first is made with probability
+/// `chosen` and states `stated`.
+struct Pane {
+  using Spectrum = double;
+  double chosen, stated;
+  [[nodiscard]] BsdfValue<double> evaluate(const V&, const V&, TransportMode) const { return {}; }
+  [[nodiscard]] std::optional<ScatterSample<double>> sample(const V& to_prev, double u, const Vec2<double>&,
+                                                            TransportMode) const {
+    const bool is_mirrored = u < chosen;
+    const double stated_here = is_mirrored ? stated : 1 - chosen;
+    return ScatterSample<double>{
+        is_mirrored ? reflect_about(to_prev, V(0, 0, 1)) : -to_prev, 1.0, {{stated_here}, {stated_here}}, true, 1.0};
+  }
+  [[nodiscard]] bool is_purely_delta() const { return true; }
+  [[nodiscard]] double albedo() const { return 1; }
+};
+static_assert(Bsdf<Pane>);
+}  // namespace
+
+TEST_CASE("a delta lobe that is made more or less often than it states is named") {
+  std::uint64_t seed = 700;
+  for (const double chosen : {0.1, 0.3, 0.5, 0.9, 1.0})
+    for (const double factor : {1.0, 0.5, 0.8, 1.25, 2.0}) {
+      INFO("chosen with " << chosen << ", states " << factor << " of it");
+      Philox source(gmis_test::seed(seed++));
+      detail::ScatterStatistics<double> here, all;
+      here.draw(Pane{chosen, factor * chosen}, V(0, 0, 1), V(0.6, 0, 0.8), TransportMode::importance, 20'000, source);
+      all.add(here);
+      Findings findings, of_all;
+      here.judge(findings, 1e-7);
+      all.judge(of_all, 1e-7);
+      CHECK(findings.is_broken(Convention::bsdf_delta_frequency) == (factor != 1.0));
+      if (factor == 1.0) CHECK(findings.text() == "");
+      // Lobes of different points have different directions.
+      CHECK(of_all.tried(Convention::bsdf_delta_frequency) == 0);
+    }
+}
+
+namespace {
+/// Diffuse around the shading normal z. Where it does not leak, it scatters nothing between
+/// directions that the geometric normal puts on another side.
+struct Tilted {
+  using Spectrum = double;
+  V geometric;
+  bool evaluate_leaks, sample_leaks;
+  [[nodiscard]] bool is_lost(const V& a, const V& b) const {
+    return a.z * glm::dot(geometric, a) <= 0 || b.z * glm::dot(geometric, b) <= 0;
+  }
+  [[nodiscard]] BsdfValue<double> evaluate(const V& to_prev, const V& to_next, TransportMode) const {
+    if (to_prev.z * to_next.z <= 0 || (!evaluate_leaks && is_lost(to_prev, to_next))) return {};
+    return {0.8 / pi<double>, {{std::abs(to_next.z) / pi<double>}, {std::abs(to_prev.z) / pi<double>}}};
+  }
+  [[nodiscard]] std::optional<ScatterSample<double>> sample(const V& to_prev, double, const Vec2<double>& uv,
+                                                            TransportMode) const {
+    const V to_next = std::copysign(1.0, to_prev.z) * square_to_cosine_hemisphere(uv);
+    if (!sample_leaks && is_lost(to_prev, to_next)) return std::nullopt;
+    return ScatterSample<double>{
+        to_next, 0.8, {{std::abs(to_next.z) / pi<double>}, {std::abs(to_prev.z) / pi<double>}}};
+  }
+  [[nodiscard]] bool is_purely_delta() const { return false; }
+  [[nodiscard]] double albedo() const { return 0.8; }
+};
+static_assert(Bsdf<Tilted>);
+}  // namespace
+
+TEST_CASE("light that leaks between the planes of two normals is named") {
+  std::uint64_t seed = 800;
+  for (const double tilt : {0.0, 0.05, 0.4})
+    for (const bool evaluate_leaks : {false, true})
+      for (const bool sample_leaks : {false, true})
+        for (const V& from : {V(0.3, 0.2, 0.7), V(0.3, 0.2, -0.7), V(1, 0, 0.2), V(-1, 0, 0.2)}) {
+          const V geometric(std::sin(tilt), 0, std::cos(tilt)), to_prev = glm::normalize(from);
+          INFO("tilt " << tilt << ", evaluate " << evaluate_leaks << ", sample " << sample_leaks << ", from " << from.x
+                       << " " << from.z);
+          const SurfacePoint<double> point{V(0, 0, 0), geometric, V(0, 0, 1)};
+          const auto bsdf_for = [&](const V&) {
+            return std::optional(Tilted{geometric, evaluate_leaks, sample_leaks});
+          };
+          Philox source(gmis_test::seed(seed++));
+          Findings findings;
+          SurfaceCheck<decltype(bsdf_for), double, Philox> check(bsdf_for, point, to_prev, source, findings);
+          for (int i = 0; i < 32; ++i) check.run(16);
+          const bool prev_is_lost = to_prev.z * glm::dot(geometric, to_prev) < 0;
+          const bool leaks = tilt > 0 && (prev_is_lost ? sample_leaks : evaluate_leaks || sample_leaks);
+          // With the small tilt one sample in a thousand lies between the planes.
+          if (tilt != 0.05 || evaluate_leaks || !sample_leaks)
+            CHECK(findings.is_broken(Convention::bsdf_leak) == leaks);
+          if (!evaluate_leaks && !sample_leaks) CHECK(findings.text() == "");
+        }
+}
+
 TEST_CASE("a mixture of caps integrates to one and draws what it states") {
   Philox source(gmis_test::seed(400));
   std::vector<V> draws;
@@ -279,6 +371,7 @@ TEST_CASE("a surface that absorbs everything may state any density and make no s
   statistics.draw(Black(), V(0, 0, 1), V(0, 0.6, 0.8), TransportMode::importance, 8192, source);
   Findings findings;
   statistics.judge(findings, 1e-7);
-  statistics.judge_albedo(findings);
+  statistics.judge_least_albedo(findings);
+  statistics.judge_most_albedo(findings);
   CHECK(findings.text() == "");
 }

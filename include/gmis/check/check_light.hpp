@@ -95,12 +95,26 @@ class LightCheck {
     detail::compare_channels(findings_, convention, found, wanted, factor, 0.02);
   }
 
+  [[nodiscard]] static bool is_sound(const S& s) { return is_finite(s) && min_channel(s) >= T(0); }
+  [[nodiscard]] static bool is_density(T x) { return x >= T(0) && std::isfinite(x); }
+  [[nodiscard]] static bool is_density(const EmissionDensity<T>& x) {
+    return is_density(x.origin) && is_density(x.first);
+  }
+  /// Counts whether values are sound; the result.
+  bool check_values(bool are_sound) {
+    findings_.count(Convention::light_value, are_sound);
+    return are_sound;
+  }
+
   /// A sample of a next event against `next_event_density`, `emitted` and what a ray finds.
   void check_next_event() {
     const Point& from = receiver();
     const auto sample = light_.sample_next_event(from, two());
     if (!sample || is_black(sample->weight)) return;
     findings_.look_at(group_, {V(from.position), V(0), V(sample->to_light)});
+    if (!check_values(is_sound(sample->weight) && is_density(sample->next_event_density) &&
+                      is_density(sample->density)))
+      return;
     const V offset = V(sample->origin.position) - V(from.position);
     const double distance = glm::length(offset);
     const bool is_toward = light_.is_infinite() || glm::length(offset / distance - V(sample->to_light)) < 0.01;
@@ -116,8 +130,12 @@ class LightCheck {
     compare(Convention::next_event_two_densities, density,
             number(light_.next_event_density(sample->origin, -sample->to_light, from)));
     const auto emitted = light_.emitted(sample->origin, -sample->to_light);
+    if (!check_values(is_sound(emitted.radiance) && is_density(emitted.density))) return;
     const double cos_light = light_.is_infinite() ? 1.0 : cosine(sample->origin.geometric_normal, sample->to_light);
-    if (cos_light < 0.05) return;  // ruled by the rounding of the direction
+    if (cos_light < 0.05) return;    // ruled by the rounding of the direction
+    if (is_black(emitted.radiance))  // such as from behind: what is stated of the density is no cause
+      return findings_.count(Convention::next_event_weight, false, static_cast<double>(max_channel(sample->weight)),
+                             0.0);
     compare(Convention::next_event_emission_density, sample->density, emitted.density);
     const double geometry = light_.is_infinite() ? 1.0 : cos_light / (distance * distance);
     if (density > 0.0)
@@ -137,6 +155,7 @@ class LightCheck {
     const auto sample = light_.sample_emission(two(), two());
     if (!sample || is_black(sample->weight)) return;
     findings_.look_at(group_, {V(sample->origin.position), V(0), V(sample->direction)});
+    if (!check_values(is_sound(sample->weight) && is_density(sample->density))) return;
     const bool is_surface = !light_.is_infinite() && !light_.is_delta();
     const double cos_light = is_surface ? glm::dot(V(sample->origin.geometric_normal), V(sample->direction)) : 1.0;
     compare(Convention::emission_unit, glm::length(V(sample->direction)), 1.0, 1e-3);
@@ -146,6 +165,7 @@ class LightCheck {
     }
     if (std::abs(cos_light) < 0.05) return;  // ruled by the rounding of the direction
     const auto emitted = light_.emitted(sample->origin, sample->direction);
+    if (!check_values(is_sound(emitted.radiance) && is_density(emitted.density))) return;
     compare(Convention::emission_two_densities, sample->density, emitted.density);
     const double densities = number(sample->density.origin) * number(sample->density.first);
     if (densities > 0.0)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gmis/check/compare.hpp"
+#include "gmis/check/density_test.hpp"
 #include "gmis/check/surface_points.hpp"
 #include "gmis/core/light_choice.hpp"
 
@@ -102,13 +103,9 @@ class LightChoiceCheck {
     const auto place = std::find(lights_.begin(), lights_.end(), light);
     return first_group + static_cast<std::size_t>(place - lights_.begin());
   }
-  /// An event of probability `p` came `times` times in `count` draws: Bernstein's bound for a false
-  /// alarm with a probability of at most `alarm`.
-  void judge_frequency(Convention convention, std::size_t times, std::size_t count, double p, double alarm) {
-    const double n = static_cast<double>(count), share = static_cast<double>(times) / n;
-    const double logarithm = std::log(2.0 / alarm);
-    const double reach = std::sqrt(2.0 * std::max(p * (1.0 - p), 0.0) * logarithm / n) + logarithm / n;
-    findings_.judge(convention, std::abs(share - p) <= reach + 1e-4, p, share);
+  void judge_frequency(Convention convention, std::size_t times, std::size_t count, double p, double level) {
+    findings_.judge(convention, fits_frequency(times, count, p, level), p,
+                    static_cast<double>(times) / static_cast<double>(count));
   }
   /// True when one of 16 samples of the light is seen from the receiver and scattered there: most
   /// of a light may be hidden, and a light that no receiver sees tells nothing.

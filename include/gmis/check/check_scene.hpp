@@ -154,7 +154,7 @@ class SceneChecker {
   }
   /// The distribution of `sample` at some points of a group, each by itself and all together.
   void draw_directions(std::size_t group, double level) {
-    detail::ScatterStatistics<S> importance, radiance;
+    detail::ScatterStatistics<S> importance, mirrored, radiance;
     std::size_t drawn = 0;
     for (const std::size_t i : points_.of_group(group, settings_.surfaces)) {
       const auto& at = points_.hits()[i];
@@ -167,33 +167,66 @@ class SceneChecker {
                 is_radiance ? TransportMode::radiance : TransportMode::importance, settings_.samples, source_);
       here.judge(findings_, level);
       (is_radiance ? radiance : importance).add(here);
+      if (!is_radiance && detail::has_mirrored_side(normal, V(at.hit.point.geometric_normal), to_prev))
+        mirrored.add(here);
     }
     importance.judge(findings_, level);
-    importance.judge_albedo(findings_);
+    importance.judge_least_albedo(findings_);
+    mirrored.judge_most_albedo(findings_);
     radiance.judge(findings_, level);
   }
 
   void check_lights() {
-    std::vector<Point> receivers;
-    const auto hits = points_.hits();
-    for (std::size_t i = 0; i < hits.size() && receivers.size() < 64; i += 1 + hits.size() / 64) {
-      // Halfway along a ray: a point that is not on the light itself.
-      Point point{};
-      point.position = Vec3<T>((V(hits[i].ray.origin) + V(hits[i].hit.point.position)) / 2.0);
-      receivers.push_back(point);
-    }
+    const std::vector<Point> between = points_between();
     const std::size_t count = std::min(choice_.lights().size(), settings_.most_lights);
-    if (count == 0 || receivers.empty()) return;
+    if (count == 0 || between.empty()) return;
     // Eight lights get all samples that trace rays; more of them share these.
     const std::size_t ray_samples = std::clamp<std::size_t>(8 * settings_.samples / count, 1024, settings_.samples);
     detail::EffectsCheck<Sc> effects(scene_, source_, findings_);
     for (std::size_t i = 0; i < count; ++i) {
       const Light& light = *choice_.lights()[i];
-      effects.check(light, receivers.front(), Choice::first_group + i);
+      effects.check(light, between.front(), Choice::first_group + i);
+      const std::vector<Point> receivers = with_points_behind(light, between);
       findings_.add(check_light(scene_, light, std::span<const Point>(receivers), source_,
                                 settings_.level / (4.0 * static_cast<double>(count)), settings_.samples, ray_samples,
                                 Choice::first_group + i));
     }
+  }
+  /// Points halfway along rays, which are not on a light.
+  [[nodiscard]] std::vector<Point> points_between() const {
+    std::vector<Point> result;
+    const auto hits = points_.hits();
+    for (std::size_t i = 0; i < hits.size() && result.size() < 64; i += 1 + hits.size() / 64) {
+      result.emplace_back();
+      result.back().position = Vec3<T>((V(hits[i].ray.origin) + V(hits[i].hit.point.position)) / 2.0);
+    }
+    return result;
+  }
+  /// `points`, every third of them replaced by one behind the light where it has a back: a lamp
+  /// under a ceiling has few receivers there.
+  [[nodiscard]] std::vector<Point> with_points_behind(const Light& light, std::vector<Point> points) {
+    for (std::size_t i = 2; i < points.size(); i += 3)
+      if (const auto behind = point_behind(light)) points[i].position = *behind;
+    return points;
+  }
+  /// A point that a ray passes which leaves the back of the light; nothing where there is no room,
+  /// or where the light is closed.
+  [[nodiscard]] std::optional<Vec3<T>> point_behind(const Light& light) {
+    if (light.is_delta() || light.is_infinite()) return std::nullopt;
+    const auto two = [&] {
+      const T u = uniform<T>(source_);
+      return Vec2<T>(u, uniform<T>(source_));
+    };
+    const Vec2<T> uv_origin = two();
+    const auto start = light.sample_emission(uv_origin, two());
+    if (!start) return std::nullopt;
+    const V normal(start->origin.geometric_normal), front(start->direction);
+    const V back = front - 2.0 * glm::dot(front, normal) * normal;
+    const auto hit = scene_.intersect(leave(start->origin, Vec3<T>(back)));
+    const V position(start->origin.position);
+    const double room = hit ? glm::length(V(hit->point.position) - position) : 2.0 * points_.distance();
+    if ((hit && hit->light == &light) || room < 0.01 * points_.distance()) return std::nullopt;
+    return Vec3<T>(position + 0.5 * room * back);
   }
 
   const Sc& scene_;

@@ -16,6 +16,19 @@
 
 namespace gmis {
 
+namespace detail {
+
+/// True where the mirrored direction of `to_prev` lies well on its side of both normals, so that a
+/// mirror and glass scatter what their albedo says. Elsewhere they may rightly scatter nothing.
+[[nodiscard]] inline bool has_mirrored_side(const Vec3<double>& shading_normal, const Vec3<double>& geometric_normal,
+                                            const Vec3<double>& to_prev) noexcept {
+  const double side = glm::dot(geometric_normal, to_prev);
+  return side * glm::dot(shading_normal, to_prev) > 0.0 &&
+         std::copysign(1.0, side) * glm::dot(geometric_normal, reflect_about(to_prev, shading_normal)) > 0.05;
+}
+
+}  // namespace detail
+
 /// Checks the BSDF at one point of a surface in both modes of transport, pair of directions by pair
 /// of directions.
 ///
@@ -52,11 +65,13 @@ class SurfaceCheck {
       mode_ = mode;
       for (int i = 0; i < pairs; ++i) {
         if (reflects_only(bsdf)) check_beyond(bsdf);
+        check_leak(bsdf);
         if (const auto sample = draw(bsdf, to_prev_, mode)) check_sample(bsdf, *sample);
       }
     }
     findings_.look_along(V(0));
-    if (pairs >= 8) findings_.count(Convention::bsdf_albedo, albedo == 0.0 || succeeded_ > 0, albedo, 0.0);
+    if (pairs >= 8 && detail::has_mirrored_side(normal_, geometric_, prev_))
+      findings_.count(Convention::bsdf_albedo, albedo == 0.0 || succeeded_ > 0, albedo, 0.0);
     // A surface has few delta lobes, and each of them one direction.
     if (pairs >= 8) findings_.judge(Convention::bsdf_delta, delta_directions_.size() <= 4);
     if (smooth_ >= 8 && !is_refracting_) findings_.count(Convention::bsdf_through, through_ < smooth_);
@@ -65,6 +80,7 @@ class SurfaceCheck {
  private:
   using V = Vec3<double>;
   static constexpr double least_cosine = 0.02;  // below it rounding of directions rules
+  static constexpr double least_disagreement = 0.005;
 
   [[nodiscard]] static bool is_sound(const S& s) { return is_finite(s) && min_channel(s) >= T(0); }
   [[nodiscard]] static bool is_sound(const BsdfValue<S>& f) {
@@ -110,6 +126,25 @@ class SurfaceCheck {
     findings_.count(Convention::bsdf_reflects_only, is_black(bsdf.evaluate(to_prev_, Vec3<T>(beyond), mode_).value));
   }
 
+  /// Positive where both normals put the direction on one side, negative where light would leak;
+  /// small where rounding rules.
+  [[nodiscard]] double agreement(const V& direction) const {
+    const double shading = glm::dot(normal_, direction), geometric = glm::dot(geometric_, direction);
+    return std::copysign(std::min(std::abs(shading), std::abs(geometric)), shading * geometric);
+  }
+  /// `evaluate` for a direction between the planes of the two normals.
+  void check_leak(const B& bsdf) {
+    const V across = normal_ - geometric_;
+    if (glm::length(across) < 4.0 * least_disagreement || agreement(prev_) < least_disagreement) return;
+    const V first = glm::normalize(across), second = glm::cross(glm::normalize(normal_ + geometric_), first);
+    const double turn = (uniform<double>(source_) - 0.5) * 2.0 * pi<double> / 3.0;
+    for (const double side : {-1.0, 1.0}) {
+      const V between = side * (std::cos(turn) * first + std::sin(turn) * second);
+      findings_.look_along(between);
+      findings_.count(Convention::bsdf_leak, is_black(bsdf.evaluate(to_prev_, Vec3<T>(between), mode_).value));
+    }
+  }
+
   void check_sample(const B& bsdf, const ScatterSample<S>& sample) {
     ++succeeded_;
     const V next(sample.to_next);
@@ -131,12 +166,9 @@ class SurfaceCheck {
     if (sample.is_delta && std::none_of(delta_directions_.begin(), delta_directions_.end(),
                                         [&](const V& other) { return glm::length(other - next) < 0.01; }))
       delta_directions_.push_back(next);
-    if (cosine < least_cosine) return;
-    // Where shading and geometric normal disagree about the side of a direction, light leaks or is
-    // lost: no check.
-    if (!(glm::dot(normal_, next) * glm::dot(geometric_, next) > 0.0 &&
-          glm::dot(normal_, prev_) * glm::dot(geometric_, prev_) > 0.0))
-      return;
+    const double least_agreement = std::min(agreement(prev_), agreement(next));
+    if (std::abs(least_agreement) > least_disagreement) findings_.count(Convention::bsdf_leak, least_agreement > 0.0);
+    if (cosine < least_cosine || least_agreement <= 0.0) return;
     const bool is_through = glm::dot(normal_, prev_) * glm::dot(normal_, next) < 0.0;
     bool has_snell = false;
     if (!sample.is_delta)

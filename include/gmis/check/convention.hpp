@@ -33,6 +33,7 @@ enum class Convention : std::uint8_t {
   visible_true,
   transmittance,
   effects,
+  light_value,
   light_choice,
   light_frequency,
   receiver_choice,
@@ -62,6 +63,7 @@ enum class Convention : std::uint8_t {
   bsdf_eta,
   bsdf_two_densities,
   bsdf_delta,
+  bsdf_delta_frequency,
   bsdf_two_reverse_densities,
   bsdf_distribution,
   bsdf_cosine,
@@ -75,6 +77,7 @@ enum class Convention : std::uint8_t {
   bsdf_delta_adjoint,
   bsdf_delta_reverse,
   bsdf_reflects_only,
+  bsdf_leak,
   bsdf_albedo,
   bsdf_albedo_share,
   bsdf_albedo_of_point,
@@ -113,6 +116,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "back",
       "Scene::effects() must name every property that the scene has: what it leaves out may be left out of the "
       "picture",
+      "Light: radiance, weights and densities must be finite and not negative",
       "Scene: sample_light and selection_probability must state the same probability for a light",
       "Scene::selection_probability must be the probability with which sample_light chooses the light",
       "Scene: sample_light(from, u) and selection_probability(light, from) must state the same probability for the "
@@ -161,6 +165,8 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "probability of choosing the lobe; a delta lobe must set is_delta",
       "Bsdf: is_purely_delta must be true exactly where evaluate is 0 everywhere and sample makes delta directions "
       "only; a lobe whose direction is drawn is no delta lobe",
+      "A delta lobe: pdf.forward must be the probability with which sample makes it, such as 1/2 for each of two "
+      "lobes that are chosen alike (not 1 where sample makes something else, too)",
       "ScatterSample::pdf.reverse must be the reverse density that Bsdf::evaluate states for the same directions",
       "Bsdf: pdf.forward must be the density per steradian with which sample makes to_next (forward and reverse "
       "swapped, not normalised, or without a factor of a change of variables: 4 (h · to_next), eta²)",
@@ -182,6 +188,8 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "A delta lobe: pdf.reverse must be the selection probability of the same lobe on the way back",
       "Bsdf::reflects_only must be false where evaluate is not 0 for directions on different sides of the surface: "
       "connections through it are left out",
+      "Bsdf: where the shading and the geometric normal put to_prev or to_next on different sides, evaluate must be 0 "
+      "and sample make nothing: light leaks through the surface otherwise, or does not come back the same way",
       "Bsdf::albedo must be between 0 and 1, and above 0 where light is scattered; a surface whose albedo is above "
       "0 must scatter some (to_prev points away from the surface)",
       "Bsdf::albedo must be near the share of the light that the surface scatters: the mean weight of sample is "

@@ -30,6 +30,15 @@ namespace gmis::detail {
   return std::sqrt(2.0 * values.variance() * logarithm / n) + 3.0 * logarithm / n;
 }
 
+/// False where an event of probability `p` that came `times` times in `count` draws came too often
+/// or too seldom, by Bernstein's inequality; with a probability of at most `level` by chance.
+[[nodiscard]] inline bool fits_frequency(std::size_t times, std::size_t count, double p, double level) noexcept {
+  const double n = static_cast<double>(count), share = static_cast<double>(times) / n;
+  const double logarithm = std::log(2.0 / level);
+  const double reach = std::sqrt(2.0 * std::max(p * (1.0 - p), 0.0) * logarithm / n) + logarithm / n;
+  return std::abs(share - p) <= reach + 1e-4;
+}
+
 /// A density over the sphere that is known and lies near that of a sampler: a tenth is uniform, the
 /// rest uniform over caps around directions that the sampler drew, wide enough to hold a fifth or a
 /// twentieth of its draws.

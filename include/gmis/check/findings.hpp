@@ -179,7 +179,10 @@ class Findings {
   }
   /// The share of cases that may break a convention by rounding.
   [[nodiscard]] static constexpr double tolerated(Convention convention) noexcept {
-    if (convention == Convention::bsdf_reflects_only) return 0.0;  // far from the horizon no rounding hides a side
+    // Far from the horizon no rounding hides a side, and none makes a value of a light negative.
+    if (convention == Convention::bsdf_reflects_only || convention == Convention::bsdf_leak ||
+        convention == Convention::light_value)
+      return 0.0;
     return convention == Convention::hit_normal_slant ? 0.25 : 0.05;
   }
 

@@ -51,13 +51,15 @@ class ScatterStatistics {
     mode_ = other.mode_;
   }
 
-  /// Verdicts on the draws. `level`: bound on the probability of a false alarm of the test of the
-  /// density. Weights have no bound: ten standard errors allow for skewed distributions.
+  /// Verdicts on the draws. `level`: bound on the probability of a false alarm of the tests of the
+  /// densities. Weights have no bound: ten standard errors allow for skewed distributions.
   void judge(Findings& findings, double level) const {
     if (weight_[0].count() < 2) return;
     if (scattered_ > 0)
-      findings.judge(Convention::bsdf_distribution, directions_.passes(level), directions_.integral(),
+      findings.judge(Convention::bsdf_distribution, directions_.passes(level / 2.0), directions_.integral(),
                      directions_.share());
+    if (lobes_.size() <= most_lobes)  // with more of them `Convention::bsdf_delta` is broken
+      for (const DeltaLobe& lobe : lobes_) judge_lobe(findings, lobe, level / (2.0 * most_lobes));
     findings.judge(Convention::bsdf_delta, is_purely_delta_ || deltas_ == 0 || deltas_ < weight_[0].count());
     double weight = 0.0, error = 0.0, albedo = 0.0;
     for (std::size_t c = 0; c < channels; ++c) {
@@ -72,18 +74,23 @@ class ScatterStatistics {
       findings.judge(Convention::bsdf_energy, weight <= 1.02 + 10.0 * error, weight, 1.0);
     findings.judge(Convention::bsdf_albedo, albedo > 0.0 || weight <= 1e-3, albedo, weight);
   }
-  /// Verdict on the albedo, which is a mean over directions: for the draws at many points.
-  void judge_albedo(Findings& findings) const {
-    for (std::size_t c = 0; c < channels; ++c) {
-      const double weight = weight_[c].mean(), albedo = albedo_[c].mean();
-      if (std::max(weight, albedo) < 0.05) continue;
-      const double noise = 10.0 * error_of(weight_[c]);
-      findings.judge(Convention::bsdf_albedo_share, weight <= 2.2 * albedo + noise && weight >= albedo / 2.2 - noise,
-                     albedo, weight);
-    }
+  /// Verdict on an albedo that is too small. It is a mean over directions: for the draws at many
+  /// points.
+  void judge_least_albedo(Findings& findings) const {
+    judge_albedo(findings, [](double weight, double albedo) { return weight - 2.2 * albedo; });
+  }
+  /// Verdict on an albedo that is too large.
+  void judge_most_albedo(Findings& findings) const {
+    judge_albedo(findings, [](double weight, double albedo) { return albedo / 2.2 - weight; });
   }
 
  private:
+  /// The draws of one delta lobe at one point.
+  struct DeltaLobe {
+    V to_next;
+    Moments<double> stated;  ///< its probability, as each draw states it
+  };
+  static constexpr std::size_t most_lobes = 4;
   static constexpr double rounding_of_directions = 200.0 * static_cast<double>(std::numeric_limits<T>::epsilon());
 
   [[nodiscard]] static double channel(const S& s, std::size_t c) {
@@ -91,6 +98,33 @@ class ScatterStatistics {
   }
   [[nodiscard]] static double error_of(const Moments<double>& values) {
     return values.count() < 2 ? 0.0 : std::sqrt(values.variance() / static_cast<double>(values.count()));
+  }
+  void judge_lobe(Findings& findings, const DeltaLobe& lobe, double level) const {
+    const std::size_t count = weight_[0].count(), times = lobe.stated.count();
+    findings.judge(Convention::bsdf_delta_frequency, fits_frequency(times, count, lobe.stated.mean(), level),
+                   lobe.stated.mean(), static_cast<double>(times) / static_cast<double>(count));
+  }
+  /// `excess(weight, albedo)`: positive where they disagree.
+  template <class Excess>
+  void judge_albedo(Findings& findings, const Excess& excess) const {
+    if (weight_[0].count() < 2) return;
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double weight = weight_[c].mean(), albedo = albedo_[c].mean();
+      if (std::max(weight, albedo) < 0.05) continue;
+      findings.judge(Convention::bsdf_albedo_share, excess(weight, albedo) <= 10.0 * error_of(weight_[c]), albedo,
+                     weight);
+    }
+  }
+  void add_delta(const ScatterSample<S>& drawn) {
+    ++deltas_;
+    const V to_next(drawn.to_next);
+    auto lobe = std::find_if(lobes_.begin(), lobes_.end(),
+                             [&](const DeltaLobe& known) { return glm::length(known.to_next - to_next) < 1e-4; });
+    if (lobe == lobes_.end()) {
+      if (lobes_.size() > most_lobes) return;
+      lobe = lobes_.insert(lobe, {to_next, {}});
+    }
+    lobe->stated.add(static_cast<double>(drawn.pdf.forward.value));
   }
   template <class B, class Source>
   [[nodiscard]] auto sample(const B& bsdf, const Vec3<T>& to_prev, Source& source) const {
@@ -118,7 +152,7 @@ class ScatterStatistics {
         sampled_[c].add(is_smooth ? share * weight : 0.0);
       }
     };
-    if (drawn && drawn->is_delta) ++deltas_;
+    if (drawn && drawn->is_delta) add_delta(*drawn);
     if (!is_smooth) {
       add_weight(0.0);
       return directions_.add_failure();
@@ -152,6 +186,7 @@ class ScatterStatistics {
   std::array<Moments<double>, channels> sampled_, integral_;
   std::array<Moments<double>, channels> smooth_weight_, weight_, albedo_;
   std::size_t deltas_ = 0, scattered_ = 0;
+  std::vector<DeltaLobe> lobes_;  ///< at this point: `add` joins none, for another point has other directions
   bool is_purely_delta_ = true;
   TransportMode mode_ = TransportMode::importance;
 };
