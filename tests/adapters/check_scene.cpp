@@ -74,6 +74,51 @@ TEST_CASE("mirrors, glass and metals with smooth normals are sound") {
   }
 }
 
+TEST_CASE("a dark coat seen at grazing angles, and thin leaves, are sound") {
+  using namespace gmis::scene;
+  SceneBuilder<float> builder;
+  const auto coated = builder.add_material(make_coated_diffuse<float>({0.02, 0.02, 0.02}, 1.5, 0.05));
+  const auto leaf = builder.add_material(make_phong<float>({0.2, 0.5, 0.2}, {0.1, 0.1, 0.1}, 10));
+  const std::vector<std::array<int, 3>> square{{0, 2, 1}, {0, 3, 2}};
+  const std::vector<glm::dvec3> floor{{-20, 0, -20}, {20, 0, -20}, {20, 0, 20}, {-20, 0, 20}};
+  builder.add_mesh({floor, square}, coated);
+  // Lenses of two sides each, which meet at an edge, and their smooth normals.
+  gmis::Philox source(gmis_test::seed(21));
+  for (int i = 0; i < 400; ++i) {
+    const auto coordinate = [&](double low, double high) { return low + (high - low) * gmis::uniform<double>(source); };
+    const double x = coordinate(-1, 1), y = coordinate(0.2, 1), z = coordinate(-1, 1);
+    const glm::dvec3 center(x, y, z);
+    const double u = gmis::uniform<double>(source);
+    const auto frame =
+        gmis::Frame<double>::around(gmis::square_to_sphere(gmis::Vec2<double>(u, gmis::uniform<double>(source))));
+    std::vector<glm::dvec3> positions, normals;
+    std::vector<std::array<int, 3>> triangles;
+    constexpr int corners = 6;
+    for (const double side : {-1.0, 1.0}) {
+      const int first = static_cast<int>(positions.size());
+      positions.push_back(center + frame.to_world({0, 0, side * 0.0005}));
+      normals.push_back(side * frame.normal);
+      for (int k = 0; k < corners; ++k) {
+        const double turn = 2 * gmis::pi<double> * k / corners;
+        const glm::dvec3 outward(std::cos(turn), std::sin(turn), 0);
+        positions.push_back(center + frame.to_world(0.05 * outward));
+        normals.push_back(glm::normalize(frame.to_world(outward + side * glm::dvec3(0, 0, 0.4))));
+        const int next = first + 1 + (k + 1) % corners, here = first + 1 + k;
+        triangles.push_back(side > 0 ? std::array{first, here, next} : std::array{first, next, here});
+      }
+    }
+    builder.add_mesh({positions, triangles, normals}, leaf);
+  }
+  builder.add_environment({1, 1, 1});
+  builder.set_camera(look_at({0, 0.3, -5}, {0, 0.4, 0}, {0, 1, 0}, 40, {64, 48}));
+  const auto scene = builder.build();
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    gmis::SceneCheckSettings settings = check_settings();
+    settings.seed = gmis_test::seed(30 + i);
+    CHECK(check_scene(scene, settings).text() == "");
+  }
+}
+
 TEST_CASE("a surface of steps finer than the check looks is no wrong normal") {
   theirs::World world = theirs::make_world(64, 48);
   const auto carved = std::make_shared<theirs::Matt>(theirs::Vector{0.4, 0.4, 0.4});

@@ -150,11 +150,13 @@ class SceneChecker {
     if (beyond < 1e-4 * points_.distance()) return std::nullopt;
     const auto hit = scene_.intersect({Vec3<T>(position + beyond * V(to)), -to});
     if (!hit || glm::length(V(hit->point.position) - position) > 0.02 * beyond) return std::nullopt;
+    // In foliage and at edges another surface may lie as near, whose BSDF is another one.
+    if (glm::dot(V(hit->point.shading_normal), V(point.shading_normal)) < 1.0 - 1e-4) return std::nullopt;
     return hit->bsdf;
   }
   /// The distribution of `sample` at some points of a group, each by itself and all together.
   void draw_directions(std::size_t group, double level) {
-    detail::ScatterStatistics<S> importance, mirrored, radiance;
+    detail::ScatterStatistics<S> importance, radiance, steep;
     std::size_t drawn = 0;
     for (const std::size_t i : points_.of_group(group, settings_.surfaces)) {
       const auto& at = points_.hits()[i];
@@ -167,12 +169,13 @@ class SceneChecker {
                 is_radiance ? TransportMode::radiance : TransportMode::importance, settings_.samples, source_);
       here.judge(findings_, level);
       (is_radiance ? radiance : importance).add(here);
-      if (!is_radiance && detail::has_mirrored_side(normal, V(at.hit.point.geometric_normal), to_prev))
-        mirrored.add(here);
+      // Near grazing angles a dark, smooth coat scatters many times its albedo.
+      if (!is_radiance && std::abs(glm::dot(to_prev, normal)) > 0.4 &&
+          detail::has_mirrored_side(normal, V(at.hit.point.geometric_normal), to_prev))
+        steep.add(here);
     }
     importance.judge(findings_, level);
-    importance.judge_least_albedo(findings_);
-    mirrored.judge_most_albedo(findings_);
+    steep.judge_albedo(findings_);
     radiance.judge(findings_, level);
   }
 

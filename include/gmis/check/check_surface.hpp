@@ -178,7 +178,8 @@ class SurfaceCheck {
 
     const std::optional<B> back = bsdf_for_(sample.to_next);
     if (!back) return;
-    compare_channels(Convention::bsdf_albedo_of_point, back->albedo(), bsdf.albedo(), 1.0, 0.01);
+    // A texture changes that much by the rounding of the position.
+    compare_channels(Convention::bsdf_albedo_of_point, back->albedo(), bsdf.albedo(), 1.0, 0.05);
     if (!sample.is_delta)
       check_way_back(*back, sample, f);
     else
