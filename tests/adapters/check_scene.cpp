@@ -74,7 +74,7 @@ TEST_CASE("mirrors, glass and metals with smooth normals are sound") {
   }
 }
 
-TEST_CASE("a dark coat seen at grazing angles, and thin leaves, are sound") {
+TEST_CASE("a dark coat seen at grazing angles, thin leaves and a thinner sheet are sound") {
   using namespace gmis::scene;
   SceneBuilder<float> builder;
   const auto coated = builder.add_material(make_coated_diffuse<float>({0.02, 0.02, 0.02}, 1.5, 0.05));
@@ -109,6 +109,12 @@ TEST_CASE("a dark coat seen at grazing angles, and thin leaves, are sound") {
     }
     builder.add_mesh({positions, triangles, normals}, leaf);
   }
+  const double thickness = 2e-5;
+  const std::vector<glm::dvec3> above{{-3, 1.5, 1}, {3, 1.5, 1}, {3, 1.5, 4}, {-3, 1.5, 4}};
+  std::vector<glm::dvec3> below = above;
+  for (glm::dvec3& corner : below) corner.y -= thickness;
+  builder.add_mesh({above, square}, leaf);
+  builder.add_mesh({below, std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}}}, leaf);
   builder.add_environment({1, 1, 1});
   builder.set_camera(look_at({0, 0.3, -5}, {0, 0.4, 0}, {0, 1, 0}, 40, {64, 48}));
   const auto scene = builder.build();
