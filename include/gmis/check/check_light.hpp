@@ -132,8 +132,9 @@ class LightCheck {
     const auto emitted = light_.emitted(sample->origin, -sample->to_light);
     if (!check_values(is_sound(emitted.radiance) && is_density(emitted.density))) return;
     const double cos_light = light_.is_infinite() ? 1.0 : cosine(sample->origin.geometric_normal, sample->to_light);
-    if (cos_light < 0.05) return;    // ruled by the rounding of the direction
-    if (is_black(emitted.radiance))  // such as from behind: what is stated of the density is no cause
+    if (cos_light < 0.05) return;  // ruled by the rounding of the direction
+    // A receiver behind the lamp, for example: the weight is wrong, whatever the density is.
+    if (is_black(emitted.radiance))
       return findings_.count(Convention::next_event_weight, false, static_cast<double>(max_channel(sample->weight)),
                              0.0);
     compare(Convention::next_event_emission_density, sample->density, emitted.density);

@@ -193,7 +193,7 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "Bsdf::albedo must be between 0 and 1, and above 0 where light is scattered; a surface whose albedo is above "
       "0 must scatter some (to_prev points away from the surface)",
       "Bsdf::albedo must be near the share of the light that the surface scatters: the mean weight of sample is "
-      "another one, by more than a factor of 2 (a factor such as π in f, or in albedo)",
+      "another one, by more than a factor of 2 and more than 0.1 (a factor such as π in f, or in albedo)",
       "Bsdf::albedo must depend on the point alone, not on the ray that found it",
   };
   return sentences[static_cast<std::size_t>(convention)];
