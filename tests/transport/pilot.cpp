@@ -421,6 +421,23 @@ class FedPilot final : public gmis::AnyPilot<Colour> {
 
 }  // namespace
 
+TEST_CASE("A pilot leaves out the brightest thousandth of its pixels, and at least two", "[pilot]") {
+  const auto left_out = [](std::size_t pixels) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < pixels; ++i) values.push_back(static_cast<double>((7 * i) % pixels));  // a shuffle
+    const double threshold = gmis::detail::firefly_threshold(values);
+    return std::count_if(values.begin(), values.end(), [&](double value) { return value > threshold; });
+  };
+  CHECK(left_out(1000) == 2);
+  CHECK(left_out(1844) == 2);
+  CHECK(left_out(3000) == 3);
+  CHECK(left_out(9217) == 9);
+  CHECK(left_out(3) == 2);
+  CHECK(left_out(2) == 1);
+  CHECK(left_out(1) == 0);
+  CHECK(gmis::detail::firefly_threshold({}) == 0.0);
+}
+
 TEST_CASE("Fireflies in one pixel of both iterations do not make path tracing look free of noise", "[pilot]") {
   // Connections make each path with 99 times the density of emitter hits, and the light of a pixel
   // is 1: its second moment is 1 with connections, 100 with path tracing. A connection, weighted
