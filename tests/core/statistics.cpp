@@ -206,6 +206,12 @@ TEST_CASE("a proposal is checked against its density", "[check]") {
   CHECK(failing.integral == Approx(0.75));
   CHECK_FALSE(check_proposal(SometimesFails{0.78}, 0, 1, source).passes(1e-4));
   CHECK_FALSE(check_proposal(SometimesFails{1.1}, 0, 1, source).passes(1e-4));
+
+  for (const double stated : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    const auto no_density = check_proposal(SometimesFails{stated}, 0, 1, source);
+    CHECK(no_density.test.p_value == 0.0);
+    CHECK_FALSE(no_density.passes(1e-4));
+  }
 }
 
 TEST_CASE("a compensated sum loses nothing that plain summation loses", "[sum]") {

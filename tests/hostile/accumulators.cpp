@@ -1,6 +1,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <initializer_list>
+#include <limits>
 #include <span>
 
 #include "gmis/mis/moments.hpp"
@@ -75,6 +77,26 @@ constexpr Stream streams[] = {{"constant", 0.1F, 0.1F, 2},
 
 TEST_CASE("hostile: streams of two million samples", "[hostile]") {
   for (const Stream& stream : streams) check(stream, 2'000'000, 1e-10, false);
+}
+
+TEST_CASE("hostile: variances of numbers whose squares are too large", "[hostile]") {
+  const auto moments_of = [](std::initializer_list<double> values, int rounds) {
+    gmis::Moments<double> moments;
+    for (int i = 0; i < rounds; ++i)
+      for (const double value : values) moments.add(value);
+    return moments;
+  };
+  for (const int rounds : {1, 2, 1000}) {  // less than a block, and several
+    CAPTURE(rounds);
+    CHECK(moments_of({1e300, 1e300}, rounds).mean() == 1e300);
+    CHECK(moments_of({1e300, 1e300}, rounds).variance() == 0.0);
+    CHECK(moments_of({1e300, 0.0}, rounds).mean() == Approx(5e299));
+    CHECK(moments_of({1e300, 0.0}, rounds).variance() == std::numeric_limits<double>::infinity());
+  }
+  gmis::Moments<double> both = moments_of({1e300, 1e300}, 500);
+  both.merge(moments_of({-1e300, -1e300}, 500));
+  CHECK(std::abs(both.mean()) <= 1e285);
+  CHECK(both.variance() == std::numeric_limits<double>::infinity());
 }
 
 TEST_CASE("hostile: streams of 1e9 samples", "[.][slow]") {

@@ -103,7 +103,11 @@ TEST_CASE("check_estimator: rounds that are not numbers, and rounds without vari
   CHECK(gmis::check_estimator(third, {1.0 / 3.0 + 1e-16, 1e-32}, 100).passes());
   CHECK_FALSE(gmis::check_estimator(third, {0.34, 0.0}, 100).passes());
   CHECK_FALSE(gmis::check_estimator(third, {1.0 / 3.0, 0.1}, 100).passes());
-  CHECK_FALSE(gmis::check_estimator([] { return std::nan(""); }, {0.0, 1.0}, 100).passes());
+  const auto no_numbers = gmis::check_estimator([] { return std::nan(""); }, {0.0, 1.0}, 100);
+  CHECK_FALSE(no_numbers.passes());
+  CHECK(std::isnan(no_numbers.mean));  // nothing was measured
+  CHECK(std::isnan(no_numbers.variance));
+  CHECK(no_numbers.mean_test.p_value == 0.0);
 
   CHECK_THROWS_AS(gmis::check_estimator(third, {0.0, 1.0}, 99), std::invalid_argument);
   CHECK_THROWS_AS(gmis::check_estimator(third, {0.0, 1.0}, 100, 0.0), std::invalid_argument);

@@ -110,6 +110,8 @@ template <class F>
   result.success_share = succeeded / total;
   result.outside = outside;
   result.test = chi_square_test(counts, integrals, settings.smallest_expected);
+  // χ² knows nothing of an expected number that is infinite or NaN.
+  if (!std::isfinite(result.integral)) result.test.p_value = 0;
   return result;
 }
 

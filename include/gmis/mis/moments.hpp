@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -39,7 +40,8 @@ using MeanOf = typename Rebound<S, AccumulatorOf<ScalarOf<S>>>::Type;
 /// Mean and variance of a stream of numbers. Numbers are summed in blocks, as differences from the
 /// mean so far (from the first number, in the first block), and blocks are merged into compensated
 /// sums: nothing is lost to cancellation or to the number of terms, and a number costs two
-/// additions and a multiplication.
+/// additions and a multiplication. Where squares of differences exceed the largest number, the
+/// variance is infinite; the mean needs differences of at most 1/256 of that number.
 template <std::floating_point A>
 class Moments {
  public:
@@ -78,7 +80,10 @@ class Moments {
     if (block_count_ == 0) return;
     const A n = static_cast<A>(block_count_);
     const A offset = block_sum_ / n;
-    const A squared_deviations = std::max(A(0), block_squares_ - block_sum_ * offset);
+    // The difference of two infinities is no number.
+    constexpr A infinity = std::numeric_limits<A>::infinity();
+    const A squared_deviations =
+        block_squares_ < infinity ? std::max(A(0), block_squares_ - block_sum_ * offset) : infinity;
     const std::uint64_t block_count = std::exchange(block_count_, 0);
     block_sum_ = block_squares_ = A(0);
     merge_closed(block_count, shift_ + offset, squared_deviations);
@@ -87,10 +92,16 @@ class Moments {
   // Chan, Golub, LeVeque 1979.
   void merge_closed(std::uint64_t other_count, A other_mean, A other_squared_deviations) noexcept {
     if (other_count == 0) return;
+    if (count_ == 0) {
+      mean_ += other_mean;
+      squared_deviations_ = other_squared_deviations;
+      count_ = other_count;
+      return;
+    }
     const A own_count = static_cast<A>(count_);
-    const A difference = other_mean - mean_of_closed();
+    const A difference = other_mean - mean_.value();
     const A other_share = static_cast<A>(other_count) / (own_count + static_cast<A>(other_count));
-    mean_ += count_ == 0 ? other_mean : difference * other_share;
+    mean_ += difference * other_share;
     squared_deviations_ += other_squared_deviations + difference * difference * own_count * other_share;
     count_ += other_count;
   }

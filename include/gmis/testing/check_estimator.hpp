@@ -22,7 +22,7 @@ struct EstimatorCheck {
   std::uint64_t not_finite = 0;   ///< rounds whose value was NaN or infinite; one of them fails the check
   double level = 0.0;             ///< false-alarm rate of both tests together
   ExactMoments exact{};           ///< of one round
-  double mean = 0.0;              ///< measured
+  double mean = 0.0;              ///< measured; NaN with fewer than two finite rounds, like `variance`
   double variance = 0.0;          ///< of one round, measured about the exact mean
   StatisticalTest mean_test;      ///< z, with the exact variance
   StatisticalTest variance_test;  ///< t, its p-value corrected for the skewness of the squared deviations [Hall 1992]
@@ -89,7 +89,11 @@ requires requires(Round& round) {
       ++check.not_finite;
   }
   const double n = static_cast<double>(values.size());
-  if (values.size() < 2) return check;
+  if (values.size() < 2) {
+    check.mean = check.variance = std::numeric_limits<double>::quiet_NaN();
+    check.mean_test.p_value = check.variance_test.p_value = 0.0;
+    return check;
+  }
 
   // About the exact mean: nothing cancels, and squared deviations are independent of each other.
   // About the measured mean, those of two equally likely values would all err alike.
