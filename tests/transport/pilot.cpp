@@ -422,9 +422,9 @@ class FedPilot final : public gmis::AnyPilot<Colour> {
 }  // namespace
 
 TEST_CASE("A pilot leaves out the brightest thousandth of its pixels, and at least two", "[pilot]") {
-  const auto left_out = [](std::size_t pixels) {
+  const auto left_out = [](std::size_t count) {
     std::vector<double> values;
-    for (std::size_t i = 0; i < pixels; ++i) values.push_back(static_cast<double>((7 * i) % pixels));  // a shuffle
+    for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<double>((7 * i) % count));  // a shuffle
     const double threshold = gmis::detail::firefly_threshold(values);
     return std::count_if(values.begin(), values.end(), [&](double value) { return value > threshold; });
   };
