@@ -36,17 +36,18 @@ namespace gmis {
 
 namespace detail {
 
-/// The threshold that the largest 0.1 % of `values`, and at least two of them, exceed. `values` has
-/// one entry per pixel, the least second moment of all candidates. Pixels above the threshold hold
-/// fireflies that every candidate has; they would otherwise dominate all forecasts. With one pixel
-/// left out of 1844, forecasts of a hall of mirrors were off by a factor of 4, with two by 3.
+/// The threshold that the largest 0.1 % of `values` exceed: two of 1000 to 2999 values, none of
+/// fewer. `values` has one entry per pixel, the least second moment of all candidates. Pixels above
+/// the threshold hold fireflies that every candidate has; they would otherwise dominate all
+/// forecasts. With one pixel left out of 1844, forecasts of a hall of mirrors were off by a factor
+/// of 4, with two by 3.
 [[nodiscard]] inline double firefly_threshold(std::vector<double> values) {
   constexpr std::size_t fewest_left_out = 2;
   if (values.empty()) return 0.0;
-  const std::size_t left_out = std::max(fewest_left_out, trimmed_pixels(values.size()));
-  const std::size_t kept = values.size() > left_out ? values.size() - left_out : 1;
+  const std::size_t thousandth = trimmed_pixels(values.size());
+  const std::size_t left_out = thousandth > 0 ? std::max(fewest_left_out, thousandth) : 0;
   double* const begin = values.data();
-  double* const last = begin + (kept - 1);
+  double* const last = begin + (values.size() - left_out - 1);
   std::nth_element(begin, last, begin + values.size());
   return *last;
 }
