@@ -64,7 +64,7 @@ static_assert(gmis::IsBsdf<OneWayVelvet>());
 
 }  // namespace
 
-TEST_CASE("outdoors: a sky and a leaf with holes, by two integrators without bias") {
+TEST_CASE("outdoors: a sky and a leaf with holes, by two integrators without bias", "[long]") {
   adapter::Leaf leaf;
   const theirs::World world = meadow(20, 16, 0.6, leaf);
   const adapter::Sky sky({0.8, 0.9, 1.2}, {0, 0, 0}, 7);

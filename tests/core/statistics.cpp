@@ -198,7 +198,7 @@ struct AlwaysSucceeds {
 // A rate that is off by 5 % adds 0.05² · 100,000 = 250 to a χ² with some 65 degrees of freedom, a
 // share of failures that is off by 0.03 adds 520 to one with 400: either is missed in less than
 // 1e-8 of the seeds. What is right fails in 1e-4.
-TEST_CASE("a proposal is checked against its density", "[check]") {
+TEST_CASE("a proposal is checked against its density", "[check][long]") {
   Philox source(gmis_test::seed(11));
   const auto right = check_proposal(Exponential{2, 2}, 0, 30, source);
   CHECK(right.passes(1e-4));

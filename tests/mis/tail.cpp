@@ -67,7 +67,7 @@ TEST_CASE("tails of few samples and of equal ones", "[mis]") {
 // N1 of a Cauchy integrand with normal proposals: infinite variance, and estimates that miss a part
 // of the integral with a standard error that knows nothing of it. k̂ is about 0.86 with a standard
 // error of 0.06 here, and the limit 0.625.
-TEST_CASE("an integrand with heavier tails than its proposals is flagged", "[mis]") {
+TEST_CASE("an integrand with heavier tails than its proposals is flagged", "[mis][long]") {
   const std::array<test::Normal, 2> normals{{{-1.0, 1.0}, {1.0, 1.0}}};
   for (std::uint64_t seed = 0; seed < 2; ++seed) {
     gmis::Philox source(gmis_test::seed(200 + seed)), again(gmis_test::seed(200 + seed));

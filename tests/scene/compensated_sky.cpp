@@ -31,7 +31,7 @@ gmis_test::Mean render(const Scene& scene, const gmis::SampleCounts& counts, std
 
 // 2 skies × 3 comparisons, false-alarm rate 1e-4 in all. Light tracing lacks what is seen in the
 // mirror ball. The glossy ball seldom meets the sun: with fewer iterations means are not normal.
-TEST_CASE("a compensated sky gives no more and no less light", "[environment]") {
+TEST_CASE("a compensated sky gives no more and no less light", "[environment][long]") {
   const double level = gmis::sidak_level(1e-4, 6);
   constexpr int iterations = 600;
   std::uint64_t seed = gmis_test::seed(86);

@@ -336,7 +336,7 @@ gmis_test::Mean mean_and_error(const Scene& scene, const gmis::SampleCounts& cou
 
 }  // namespace
 
-TEST_CASE("Every kind of light keeps its energy near, far and behind, beside a lamp, and so does a furnace") {
+TEST_CASE("Every kind of light keeps its energy near, far and behind, beside a lamp, and so does a furnace", "[long]") {
   using Scene = BvhScene<float>;
   const auto all = worlds();
   // One false alarm in a thousand seeds.

@@ -126,7 +126,7 @@ TEST_CASE("pictures of low-discrepancy numbers do not depend on who renders them
 // Runs with other seeds are independent: each says how far its own squared error, the mean over 64
 // pixels, is from what is claimed of it. Two comparisons with a false alarm in a thousandth of the
 // seeds, by Student's t over the runs.
-TEST_CASE("low-discrepancy numbers leave less noise, and the stated error is the true one") {
+TEST_CASE("low-discrepancy numbers leave less noise, and the stated error is the true one", "[long]") {
   using gmis_test::ways::Pt;
   constexpr int runs = 48, iterations = 8 * 8;
   gmis_test::Family family(1e-3, 2);
