@@ -170,7 +170,7 @@ TEST_CASE("Instances are counted before they are copied") {
   CHECK_THAT(pbrt_error(text, small_memory), Contains("--max-memory"));
 }
 
-TEST_CASE("Objects without an instance are counted, and subdivision before it is done") {
+TEST_CASE("Objects without an instance are counted, and subdivision before it is done", "[long]") {
   std::string objects = "WorldBegin ObjectBegin \"many\"\n";
   for (int i = 0; i < 200; ++i) objects += "Shape \"sphere\" \"float phimax\" 350\n";  // 16384 triangles each
   CHECK_THAT(pbrt_error(objects + "ObjectEnd\n" + triangle, small_memory),

@@ -84,7 +84,8 @@ const double level = sidak_level(1e-3, 100);
 
 }  // namespace
 
-TEST_CASE("sheets, coated metals and varying materials draw with the densities they state, and make no energy") {
+TEST_CASE("sheets, coated metals and varying materials draw with the densities they state, and make no energy",
+          "[long]") {
   Philox source(gmis_test::seed(311));
   for (const auto& [name, material] : new_lobes())
     for (const double u : {0.1, 0.8})

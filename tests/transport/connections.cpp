@@ -8,6 +8,7 @@
 #include "gmis/transport/allocation/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/family.hpp"
+#include "support/fewer.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 #include "transport/furnace_engines.hpp"
@@ -23,15 +24,9 @@ namespace {
 
 using namespace gmis;
 namespace ways = gmis_test::ways;
+using gmis_test::fewer;
 using gmis_test::Series;
 
-// The sanitizers look at how memory is used, and take twenty times as long: there a tenth of the
-// iterations is enough, and the standard errors may be larger.
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int fewer = 10;
-#else
-constexpr int fewer = 1;
-#endif
 using Furnace = gmis_test::FurnaceScene<float>;
 
 // Bpt with four numbers of connections and trees, connections alone in two forms, and what a pilot

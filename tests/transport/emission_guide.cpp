@@ -51,7 +51,8 @@ typename Aim<T>::Radii uneven_radii(double scale) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("A table on the unit square: its mean is 1, and samples follow it", "[emission]", float, double) {
+TEMPLATE_TEST_CASE("A table on the unit square: its mean is 1, and samples follow it", "[emission][long]", float,
+                   double) {
   using T = TestType;
   Philox source(gmis_test::seed(3));
   for (const double share : {0.05, 0.5}) {

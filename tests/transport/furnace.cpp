@@ -127,7 +127,7 @@ TEST_CASE("every integrator finds the closed form of the uniform furnace at ever
   }
 }
 
-TEST_CASE("where merging makes nearly all of the light it makes the right amount") {
+TEST_CASE("where merging makes nearly all of the light it makes the right amount", "[long]") {
   // Emitter hits and merging alone, with enough photons that merging has nine tenths of all that is
   // not seen directly: a wrong area of its disk or number of photons shows in full.
   gmis::RenderSettings settings;
@@ -145,7 +145,7 @@ TEST_CASE("where merging makes nearly all of the light it makes the right amount
   CHECK(measured.counters.merges > measured.counters.camera_paths);
 }
 
-TEST_CASE("each iteration merges within the radius of its own") {
+TEST_CASE("each iteration merges within the radius of its own", "[long]") {
   // As above, with a radius that shrinks fast, iterations 2 and 3 of many runs: photons found
   // within the radius of the iteration before would be 1.7 and 1.4 times too many, photons divided
   // by the number of another disk likewise.
