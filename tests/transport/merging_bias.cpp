@@ -321,7 +321,7 @@ double left_on_curved_wall(std::uint32_t iterations) {
   return made_up / bias - 1;
 }
 
-TEST_CASE("The bias of merging is at most what a run says, and a long run says not much more", "[long]") {
+TEST_CASE("The bias of merging is at most what a run says, and a long run says not much more", "[slow]") {
   // On the furnace's curved wall merging loses light everywhere alike (furnace_techniques.cpp), and
   // the true value is known. With a normal estimate each bound holds with a probability of 97.7 %:
   // seven or more of 40 fail with a chance of 3e-5. A run of 24 iterations has a pilot of two with

@@ -301,7 +301,7 @@ TEST_CASE("What merging changes in the pilot's picture is what it says of the ca
   CHECK(greatest > 0.01F);
 }
 
-TEST_CASE("A pilot sees the bias of merging", "[pilot][long]") {
+TEST_CASE("A pilot sees the bias of merging", "[pilot][slow]") {
   // On the curved wall a photon whose light comes from below the camera vertex's horizon is lost:
   // r²/8 of the light that is merged (furnace_techniques.cpp); a wide disk loses more, the photons
   // whose normals are too far apart (`Merge::least_normal_cosine`). What runs lose is measured with
