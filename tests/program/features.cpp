@@ -276,7 +276,8 @@ TEST_CASE("every small scene shows what it must, by paths from the camera and fr
       CAPTURE(i, camera[i].mean(), camera[i].standard_error(), both[i].mean(), both[i].standard_error());
       const double both_errors = std::hypot(camera[i].standard_error(), both[i].standard_error());
       CHECK(std::abs(camera[i].mean() - both[i].mean()) <= quantile * both_errors + 1e-5 * (1 + both[i].mean()));
-      // So that 6 % would show; the one pixel that has all of the light has it all or not at all.
+      // So that 6 % would show, 12 % under the sanitizers; the one pixel that has all of the light
+      // has it all or not at all.
       if (name != "bright_pixel")
         CHECK(quantile * both_errors < 0.06 * std::sqrt(gmis_test::fewer) * (1 + both[i].mean()));
       if (known.empty()) continue;

@@ -2,9 +2,9 @@
 
 namespace gmis_test {
 
-/// The factor by which a long test divides its iterations: 1, but under the sanitizers 4. They look
-/// at how memory is used, and take twenty times as long. A standard error is then twice as large,
-/// and so may be the bounds that a test sets on it.
+/// The factor by which a long test divides its iterations: 1, but under the sanitizers 4, since
+/// code runs ten times as long there. The bounds on standard errors, which say what a test would
+/// notice, grow by its root there; no other bound does.
 #ifdef GMIS_UNDER_SANITIZERS
 constexpr int fewer = 4;
 #else
