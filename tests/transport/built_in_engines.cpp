@@ -5,6 +5,7 @@ namespace gmis {
 template class Engine<scene::BvhScene<float>, CameraSide>;
 template class Engine<scene::BvhScene<float>, BothSides>;
 template class Engine<scene::BvhScene<float>, SplitTrees>;
+template class Engine<scene::BvhScene<float>, PilotMethod>;
 template class Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>;
 template class Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gmis/scene/bvh_scene.hpp"
+#include "gmis/transport/allocation/pilot.hpp"
 #include "gmis/transport/engine/engine.hpp"
 #include "gmis/transport/splitting/split_trees.hpp"
 #include "transport/shifted_lattice.hpp"
@@ -15,6 +16,7 @@ namespace gmis {
 extern template class Engine<scene::BvhScene<float>, CameraSide>;
 extern template class Engine<scene::BvhScene<float>, BothSides>;
 extern template class Engine<scene::BvhScene<float>, SplitTrees>;
+extern template class Engine<scene::BvhScene<float>, PilotMethod>;
 extern template class Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>;
 extern template class Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>;
 

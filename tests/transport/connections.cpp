@@ -8,7 +8,6 @@
 #include "gmis/transport/allocation/render_engine.hpp"
 #include "support/catch.hpp"
 #include "support/family.hpp"
-#include "support/fewer.hpp"
 #include "support/seed.hpp"
 #include "transport/built_in_engines.hpp"
 #include "transport/furnace_engines.hpp"
@@ -24,7 +23,6 @@ namespace {
 
 using namespace gmis;
 namespace ways = gmis_test::ways;
-using gmis_test::fewer;
 using gmis_test::Series;
 
 using Furnace = gmis_test::FurnaceScene<float>;
@@ -55,18 +53,17 @@ void check(const Series& means) {
   CAPTURE(truth, means.mean(), means.standard_error());
   const double by_chance = chance(means);
   CHECK(std::abs(means.mean() - truth) < by_chance + 1e-3 * truth);
-  CHECK(means.standard_error() < 2e-3 * std::sqrt(fewer) * truth);
+  CHECK(means.standard_error() < 2e-3 * truth);
 }
 
-void check_bpt(const RenderSettings& settings, int wanted) {
+void check_bpt(const RenderSettings& settings, int iterations) {
   const Furnace scene(0.7F, 1.0F, 16, 2);
   Engine<Furnace> engine(scene, ways::Bpt::settings(settings));
-  check(gmis_test::means_of_iterations(engine, std::max(2, wanted / fewer)));
+  check(gmis_test::means_of_iterations(engine, iterations));
 }
 
 /// The mean of the connections of two light and two camera vertices without their weight.
-Series connections_alone(const RenderSettings& settings, int wanted) {
-  const int iterations = std::max(2, wanted / fewer);
+Series connections_alone(const RenderSettings& settings, int iterations) {
   const Furnace scene(0.7F, 1.0F, 16, 1);
   Engine<Furnace> engine(scene, ways::Bpt::settings(settings));
   engine.keep_contributions(true);
@@ -118,7 +115,7 @@ TEST_CASE("any number of connections from the cache makes the same light as the 
       const double truth = 0.7 * 0.7, by_chance = chance(alone);
       CAPTURE(alone.mean(), alone.standard_error(), truth);
       CHECK(std::abs(alone.mean() - truth) < by_chance + 1e-5);
-      CHECK(alone.standard_error() < 2e-3 * std::sqrt(fewer) * truth);
+      CHECK(alone.standard_error() < 2e-3 * truth);
     }
   SECTION("few trees, each used by many pixels") {
     RenderSettings settings = settings_with(2);
@@ -146,7 +143,7 @@ TEST_CASE("counts that a pilot chooses leave the light as it is, and stay as the
   const Furnace scene(0.7F, 1.0F, 16, 2);
   RenderEngine<float> engine(engines_with_pilot(scene), settings, all_candidates(), 250);
   SerialExecutor executor;
-  const int iterations = std::max(4, 250 / fewer);
+  const int iterations = 250;
   Series means;
   std::optional<SampleCounts> chosen;
   for (int i = 0; i < iterations; ++i) {

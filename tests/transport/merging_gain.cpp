@@ -11,6 +11,7 @@
 #include "gmis/transport/state/integrators.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 #include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/sun_on_square.hpp"

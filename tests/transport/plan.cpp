@@ -8,6 +8,7 @@
 #include "gmis/transport/plan/effect_switches.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
+#include "transport/built_in_engines.hpp"
 #include "transport/ways.hpp"
 
 // The rules, over all scenes that effects can describe, against paths enumerated event by event:

@@ -10,6 +10,7 @@
 #include "support/family.hpp"
 #include "support/seed.hpp"
 #include "support/series.hpp"
+#include "transport/furnace_engines.hpp"
 #include "transport/furnace_scene.hpp"
 #include "transport/ways.hpp"
 

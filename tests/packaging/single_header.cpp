@@ -3,10 +3,8 @@
 #include <cmath>
 #include <cstdlib>
 
-// The single header alone: an estimate, a scene of the built-in layer and its effects. Another file
-// includes it, too.
-
-double from_second_unit();
+// The single header alone: an estimate, a scene of the built-in layer and its effects. That two
+// files may include the same headers is tested in tests/linkage.
 
 namespace {
 struct Half {
@@ -25,5 +23,5 @@ int main() {
   const auto scene = builder.build();
   const auto hit = scene.intersect({{0, 0, 0}, {0, 0, 1}});
   const bool is_right = std::abs(estimate.mean - 0.5) < 0.02 && hit && std::abs(hit->point.position.z - 4.0F) < 1e-3F;
-  return is_right && from_second_unit() == 1.0 ? EXIT_SUCCESS : EXIT_FAILURE;
+  return is_right ? EXIT_SUCCESS : EXIT_FAILURE;
 }
