@@ -2,8 +2,9 @@
 examples/one_dimension.cpp, text in kB, and peak memory in MB.
 
 With g++ and, where it is installed, clang++ (but for the whole program), without a compiler cache.
-A time is the least of --runs compilations, as many for each program; a whole program is the sum of
-its files, compiled once, and the memory is that of the largest.
+A time is the least of --runs compilations, as many for each program. The first program is compiled
+before each of them, and the ratio is the median of those to it: a machine that grows slower slows
+both. A whole program is the sum of its files, compiled once, and the memory is that of the largest.
 Writes the table in docs/your-renderer.md.
 
   --check        compiles with the default compiler, several at a time, and compares text with that
@@ -19,6 +20,7 @@ import pathlib
 import re
 import shlex
 import shutil
+import statistics
 import subprocess
 import sys
 
@@ -67,24 +69,31 @@ def text_of(objects):
     return sum(int(line.split()[0]) for line in said.splitlines()[1:])
 
 
-def compiled(command, output, runs):
+def compiled(command, output):
     """Processor seconds, megabytes, text of one file. Without ccache: the command names the
     compiler itself."""
-    costs = [processor_cost([*command, "-o", output]) for _ in range(runs)]
-    return min(seconds for seconds, _ in costs), max(megabytes for _, megabytes in costs), text_of([output])
+    return *processor_cost([*command, "-o", output]), text_of([output])
 
 
-def measure(options, compiler, program, runs):
-    return compiled([compiler, *FLAGS, *program.flags, "-c", program.source], options.out / f"{pathlib.Path(program.source).stem}.o", runs)
+def measure(options, compiler, program):
+    return compiled([compiler, *FLAGS, *program.flags, "-c", program.source], options.out / f"{pathlib.Path(program.source).stem}.o")
+
+
+def measure_beside_first(options, compiler, program):
+    """Seconds, ratio, text, megabytes."""
+    pairs = [(measure(options, compiler, FIRST), measure(options, compiler, program)) for _ in range(options.runs)]
+    seconds, megabytes, text = zip(*(costs for _, costs in pairs))
+    return min(seconds), statistics.median(costs[0] / first[0] for first, costs in pairs), text[0], max(megabytes)
 
 
 def measure_whole(options, compiler):
-    """All files of gmis-render and of the libraries it links, from a clean folder."""
+    """All files of gmis-render and of the libraries it links, from a clean folder, as
+    `measure_beside_first` has it: the first program after every tenth file."""
     subprocess.run(["cmake", "--preset", WHOLE_PRESET, "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
     folder = pathlib.Path("build") / WHOLE_PRESET
     built = subprocess.run(["ninja", "-C", folder, "-t", "inputs", WHOLE_TARGET], check=True, capture_output=True, text=True).stdout.split()
     sources = {str((folder / word).resolve()) for word in built if word.endswith(".cpp")}
-    seconds, megabytes, text = 0.0, 0.0, 0
+    seconds, megabytes, text, files, first = 0.0, 0.0, 0, 0, []
     for entry in json.loads((folder / "compile_commands.json").read_text()):
         # A source may belong to other programs, too, which are those of bench/.
         if entry["file"] not in sources or " -o bench/" in entry["command"]:
@@ -99,9 +108,11 @@ def measure_whole(options, compiler):
             header = next(i for i, word in enumerate(words) if "cmake_pch" in word)
             del words[header - 1:header + 1]
         words = [word for word in words if word != "-Winvalid-pch"]
-        costs = compiled([compiler, *words, "-O2", "-c", entry["file"]], (options.out / "program.o").resolve(), 1)
-        seconds, megabytes, text = seconds + costs[0], max(megabytes, costs[1]), text + costs[2]
-    return seconds, megabytes, text
+        if files % 10 == 0:
+            first.append(measure(options, compiler, FIRST)[0])
+        costs = compiled([compiler, *words, "-O2", "-c", entry["file"]], (options.out / "program.o").resolve())
+        seconds, megabytes, text, files = seconds + costs[0], max(megabytes, costs[1]), text + costs[2], files + 1
+    return seconds, seconds / statistics.mean(first), text, megabytes
 
 
 def kept_figures():
@@ -116,7 +127,7 @@ def check(options):
         return 0
     has_grown = False
     programs = [program for program in PROGRAMS if program.is_checked and is_there(program)]
-    for program, (seconds, _, text) in in_parallel(lambda program: measure(options, os.environ.get("CXX", "g++"), program, 1), programs):
+    for program, (seconds, _, text) in in_parallel(lambda program: measure(options, os.environ.get("CXX", "g++"), program), programs):
         before = kept.get(program.name)
         grown = before is None or text > LIMIT * before
         has_grown |= grown
@@ -128,7 +139,7 @@ def check(options):
 
 
 def keep(options):
-    rows = [(program.name, measure(options, os.environ.get("CXX", "g++"), program, 1)[2]) for program in PROGRAMS
+    rows = [(program.name, measure(options, os.environ.get("CXX", "g++"), program)[2]) for program in PROGRAMS
             if program.is_checked and is_there(program)]
     KEPT.write_text("\n".join(["# Bytes of text at -O2. Written by ./run bench compile --keep; checked by --check.", f"# {compiler_name()}",
                                *(f"{text}  {name}" for name, text in rows)]) + "\n")
@@ -149,7 +160,6 @@ def run(options):
     wanted = lambda name: not options.programs or any(word in name for word in options.programs)
     compilers = [compiler for compiler in options.compilers if shutil.which(compiler)]
     table = Table("", *(f"{compiler}: {what}" for compiler in compilers for what in ("seconds", "ratio", "text, kB", "peak, MB")), numbers_from=1)
-    first = {compiler: measure(options, compiler, FIRST, options.runs) for compiler in compilers}
 
     def add(name, costs_of):
         cells = []
@@ -157,13 +167,13 @@ def run(options):
             if not (costs := costs_of(compiler)):
                 cells += [""] * 4
                 continue
-            seconds, megabytes, text = costs
-            cells += [f"{seconds:.1f}", f"{seconds / first[compiler][0]:.1f}", f"{text / 1000:.0f}", f"{megabytes:.0f}"]
+            seconds, ratio, text, megabytes = costs
+            cells += [f"{seconds:.1f}", f"{ratio:.1f}", f"{text / 1000:.0f}", f"{megabytes:.0f}"]
         table.add(name, *cells)
 
     for program in PROGRAMS:
         if wanted(program.name) and is_there(program):
-            add(program.name, first.get if program is FIRST else lambda compiler, p=program: measure(options, compiler, p, options.runs))
+            add(program.name, lambda compiler, p=program: measure_beside_first(options, compiler, p))
     if wanted("whole gmis-render"):
         add("all of `gmis-render`", lambda compiler: measure_whole(options, compiler) if compiler == compilers[0] else None)
     versions = ", ".join(subprocess.run([c, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0] for c in compilers)
