@@ -81,14 +81,17 @@ def measure(options, compiler, program):
 
 def measure_beside_first(options, compiler, program):
     """Seconds, ratio, text, megabytes."""
-    pairs = [(measure(options, compiler, FIRST), measure(options, compiler, program)) for _ in range(options.runs)]
+    pairs = []
+    for _ in range(options.runs):
+        first = measure(options, compiler, FIRST)
+        pairs.append((first, first if program is FIRST else measure(options, compiler, program)))
     seconds, megabytes, text = zip(*(costs for _, costs in pairs))
     return min(seconds), statistics.median(costs[0] / first[0] for first, costs in pairs), text[0], max(megabytes)
 
 
 def measure_whole(options, compiler):
-    """All files of gmis-render and of the libraries it links, from a clean folder, as
-    `measure_beside_first` has it: the first program after every tenth file."""
+    """Seconds, ratio, text, megabytes of all files of gmis-render and of the libraries it links,
+    from a clean folder. The first program is compiled before every tenth of them."""
     subprocess.run(["cmake", "--preset", WHOLE_PRESET, "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
     folder = pathlib.Path("build") / WHOLE_PRESET
     built = subprocess.run(["ninja", "-C", folder, "-t", "inputs", WHOLE_TARGET], check=True, capture_output=True, text=True).stdout.split()

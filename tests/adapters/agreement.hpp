@@ -73,10 +73,10 @@ TileMeans tiles_of(const Sc& scene, const gmis::SampleCounts& counts, std::uint6
 }
 
 /// Every tile of both has the same mean, and so has the picture. One false alarm in a million runs
-/// for all tiles together, one in ten thousand for the picture, which sees a difference of `power`,
-/// 10 %, and mostly one of half of it. Student's t with the iterations of both (Welch's degrees of
-/// freedom are at least those of one).
-inline void check_same_picture(const TileMeans& a, const TileMeans& b, double power = 0.1) {
+/// for all tiles together, one in ten thousand for the picture, which sees a difference of 10 % and
+/// mostly one of 5 %. Student's t with the iterations of both (Welch's degrees of freedom are at
+/// least those of one).
+inline void check_same_picture(const TileMeans& a, const TileMeans& b) {
   REQUIRE(a.mean.size() == b.mean.size());
   Family tiles(1e-6, a.mean.size()), picture(1e-4, 1);
   const std::size_t count = std::min(a.count, b.count);
@@ -90,7 +90,7 @@ inline void check_same_picture(const TileMeans& a, const TileMeans& b, double po
   const double by_chance = picture.limit(count) * error;
   CHECK(std::abs(a.picture.mean() - b.picture.mean()) <= by_chance);
   CHECK(a.picture.mean() > 0);
-  CHECK(by_chance < power * a.picture.mean());
+  CHECK(by_chance < 0.1 * a.picture.mean());
   CHECK(tiles.is_complete());
 }
 

@@ -19,7 +19,7 @@ import sys
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
-STANDARD_BYTES = 20000  # a header of the standard library takes about as long as so much of this library
+STANDARD_BYTES = 20000  # of this library take about as long as a header of the standard library
 
 
 class Headers:
