@@ -31,8 +31,7 @@ using Scene = gmis_test::FurnaceScene<float>;
 using gmis_test::Series;
 constexpr float albedo = 0.7F;
 constexpr int size = 12, pixels = size * size;
-/// From here all pixels are alike: the pilot draws two children in a quarter of them, and these
-/// speak for all.
+/// From here all pixels are alike.
 constexpr gmis::Vec3<float> centre{0, 0, 0};
 
 gmis::RenderSettings settings() {

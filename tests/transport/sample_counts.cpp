@@ -165,6 +165,12 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
   CHECK(refused([](Settings& s) { s.max_depth = 1; }).empty());
   CHECK(refused([](Settings& s) { s.max_depth = 256; }).empty());
   CHECK(refused([](Settings& s) { s.counts.radius_factor = 0.0; }).find("radius_factor") != std::string::npos);
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  CHECK(refused([](Settings& s) { s.counts.radius_factor = inf; }).find("radius_factor") != std::string::npos);
+  CHECK(refused([](Settings& s) { s.radius = 1e20; }).find("too large") != std::string::npos);  // 1e40 is no float
+  CHECK(refused([](Settings& s) { s.radius.reset(), s.counts.radius_factor = 1e20; }).find("too large") !=
+        std::string::npos);
+  CHECK(refused([](Settings& s) { s.radius = 1e20, s.counts.merges = false; }).empty());
   CHECK(refused([](Settings& s) { s.emission = gmis::Emission::learned; }).find("cannot be guided") !=
         std::string::npos);
   CHECK(refused([](Settings& s) { s.counts.light_paths = 4294967296.0 / 144; }).find("light_paths") !=
@@ -196,6 +202,14 @@ TEST_CASE("Settings that mean nothing are refused, with what to change") {
     CHECK(message_of([&] {
             gmis::RenderEngine<float> engine(engines, settings(), two, 64);
           }).find("engines_with_pilot") != std::string::npos);
+  const auto pilot_refused = [&](const gmis::SampleCounts& counts) {
+    gmis::RenderSettings of_pilot = settings();
+    of_pilot.counts = counts;
+    return message_of([&] { gmis::RenderPilot<Scene> pilot(scene, of_pilot, two, 64); });
+  };
+  CHECK(pilot_refused({1.0, 1, true, true}).empty());
+  CHECK(pilot_refused({1.0, 1, true, false}).find("a candidate has a technique") != std::string::npos);
+  CHECK(pilot_refused(gmis::integrators::pt).find("a candidate has a technique") != std::string::npos);
 }
 
 TEST_CASE("The merging radius that nobody sets follows the picture") {

@@ -33,8 +33,10 @@ struct RunPart {
 /// Settings and limits of a whole rendering, and which results it keeps. `automatic_request` fills
 /// in the counts and the candidates by the scene.
 struct RenderRequest {
-  RenderSettings settings;                ///< techniques and counts, seed, depth, radius
-  std::vector<SampleCounts> candidates;   ///< counts that a pilot chooses from; below two: `settings.counts` are used
+  RenderSettings settings;  ///< techniques and counts, seed, depth, radius
+  /// The counts that a pilot chooses from. One: these counts, without a pilot; none:
+  /// `settings.counts`. With two or more, `settings.counts` must have every technique of theirs.
+  std::vector<SampleCounts> candidates;
   std::uint32_t expected_iterations = 0;  ///< length of the run that the pilot chooses for
   std::optional<PixelBounds> crop;        ///< the part to render, clipped to the frame; unset: the whole frame
 

@@ -75,8 +75,9 @@ class RenderRun {
 
   /// Goes on from a checkpoint of a run with the same scene and request; limits, threads and
   /// callbacks may differ. The pictures then have the bits of a run that was never interrupted.
-  /// Throws `std::invalid_argument` that says what differs, or that the bytes are damaged; this
-  /// rendering is then unchanged. Call it before the first iteration.
+  /// Throws `std::invalid_argument` that says what differs; this rendering is then unchanged. It
+  /// throws, too, where the digest is right and the state has another length, as that of another
+  /// scene with the same name: do not use this rendering then. Call it before the first iteration.
   GMIS_RARE void resume(std::span<const std::byte> bytes);
 
   /// Adds the latest iteration to the convergence log unless it is there.

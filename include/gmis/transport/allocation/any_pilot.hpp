@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/attributes.hpp"
 #include "gmis/core/executor_ref.hpp"
 #include "gmis/core/math.hpp"
@@ -97,11 +98,19 @@ class AnyPilot {
   }
 
  protected:
-  /// The candidates, and the counts that the pilot renders with.
+  /// The candidates, and the counts that the pilot renders with. Throws `std::invalid_argument` for
+  /// a candidate with a technique that the pilot lacks, of which no sample would tell anything.
   GMIS_RARE AnyPilot(std::vector<SampleCounts> candidates, const SampleCounts& made)
       : candidates_(std::move(candidates)), made_(made) {
     shape_.made = made_;
-    for (const SampleCounts& candidate : candidates_) shape_.add(candidate);
+    for (const SampleCounts& candidate : candidates_) {
+      for (const Technique technique : all_techniques)
+        require_argument(
+            made_.has(technique) || !candidate.has(technique),
+            "a candidate has a technique that is off in RenderSettings::counts, so a pilot cannot forecast "
+            "it: switch on there every technique that any candidate has");
+      shape_.add(candidate);
+    }
     missing_.assign(shape_.count, 0.0);
     biases_.assign(shape_.count, {});
     variance_.assign(shape_.count, 0.0);
