@@ -15,10 +15,12 @@ namespace gmis {
 
 extern template class Engine<scene::BvhScene<float>, CameraSide>;
 extern template class Engine<scene::BvhScene<float>, BothSides>;
+#ifndef GMIS_UNDER_SANITIZERS
 extern template class Engine<scene::BvhScene<float>, SplitTrees>;
 extern template class Engine<scene::BvhScene<float>, PilotMethod>;
 extern template class Engine<scene::BvhScene<float>, CameraSide, gmis_test::ShiftedLattice>;
 extern template class Engine<scene::BvhScene<float>, BothSides, gmis_test::ShiftedLattice>;
+#endif
 
 }  // namespace gmis
 #endif
