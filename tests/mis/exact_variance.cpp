@@ -267,3 +267,64 @@ TEST_CASE("exact variances with a sample allocation", "[mis]") {
   CHECK_THROWS_AS(gmis::exact_moments(Scheme::R2, many, larger), std::invalid_argument);
   CHECK_THROWS_AS(gmis::exact_moments(Scheme::N2, many, larger), std::invalid_argument);
 }
+
+// Binomial coefficients of these counts are outside the range of double. The exact moments of two
+// proposals are sums over the number of samples of the first, here by logarithms.
+TEST_CASE("exact moments of N2 and R2 with a thousand samples", "[mis]") {
+  const std::array<test::Normal, 2> normals{{{-1.0, 2.0}, {1.0, 2.0}}};
+  const std::array<double, 2> ends{-12.0, 12.0};
+  const auto nodes = gmis::composite_gauss_legendre(ends, 8);
+  const gmis::TabulatedProblem problem([](double x) { return test::Normal{0.0, 1.0}.pdf(x); }, normals, nodes);
+  const auto log_binomial = [](double n, double k) {
+    return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
+  };
+  std::vector<double> density(problem.node_count()), divided(problem.node_count());
+  const auto divide = [&](double a, double b) {  // by the mean density of a samples of the first and b of the second
+    for (std::size_t i = 0; i < density.size(); ++i)
+      density[i] = a * problem.densities(0)[i] + b * problem.densities(1)[i];
+    problem.divide(a + b, density.data(), divided.data());
+  };
+  using Counts = std::vector<std::uint32_t>;
+  for (const Counts& counts : {Counts{1, 1030}, Counts{3, 1200}, Counts{2, 3}}) {
+    CAPTURE(counts);
+    const double n0 = counts[0], n1 = counts[1], n = n0 + n1;
+    double second = 0.0;
+    for (double a = 0.0; a <= n0; ++a)
+      for (double b = 0.0; b <= n1; ++b) {
+        if (a + b == 0.0) continue;
+        divide(a, b);
+        const double probability = std::exp(log_binomial(n0, a) + log_binomial(n1, b) - log_binomial(n, a + b)) / n;
+        second += probability * problem.squared_over(divided.data());
+      }
+    const auto moments = gmis::exact_moments(Scheme::N2, gmis::SampleAllocation<double>(counts), problem);
+    CHECK(moments.mean == Approx(1.0).epsilon(1e-11));
+    CHECK(moments.variance == Approx((second - 1.0) / n).epsilon(1e-8));
+  }
+  for (const Counts& counts : {Counts{882, 882}, Counts{1080, 120}, Counts{1199, 1}, Counts{4, 3}}) {
+    CAPTURE(counts);
+    const double n = counts[0] + counts[1], alpha = counts[0] / n;
+    double variance = 0.0;
+    for (double a = 0.0; a <= n; ++a) {
+      divide(a, n - a);
+      const double probability = std::exp(log_binomial(n, a) + a * std::log(alpha) + (n - a) * std::log(1.0 - alpha));
+      const double first = problem.mean_under(0, divided.data()), other = problem.mean_under(1, divided.data());
+      variance += probability *
+                  (problem.squared_over(divided.data()) / n - (a * first * first + (n - a) * other * other) / (n * n));
+    }
+    const auto moments = gmis::exact_moments(Scheme::R2, gmis::SampleAllocation<double>(counts), problem);
+    CHECK(moments.mean == Approx(1.0).epsilon(1e-11));
+    CHECK(moments.variance == Approx(variance).epsilon(1e-8));
+  }
+  // A proposal that R2 never draws, before others and after them.
+  for (const auto& weights : {std::vector{0.0, 1.0}, std::vector{1.0, 0.0}}) {
+    const std::size_t drawn = weights[0] > 0.0 ? 0 : 1;
+    const gmis::TabulatedProblem alone(
+        [](double x) {
+          return test::Normal{0.0, 1.0}.pdf(x);
+        },
+        std::array{normals[drawn]}, nodes);
+    const auto moments = gmis::exact_moments(Scheme::R2, gmis::SampleAllocation<double>(weights, 40), problem);
+    CHECK(moments.mean == Approx(1.0).epsilon(1e-11));
+    CHECK(moments.variance == Approx(gmis::exact_variance(Scheme::N3, alone) / 40.0).epsilon(1e-10));
+  }
+}

@@ -55,17 +55,35 @@ template <class CountOf>
   return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
 }
 
+/// The probabilities of the counts 0 … n of a distribution that is known by its ratios, `ratio(c)`
+/// = P(c + 1)/P(c), which must not rise with c. They are computed relative to the most probable
+/// count, so that none overflows.
+template <class Ratio>
+[[nodiscard]] std::vector<double> count_probabilities(std::size_t n, Ratio ratio) {
+  std::vector<double> probabilities(n + 1);
+  std::size_t mode = 0;
+  while (mode < n && ratio(mode) > 1.0) ++mode;
+  double sum = probabilities[mode] = 1.0;
+  for (std::size_t c = mode; c < n; ++c) sum += probabilities[c + 1] = probabilities[c] * ratio(c);
+  for (std::size_t c = mode; c > 0; --c) sum += probabilities[c - 1] = probabilities[c] / ratio(c - 1);
+  for (double& probability : probabilities) probability /= sum;
+  return probabilities;
+}
+
 /// Sums over all multisets of n indices drawn with probabilities α_i, proposal by proposal; the
-/// densities of a common beginning are added up once.
+/// densities of a common beginning are added up once. Where m samples remain for the proposals from
+/// i on, proposal i makes a binomial number of them, with the probability α_i/(α_i + α_{i+1} + …).
 class MultisetSum {
  public:
   MultisetSum(const TabulatedProblem& problem, std::vector<double> probabilities, std::size_t samples)
       : problem_(problem),
         probabilities_(std::move(probabilities)),
+        later_(problem.proposal_count()),
         samples_(samples),
         counts_(problem.proposal_count()),
         partial_((problem.proposal_count() + 1) * problem.node_count()),
         divided_(problem.node_count()) {
+    for (std::size_t i = later_.size() - 1; i > 0; --i) later_[i - 1] = later_[i] + probabilities_[i];
     visit(0, samples_, 1.0);
   }
   [[nodiscard]] ExactMoments moments() const noexcept {
@@ -73,24 +91,28 @@ class MultisetSum {
   }
 
  private:
-  // `probability`: that of the counts chosen so far, times the number of orders of the remaining
-  // samples.
+  // `probability`: that of the counts chosen so far.
   void visit(std::size_t i, std::size_t remaining, double probability) {
     const double* const base = partial_.data() + i * problem_.node_count();
     double* const sum = partial_.data() + (i + 1) * problem_.node_count();
-    const bool is_last = i + 1 == counts_.size();
-    double ways = 1.0;  // binomial(remaining, count) α_i^count
-    for (std::size_t count = 0; count <= remaining; ++count) {
-      if (count > 0)
-        ways *= static_cast<double>(remaining - count + 1) / static_cast<double>(count) * probabilities_[i];
-      if (ways == 0.0) break;
-      if (is_last && count != remaining) continue;
+    const auto choose = [&](std::size_t count) {
       counts_[i] = static_cast<double>(count);
       problem_.add_density(i, counts_[i], base, sum);
-      if (is_last)
-        add(sum, probability * ways);
-      else
-        visit(i + 1, remaining - count, probability * ways);
+    };
+    if (i + 1 == counts_.size()) {
+      choose(remaining);
+      add(sum, probability);
+      return;
+    }
+    const double odds = probabilities_[i] / later_[i];
+    const std::vector<double> binomial = count_probabilities(remaining, [&](std::size_t c) {
+      return static_cast<double>(remaining - c) / static_cast<double>(c + 1) * odds;
+    });
+    for (std::size_t count = 0; count <= remaining; ++count) {
+      const double joint = probability * binomial[count];
+      if (joint == 0.0) continue;
+      choose(count);
+      visit(i + 1, remaining - count, joint);
     }
   }
   void add(const double* density_sum, double probability) {
@@ -105,6 +127,7 @@ class MultisetSum {
 
   const TabulatedProblem& problem_;
   std::vector<double> probabilities_;
+  std::vector<double> later_;  // α_{i+1} + α_{i+2} + …
   std::size_t samples_;
   std::vector<double> counts_;
   std::vector<double> partial_;
@@ -117,42 +140,49 @@ class MultisetSum {
 /// Sums over all non-empty multisets of proposals that are still undrawn, c_i ≤ n_i of proposal i.
 /// A sample at a uniform place in the order of n = Σ n_i meets all sizes r equally often, and a
 /// multiset of size r with the probability Π binomial(n_i, c_i)/binomial(n, r).
+///
+/// With the empty multiset as one more size this is Pólya's urn: when c of m samples have been
+/// included, c_i is beta-binomial with the parameters n_i, 1 + c and 1 + m − c.
 class SubsetSum {
  public:
   SubsetSum(const TabulatedProblem& problem, std::vector<std::uint32_t> counts)
       : problem_(problem), counts_(std::move(counts)), divided_(problem.node_count()) {
     for (const std::uint32_t count : counts_) samples_ += count;
     partial_.resize((samples_ + 1) * problem.node_count());
-    visit(0, 0, 1.0);
+    const double n = static_cast<double>(samples_);
+    visit(0, 0, 0, (n + 1.0) / n);  // without the empty multiset
   }
   [[nodiscard]] double mean() const noexcept { return mean_; }
   /// (1/n) Σ_r E ∫ f²/p_S.
   [[nodiscard]] double second_moment() const noexcept { return second_moment_; }
 
  private:
-  // Level `size` of the partial sums holds the densities of the `size` slots included so far,
-  // chosen in one of `ways` ways.
-  void visit(std::size_t i, std::size_t size, double ways) {
+  // Level `size` of the partial sums holds the densities of the `size` slots included so far, of
+  // the `slots` that the proposals before i have.
+  void visit(std::size_t i, std::size_t slots, std::size_t size, double probability) {
     if (i == counts_.size()) {
-      if (size > 0) add(size, ways);
+      if (size > 0) add(size, probability);
       return;
     }
-    visit(i + 1, size, ways);
+    const std::size_t n = counts_[i];
+    const double included = static_cast<double>(size), left_out = static_cast<double>(slots - size);
+    const std::vector<double> beta_binomial = count_probabilities(n, [&](std::size_t c) {
+      const double in = static_cast<double>(c), out = static_cast<double>(n - c);
+      return out / (out + left_out) * ((in + 1.0 + included) / (in + 1.0));
+    });
     const double* const base = partial_.data() + size * problem_.node_count();
-    for (std::size_t count = 1; count <= counts_[i]; ++count) {
-      ways *= static_cast<double>(counts_[i] - count + 1) / static_cast<double>(count);
-      problem_.add_density(i, static_cast<double>(count), base,
-                           partial_.data() + (size + count) * problem_.node_count());
-      visit(i + 1, size + count, ways);
+    for (std::size_t count = 0; count <= n; ++count) {
+      const double joint = probability * beta_binomial[count];
+      if (joint == 0.0) continue;
+      if (count > 0)
+        problem_.add_density(i, static_cast<double>(count), base,
+                             partial_.data() + (size + count) * problem_.node_count());
+      visit(i + 1, slots + n, size + count, joint);
     }
   }
-  void add(std::size_t size, double ways) {
-    const double n = static_cast<double>(samples_);
-    double binomial = 1.0;
-    for (std::size_t i = 0; i < size; ++i) binomial *= (n - static_cast<double>(i)) / static_cast<double>(i + 1);
+  void add(std::size_t size, double probability) {
     const double* const density_sum = partial_.data() + size * problem_.node_count();
     problem_.divide(static_cast<double>(size), density_sum, divided_.data());
-    const double probability = ways / (n * binomial);
     second_moment_ += probability * problem_.squared_over(divided_.data());
     mean_ += probability * problem_.covered_integral(density_sum);
   }
