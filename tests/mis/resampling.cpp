@@ -8,6 +8,7 @@
 #include "gmis/mis/methods/randomised_qmc.hpp"
 #include "gmis/testing/catch.hpp"
 #include "mis/method_oracles.hpp"
+#include "mis/proposals.hpp"
 #include "support/catch.hpp"
 
 namespace {
@@ -158,6 +159,22 @@ TEST_CASE("resampling: joined reservoirs, exact and measured", "[mis]") {
     const auto interval = test::bootstrap_variance_interval(rounds, level, source);
     CAPTURE(interval.low, interval.high, exact);
     CHECK(interval.contains(exact));
+  }
+}
+
+TEST_CASE("resampling: candidates with a target that is no target are counted", "[mis]") {
+  gmis::Philox source(gmis_test::seed(75));
+  const std::vector<test::Uniform> proposals{{0.0, 1.0}, {0.0, 1.0}};
+  const auto one = [](double) { return 1.0; };
+  for (const double fault : {-1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    CAPTURE(fault);
+    std::uint64_t faults = 0;
+    const auto target = [&](double x) { return x < 0.25 ? (++faults, fault) : 1.0; };
+    const auto estimate = gmis::estimate_resampled(one, target, proposals, Counts{3, 1}, 500, source);
+    CHECK(faults > 0);
+    CHECK(estimate.rejected == gmis::Rejected{0, 0, faults, 0});
+    // They count as zero: Σ w of a round is the share of its other candidates.
+    CHECK(estimate.mean == Approx((2000.0 - static_cast<double>(faults)) / 2000.0).epsilon(1e-12));
   }
 }
 

@@ -21,7 +21,8 @@ namespace gmis {
 
 /// Draws the candidates of one round, n_k of each proposal, weights them by p̂/(Σ n q) (balance
 /// heuristic) and keeps one. f(y) W is an unbiased estimate of ∫ f where p̂ > 0 and some n_k q_k >
-/// 0 wherever f ≠ 0. `target(x)` is p̂(x) ≥ 0.
+/// 0 wherever f ≠ 0. `target(x)` is p̂(x) ≥ 0; a candidate where it is negative or not finite, or
+/// p̂/(Σ n q) is not finite, is left out and counted in `cost.non_finite_density`.
 template <class Target, class Set, UniformSource Source>
 requires ProposalSet<Set, Source>
 [[nodiscard]] Reservoir<typename Set::Value> resample(Target&& target, const Set& set, CountsByProposal counts,
@@ -39,13 +40,15 @@ requires ProposalSet<Set, Source>
   cost.density_evaluations += spent.density_evaluations;
   cost.failed_samples += spent.failed_samples;
   cost.zero_density += spent.zero_density;
-  cost.non_finite_density += spent.non_finite_density;
+  cost.non_finite_density += spent.non_finite_density + reservoir.rejected();
   reservoir.finish(chosen_target, static_cast<double>(total));
   return reservoir;
 }
 
 /// Estimates ∫ f with `rounds` ≥ 1 rounds of resampling; each evaluates f once, and the target and
-/// all densities for each of its Σ n_k candidates (the `samples` of the result).
+/// all densities for each of its Σ n_k candidates (the `samples` of the result). Candidates with a
+/// target that is negative or not finite are left out, which biases the mean: they count as
+/// `rejected.non_finite_density`.
 template <class Integrand, class Target, class P, class Source>
 requires(detail::explain_arguments<Integrand, P, Source>())
     [[nodiscard]] auto estimate_resampled(Integrand&& f, Target&& target, const P& proposals, CountsByProposal counts,
