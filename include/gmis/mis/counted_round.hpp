@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <type_traits>
 
@@ -32,7 +33,8 @@ using CountedWorkspace = Workspace<typename Set::Density, dynamic_capacity>;
 /// `visit(x, psi, relative, index)` with ψ(x) = Σ n_k q_k(x) / n, n = Σ n_k, and relative[k] =
 /// q_k(x)/ψ(x) for *all* proposals, those without samples included. Relative densities stay in
 /// range where densities do not, and Σ n_k relative[k] = n. (1/n) Σ f(x)/psi estimates ∫ f;
-/// unbiased when ψ > 0 wherever f ≠ 0.
+/// unbiased when ψ > 0 wherever f ≠ 0. A sample is not visited, and counts as non_finite_density,
+/// where any density is infinite, NaN or negative, that of a proposal without samples included.
 ///
 /// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have
 /// passed `checked_total`. `before_sample(k, i)` is called before sample i of proposal k is drawn:
@@ -68,7 +70,12 @@ requires ProposalSet<Set, Source> RoundCounts sample_counted_round(const Set& se
             MixtureSum<T, is_log_set<Set>> mixture;
             for (std::size_t k = 0; k < proposal_count; ++k) {
               const T density = densities.keep(k);
-              if (counts[k] > 0) mixture.add(density, static_cast<T>(counts[k]));
+              // The density of a proposal without samples is multiplied by 0: the sum stays as it
+              // is unless the density is at fault. In logarithms only those at fault are added: one
+              // far above the others would displace their sum.
+              if constexpr (is_log_set<Set>)
+                if (counts[k] == 0 && density < std::numeric_limits<T>::infinity()) continue;
+              mixture.add(density, static_cast<T>(counts[k]));
             }
             densities.count(proposal_count);
             return OwnAndDenominator<Set>{DensitiesAt<Set>::as_denominator(densities.kept(index)),
