@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <glm/vec2.hpp>
 #include <limits>
 #include <tuple>
 #include <vector>
@@ -128,4 +129,23 @@ TEST_CASE("f over a density outside the range of double, where the ratio is insi
   const gmis::LogDensity<double> tiny{-800.0};
   CHECK(gmis::ratio<double>(std::exp(-700.0), tiny) == Approx(std::exp(100.0)).epsilon(1e-12));
   CHECK(gmis::ratio<double>(gmis::LogValue<double>{-900.0, -1.0}, tiny) == Approx(-std::exp(-100.0)).epsilon(1e-12));
+}
+
+// 1/φ is above e^710, the range of double.
+TEST_CASE("f = 0 over a density of e^-1500 is zero, in each channel", "[mis]") {
+  const gmis::LogDensity<double> tiny{-1500.0};
+  CHECK(gmis::ratio<double>(0.0, tiny) == 0.0);
+  CHECK(gmis::ratio<double>(0.0F, tiny) == 0.0);
+  CHECK(gmis::ratio<double>(1.0, tiny) == std::numeric_limits<double>::infinity());
+  struct Far {
+    double sample(gmis::Philox& source) const { return gmis::uniform<double>(source); }
+    double log_pdf(double x) const { return x < 0.5 ? -1500.0 : 0.0; }
+  };
+  const std::array<Far, 2> proposals{};
+  gmis::Philox source(gmis_test::seed(9));
+  const auto estimate = gmis::estimate<gmis::Scheme::N3>([](double x) { return glm::dvec2(0.0, x < 0.5 ? 0.0 : 2.0); },
+                                                         proposals, 500, source);
+  CHECK(estimate.rejected.total() == 0);
+  CHECK(estimate.mean.x == 0.0);
+  CHECK(estimate.mean.y > 0.5);
 }

@@ -32,9 +32,10 @@ template <std::floating_point A, std::floating_point F, std::floating_point T>
 }
 
 /// f / φ, where φ may be outside the range of A: in two halves, so that no step leaves it unless
-/// the result does.
+/// the result does. Zero for f = 0, whatever φ.
 template <std::floating_point A, std::floating_point F, std::floating_point T>
 [[nodiscard]] inline A ratio(F f, LogDensity<T> density) noexcept {
+  if (f == F(0)) return A(0);  // half may be infinite
   const A half = std::exp(static_cast<A>(density.log) * A(-0.5));
   return (static_cast<A>(f) * half) * half;
 }
