@@ -179,3 +179,23 @@ TEST_CASE("check_problem finds a range that cuts off and a rule with too few poi
   CHECK(finding(one, inner, cuts) ==
         "the integrand has mass at the ends of the range, where the proposals have none: the range cuts it off");
 }
+
+TEST_CASE("a problem with a node weight that is not a number is refused", "[mis]") {
+  const std::array<double, 2> ends{0.0, 1.0};
+  auto nodes = gmis::composite_gauss_legendre(ends, 1);
+  const std::array<test::Ramp, 1> ramps{{{1.0}}};
+  const auto f = [](double x) { return x; };
+  CHECK_NOTHROW(gmis::TabulatedProblem(f, ramps, nodes));
+  nodes[3].weight = std::nan("");
+  const auto message = [](auto make) -> std::string {
+    try {
+      (void)make();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string expected = "the integrand, or a weight, is not finite at a quadrature node";
+  CHECK(message([&] { return gmis::TabulatedProblem(f, ramps, nodes); }).find(expected) != std::string::npos);
+  CHECK(message([&] { return gmis::tabulate_channels(f, ramps, nodes); }).find(expected) != std::string::npos);
+}

@@ -36,7 +36,7 @@ class TabulatedProblem {
  public:
   /// `f(x)` and the densities of `proposals` at every node, a range of `NodeAt`. f has one channel;
   /// `tabulate_channels` is for more. Throws std::invalid_argument when there are no nodes or no
-  /// proposals, a value is not finite, or a density is negative.
+  /// proposals, a value or a weight is not finite, or a density is negative.
   template <class Integrand, class P, NodeRange Nodes>
   TabulatedProblem(Integrand&& f, const P& proposals, const Nodes& nodes) {
     if constexpr (detail::explain_arguments<Integrand, P, Philox>()) {
@@ -162,7 +162,8 @@ class TabulatedProblem {
       f_.push_back(detail::channel_value(value_of(f, x), channel));
       weighted_f_.push_back(node.weight * f_.back());
       weights_.push_back(node.weight);
-      require_argument(std::isfinite(f_.back()), "the integrand is not finite at a quadrature node");
+      require_argument(std::isfinite(node.weight) && std::isfinite(f_.back()),
+                       "the integrand, or a weight, is not finite at a quadrature node");
       for (std::size_t i = 0; i < proposal_count_; ++i)
         densities_[i * node_count_ + index] = require_density(density_of(set, i, x));
     }
