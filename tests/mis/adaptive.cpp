@@ -345,7 +345,7 @@ TEST_CASE("adaptive MIS: mean, bias and stated error by all outcomes", "[mis]") 
     for (std::size_t r = 0; r < means.size(); ++r) {
       const auto result = gmis::estimate_adaptive([&](std::size_t i) { return f[i]; }, OfThree{}, 2, 3, fitted, source);
       means[r] = result.mean;
-      stated[r] = result.standard_error * result.standard_error;
+      stated[r] = result.standard_error.value() * result.standard_error.value();
     }
     CHECK(test::mean_p_value(test::moments_of(means), static_cast<double>(exact.mean)) > level);
     CHECK(test::mean_p_value(test::moments_of(stated), static_cast<double>(exact.stated_variance)) > level);
@@ -387,6 +387,90 @@ TEST_CASE("adaptive proposals: each evaluation of a density is counted once", "[
   CHECK(result.rejected.non_finite_integrand > 0);
   CHECK(result.samples.size() == 80 - result.rejected.zero_density);
   CHECK(result.mean == Approx((80.0 - static_cast<double>(result.rejected.total())) / 80.0).epsilon(1e-12));
+}
+
+namespace {
+
+/// Uniform on [0, 1), with the density `below` under one quarter.
+struct Stepped {
+  double below;
+  double sample(gmis::Philox& source) const { return gmis::uniform<double>(source); }
+  double pdf(double x) const { return x < 0.25 ? below : 1.0; }
+};
+
+}  // namespace
+
+TEST_CASE("adaptive MIS: what cannot be used counts as zero, once, and by cause", "[mis]") {
+  gmis::Philox source(gmis_test::seed(98));
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto check = [](const auto& result, std::uint64_t samples, double value) {
+    double sum = 0.0;
+    for (const double weight : result.weights) sum += weight;
+    CHECK(result.rejected.total() > 0);
+    CHECK(result.mean == Approx(sum).epsilon(1e-12));
+    const double share = static_cast<double>(samples - result.rejected.total()) / static_cast<double>(samples);
+    CHECK(result.mean == Approx(value * share).epsilon(1e-12));
+    CHECK(std::isfinite(result.standard_error.value()));
+    CHECK(std::isfinite(result.effective_sample_size));
+  };
+  const auto one = [](double) { return 1.0; };
+  for (const double fault : {std::nan(""), infinity, -0.5}) {
+    CAPTURE(fault);
+    // The fault is in the later proposals, for old samples; then in the first, for new ones.
+    const auto later = [&](auto x, auto weights) {
+      for (const double weight : weights) CHECK(std::isfinite(weight));
+      for (std::size_t i = 0; i < x.size(); ++i)
+        if (x.size() > 40 && x[i] < 0.25) CHECK(weights[i] == 0.0);
+      return Stepped{x.size() < 40 ? 1.0 : fault};
+    };
+    const auto old_samples = gmis::estimate_adaptive(one, Stepped{1.0}, 20, 4, later, source);
+    CHECK(old_samples.rejected.total() == old_samples.rejected.non_finite_density);
+    check(old_samples, 80, 1.0);
+    const auto sound = [](auto, auto) { return Stepped{1.0}; };
+    const auto new_samples = gmis::estimate_adaptive(one, Stepped{fault}, 20, 4, sound, source);
+    CHECK(new_samples.rejected.total() == new_samples.rejected.non_finite_density);
+    check(new_samples, 80, 1.0);
+    // A value that is not finite where a density is at fault is counted once.
+    const auto broken = [](double x) { return x < 0.5 ? std::nan("") : 1.0; };
+    const auto both = gmis::estimate_adaptive(broken, Stepped{fault}, 20, 4, sound, source);
+    CHECK(both.rejected.non_finite_density > 0);
+    CHECK(both.rejected.non_finite_integrand > 0);
+    check(both, 80, 1.0);
+  }
+  // A quotient outside the range of double.
+  const auto tiny = [](auto, auto) { return Stepped{1e-10}; };
+  const auto overflow =
+      gmis::estimate_adaptive([](double x) { return x < 0.25 ? 1e300 : 1.0; }, Stepped{1e-10}, 20, 4, tiny, source);
+  CHECK(overflow.rejected.total() == overflow.rejected.non_finite_contribution);
+  check(overflow, 80, 1.0);
+  // In range once a second proposal is in the mixture: not rejected.
+  const auto wide = [](auto, auto) { return Stepped{1.0}; };
+  const auto mended =
+      gmis::estimate_adaptive([](double x) { return x < 0.25 ? 1e100 : 1.0; }, Stepped{1e-250}, 40, 2, wide, source);
+  CHECK(mended.rejected.total() == 0);
+  CHECK(mended.mean > 1e97);
+}
+
+TEST_CASE("adaptive MIS: a single sample states no error", "[mis]") {
+  gmis::Philox source(gmis_test::seed(99));
+  const auto keep = [](auto, auto) { return Stepped{1.0}; };
+  const auto one = [](double) { return 1.0; };
+  CHECK_FALSE(gmis::estimate_adaptive(one, Stepped{1.0}, 1, 1, keep, source).standard_error.has_value());
+  CHECK(gmis::estimate_adaptive(one, Stepped{1.0}, 2, 1, keep, source).standard_error.has_value());
+}
+
+// 50 rounds × 200 runs: rounding gives the variance of a constant a random sign.
+TEST_CASE("self-normalised: the standard error of a constant is a number", "[mis]") {
+  const std::vector<test::Normal> normals{{-1.0, 2.0}, {1.0, 2.0}};
+  const auto target = [](double x) { return std::exp(-0.5 * x * x); };
+  const auto constant = [](double) { return std::array{3.3}; };
+  for (std::uint64_t run = 0; run < 200; ++run) {
+    gmis::Philox source(gmis_test::seed(1000 + run));
+    const auto estimate = gmis::estimate_self_normalised(target, constant, normals, Counts{3, 3}, 50, source);
+    const double error = estimate.standard_error(0).value();
+    CHECK((error >= 0.0 && error < 1e-6));
+    CHECK((*estimate.covariance)[0][0] >= 0.0);
+  }
 }
 
 TEST_CASE("chosen groups: the best of all partitions, by brute force", "[mis]") {

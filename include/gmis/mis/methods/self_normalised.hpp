@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -19,7 +20,7 @@ struct SelfNormalisedEstimate {
   std::array<double, M> mean{};  ///< of h_1 … h_M under π. Biased by a term of the order 1/rounds
   /// Covariance of `mean`, from the spread of w (h − mean) between rounds (delta method); nothing
   /// for a single round. Its error is of the order 1/rounds, and it knows nothing of a mode of π
-  /// that no sample has met.
+  /// that no sample has met. No diagonal element is negative.
   std::optional<std::array<std::array<double, M>, M>> covariance{};
   double normaliser = 0.0;                   ///< an unbiased estimate of the integral of the unnormalised π
   std::optional<double> normaliser_error{};  ///< its standard error
@@ -76,6 +77,8 @@ class SelfNormalisedSums {
             scale / (normaliser * normaliser) *
             (products_[i][j] - estimate.mean[i] * products_[M][j] - estimate.mean[j] * products_[i][M] +
              estimate.mean[i] * estimate.mean[j] * products_[M][M]);
+    // Rounding can make the variance of an almost constant h negative.
+    for (std::size_t i = 0; i < M; ++i) (*estimate.covariance)[i][i] = std::max((*estimate.covariance)[i][i], 0.0);
     return estimate;
   }
 
