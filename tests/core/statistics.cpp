@@ -5,10 +5,12 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 
 #include "gmis/core/compensated_sum.hpp"
 #include "gmis/core/density_tests.hpp"
 #include "gmis/core/random.hpp"
+#include "gmis/core/warp.hpp"
 #include "support/catch.hpp"
 #include "support/seed.hpp"
 
@@ -30,6 +32,7 @@ TEST_CASE("p-values of chi-square agree with 30-digit values", "[statistics]") {
     CHECK(chi_square_p_value(row.statistic, row.degrees) == Approx(row.p).epsilon(1e-10));
   }
   CHECK(chi_square_p_value(0, 3) == 1.0);
+  CHECK(chi_square_p_value(std::numeric_limits<double>::quiet_NaN(), 3) == 0.0);
 }
 
 TEST_CASE("p-values of Student's t agree with 30-digit values", "[statistics]") {
@@ -142,6 +145,20 @@ TEST_CASE("Pearson's statistic and its pooling, by hand", "[statistics]") {
   CHECK(chi_square_test(impossible, certain).p_value == 0.0);
 }
 
+TEST_CASE("the chi-square test passes nothing that it cannot compare", "[statistics]") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+  const std::array<double, 3> counts{500, 50, 30}, expected{500, 50, 30};
+  CHECK(chi_square_test(counts, expected).p_value == 1.0);
+  const std::array<double, 5> more_counts{500, 50, 30, 1000, 7};
+  CHECK_THROWS_AS(chi_square_test(more_counts, expected), std::invalid_argument);
+  CHECK_THROWS_AS(chi_square_test(counts, more_counts), std::invalid_argument);
+  for (const double wrong : {nan, infinity}) {
+    CHECK_THROWS_AS(chi_square_test(counts, std::array<double, 3>{wrong, 50, 30}), std::invalid_argument);
+    CHECK(chi_square_test(std::array<double, 3>{500, 50, wrong}, expected).p_value == 0.0);
+  }
+  CHECK(chi_square_test(std::array<double, 3>{500, 50, nan}, std::array<double, 3>{500, 50, 0}).p_value == 0.0);
+}
+
 // 2000 p-values of true hypotheses: their share below a level is the level. False-alarm rate 1e-6 a
 // check.
 TEST_CASE("true hypotheses have uniform p-values, false ones small ones", "[statistics]") {
@@ -217,6 +234,78 @@ TEST_CASE("a proposal is checked against its density", "[check][long]") {
     CHECK(no_density.test.p_value == 0.0);
     CHECK_FALSE(no_density.passes(1e-4));
   }
+}
+
+/// A diffuse surface with the albedo 0.5 and a delta lobe of a tenth that goes straight through;
+/// one of its values is `wrong`.
+struct WrongInOnePlace {
+  using Spectrum = Vec3<double>;
+  enum Place { nothing, every_value, second_channel, reverse_density, sampled_weight, delta_weight } place;
+  double wrong = 0;
+
+  [[nodiscard]] BsdfValue<Spectrum> evaluate(const Spectrum& to_prev, const Spectrum& to_next, TransportMode) const {
+    if (to_prev.z * to_next.z <= 0) return {};
+    BsdfValue<Spectrum> result{Spectrum(0.5 / pi<double>),
+                               {{0.9 * std::abs(to_next.z) / pi<double>}, {0.9 * std::abs(to_prev.z) / pi<double>}}};
+    if (place == every_value) result.value = Spectrum(wrong);
+    if (place == second_channel) result.value.y = wrong;
+    if (place == reverse_density) result.pdf.reverse.value = wrong;
+    return result;
+  }
+  [[nodiscard]] std::optional<ScatterSample<Spectrum>> sample(const Spectrum& to_prev, double u, const Vec2<double>& uv,
+                                                              TransportMode mode) const {
+    if (u < 0.1)
+      return ScatterSample<Spectrum>{-to_prev, {1.0, place == delta_weight ? wrong : 1.0, 1.0}, {{0.1}, {0.1}}, true};
+    Spectrum to_next = square_to_cosine_hemisphere(uv);
+    if (to_prev.z < 0) to_next.z = -to_next.z;
+    const auto f = evaluate(to_prev, to_next, mode);
+    Spectrum weight = f.value * std::abs(to_next.z) / f.pdf.forward.value;
+    if (place == sampled_weight) weight.y = wrong;
+    return ScatterSample<Spectrum>{to_next, weight, f.pdf};
+  }
+  [[nodiscard]] bool is_purely_delta() const { return false; }
+  [[nodiscard]] Spectrum albedo() const { return Spectrum(0.6); }
+};
+static_assert(Bsdf<WrongInOnePlace>);
+
+TEST_CASE("a BSDF with a value that is not finite fails its check", "[check]") {
+  const Vec3<double> normal(0, 0, 1), to_prev = glm::normalize(Vec3<double>(0.3, 0.2, 0.8));
+  const CheckSettings settings{2000, 50};
+  const auto check = [&](const WrongInOnePlace& bsdf) {
+    Philox source(gmis_test::seed(12));
+    return check_bsdf(bsdf, normal, to_prev, source, settings);
+  };
+  const BsdfCheck sound = check({WrongInOnePlace::nothing});
+  CHECK(sound.passes(1e-6));
+  // The delta lobe is drawn 200 times of 2,000, with a standard deviation of 13.
+  CHECK(sound.reflected_share == Approx(0.6).margin(0.04));
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), infinity}) {
+    CAPTURE(wrong);
+    for (const auto place : {WrongInOnePlace::every_value, WrongInOnePlace::second_channel}) {
+      const BsdfCheck value = check({place, wrong});
+      CHECK(value.sample_error == infinity);
+      CHECK(value.reciprocity_error == infinity);
+      CHECK(value.reflected_share == infinity);
+      CHECK_FALSE(value.passes(1e-6));
+    }
+    const BsdfCheck reverse = check({WrongInOnePlace::reverse_density, wrong});
+    CHECK(reverse.reverse_error == infinity);
+    CHECK(reverse.sample_error == infinity);
+    CHECK_FALSE(reverse.passes(1e-6));
+    CHECK(check({WrongInOnePlace::sampled_weight, wrong}).sample_error == infinity);
+    const WrongInOnePlace delta{WrongInOnePlace::delta_weight, wrong};
+    CHECK(check(delta).reflected_share == infinity);
+    Philox source(gmis_test::seed(13));
+    CHECK(reflected_share(delta, normal, to_prev, source) == infinity);
+  }
+}
+
+TEST_CASE("the reflected share of no samples is refused", "[check]") {
+  Philox source(gmis_test::seed(14));
+  const Vec3<double> normal(0, 0, 1);
+  CHECK_THROWS_AS(reflected_share(WrongInOnePlace{WrongInOnePlace::nothing}, normal, normal, source, 0),
+                  std::invalid_argument);
 }
 
 TEST_CASE("a compensated sum loses nothing that plain summation loses", "[sum]") {

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -109,9 +111,9 @@ template <class F>
   if (integrals.back() < 1e-5 * total && counts.back() == 0) integrals.back() = 0;
   result.success_share = succeeded / total;
   result.outside = outside;
-  result.test = chi_square_test(counts, integrals, settings.smallest_expected);
-  // χ² knows nothing of an expected number that is infinite or NaN.
-  if (!std::isfinite(result.integral)) result.test.p_value = 0;
+  // χ² has no meaning where an expected number is infinite or NaN.
+  result.test = std::isfinite(total * result.integral) ? chi_square_test(counts, integrals, settings.smallest_expected)
+                                                       : StatisticalTest{std::numeric_limits<double>::infinity(), 0, 0};
   return result;
 }
 
@@ -235,8 +237,17 @@ template <class P, UniformSource Source>
 }
 
 namespace detail {
+/// The largest channel; infinity where a channel is not finite, which std::max may pass over.
+template <Spectrum S>
+[[nodiscard]] double largest_channel(const S& s) {
+  double largest = static_cast<double>(max_channel(s));
+  for (int i = 0; i < SpectrumTraits<S>::channel_count; ++i)
+    if (!std::isfinite(SpectrumTraits<S>::channel(s, i))) largest = std::numeric_limits<double>::infinity();
+  return largest;
+}
+
 /// ∫ f |cos| over all directions, without delta lobes, of the largest channel: quadrature over
-/// cells of the sphere.
+/// cells of the sphere. Infinity where the integral of a channel is not finite.
 template <Bsdf B, class V>
 [[nodiscard]] double smooth_share(const B& bsdf, const V& normal, const V& to_prev, TransportMode mode,
                                   double precision) {
@@ -247,7 +258,7 @@ template <Bsdf B, class V>
     double sum = 0;
     constexpr int cells = 8;
     for (int z = -cells; z < cells; ++z)
-      for (int turn = 0; turn < 2 * cells; ++turn)
+      for (int turn = 0; turn < 2 * cells; ++turn) {
         sum += integrate_rectangle(
             [&](double height, double angle) {
               const double radius = sqrt_or_zero(1 - height * height);
@@ -257,6 +268,8 @@ template <Bsdf B, class V>
             },
             z / double(cells), (z + 1) / double(cells), pi<double> * turn / cells, pi<double> * (turn + 1) / cells,
             precision, 7);
+        if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
+      }
     share = std::max(share, sum);
   }
   return share;
@@ -265,24 +278,26 @@ template <Bsdf B, class V>
 
 /// The share of light from `to_prev` that a BSDF scatters, largest channel: ∫ f |cos| by
 /// quadrature, and delta lobes by the mean weight of `samples` draws. For importance, so that
-/// refraction changes no radiance: at most 1.
+/// refraction changes no radiance: at most 1. Infinity where f or a weight is not finite. Throws
+/// std::invalid_argument for no samples.
 template <Bsdf B, UniformSource Source>
 [[nodiscard]] double reflected_share(const B& bsdf, const Vec3<ScalarOf<typename B::Spectrum>>& normal,
                                      const Vec3<ScalarOf<typename B::Spectrum>>& to_prev, Source& source,
                                      std::size_t samples = 1000, double precision = 1e-7) {
   using T = ScalarOf<typename B::Spectrum>;
+  require_argument(samples > 0, "reflected_share needs at least one sample");
   constexpr auto mode = TransportMode::importance;
   double delta = 0;
   for (std::size_t i = 0; i < samples; ++i) {
     const T u = uniform<T>(source);
     const T v = uniform<T>(source);
     const auto drawn = bsdf.sample(to_prev, u, {v, uniform<T>(source)}, mode);
-    if (drawn && drawn->is_delta) delta += static_cast<double>(max_channel(drawn->weight));
+    if (drawn && drawn->is_delta) delta += detail::largest_channel(drawn->weight);
   }
   return detail::smooth_share(bsdf, normal, to_prev, mode, precision) + delta / static_cast<double>(samples);
 }
 
-/// The result of `check_bsdf`. All errors are relative.
+/// The result of `check_bsdf`. All errors are relative; infinite where a value is not finite.
 struct BsdfCheck {
   DensityCheck directions;       ///< the non-delta part of `sample` against `evaluate(…).pdf.forward`
   double reverse_error = 0;      ///< largest difference of pdf.reverse(a, b) from pdf.forward(b, a)
@@ -317,6 +332,7 @@ requires Bsdf < std::remove_cvref_t < std::invoke_result_t < const BsdfFor&, con
   constexpr auto mode = TransportMode::importance;  // no change of radiance by refraction
   BsdfCheck result;
   const auto differ = [](double a, double b) {
+    if (!std::isfinite(a - b)) return std::numeric_limits<double>::infinity();
     const double scale = std::max(std::abs(a), std::abs(b));
     return scale > 1e-4 ? std::abs(a - b) / scale : 0.0;
   };
@@ -330,7 +346,7 @@ requires Bsdf < std::remove_cvref_t < std::invoke_result_t < const BsdfFor&, con
     const auto drawn = bsdf.sample(to_prev, u, uv, mode);
     if (!drawn) return std::nullopt;
     if (drawn->is_delta) {
-      delta_share += static_cast<double>(max_channel(drawn->weight));
+      delta_share += detail::largest_channel(drawn->weight);
       return std::nullopt;
     }
     const T cosine = std::abs(glm::dot(normal, drawn->to_next));

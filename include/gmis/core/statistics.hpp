@@ -9,6 +9,8 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
+
 /// \file
 /// A small statistical kit for tests of samplers and estimators. A p-value is the chance that a
 /// correct program does at least this badly; a test with level a raises a false alarm in a share a
@@ -114,8 +116,10 @@ struct RegularisedGamma {
   return z;
 }
 
-/// Chance of at least this χ² statistic with `degrees` of freedom (≥ 1).
+/// Chance of at least this χ² statistic with `degrees` of freedom (≥ 1); 0 where the statistic is
+/// NaN, so that its test fails.
 [[nodiscard]] inline double chi_square_p_value(double statistic, double degrees) noexcept {
+  if (std::isnan(statistic)) return 0;
   return regularised_gamma(degrees / 2, statistic / 2).upper;
 }
 
@@ -182,10 +186,14 @@ struct StatisticalTest {
 
 /// Pearson's χ² test of counts against expected counts (same total). Bins that expect less than
 /// `smallest_expected` are pooled, from the smallest up. A count where nothing is expected fails
-/// the test outright. With fewer than two bins left there is nothing to test: p = 1.
+/// the test outright, and so does a count that is NaN. With fewer than two bins left there is
+/// nothing to test: p = 1. Throws std::invalid_argument where the numbers of counts and of expected
+/// counts differ, and for an expected count that is not finite.
 [[nodiscard]] inline StatisticalTest chi_square_test(std::span<const double> observed, std::span<const double> expected,
                                                      double smallest_expected = 5) {
-  std::vector<std::size_t> order(std::min(observed.size(), expected.size()));
+  require_argument(observed.size() == expected.size(), "give one expected count for each count");
+  for (const double count : expected) require_argument(std::isfinite(count), "an expected count is not finite");
+  std::vector<std::size_t> order(expected.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return expected[a] < expected[b]; });
   double statistic = 0, pooled_observed = 0, pooled_expected = 0;
@@ -196,7 +204,8 @@ struct StatisticalTest {
     ++bins;
   };
   for (const std::size_t i : order) {
-    if (!(expected[i] > 0) && observed[i] > 0) return {std::numeric_limits<double>::infinity(), 0, 0};
+    if (std::isnan(observed[i]) || (!(expected[i] > 0) && observed[i] > 0))
+      return {std::numeric_limits<double>::infinity(), 0, 0};
     pooled_observed += observed[i];
     pooled_expected += expected[i];
     if (pooled_expected >= smallest_expected) close_bin();
