@@ -4,12 +4,15 @@
 #include <optional>
 #include <vector>
 
+#include "gmis/check/check_scene.hpp"
 #include "gmis/check/check_surface.hpp"
 #include "gmis/check/density_test.hpp"
 #include "gmis/check/findings.hpp"
 #include "gmis/check/scatter_statistics.hpp"
 #include "support/catch.hpp"
+#include "support/message_of.hpp"
 #include "support/seed.hpp"
+#include "transport/furnace_scene.hpp"
 
 using namespace gmis;
 using V = Vec3<double>;
@@ -373,4 +376,19 @@ TEST_CASE("a surface that absorbs everything may state any density and make no s
   statistics.judge(findings, 1e-7);
   statistics.judge_albedo(findings);
   CHECK(findings.text() == "");
+}
+
+TEST_CASE("settings of check_scene that test nothing are refused; few samples are enough to run") {
+  const gmis_test::FurnaceScene<double> scene(0.5, 2.0, 16, 1);
+  const auto refusal = [&](const SceneCheckSettings& settings) {
+    return gmis_test::message_of([&] { return check_scene(scene, settings); });
+  };
+  CHECK(refusal({.samples = 0}) == "SceneCheckSettings::samples is 0: set it to 1 at least");
+  CHECK(refusal({.receivers = 0}) == "SceneCheckSettings::receivers is 0: set it to 1 at least");
+  for (const double level : {0.0, 1.0, -1e-6, std::nan("")})
+    CHECK(refusal({.level = level}) == "SceneCheckSettings::level is a false-alarm rate: set it between 0 and 1");
+  for (const std::size_t samples : {1U, 512U, 1023U}) {
+    CAPTURE(samples);
+    CHECK(check_scene(scene, {.seed = gmis_test::seed(620), .samples = samples}).text() == "");
+  }
 }

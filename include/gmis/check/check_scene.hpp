@@ -17,6 +17,7 @@
 #include "gmis/check/findings.hpp"
 #include "gmis/check/scatter_statistics.hpp"
 #include "gmis/check/surface_points.hpp"
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/concept_diagnostics.hpp"
 #include "gmis/core/light_choice.hpp"
 
@@ -30,10 +31,10 @@ struct SceneCheckSettings {
   std::size_t rays = 4096;        ///< from surfaces in any direction, and as many to places with few hits
   std::size_t points = 64;        ///< of each group of surfaces, at which pairs of directions are tried
   std::size_t surfaces = 8;       ///< of each group, at which many directions are drawn
-  std::size_t samples = 8192;     ///< of each statistical test
+  std::size_t samples = 8192;     ///< of each statistical test, at least one
   std::size_t most_lights = 256;  ///< lights that are looked at, the most likely ones
-  std::size_t receivers = 16;  ///< surface points at which lights are chosen, by a scene that chooses for the receiver
-  double level = 1e-6;         ///< chance that a sound scene is called broken, of all statistical tests together
+  std::size_t receivers = 16;     ///< surface points, at least one, where a scene chooses lights for the receiver
+  double level = 1e-6;            ///< chance in ]0, 1[ that a sound scene is called broken, of all tests together
 };
 
 /// Samples your own scene and names the conventions that it breaks. It finds mistakes that
@@ -53,13 +54,19 @@ class SceneChecker {
   using Light = typename Sc::Light;
   using Point = SurfacePoint<T>;
 
-  /// Prepares; nothing is sampled yet.
+  /// Prepares; nothing is sampled yet. Throws std::invalid_argument for settings without samples or
+  /// receivers, and for a level outside ]0, 1[.
   SceneChecker(const Sc& scene, const SceneCheckSettings& settings)
       : scene_(scene),
         settings_(settings),
         source_(settings.seed, 0, 0, 7),
         points_(scene, settings.points, settings.depth, source_),
-        choice_(scene, settings.level / 4.0, findings_) {}
+        choice_(scene, settings.level / 4.0, findings_) {
+    require_argument(settings.samples > 0, "SceneCheckSettings::samples is 0: set it to 1 at least");
+    require_argument(settings.receivers > 0, "SceneCheckSettings::receivers is 0: set it to 1 at least");
+    require_argument(settings.level > 0.0 && settings.level < 1.0,
+                     "SceneCheckSettings::level is a false-alarm rate: set it between 0 and 1");
+  }
 
   /// Samples the scene; what it found.
   [[nodiscard]] Findings run() {
@@ -184,7 +191,8 @@ class SceneChecker {
     const std::size_t count = std::min(choice_.lights().size(), settings_.most_lights);
     if (count == 0 || between.empty()) return;
     // Eight lights get all samples that trace rays; more of them share these.
-    const std::size_t ray_samples = std::clamp<std::size_t>(8 * settings_.samples / count, 1024, settings_.samples);
+    const std::size_t ray_samples =
+        std::min(settings_.samples, std::max<std::size_t>(1024, 8 * settings_.samples / count));
     detail::EffectsCheck<Sc> effects(scene_, source_, findings_);
     for (std::size_t i = 0; i < count; ++i) {
       const Light& light = *choice_.lights()[i];
@@ -240,7 +248,8 @@ class SceneChecker {
   Choice choice_;
 };
 
-/// Samples the scene and names the conventions that it breaks (`SceneChecker`).
+/// Samples the scene and names the conventions that it breaks (`SceneChecker`). Throws as the
+/// constructor of `SceneChecker` does.
 ///
 ///     const gmis::Findings findings = gmis::check_scene(scene);
 ///     std::fputs(findings.text().c_str(), stderr);
