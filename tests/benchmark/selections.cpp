@@ -64,6 +64,34 @@ TEST_CASE("marginal probabilities of a selection", "[benchmark]") {
   CHECK_THROWS_AS(gmis::marginal_probabilities(test::WithReplacement{9}, 9, 1000), std::invalid_argument);
 }
 
+TEST_CASE("a selection of more samples than the sum can recurse into is refused", "[benchmark]") {
+  struct Alternating {
+    std::size_t samples;
+    std::size_t sample_count() const { return samples; }
+    void next_probabilities(std::span<const std::uint32_t> drawn, std::span<double> out) const {
+      out[0] = drawn.size() % 2 == 0 ? 1.0 : 0.0, out[1] = 1.0 - out[0];
+    }
+  };
+  // Frames without optimisation under AddressSanitizer are five times as large: 2,000 of them fit.
+  const Alternating many{2'000}, too_many{gmis::max_summed_samples + 1};
+  const auto marginals = gmis::marginal_probabilities(many, 2);
+  REQUIRE(marginals.size() == 2 * many.samples);
+  CHECK(marginals[2 * many.samples - 1] == 1.0);
+  CHECK_THROWS_AS(gmis::marginal_probabilities(too_many, 2), std::invalid_argument);
+  const auto problem = problem_of(2);
+  // One outcome: half of the samples are of each proposal, as in N3.
+  const auto expected = gmis::exact_moments(gmis::Scheme::N3, problem);
+  const auto moments = gmis::exact_moments(many, gmis::Weighting::W4, problem);
+  CHECK(moments.mean == Approx(expected.mean).epsilon(1e-9));
+  CHECK(moments.variance == Approx(expected.variance * 2.0 / static_cast<double>(many.samples)).epsilon(1e-6));
+  for (const auto weighting : gmis::all_weightings) {
+    CAPTURE(name_of(weighting));
+    CHECK_THROWS_AS(gmis::exact_moments(too_many, weighting, problem), std::invalid_argument);
+  }
+  // Rounds that sum nothing take any number of samples.
+  CHECK(gmis::SelectedRounds(too_many, gmis::Weighting::W1, 2).sample_count() == too_many.samples);
+}
+
 TEST_CASE("a selection whose probabilities are none is refused under every weighting", "[benchmark]") {
   struct Lacking {
     double first, second;

@@ -38,15 +38,20 @@ inline void require_probabilities(std::span<const double> next) {
   require_argument(sum > 1.0 - 1e-9 && sum < 1.0 + 1e-9, "the probabilities of the selection do not sum to one");
 }
 
+/// The largest number of samples of a round whose outcomes are summed over: the sum recurses once
+/// for each sample, with some 150 bytes of stack each, or 300 without optimisation.
+inline constexpr std::size_t max_summed_samples = 10'000;
+
 /// Marginal probabilities of every sample: at [m N + i] the probability that sample m is of
 /// proposal i, by a sum over all prefixes j_1 … j_{m−1} of a round. Throws
-/// std::invalid_argument for a selection with more than `most_beginnings` prefixes, and for next
-/// probabilities that are negative or do not sum to one.
+/// std::invalid_argument for a selection with more than `max_summed_samples` samples or more than
+/// `most_beginnings` prefixes, and for next probabilities that are negative or do not sum to one.
 template <IndexSelection S>
 [[nodiscard]] std::vector<double> marginal_probabilities(const S& selection, std::size_t proposal_count,
                                                          std::size_t most_beginnings = 4'000'000) {
   const std::size_t samples = selection.sample_count();
   require_argument(samples > 0 && proposal_count > 0, "a selection needs at least one sample and one proposal");
+  require_argument(samples <= max_summed_samples, "the selection has too many samples to sum over its outcomes");
   std::vector<double> marginals(samples * proposal_count), next(samples * proposal_count);
   std::vector<std::uint32_t> drawn;
   std::size_t beginnings = 0;

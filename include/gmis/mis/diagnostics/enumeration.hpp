@@ -149,14 +149,17 @@ class OutcomeSum {
 
 }  // namespace detail
 
-/// Mean and variance of one round of your own selection under any of the five weightings, by
-/// a sum over all outcomes of the selection. Holds for partial support too. Eight samples drawn
-/// from eight proposals with replacement take a few seconds. Throws std::invalid_argument for more
-/// than `max_outcomes` outcomes, and as `marginal_probabilities` and `require_probabilities` do.
+/// Mean and variance of one round of your own selection under any of the five weightings, by a sum
+/// over all outcomes of the selection. Holds for partial support too. Eight samples drawn from
+/// eight proposals with replacement take a few seconds. Throws std::invalid_argument for more than
+/// `max_outcomes` outcomes or `max_summed_samples` samples, and as `marginal_probabilities` and
+/// `require_probabilities` do.
 template <IndexSelection S>
 [[nodiscard]] ExactMoments exact_moments(const S& selection, Weighting weighting, const TabulatedProblem& problem) {
   require_enumerator(Selection::S1, weighting);
   require_argument(selection.sample_count() > 0, "a selection needs at least one sample");
+  require_argument(selection.sample_count() <= max_summed_samples,
+                   "the selection has too many samples to sum over its outcomes");
   return detail::OutcomeSum<S>(selection, weighting, problem).moments();
 }
 
