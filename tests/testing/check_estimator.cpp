@@ -115,6 +115,22 @@ TEST_CASE("check_estimator: rounds that are not numbers, and rounds without vari
                   std::invalid_argument);
 }
 
+TEST_CASE("check_estimator: a variance that overflows fails, although each round is finite", "[testing]") {
+  for (const double size : {1e200, 1e308}) {
+    int calls = 0;
+    const auto check = gmis::check_estimator([&] { return ++calls % 2 == 0 ? size : -size; }, {0.0, 1.0}, 1000);
+    CAPTURE(check.text());
+    CHECK(check.not_finite == 0);
+    CHECK(check.variance == std::numeric_limits<double>::infinity());
+    CHECK(check.variance_test.p_value == 0.0);
+    CHECK_FALSE(check.passes());
+  }
+  // A sum that overflows is no evidence of the mean.
+  const auto huge = gmis::check_estimator([] { return 1e308; }, {0.0, 1.0}, 1000);
+  CHECK(huge.mean_test.p_value == 0.0);
+  CHECK_FALSE(huge.passes());
+}
+
 TEST_CASE("seeded: sources differ by name and are the same again", "[testing]") {
   auto a = gmis::seeded("a"), again = gmis::seeded("a"), b = gmis::seeded("b");
   const auto first = a();

@@ -62,9 +62,9 @@ struct EstimatorCheck {
 /// `round()` returns the estimate of one round, independent of the other rounds; `exact` is from
 /// `exact_moments`, `moments_of_contributions` or a closed form. The variance of a variance is
 /// measured in the same rounds: with heavy tails more than 10,000 rounds keep the stated rate, and
-/// with an infinite fourth moment no number does.
-/// Throws std::invalid_argument for fewer than 100 rounds, a level outside ]0, 1[ and exact moments
-/// that are not finite.
+/// with an infinite fourth moment no number does. A measured variance that overflows fails the
+/// check. Throws std::invalid_argument for fewer than 100 rounds, a level outside ]0, 1[ and exact
+/// moments that are not finite.
 template <class Round>
 requires requires(Round& round) {
   { round() } -> std::convertible_to<double>;
@@ -121,13 +121,15 @@ requires requires(Round& round) {
   const double z_seen =
       normal_quantile(1.0 - sidak_level(level, 2) / 2.0) + normal_quantile(0.99);  // a shift seen in 99 of 100
   const double mean_error = std::sqrt(exact.variance / n);
-  check.mean_test = std::abs(offset) <= rounding ? StatisticalTest{0.0, std::numeric_limits<double>::infinity(), 1.0}
-                                                 : z_test(check.mean, mean_error, exact.mean);
+  check.mean_test = std::isfinite(offset) && std::abs(offset) <= rounding
+                        ? StatisticalTest{0.0, std::numeric_limits<double>::infinity(), 1.0}
+                        : z_test(check.mean, mean_error, exact.mean);
   if (exact.mean != 0.0) check.smallest_mean_error = z_seen * mean_error / std::abs(exact.mean);
   const double largest_variance = std::max(check.variance, exact.variance);
   const double no_variance = std::max(1e-14 * exact.mean * exact.mean, 1e-9 * largest_variance);
   if (deviation <= 1e-9 * largest_variance || largest_variance <= no_variance) {
-    const bool same = std::abs(check.variance - exact.variance) <= no_variance;
+    // Squares that overflow are no evidence of the variance.
+    const bool same = std::isfinite(check.variance) && std::abs(check.variance - exact.variance) <= no_variance;
     check.variance_test = {0.0, std::numeric_limits<double>::infinity(), same ? 1.0 : 0.0};
   } else {
     const double skewness = cubes / n / (deviation * deviation * deviation);
