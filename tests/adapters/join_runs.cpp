@@ -308,6 +308,20 @@ TEST_CASE("Runs that cannot be joined are refused, and the message names what di
   CHECK(refusal(same, {a.checkpoint, older}) == "checkpoint 2: this is no checkpoint of this version");
 }
 
+TEST_CASE("A reference of another size than the runs is refused") {
+  const Run a(request(1, 3)), b(request(2, 3));
+  std::vector<float> reference(64, 1.0F);
+  gmis::RenderRequest compared = request(1, 3);
+  compared.reference = reference;
+  CHECK(joined(compared, {a.checkpoint, b.checkpoint}).log.back().reference_error.has_value());
+  for (const std::size_t size : {1U, 63U, 65U}) {
+    reference.resize(size);
+    compared.reference = reference;
+    CHECK(refusal(compared, {a.checkpoint, b.checkpoint}) ==
+          "RenderRequest::reference must have the pixels and channels of the crop");
+  }
+}
+
 /// The bytes of a checkpoint whose body was changed, with its digest anew.
 std::vector<std::byte> with_new_digest(const std::vector<std::byte>& checkpoint) {
   std::string format;

@@ -15,6 +15,7 @@
 #include "gmis/core/math.hpp"
 #include "gmis/render/thread_executor.hpp"
 #include "support/catch.hpp"
+#include "support/message_of.hpp"
 #include "support/seed.hpp"
 
 TEST_CASE("Batches are the means of their iterations, and there are never too many") {
@@ -581,6 +582,28 @@ TEST_CASE("Doubts: what is too little, what is black, what does not vary, what a
   // value of 1.
   CHECK(estimate->relative_error_trimmed == estimate->relative_error);
   CHECK(estimate->relative_error == Approx(500.0 / 64 / std::sqrt(1.01) / 16).epsilon(0.05));
+}
+
+TEST_CASE("An image and a reference of another size are not compared") {
+  const std::vector<float> two_pixels{1, 2, 3, 100, 100, 100}, one_pixel{1, 2, 3}, none;
+  for (const auto& [image, reference] :
+       {std::pair(two_pixels, one_pixel), std::pair(one_pixel, two_pixels), std::pair(one_pixel, none)})
+    CHECK(gmis_test::message_of([&shown = image, &wanted = reference] {
+            return gmis::image_error(std::span<const float>(shown), std::span<const float>(wanted), 3);
+          }) == "the reference must have the pixels and channels of the image");
+}
+
+TEST_CASE("A number of replications that batches cannot hold is refused") {
+  using Means = gmis::BatchMeans<float>;
+  for (const std::size_t number : {std::size_t{1}, Means::capacity + 1, std::size_t{40}})
+    CHECK(gmis_test::message_of([&] {
+            return Means({4, 4}, number);
+          }) == "the number of replications must be 0, or from 2 to BatchMeans::capacity");
+  for (const std::size_t number : {std::size_t{0}, std::size_t{2}, Means::capacity}) {
+    Means means({4, 4}, number);
+    for (int i = 0; i < 80; ++i) means.add_iteration(std::vector<float>(16, static_cast<float>(i % 3)));
+    CHECK(gmis::estimate_error(means).has_value());
+  }
 }
 
 TEST_CASE("What is dropped from a trimmed error is what image_error drops") {

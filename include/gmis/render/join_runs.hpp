@@ -87,8 +87,9 @@ template <Spectrum S>
 /// error and all statistics but times then have the bits of a run that was never divided.
 ///
 /// Throws `std::invalid_argument`, which names the number of the checkpoint, from 1, and what
-/// differs; when two runs have the same seed: they would be the same samples twice; and when
-/// iterations of a divided run are missing or there twice.
+/// differs; when two runs have the same seed: they would be the same samples twice; when
+/// iterations of a divided run are missing or there twice; and for a reference of another size than
+/// the crop.
 template <Spectrum S>
 [[nodiscard]] RenderResult join_runs(const RenderRequest& request, glm::ivec2 resolution,
                                      std::span<const std::vector<std::byte>> checkpoints,
@@ -102,6 +103,9 @@ template <Spectrum S>
   std::vector<std::string> seeds, instruction_sets;
   std::vector<RunRecord<S>> parts;
   RunRecord<S> all(request, resolution);
+  require_argument(
+      request.reference.empty() || request.reference.size() == all.film.pixel_count() * Film<S>::channel_count,
+      "RenderRequest::reference must have the pixels and channels of the crop");
   for (std::size_t i = 0; i < checkpoints.size(); ++i) {
     RunRecord<S> one(request, resolution);
     const auto read = [&] {

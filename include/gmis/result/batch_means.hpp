@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
 #include "gmis/core/spectrum.hpp"
 #include "gmis/result/row_copy.hpp"
 
@@ -36,11 +37,13 @@ class BatchMeans {
   static constexpr std::size_t capacity = 16;
 
   /// Pixels are stored by rows. `replications`: 0 for independent iterations, else from 2 to
-  /// `capacity`.
+  /// `capacity`; throws std::invalid_argument for another number.
   explicit BatchMeans(glm::ivec2 resolution, std::size_t replications = 0)
       : resolution_(resolution),
         replication_count_(replications),
         current_(static_cast<std::size_t>(resolution.x) * static_cast<std::size_t>(resolution.y) * channel_count, 0.0) {
+    require_argument(replications == 0 || (replications >= 2 && replications <= capacity),
+                     "the number of replications must be 0, or from 2 to BatchMeans::capacity");
   }
 
   /// Adds one iteration, as `Film::add_iteration` does.

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "gmis/core/argument_error.hpp"
+
 namespace gmis {
 
 /// Added to the squared value that a squared error is divided by, so that dark pixels do not
@@ -39,10 +41,12 @@ struct ImageError {
 };
 
 /// Compares two images of the same size, given as `channels` numbers per pixel. A value that is not
-/// finite in either makes relmse and rmse so too. Empty images have no error.
+/// finite in either makes relmse and rmse so too. Empty images have no error. Throws
+/// std::invalid_argument where the sizes differ.
 template <class T, class U>
 [[nodiscard]] ImageError image_error(std::span<const T> image, std::span<const U> reference, std::size_t channels) {
-  const std::size_t pixels = channels == 0 ? 0 : std::min(image.size(), reference.size()) / channels;
+  require_argument(image.size() == reference.size(), "the reference must have the pixels and channels of the image");
+  const std::size_t pixels = channels == 0 ? 0 : image.size() / channels;
   if (pixels == 0) return {};
   std::vector<double> relative(pixels, 0.0);
   double squares = 0.0;
