@@ -207,3 +207,22 @@ TEST_CASE("named effects: four part all paths, and lists of switches mean what t
     CHECK(std::string(gmis::switched_effects(list).unknown) == unknown);
   }
 }
+
+// At compile time a shift by more than the width of the number is an error.
+static_assert(!PathClassSet::all().contains(PathClass::unclassified));
+static_assert([] {
+  PathClassSet set;
+  set.add(PathClass::unclassified);
+  return set.is_empty();
+}());
+
+TEST_CASE("Paths that are not classified are in no set of classes") {
+  PathClassSet set;
+  set.add(PathClass::unclassified);
+  CHECK(set.is_empty());
+  CHECK_FALSE(set.contains(PathClass::unclassified));
+  set = PathClassSet::all();
+  set.add(PathClass::unclassified);
+  CHECK(set == PathClassSet::all());
+  CHECK(set.size() == static_cast<int>(gmis::path_class_count));
+}

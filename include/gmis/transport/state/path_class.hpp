@@ -117,11 +117,14 @@ class PathClassSet {
     return result;
   }
 
-  /// Adds a class.
-  constexpr void add(PathClass path_class) noexcept { bits_ |= 1U << static_cast<unsigned>(path_class); }
-  /// Whether the class is in the set.
+  /// Adds a class; `unclassified` changes nothing.
+  constexpr void add(PathClass path_class) noexcept {
+    if (static_cast<std::size_t>(path_class) < path_class_count) bits_ |= 1U << static_cast<unsigned>(path_class);
+  }
+  /// Whether the class is in the set; `unclassified` is in none.
   [[nodiscard]] constexpr bool contains(PathClass path_class) const noexcept {
-    return (bits_ >> static_cast<unsigned>(path_class) & 1U) != 0;
+    // `unclassified` looks at bit 31, which no set has: cheaper than a comparison for each path.
+    return (bits_ >> (static_cast<unsigned>(path_class) % 32U) & 1U) != 0;
   }
   /// No class is in the set.
   [[nodiscard]] constexpr bool is_empty() const noexcept { return bits_ == 0; }
@@ -151,6 +154,7 @@ class PathClassSet {
 
  private:
   explicit constexpr PathClassSet(std::uint32_t bits) noexcept : bits_(bits) {}
+  static_assert(path_class_count <= static_cast<std::size_t>(PathClass::unclassified) % 32U);
   std::uint32_t bits_ = 0;
 };
 
