@@ -8,7 +8,8 @@
 
 /// \file
 /// The engines for the built-in scene, as furnace_engines.hpp has those for the furnace: what links
-/// `gmis_built_in_engines` shares those of built_in_engines.cpp.
+/// `gmis_built_in_engines` shares those of built_in_engines.cpp. Tests under the sanitizers use two
+/// of them.
 
 #ifdef GMIS_SHARE_BUILT_IN_ENGINES
 namespace gmis {

@@ -151,7 +151,7 @@ class Philox {
   static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
 
   /// The numbers of one path: the same arguments give the same numbers, and others independent
-  /// ones. Of `stream` the lowest eight bits count.
+  /// ones. `stream` counts modulo 256.
   constexpr explicit Philox(std::uint64_t seed = 0, std::uint32_t iteration = 0, std::uint32_t path = 0,
                             std::uint32_t stream = 0) noexcept
       : key_(seed), path_(std::uint64_t{iteration} << 32U | path), place_(std::uint64_t{stream} << 56U) {}

@@ -17,7 +17,7 @@ class WyrandBlocks {
  public:
   using Block = std::array<std::uint32_t, 4>;
 
-  /// The blocks of one path, from vertex 0 on. Of `stream` the lowest eight bits count.
+  /// The blocks of one path, from vertex 0 on. `stream` counts modulo 256.
   constexpr WyrandBlocks(std::uint64_t seed, std::uint32_t iteration, std::uint32_t path, std::uint32_t stream) noexcept
       : first_(first_place(seed, std::uint64_t{iteration} << 32U | path, stream)), place_(first_) {}
 

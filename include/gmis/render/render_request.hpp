@@ -35,7 +35,8 @@ struct RunPart {
 struct RenderRequest {
   RenderSettings settings;  ///< techniques and counts, seed, depth, radius
   /// The counts that a pilot chooses from. One: these counts, without a pilot; none:
-  /// `settings.counts`. With two or more, `settings.counts` must have every technique of theirs.
+  /// `settings.counts`. With two or more, `settings.counts` must have every technique that any of
+  /// them has.
   std::vector<SampleCounts> candidates;
   std::uint32_t expected_iterations = 0;  ///< length of the run that the pilot chooses for
   std::optional<PixelBounds> crop;        ///< the part to render, clipped to the frame; unset: the whole frame
