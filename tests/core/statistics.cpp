@@ -145,6 +145,16 @@ TEST_CASE("Pearson's statistic and its pooling, by hand", "[statistics]") {
   CHECK(chi_square_test(impossible, certain).p_value == 0.0);
 }
 
+TEST_CASE("a mean whose standard error is no number passes no test", "[statistics]") {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (const double error : {infinity, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK(z_test(0.5, error, 0.5).p_value == 0.0);
+    CHECK(t_test(0.5, error, 100, 0.5).p_value == 0.0);
+  }
+  CHECK(z_test(0.5, 0.0, 0.5).p_value == 1.0);
+  CHECK(t_test(0.5, 0.0, 100, 0.5).p_value == 1.0);
+}
+
 TEST_CASE("the chi-square test passes nothing that it cannot compare", "[statistics]") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   const std::array<double, 3> counts{500, 50, 30}, expected{500, 50, 30};

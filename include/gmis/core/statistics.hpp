@@ -167,9 +167,10 @@ struct StatisticalTest {
 };
 
 /// Is `mean` compatible with `expected`, given its standard error? With no error at all only
-/// equality is.
+/// equality is; with one that is infinite or NaN nothing is, for it tells nothing.
 [[nodiscard]] inline StatisticalTest z_test(double mean, double standard_error, double expected) noexcept {
   constexpr double infinity = std::numeric_limits<double>::infinity();
+  if (!std::isfinite(standard_error)) return {infinity, infinity, 0.0};
   if (!(standard_error > 0)) return {0, infinity, mean == expected ? 1.0 : 0.0};
   const double z = (mean - expected) / standard_error;
   return {z, infinity, normal_p_value(z)};
@@ -179,6 +180,7 @@ struct StatisticalTest {
 [[nodiscard]] inline StatisticalTest t_test(double mean, double standard_error, std::size_t count,
                                             double expected) noexcept {
   const double degrees = static_cast<double>(count) - 1;
+  if (!std::isfinite(standard_error)) return {std::numeric_limits<double>::infinity(), degrees, 0.0};
   if (!(standard_error > 0)) return {0, degrees, mean == expected ? 1.0 : 0.0};
   const double t = (mean - expected) / standard_error;
   return {t, degrees, student_t_p_value(t, degrees)};
