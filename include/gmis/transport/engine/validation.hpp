@@ -46,17 +46,15 @@ GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::i
       "this engine has no light side, but SampleCounts ask for light trees: use integrators::pt, or Engine<Scene>");
   require_argument(settings.alpha > 0.0 && settings.alpha <= 1.0,
                    "RenderSettings::alpha must be above 0 and at most 1");
-  require_argument(!counts.has(Technique::merge) || (counts.radius_factor > 0.0 && std::isfinite(counts.radius_factor)),
-                   "SampleCounts::radius_factor must be above 0 and finite when SampleCounts::merges is on");
+  require_argument(!counts.has(Technique::merge) || counts.radius_factor > 0.0,
+                   "SampleCounts::radius_factor must be above 0 when SampleCounts::merges is on");
   require_argument(
       !counts.has(Technique::merge) || !settings.radius || (*settings.radius > 0.0 && std::isfinite(*settings.radius)),
       "RenderSettings::radius is not above 0 and finite, but SampleCounts::merges is on: "
       "leave the radius unset for the default, or switch merging off");
   const auto widest = static_cast<T>(settings.radius.value_or(1.0) * counts.radius_factor);
-  require_argument(
-      !counts.has(Technique::merge) || std::isfinite(widest * widest),
-      "RenderSettings::radius times SampleCounts::radius_factor is too large: the square must be finite in "
-      "the numbers of the scene");
+  require_argument(!counts.has(Technique::merge) || std::isfinite(widest * widest),
+                   "RenderSettings::radius times SampleCounts::radius_factor is too large for the scene's numbers");
   require_argument(settings.emission == Emission::power || GuidableLight<typename Sc::Light>,
                    "RenderSettings::emission is learned, but the scene's lights cannot be guided: they need "
                    "start_numbers and emission_along (core/guided_light.hpp)");
