@@ -6,6 +6,7 @@
 #include "scene/shapes.hpp"
 #include "support/catch.hpp"
 #include "support/counted_memory.hpp"
+#include "support/fewer.hpp"
 #include "support/seed.hpp"
 
 // The builder: the same bits for any number of threads, every primitive in one slot and within all
@@ -132,7 +133,7 @@ TEMPLATE_TEST_CASE("a tree has the same bits for any number of threads", "[bvh]"
   using T = TestType;
   Philox source(gmis_test::seed(30));
   // Enough for several levels that all threads share.
-  const auto shapes = random_shapes<T>(60'000, 20'000, source);
+  const auto shapes = random_shapes<T>(60'000 / gmis_test::fewer, 20'000 / gmis_test::fewer, source);
   const BvhBuilder<T> builder(shapes.triangles, shapes.spheres);
   const BuiltBvh<T> serial = builder.build();
   for (const std::size_t count : {1U, 2U, 5U}) {
