@@ -50,8 +50,8 @@ PROGRAMS = [
     Program("`Render` over an adapter", "examples/bring_your_own/main.cpp"),
     Program("the same, engines declared", "bench/compile/engines_declared.cpp", needs="define GMIS_DECLARE_ENGINES"),
     Program("`Render` over an adapter, with `gmis::compiled`", "examples/bring_your_own/main.cpp", flags=("-DGMIS_COMPILED",), is_checked=False),
-    Program("`examples/render_a_scene.cpp`", "examples/render_a_scene.cpp", is_checked=False),
-    Program("`examples/render_a_scene.cpp`, with `gmis::compiled`", "examples/render_a_scene.cpp", flags=("-DGMIS_COMPILED",)),
+    Program("`examples/render_a_scene.cpp`", "examples/render_a_scene.cpp"),
+    Program("`examples/render_a_scene.cpp`, with `gmis::compiled`", "examples/render_a_scene.cpp", flags=("-DGMIS_COMPILED",), is_checked=False),
     Program("lamps chosen for their receiver", "examples/many_lights/main.cpp", is_checked=False),
     Program("Embree's intersector", "examples/embree/main.cpp", header="embree3/rtcore.h", is_checked=False),
 ]

@@ -104,13 +104,6 @@ struct Cell {
   double pdf(double x) const { return x >= low && x < low + width ? 1.0 / width : 0.0; }
 };
 
-/// `test::FaultyDensity`, by its logarithm.
-struct FaultyLogarithm {
-  double fault;
-  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
-  double log_pdf(double x) const { return x > 0.5 ? fault : 0.0; }
-};
-
 }  // namespace
 
 TEST_CASE("hostile: an integrand that is negative, in part and altogether", "[hostile]") {
@@ -263,7 +256,7 @@ TEST_CASE("hostile: faulty densities by logarithms, and under a heuristic", "[ho
   for (const double fault : {-infinity, nan, infinity}) {
     CAPTURE(fault);
     const bool is_zero = fault == -infinity;
-    const std::array<FaultyLogarithm, 2> logarithms{{{fault}, {fault}}};
+    const std::array<test::FaultyLogarithm, 2> logarithms{{{fault}, {fault}}};
     const std::array<test::FaultyDensity, 2> densities{{{is_zero ? 0.0 : fault}, {is_zero ? 0.0 : fault}}};
     const std::array<test::FaultyDensity, 2> sound{{{1.0}, {1.0}}};
     for (const Scheme scheme : gmis::all_schemes) {

@@ -389,17 +389,6 @@ TEST_CASE("adaptive proposals: each evaluation of a density is counted once", "[
   CHECK(result.mean == Approx((80.0 - static_cast<double>(result.rejected.total())) / 80.0).epsilon(1e-12));
 }
 
-namespace {
-
-/// Uniform on [0, 1), with the density `below` under one quarter.
-struct Stepped {
-  double below;
-  double sample(gmis::Philox& source) const { return gmis::uniform<double>(source); }
-  double pdf(double x) const { return x < 0.25 ? below : 1.0; }
-};
-
-}  // namespace
-
 TEST_CASE("adaptive MIS: what cannot be used counts as zero, once, and by cause", "[mis]") {
   gmis::Philox source(gmis_test::seed(98));
   const double infinity = std::numeric_limits<double>::infinity();
@@ -420,43 +409,43 @@ TEST_CASE("adaptive MIS: what cannot be used counts as zero, once, and by cause"
     const auto later = [&](auto x, auto weights) {
       for (const double weight : weights) CHECK(std::isfinite(weight));
       for (std::size_t i = 0; i < x.size(); ++i)
-        if (x.size() > 40 && x[i] < 0.25) CHECK(weights[i] == 0.0);
-      return Stepped{x.size() < 40 ? 1.0 : fault};
+        if (x.size() > 40 && x[i] > 0.5) CHECK(weights[i] == 0.0);
+      return test::FaultyDensity{x.size() < 40 ? 1.0 : fault};
     };
-    const auto old_samples = gmis::estimate_adaptive(one, Stepped{1.0}, 20, 4, later, source);
+    const auto old_samples = gmis::estimate_adaptive(one, test::FaultyDensity{1.0}, 20, 4, later, source);
     CHECK(old_samples.rejected.total() == old_samples.rejected.non_finite_density);
     check(old_samples, 80, 1.0);
-    const auto sound = [](auto, auto) { return Stepped{1.0}; };
-    const auto new_samples = gmis::estimate_adaptive(one, Stepped{fault}, 20, 4, sound, source);
+    const auto sound = [](auto, auto) { return test::FaultyDensity{1.0}; };
+    const auto new_samples = gmis::estimate_adaptive(one, test::FaultyDensity{fault}, 20, 4, sound, source);
     CHECK(new_samples.rejected.total() == new_samples.rejected.non_finite_density);
     check(new_samples, 80, 1.0);
     // A value that is not finite where a density is at fault is counted once.
-    const auto broken = [](double x) { return x < 0.5 ? std::nan("") : 1.0; };
-    const auto both = gmis::estimate_adaptive(broken, Stepped{fault}, 20, 4, sound, source);
+    const auto broken = [](double x) { return x > 0.25 ? std::nan("") : 1.0; };
+    const auto both = gmis::estimate_adaptive(broken, test::FaultyDensity{fault}, 20, 4, sound, source);
     CHECK(both.rejected.non_finite_density > 0);
     CHECK(both.rejected.non_finite_integrand > 0);
     check(both, 80, 1.0);
   }
   // A quotient outside the range of double.
-  const auto tiny = [](auto, auto) { return Stepped{1e-10}; };
-  const auto overflow =
-      gmis::estimate_adaptive([](double x) { return x < 0.25 ? 1e300 : 1.0; }, Stepped{1e-10}, 20, 4, tiny, source);
+  const auto tiny = [](auto, auto) { return test::FaultyDensity{1e-10}; };
+  const auto overflow = gmis::estimate_adaptive([](double x) { return x > 0.5 ? 1e300 : 1.0; },
+                                                test::FaultyDensity{1e-10}, 20, 4, tiny, source);
   CHECK(overflow.rejected.total() == overflow.rejected.non_finite_contribution);
   check(overflow, 80, 1.0);
   // In range once a second proposal is in the mixture: not rejected.
-  const auto wide = [](auto, auto) { return Stepped{1.0}; };
-  const auto mended =
-      gmis::estimate_adaptive([](double x) { return x < 0.25 ? 1e100 : 1.0; }, Stepped{1e-250}, 40, 2, wide, source);
+  const auto wide = [](auto, auto) { return test::FaultyDensity{1.0}; };
+  const auto mended = gmis::estimate_adaptive([](double x) { return x > 0.5 ? 1e100 : 1.0; },
+                                              test::FaultyDensity{1e-250}, 40, 2, wide, source);
   CHECK(mended.rejected.total() == 0);
   CHECK(mended.mean > 1e97);
 }
 
 TEST_CASE("adaptive MIS: a single sample states no error", "[mis]") {
   gmis::Philox source(gmis_test::seed(99));
-  const auto keep = [](auto, auto) { return Stepped{1.0}; };
+  const auto keep = [](auto, auto) { return test::FaultyDensity{1.0}; };
   const auto one = [](double) { return 1.0; };
-  CHECK_FALSE(gmis::estimate_adaptive(one, Stepped{1.0}, 1, 1, keep, source).standard_error.has_value());
-  CHECK(gmis::estimate_adaptive(one, Stepped{1.0}, 2, 1, keep, source).standard_error.has_value());
+  CHECK_FALSE(gmis::estimate_adaptive(one, test::FaultyDensity{1.0}, 1, 1, keep, source).standard_error.has_value());
+  CHECK(gmis::estimate_adaptive(one, test::FaultyDensity{1.0}, 2, 1, keep, source).standard_error.has_value());
 }
 
 // 50 rounds × 200 runs: rounding gives the variance of a constant a random sign.

@@ -39,6 +39,12 @@ struct FaultyDensity {
   double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
   double pdf(double x) const { return x > 0.5 ? fault : 1.0; }
 };
+/// `FaultyDensity`, by its logarithm.
+struct FaultyLogarithm {
+  double fault;
+  double sample(gmis::UniformSource auto& source) const { return gmis::uniform<double>(source); }
+  double log_pdf(double x) const { return x > 0.5 ? fault : 0.0; }
+};
 
 /// Density 1 + slope (x − 1/2) on [0, 1), |slope| < 2: positive everywhere.
 struct Ramp {

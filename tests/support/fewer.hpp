@@ -6,7 +6,7 @@ namespace gmis_test {
 /// runs ten times as long there. The bounds on standard errors, which say what a test would notice,
 /// grow by its root there; no other bound does. Some thirty values stay behind each standard error:
 /// with fewer, Student's limit lets faults pass.
-#if defined(GMIS_UNDER_SANITIZERS) || defined(GMIS_UNDER_THREAD_SANITIZER)
+#ifdef GMIS_FEWER_SAMPLES
 constexpr int fewer = 4;
 #else
 constexpr int fewer = 1;

@@ -33,7 +33,7 @@ using CountedWorkspace = Workspace<typename Set::Density, dynamic_capacity>;
 /// `visit(x, psi, relative, index)` with ψ(x) = Σ n_k q_k(x) / n, n = Σ n_k, and relative[k] =
 /// q_k(x)/ψ(x) for *all* proposals, those without samples included. Relative densities stay in
 /// range where densities do not, and Σ n_k relative[k] = n. (1/n) Σ f(x)/psi estimates ∫ f;
-/// unbiased when ψ > 0 wherever f ≠ 0. A sample is not visited, and counts as non_finite_density,
+/// unbiased when ψ > 0 wherever f ≠ 0. A sample counts as non_finite_density and is not visited
 /// where any density is infinite, NaN or negative, that of a proposal without samples included.
 ///
 /// `relative` is a span of `Set::Density`, to be read before `visit` returns. `counts` must have

@@ -55,9 +55,8 @@ template <class CountOf>
   return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
 }
 
-/// The probabilities of the counts 0 … n of a distribution that is known by its ratios, `ratio(c)`
-/// = P(c + 1)/P(c), which must not rise with c. They are computed relative to the most probable
-/// count, so that none overflows.
+/// The probabilities P of the counts 0 … n, by the ratios `ratio(c)` = P(c + 1)/P(c), which must not
+/// rise with c. They are computed relative to the most probable count, so that none overflows.
 template <class Ratio>
 [[nodiscard]] std::vector<double> count_probabilities(std::size_t n, Ratio ratio) {
   std::vector<double> probabilities(n + 1);
@@ -72,7 +71,8 @@ template <class Ratio>
 
 /// Sums over all multisets of n indices drawn with probabilities α_i, proposal by proposal; the
 /// densities of a common beginning are added up once. Where m samples remain for the proposals from
-/// i on, proposal i makes a binomial number of them, with the probability α_i/(α_i + α_{i+1} + …).
+/// i on, the number that proposal i makes is binomial, with the probability α_i over the sum of
+/// these α.
 class MultisetSum {
  public:
   MultisetSum(const TabulatedProblem& problem, std::vector<double> probabilities, std::size_t samples)

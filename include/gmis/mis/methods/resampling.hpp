@@ -21,8 +21,8 @@ namespace gmis {
 
 /// Draws the candidates of one round, n_k of each proposal, weights them by p̂/(Σ n q) (balance
 /// heuristic) and keeps one. f(y) W is an unbiased estimate of ∫ f where p̂ > 0 and some n_k q_k >
-/// 0 wherever f ≠ 0. `target(x)` is p̂(x) ≥ 0; a candidate where it is negative or not finite, or
-/// p̂/(Σ n q) is not finite, is left out and counted in `cost.non_finite_density`.
+/// 0 wherever f ≠ 0. `target(x)` is p̂(x) ≥ 0. A candidate is left out, and counted in
+/// `cost.non_finite_density`, where p̂ is negative or not finite, or p̂/(Σ n q) is not finite.
 template <class Target, class Set, UniformSource Source>
 requires ProposalSet<Set, Source>
 [[nodiscard]] Reservoir<typename Set::Value> resample(Target&& target, const Set& set, CountsByProposal counts,

@@ -52,6 +52,7 @@ GMIS_RARE const RenderSettings& validated(const RenderSettings& settings, glm::i
       !counts.has(Technique::merge) || !settings.radius || (*settings.radius > 0.0 && std::isfinite(*settings.radius)),
       "RenderSettings::radius is not above 0 and finite, but SampleCounts::merges is on: "
       "leave the radius unset for the default, or switch merging off");
+  // The default radius follows the picture; the factor must be in range all the same.
   const auto widest = static_cast<T>(settings.radius.value_or(1.0) * counts.radius_factor);
   require_argument(!counts.has(Technique::merge) || std::isfinite(widest * widest),
                    "RenderSettings::radius times SampleCounts::radius_factor is too large for the scene's numbers");
