@@ -116,8 +116,8 @@ struct RegularisedGamma {
   return z;
 }
 
-/// Chance of at least this χ² statistic with `degrees` of freedom, 1 or more. A NaN has the chance
-/// 0, so that its test fails.
+/// Chance of at least this χ² statistic with `degrees` of freedom, 1 or more. For a NaN it is 0:
+/// the test fails.
 [[nodiscard]] inline double chi_square_p_value(double statistic, double degrees) noexcept {
   if (std::isnan(statistic)) return 0;
   return regularised_gamma(degrees / 2, statistic / 2).upper;

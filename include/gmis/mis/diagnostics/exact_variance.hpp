@@ -55,8 +55,8 @@ template <class CountOf>
   return variance_from(problem.squared_over(divided) / n, squared_means / (n * n));
 }
 
-/// The probabilities P of the counts 0 … n, by the ratios `ratio(c)` = P(c + 1)/P(c), which must not
-/// rise with c. They are computed relative to the most probable count, so that none overflows.
+/// Probabilities P of the counts 0 … n, where `ratio(c)` = P(c + 1)/P(c) does not rise with c.
+/// They are computed relative to the most probable count, so that none overflows.
 template <class Ratio>
 [[nodiscard]] std::vector<double> count_probabilities(std::size_t n, Ratio ratio) {
   std::vector<double> probabilities(n + 1);
