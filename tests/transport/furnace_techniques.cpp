@@ -70,13 +70,13 @@ TEST_CASE("each technique alone finds the furnace's closed form at every length"
     auto split = settings();
     split.counts.connections = 2;
     split.sampler.budget = 6;
-    check_techniques<Gmis, gmis::Philox>(split, 2, 100, 0.006);
+    check_techniques<Gmis, gmis::Philox>(split, 2, 250, 0.006);
   }
   SECTION("trees of more children, by another scheme") {
     auto split = settings();
     split.counts.connections = 4;
     split.sampler.rounds = 2;
     split.sampler.scheme = gmis::Scheme::N2;
-    check_techniques<Gmis, gmis::Philox>(split, 2, 100, 0.006);
+    check_techniques<Gmis, gmis::Philox>(split, 2, 250, 0.006);
   }
 }
