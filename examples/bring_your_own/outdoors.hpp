@@ -42,10 +42,10 @@ class Sky {
   }
   [[nodiscard]] std::optional<gmis::EmissionSample<Spectrum>> sample_emission(const glm::dvec2& uv_origin,
                                                                               const glm::dvec2& uv_direction) const {
-    const dvec3 direction = -above_horizon(uv_origin);
+    const dvec3 direction = -above_horizon(uv_direction);
     // A disk across the direction, outside the ball, as wide as the ball.
     const auto frame = gmis::Frame<double>::around(direction);
-    const glm::dvec2 place = radius_ * gmis::square_to_disk(uv_direction);
+    const glm::dvec2 place = radius_ * gmis::square_to_disk(uv_origin);
     Point start{};
     start.position = center_ + frame.to_world({place.x, place.y, -radius_});
     const auto [origin, first] = density();

@@ -11,6 +11,7 @@
 
 #include "gmis/check/findings.hpp"
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/guided_light.hpp"
 
 /// \file
 /// A sound scene behind an adapter with one mistake in it, of those that people make.
@@ -59,6 +60,9 @@ enum class Mistake {
   emission_weight_without_density,
   emission_direction_not_unit,
   emission_backwards,
+  emission_numbers_swapped,
+  emission_along_weight_doubled,
+  emission_along_missing,
   emitted_radiance_doubled,
   delta_density_zero,
   delta_light_falls_linearly,
@@ -243,15 +247,19 @@ class BrokenLight {
   }
   [[nodiscard]] std::optional<gmis::EmissionSample<Spectrum>> sample_emission(const gmis::Vec2<T>& uv_origin,
                                                                               const gmis::Vec2<T>& uv_direction) const {
-    auto s = inner_.sample_emission(uv_origin, uv_direction);
-    if (!s) return s;
-    if (mistake_ == Mistake::emission_missing && !is_delta() && !is_infinite()) return std::nullopt;
-    s->density = changed(s->density);
-    s->weight = changed(s->weight);
-    if (mistake_ == Mistake::emission_density_doubled) s->density.first *= T(2);
-    if (mistake_ == Mistake::emission_weight_without_density) s->weight = s->weight * s->density.first;
-    if (mistake_ == Mistake::emission_direction_not_unit) s->direction *= T(1.5);
-    if (mistake_ == Mistake::emission_backwards) s->direction = -s->direction;
+    const bool is_swapped = mistake_ == Mistake::emission_numbers_swapped;
+    return altered(
+        inner_.sample_emission(is_swapped ? uv_direction : uv_origin, is_swapped ? uv_origin : uv_direction));
+  }
+  [[nodiscard]] auto start_numbers(const Point& origin,
+                                   const gmis::Vec3<T>& direction) const requires gmis::GuidableLight<Inner> {
+    return inner_.start_numbers(origin, direction);
+  }
+  [[nodiscard]] auto emission_along(const Point& origin,
+                                    const gmis::Vec3<T>& direction) const requires gmis::GuidableLight<Inner> {
+    auto s = altered(inner_.emission_along(origin, direction));
+    if (s && mistake_ == Mistake::emission_along_weight_doubled) s->weight = s->weight * T(2);
+    if (mistake_ == Mistake::emission_along_missing && is_infinite()) return decltype(s){};
     return s;
   }
   [[nodiscard]] gmis::Emitted<Spectrum> emitted(const Point& origin, const gmis::Vec3<T>& direction) const {
@@ -282,6 +290,18 @@ class BrokenLight {
     before.position -= T(2) * glm::dot(from.position - start->origin.position, normal) * normal;
     auto s = inner_.sample_next_event(before, uv);
     if (s) s->to_light = glm::normalize(s->origin.position - from.position);
+    return s;
+  }
+  [[nodiscard]] std::optional<gmis::EmissionSample<Spectrum>> altered(
+      std::optional<gmis::EmissionSample<Spectrum>> s) const {
+    if (!s) return s;
+    if (mistake_ == Mistake::emission_missing && !is_delta() && !is_infinite()) return std::nullopt;
+    s->density = changed(s->density);
+    s->weight = changed(s->weight);
+    if (mistake_ == Mistake::emission_density_doubled) s->density.first *= T(2);
+    if (mistake_ == Mistake::emission_weight_without_density) s->weight = s->weight * s->density.first;
+    if (mistake_ == Mistake::emission_direction_not_unit) s->direction *= T(1.5);
+    if (mistake_ == Mistake::emission_backwards) s->direction = -s->direction;
     return s;
   }
   [[nodiscard]] Spectrum changed(const Spectrum& light) const {

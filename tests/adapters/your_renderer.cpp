@@ -1,5 +1,7 @@
 // What docs/your-renderer.md shows beside the examples.
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "adapters/agreement.hpp"
 #include "bring_your_own/adapter.hpp"
@@ -87,6 +89,18 @@ TEST_CASE("a sky whose disk does not cover the border of the scene is named") {
   const auto findings = gmis::check_scene(adapter::OutdoorScene(world, sky, leaf), settings);
   REQUIRE(findings.broken().size() == 1);
   CHECK(findings.broken().front().convention == gmis::Convention::emission_disk);
+}
+
+TEST_CASE("a sky around a place far from the origin is sound") {
+  adapter::Leaf leaf;
+  const theirs::World world = meadow(20, 16, 0.6, leaf);
+  const glm::dvec3 far(3e6, -1e6, 2e6);
+  const adapter::OutdoorScene scene(world, adapter::Sky({0.8, 0.9, 1.2}, far, 7), leaf);
+  std::array<gmis::SurfacePoint<double>, 1> receivers{};
+  receivers[0].position = far;
+  gmis::Philox source(gmis_test::seed(5));
+  const std::span<const gmis::SurfacePoint<double>> seen(receivers);
+  CHECK(gmis::check_light(scene, *scene.infinite_lights()[0], seen, source).text() == "");
 }
 
 TEST_CASE("a leaf lets through what its alpha leaves") {

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <glm/mat3x3.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "gmis/check/compare.hpp"
 #include "gmis/check/light_directions.hpp"
 #include "gmis/core/concepts.hpp"
+#include "gmis/core/guided_light.hpp"
 #include "gmis/core/math.hpp"
 #include "gmis/core/random.hpp"
 #include "gmis/core/warp.hpp"
@@ -45,6 +47,7 @@ class LightCheck {
     constexpr int cases = 512;
     for (int i = 0; i < cases; ++i) check_next_event();
     for (int i = 0; i < cases; ++i) check_emission();
+    judge_guided_numbers();
     const double reach = glm::length(V(receivers_.front().position)) + 1.0;
     if (light_.is_delta())
       for (int i = 0; i < cases / 2; ++i) check_delta_intensity(reach);
@@ -160,17 +163,48 @@ class LightCheck {
     const bool is_surface = !light_.is_infinite() && !light_.is_delta();
     const double cos_light = is_surface ? glm::dot(V(sample->origin.geometric_normal), V(sample->direction)) : 1.0;
     compare(Convention::emission_unit, glm::length(V(sample->direction)), 1.0, 1e-3);
+    if (std::abs(cos_light) < 0.05) return;  // ruled by the rounding of the direction
+    check_guided(*sample);
     if (light_.is_delta()) {
       compare(Convention::light_delta_densities, number(sample->density.origin), 1.0, 1e-3);
       return;
     }
-    if (std::abs(cos_light) < 0.05) return;  // ruled by the rounding of the direction
     const auto emitted = light_.emitted(sample->origin, sample->direction);
     if (!check_values(is_sound(emitted.radiance) && is_density(emitted.density))) return;
     compare(Convention::emission_two_densities, sample->density, emitted.density);
     const double densities = number(sample->density.origin) * number(sample->density.first);
     if (densities > 0.0)
       compare_channels(Convention::emission_weight, sample->weight, emitted.radiance, std::abs(cos_light) / densities);
+  }
+
+  /// The members of a guided light against the start that `sample_emission` made.
+  void check_guided(const EmissionSample<S>& start) {
+    if constexpr (GuidableLight<Light>) {
+      const auto along = light_.emission_along(start.origin, start.direction);
+      findings_.count(Convention::guided_start, along && glm::length(V(along->direction) - V(start.direction)) < 0.01);
+      if (along) compare(Convention::guided_start, along->density, start.density);
+      if (along) compare_channels(Convention::guided_start, along->weight, start.weight, 1.0);
+      const auto numbers = light_.start_numbers(start.origin, start.direction);
+      const auto other = light_.sample_emission(two(), two());
+      if (!numbers || !other) return;
+      const auto again =
+          light_.is_infinite() ? light_.sample_emission(two(), *numbers) : light_.sample_emission(*numbers, two());
+      if (!again) return;
+      guided_.error += glm::length(drawn_first(*again) - drawn_first(start));
+      guided_.spread += glm::length(drawn_first(*other) - drawn_first(start));
+      guided_.size += glm::length(drawn_first(start));
+    }
+  }
+  /// The part of a start that a guide draws first.
+  [[nodiscard]] V drawn_first(const EmissionSample<S>& start) const {
+    return light_.is_infinite() ? V(start.direction) : V(start.origin.position);
+  }
+  /// The numbers of `start_numbers` make nearly the same start again, beside the spread of all
+  /// starts.
+  void judge_guided_numbers() {
+    if (!(guided_.spread > 0.0)) return;
+    const double rounding = 32.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * guided_.size;
+    findings_.judge(Convention::guided_numbers, guided_.error <= 0.02 * guided_.spread + rounding);
   }
 
   /// Emission of a delta light against its next events, `reach` away.
@@ -218,6 +252,7 @@ class LightCheck {
     std::vector<Start> starts;
     glm::dmat3 sum(0.0);
     V moment(0.0);
+    const V near(receivers_.front().position);  // the place 0 here: a scene may lie far from the origin
     for (std::size_t i = 0; i < samples_; ++i) {
       const auto start = light_.sample_emission(two(), two());
       if (!start || !(start->density.first > T(0))) continue;
@@ -226,10 +261,11 @@ class LightCheck {
       const V& d = starts.back().direction;
       const glm::dmat3 across = glm::dmat3(1.0) - glm::outerProduct(d, d);
       sum += across;
-      moment += across * starts.back().position;
+      moment += across * (starts.back().position - near);
     }
     if (starts.size() < 100) return;
-    judge_disk(starts, glm::inverse(sum + 1e-6 * static_cast<double>(starts.size()) * glm::dmat3(1.0)) * moment);
+    const double count = static_cast<double>(starts.size());
+    judge_disk(starts, near + glm::inverse(sum + 1e-6 * count * glm::dmat3(1.0)) * moment);
   }
   void judge_disk(const std::vector<Start>& starts, const V& center) {
     const auto [least, most] = std::minmax_element(starts.begin(), starts.end(),
@@ -276,6 +312,10 @@ class LightCheck {
   double level_;
   std::size_t samples_, ray_samples_, group_;
   Findings findings_;
+  /// Sums of lengths over the starts of a guided light.
+  struct Lengths {
+    double error = 0.0, spread = 0.0, size = 0.0;
+  } guided_;
 };
 
 /// Checks one light of a scene. `receivers`: points that the light may reach. All statistical tests

@@ -56,6 +56,8 @@ enum class Convention : std::uint8_t {
   next_event_weight,
   emission_weight,
   emission_intensity,
+  guided_numbers,
+  guided_start,
   bsdf_unit,
   bsdf_world,
   bsdf_value,
@@ -155,10 +157,15 @@ inline constexpr std::size_t convention_count = static_cast<std::size_t>(Convent
       "· first)",
       "A delta light must send the same light in sample_emission and in sample_next_event: intensity / first and "
       "intensity / distance² (for a directional light irradiance / first and irradiance)",
+      "Light::start_numbers must return the numbers from which sample_emission makes what it draws first, whatever its "
+      "other numbers are: uv_origin for the point, and for an infinite light uv_direction for the direction",
+      "Light::emission_along must return the start that sample_emission makes there, with the same direction, weight "
+      "and densities",
       "Bsdf::sample: to_next must have unit length, in world space",
       "Bsdf: to_prev and to_next are in world space: what sample states fits a to_next in the frame of the surface",
       "Bsdf: values, densities and weights must be finite and not negative",
-      "Bsdf::sample: every direction goes through the surface: to_prev and to_next both point away from it",
+      "Bsdf::sample: every direction goes through the surface: to_prev and to_next both point away from it (right "
+      "only where a surface scatters all light to its other side)",
       "ScatterSample::eta must be the index of refraction on the side of to_next over that on the side of to_prev: "
       "sin of to_prev = eta · sin of to_next",
       "ScatterSample::pdf.forward must be the density that Bsdf::evaluate states for the same directions, with the "

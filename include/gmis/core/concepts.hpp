@@ -137,8 +137,8 @@ template <Bsdf B>
 /// - `is_infinite()`: the light has directions but no position (directional, environment).
 /// - `sample_next_event(from, uv)`: a sample of the light that arrives at `from`; nothing when no
 ///   light arrives.
-/// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath; nothing when the
-///   sample fails.
+/// - `sample_emission(uv_origin, uv_direction)`: the start of a light subpath, with the point made
+///   from `uv_origin` and the direction from `uv_direction`; nothing when the sample fails.
 /// - `emitted(origin, direction)`: the radiance that leaves `origin` along `direction`, and the
 ///   densities with which `sample_emission` makes this start; all 0 for a delta light, which no ray
 ///   hits. An infinite light ignores `origin`; `direction` is the one in which its light
