@@ -24,7 +24,7 @@ template <Scene Sc>
     return scene.light_group(light);
   } else {
     static_assert(
-        !requires { scene.light_group(light); }, "light_group(light) must return std::uint16_t");
+        !requires(Sc & any) { any.light_group(light); }, "light_group(light) const must return std::uint16_t");
     return 0;
   }
 }

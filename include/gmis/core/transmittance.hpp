@@ -53,11 +53,19 @@ template <Scene Sc>
   if constexpr (SceneWithAbsorption<Sc>) {
     return scene.has_absorption();
   } else {
-    static_assert(
-        !requires(const Ray<ScalarOf<typename Sc::Spectrum>>& ray,
-                  const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& end) { scene.transmittance(ray, end, end); },
-        "transmittance(ray, from, to) must return the Spectrum of the scene, and needs bool has_absorption() beside "
-        "it");
+    constexpr bool has_one_of_two = requires(Sc & any) {
+      any.has_absorption();
+    }
+    || requires(Sc & any, const Ray<ScalarOf<typename Sc::Spectrum>>& ray) {
+      any.transmittance(ray);
+    }
+    || requires(Sc & any, const Ray<ScalarOf<typename Sc::Spectrum>>& ray,
+                const SurfacePoint<ScalarOf<typename Sc::Spectrum>>& end) {
+      any.transmittance(ray, end, end);
+    };
+    static_assert(!has_one_of_two,
+                  "absorption needs two members: bool has_absorption() const, and transmittance(ray) const or "
+                  "transmittance(ray, from, to) const, which returns the Spectrum of the scene");
     return false;
   }
 }
