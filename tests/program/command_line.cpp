@@ -194,7 +194,7 @@ TEST_CASE("What cannot be written is said before the work: exit code 2 and one l
   }
 }
 
-TEST_CASE("A run that found nothing is not finished by --error") {
+TEST_CASE("A run that found nothing is finished by --error late, and says so") {
   const ScratchFolder folder;
   // Light that is seen directly and nothing else: every iteration is the same.
   const Outcome constant =
@@ -209,6 +209,15 @@ TEST_CASE("A run that found nothing is not finished by --error") {
   CHECK(json["estimate"]["doubt"] == "nothing_found");
   CHECK(json["estimate"]["relative_error"] == 0);
   CHECK(json["prices"].empty());
+  const Outcome late = run(folder,
+                           "cornell --integrator pt --effects emission-only --size 32x32 --crop 0,0,2,2 --error "
+                           "0.5 --out a.pfm --stats s.json");
+  CHECK(late.out.find("nothing has been found yet") != std::string::npos);
+  const Json later = Json::parse(text_of(folder / "s.json"));
+  CHECK(later["stopped_by"] == "error");
+  CHECK(later["iterations"] >= 256);
+  CHECK(later["iterations"] < 300);
+  CHECK(later["estimate"]["doubt"] == "nothing_found");
   // Where the plan knows that nothing will ever be found, --error alone does not wait for it.
   const Outcome black = run(folder, "cornell --size 2x2 --effects caustics-only --error 0.5 --out a.pfm");
   CHECK(black.exit_code == 0);

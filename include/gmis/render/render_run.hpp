@@ -563,7 +563,8 @@ void RenderRun<S_>::update_error(ExecutorRef executor) {
   estimate_now(executor);
   if (!latest_error_) return;
   made_.state.relative_error = latest_error_->relative_error;
-  made_.state.is_calibrated = latest_error_->is_calibrated();
+  made_.state.is_calibrated = latest_error_->is_calibrated() ||
+                              (latest_error_->doubt == ErrorDoubt::nothing_found && n >= Budget::most_iterations_alike);
   if (!limit) return;
   // An error that falls like 1/n comes down to the limit no sooner. The guess is trusted for one
   // doubling.

@@ -20,7 +20,7 @@ struct RunState {
   std::uint32_t iterations = 0;  ///< done so far
   double seconds = 0.0;          ///< wall time so far
   double relative_error = 0.0;   ///< √relMSE by the latest estimate; 0 before the first
-  bool is_calibrated = false;    ///< `ErrorEstimate::is_calibrated`; the error may end the run only when it is true
+  bool is_calibrated = false;    ///< the error may end the run: `ErrorEstimate::is_calibrated`, or nothing will differ
 
   /// The state for a later run (`core/state_archive.hpp`): member by member, for bytes between them
   /// have no value.
@@ -36,6 +36,9 @@ struct Budget {
   /// Minimum number of iterations before an error estimate may end a run; estimates from fewer
   /// iterations are too uncertain.
   static constexpr std::uint32_t fewest_iterations_for_error = 8;
+  /// From this number of iterations on, a limit on the error ends a run whose iterations are all
+  /// alike: there is no noise, or nothing will be found (`ErrorDoubt::nothing_found`).
+  static constexpr std::uint32_t most_iterations_alike = 256;
 
   std::optional<std::uint32_t> iterations{};  ///< stop after this number of iterations
   std::optional<double> seconds{};            ///< stop after this wall time
