@@ -49,7 +49,7 @@ ENDINGS = {".pbrt", ".gltf", ".glb"}
 # file that is not there.
 NO_SCENE = re.compile(r"holds no triangle|points and lines alone|no WorldBegin|must stand after WorldBegin|holds no shape")
 INCOMPLETE = re.compile(r"is missing: check its name")
-OLDER = re.compile(r"this is a file of glTF 1|is of pbrt-v[23]")
+OLDER = re.compile(r"this is a file of glTF 1|(is|scene) of pbrt-v[23]")
 VERDICTS = ("understood", "in part", "refused", "failed", "blank", "older", "incomplete", "no scene")
 
 

@@ -21,7 +21,10 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 def project_files():
     """The files that git knows, and those that it does not ignore."""
     command = ["git", "-C", str(PROJECT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-    names = subprocess.run(command, capture_output=True, check=True).stdout.decode().split("\0")
+    listed = subprocess.run(command, capture_output=True)
+    if listed.returncode != 0:
+        sys.exit(f"git lists no files here, so comments and words are left alone: {listed.stderr.decode().strip()}")
+    names = listed.stdout.decode().split("\0")
     files = [PROJECT / name for name in names if name and language_of(name)]
     return sorted({file for file in files if file.is_file() and not file.is_symlink()})
 
