@@ -34,6 +34,8 @@ gmis::RenderResult rendered(const BuiltScene& scene, const RenderRequest& reques
                                       engines_for(scene, request).properties);
     ProgressiveRender rendering(scene, request);
     if (!request.resume.empty()) rendering.resume(request.resume.front());
+    if (request.on_log)
+      for (const ConvergencePoint& point : rendering.log().points()) request.on_log(point);
     return rendering.run(executor);
   } catch (const std::invalid_argument& error) {
     if (!request.resume.empty()) throw InputError(resume_argument(request.resume_files) + ": " + error.what());

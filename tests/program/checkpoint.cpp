@@ -83,10 +83,12 @@ TEST_CASE("a run goes on to more iterations, on other threads, and keeps what it
   const std::string same = "cornell --size 16x16 --integrator vcm --connections 1 --quiet ";
   REQUIRE(run(folder, same + "--iterations 6 --out whole.pfm").exit_code == 0);
   REQUIRE(run(folder, same + "--iterations 3 --out a.pfm --checkpoint a.checkpoint --threads 1").exit_code == 0);
-  const Outcome longer = run(folder, same + "--iterations 6 --out b.pfm --resume a.checkpoint --threads 2");
+  const Outcome longer = run(folder, same + "--iterations 6 --out b.pfm --resume a.checkpoint --threads 2 --log b.csv");
   INFO(longer.err);
   CHECK(longer.exit_code == 0);
   CHECK(text_of(folder / "b.pfm") == text_of(folder / "whole.pfm"));
+  // Iteration 1 of the checkpoint, then 4 and 6, below the header.
+  CHECK(line_count(text_of(folder / "b.csv")) == 4);
   // What is done already is not done again.
   CHECK(run(folder, same + "--iterations 2 --out c.pfm --resume a.checkpoint").exit_code == 0);
   CHECK(text_of(folder / "c.pfm") == text_of(folder / "a.pfm"));
