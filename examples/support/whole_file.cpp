@@ -11,15 +11,16 @@
 namespace gmis::tools {
 namespace fs = std::filesystem;
 
-namespace {
-
-/// Where a link leads to, and the file itself where there is none.
-fs::path target_of(const fs::path& file) {
+fs::path target_of(fs::path file) {
   std::error_code error;
+  for (int links = 0; links < 40 && fs::is_symlink(file, error) && !fs::exists(file, error); ++links)
+    file = file.parent_path() / fs::read_symlink(file, error);
   if (!fs::is_symlink(file, error)) return file;
-  fs::path target = fs::weakly_canonical(file, error);
+  fs::path target = fs::canonical(file, error);
   return error ? file : target;
 }
+
+namespace {
 
 /// The number of the process keeps two runs that write the same file apart.
 fs::path beside(const fs::path& file) {

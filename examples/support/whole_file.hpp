@@ -11,6 +11,9 @@
 
 namespace gmis::tools {
 
+/// Where a link leads to, whether or not there is a file; the file itself where it is no link.
+[[nodiscard]] std::filesystem::path target_of(std::filesystem::path file);
+
 /// `write` writes the file whose name it gets. Throws `OutputError`, which names `file`, when that
 /// or the renaming fails; the new file is then removed. A link keeps pointing where it did. What is
 /// no regular file (a terminal, a pipe, /dev/null) is written directly.

@@ -105,6 +105,12 @@ TEST_CASE("A link goes on pointing where it did") {
   write_whole("new", folder.path / "link");
   CHECK(fs::is_symlink(folder.path / "link"));
   CHECK(text_of(folder.path / "elsewhere/a.txt") == "new");
+  fs::remove(folder.path / "elsewhere/a.txt");
+  fs::create_symlink("link", folder.path / "link of a link");
+  write_whole("newer", folder.path / "link of a link");
+  CHECK(text_of(folder.path / "elsewhere/a.txt") == "newer");
+  fs::create_symlink("absent/a.txt", folder.path / "to no folder");
+  CHECK_THROWS_AS(require_writable(folder.path / "to no folder"), InputError);
 }
 
 TEST_CASE("What is no regular file is written, not replaced") {
